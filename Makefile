@@ -1,0 +1,51 @@
+# Two commands do all: `make demo` and `make test`. Both set up .venv first; a second call is quick.
+SHELL := /bin/bash
+.SHELLFLAGS := -e -o pipefail -c
+PYTHON ?= python3
+BIN := .venv/bin
+STAMP := .venv/.installed
+
+.PHONY: demo test lint types layers check soak bench system clean
+
+demo: $(STAMP) ## make the demonstration book, ingest it, write its report
+	@if [ -f demo-book/book/reports/demo/report.html ]; then \
+	  echo "the demonstration is there already: demo-book/book/reports/demo/report.html (remove demo-book to make it anew)"; \
+	else rm -rf demo-book && $(BIN)/labbook demo demo-book; fi
+
+test: $(STAMP) system check ## lint, types, layers, all tests
+	@echo "== tests"
+	@$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not soak" tests
+
+check: lint types layers
+
+lint: $(STAMP)
+	@echo "== lint"
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check --quiet .
+
+types: $(STAMP)
+	@echo "== types"
+	@$(BIN)/mypy
+
+layers: $(STAMP)
+	@echo "== layers"
+	@$(BIN)/lint-imports --no-cache | tail -n 1
+
+soak: $(STAMP) ## the longer tests
+	@$(BIN)/python -m pytest -n 2 -q -m soak tests
+
+bench: $(STAMP) ## measure against the budgets, write docs/performance.md
+	@$(BIN)/python benchmarks/run.py
+
+system: ## what tests use beside Python: installed where that is wanted and allowed, else said
+	@bash scripts/system_packages.sh
+
+$(STAMP): pyproject.toml constraints.txt
+	@echo "== setting up .venv"
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "labbook needs Python 3.11 or newer: make PYTHON=python3.11")'
+	@$(PYTHON) -m venv .venv
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,postgres]'
+	@touch $(STAMP)
+
+clean:
+	rm -rf .venv demo-book build dist

@@ -1,0 +1,84 @@
+"""Every error that a user can cause.
+
+    LabbookError              catch this one; a command prints its sentence and exits with its code
+    ├── UsageError            2  wrong use: an option, a name, a value
+    │   └── UnknownName       2  a name that does not exist here, with the nearest that does
+    ├── InputRefused          2  a file or a statement that cannot be accepted as it is
+    └── BookError             3  the book itself
+        ├── BookMissing       2  no book here (nothing is damaged)
+        ├── BookBusy          3  another program holds the book
+        ├── BookVersion       3  made by an older or newer labbook, or by another program
+        └── BookDamaged       3  what is stored contradicts itself
+
+The message is one sentence: what was given, what is allowed or nearest, what to do.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class LabbookError(Exception):
+    """Root of all errors that a user can cause; its text is the sentence shown."""
+
+    exit_code = 2
+
+
+class UsageError(LabbookError):
+    """A command, option or argument was used in a way that has no meaning."""
+
+
+class UnknownName(UsageError):
+    """A name was given that does not exist where it was looked for."""
+
+
+class InputRefused(LabbookError):
+    """A file or statement cannot be accepted as it is; nothing was stored."""
+
+
+class BookError(LabbookError):
+    """The book cannot be used as it is."""
+
+    exit_code = 3
+
+
+class BookMissing(BookError):
+    """There is no book at the given place."""
+
+    exit_code = 2
+
+
+class BookBusy(BookError):
+    """Another program is writing to the book."""
+
+
+class BookVersion(BookError):
+    """The database was made by another version of labbook, or by another program."""
+
+
+class BookDamaged(BookError):
+    """What is stored contradicts itself."""
+
+
+def nearest(given: str, allowed: Iterable[str]) -> str | None:
+    """Return the allowed name that looks most like `given`, or None when nothing is close."""
+    names = list(allowed)
+    folded = {name.lower(): name for name in names}
+    match = difflib.get_close_matches(given.lower(), folded, n=1, cutoff=0.5)
+    return folded[match[0]] if match else None
+
+
+def unknown_name(what: str, given: str, allowed: Iterable[str], remedy: str = "") -> UnknownName:
+    """Build the one sentence for a name that does not exist: given, nearest or allowed, what to do."""
+    names = sorted(map(str, allowed))  # words of a closed list show as the words themselves
+    close = nearest(given, names)
+    if close is not None:
+        hint = f"did you mean {close!r}?"
+    elif not names:
+        hint = f"there is no {what} yet."
+    elif len(names) <= 12:
+        hint = f"allowed are {', '.join(repr(name) for name in names)}."
+    else:
+        hint = f"there are {len(names)}, for example {', '.join(repr(name) for name in names[:5])}."
+    return UnknownName(f"{given!r} is not a known {what}: {hint}{' ' + remedy if remedy else ''}")

@@ -1,0 +1,47 @@
+"""Charges of runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.tables.equipment import battery
+from data_schema.tables.runs import charge, run
+
+
+@dataclass(frozen=True, slots=True)
+class ChargeOfRun:
+    """What the charger put back after one run."""
+
+    uid: str
+    run_uid: str
+    charge_mah: float
+    resolution_mah: float
+    recharge_s: float | None
+    end_voltage_v: float | None
+    mode: str
+    stated_pack: str | None
+
+
+def charges_by_run(connection: sa.Connection) -> dict[str, list[ChargeOfRun]]:
+    """Return all charges that belong to a run, by the run's uid."""
+    query = (
+        sa.select(
+            charge.c.uid,
+            run.c.uid,
+            charge.c.charge_mah,
+            charge.c.resolution_mah,
+            charge.c.duration_s,
+            charge.c.end_voltage_v,
+            charge.c.mode,
+            sa.func.coalesce(battery.c.name, charge.c.stated_pack),
+        )
+        .join(run, charge.c.run == run.c.id)
+        .outerjoin(battery, charge.c.battery == battery.c.id)
+        .order_by(charge.c.id)
+    )
+    found: dict[str, list[ChargeOfRun]] = {}
+    for row in connection.execute(query):
+        found.setdefault(row[1], []).append(ChargeOfRun(*row))
+    return found

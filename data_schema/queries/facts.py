@@ -1,0 +1,128 @@
+"""Writing and reading the facts that people state, by kind and uid; references are uids on the outside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.errors import InputRefused, UnknownName
+from data_schema.tables import design, equipment, files, people, results, runs
+
+FACTS: dict[str, sa.Table] = {
+    fact.name: fact
+    for fact in (
+        people.person,
+        people.config,
+        design.study,
+        design.day,
+        design.day_check,
+        design.factor,
+        design.level,
+        design.condition,
+        design.plan,
+        design.planned_run,
+        equipment.robot,
+        equipment.battery,
+        equipment.instrument,
+        equipment.calibration,
+        files.file,
+        files.run_file,
+        runs.run,
+        runs.charge,
+        runs.note,
+        runs.decision,
+        results.report,
+    )
+}
+"""The tables a person's statement can write to, by the kind of thing they hold."""
+
+
+def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[str, Any]) -> int:
+    """Add one row; returns its private key. Raises `InputRefused` when the tables' rules forbid it."""
+    table = FACTS[kind]
+    row = _with_keys(connection, table, values)
+    try:
+        done = connection.execute(table.insert().values(uid=uid, **row))
+    except (sa.exc.IntegrityError, sa.exc.StatementError) as error:
+        raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {_why(error)}.") from error
+    key = done.inserted_primary_key
+    assert key is not None  # noqa: S101 - every fact has a private key
+    return int(key[0])
+
+
+def update_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[str, Any]) -> None:
+    """Change columns of one row; raises `InputRefused` when the tables' rules forbid it."""
+    table = FACTS[kind]
+    row = _with_keys(connection, table, values)
+    try:
+        changed = connection.execute(table.update().where(table.c.uid == uid).values(**row)).rowcount
+    except (sa.exc.IntegrityError, sa.exc.StatementError) as error:
+        raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {_why(error)}.") from error
+    if changed != 1:
+        raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
+
+
+def read_fact(connection: sa.Connection, kind: str, uid: str, columns: Iterable[str] | None = None) -> dict[str, Any]:
+    """Return columns of one row by name, references as uids; all columns when none are named."""
+    table = FACTS[kind]
+    names = (
+        [column.name for column in table.c if column.name not in ("id", "uid")] if columns is None else list(columns)
+    )
+    row = connection.execute(sa.select(*(table.c[name] for name in names)).where(table.c.uid == uid)).mappings().first()
+    if row is None:
+        raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
+    return {name: _uid_behind(connection, table.c[name], row[name]) for name in names}
+
+
+def find_uid(connection: sa.Connection, kind: str, **natural: Any) -> str | None:
+    """Return the uid of the row with these values (references as uids), or None."""
+    table = FACTS[kind]
+    row = _with_keys(connection, table, natural)
+    query = sa.select(table.c.uid).where(*(table.c[name] == value for name, value in row.items()))
+    found: str | None = connection.execute(query).scalar()
+    return found
+
+
+def key_of(connection: sa.Connection, kind: str, uid: str) -> int:
+    """Return the private key of a row."""
+    table = FACTS[kind]
+    key = connection.execute(sa.select(table.c.id).where(table.c.uid == uid)).scalar()
+    if key is None:
+        raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
+    return int(key)
+
+
+def _referred(column: sa.Column[Any]) -> sa.Table | None:
+    for foreign in column.foreign_keys:
+        return foreign.column.table
+    return None
+
+
+def _with_keys(connection: sa.Connection, table: sa.Table, values: Mapping[str, Any]) -> dict[str, Any]:
+    row = dict(values)
+    for name, value in values.items():
+        referred = _referred(table.c[name])
+        if referred is not None and value is not None:
+            row[name] = key_of(connection, referred.name, value)
+    return row
+
+
+def _uid_behind(connection: sa.Connection, column: sa.Column[Any], value: Any) -> Any:
+    referred = _referred(column)
+    if referred is None or value is None:
+        return value
+    return connection.execute(sa.select(referred.c.uid).where(referred.c.id == value)).scalar_one()
+
+
+def _shown(values: Mapping[str, Any]) -> str:
+    return str(values.get("name") or values.get("key") or values.get("label") or values.get("date_local") or "")
+
+
+def _why(error: sa.exc.StatementError) -> str:
+    """Name the broken rule: constraints are named after what they demand."""
+    text = str(error.orig or error).strip().splitlines()[0]
+    return text.replace("CHECK constraint failed:", "it breaks the rule").replace(
+        "UNIQUE constraint failed:", "there is one already, by"
+    )

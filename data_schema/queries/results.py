@@ -1,0 +1,200 @@
+"""Results, their numbers, what they came from, and what rests on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.tables.people import config
+from data_schema.tables.results import report, report_item, result, result_input, result_number
+
+
+@dataclass(frozen=True, slots=True)
+class NumberRow:
+    """One stored number."""
+
+    uid: str
+    name: str
+    value: float | None
+    unit: str
+    se: float | None
+    shared_se: float | None
+    ci_low: float | None
+    ci_high: float | None
+    ci_level: float | None
+    df: float | None
+    n: int | None
+    undefined_reason: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class InputRow:
+    """One thing that a result rests on."""
+
+    role: str
+    input_kind: str
+    input_uid: str
+    input_sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class ResultRow:
+    """A stored result."""
+
+    uid: str
+    kind: str
+    scope_json: str
+    key: str
+    algorithm: str
+    version: int
+    payload_json: str
+    stale: bool
+    numbers: tuple[NumberRow, ...]
+    inputs: tuple[InputRow, ...]
+
+
+_NUMBER = [column for column in result_number.c if column.name not in ("id", "result")]
+
+
+def results_by_key(connection: sa.Connection, keys: Sequence[str] | None = None) -> dict[str, ResultRow]:
+    """Return stored results by key: all of them, or those among `keys`."""
+    wanted = sa.true() if keys is None else result.c.key.in_(keys)
+    heads = connection.execute(sa.select(result).where(wanted).order_by(result.c.id)).all()
+    numbers: dict[int, list[NumberRow]] = {row.id: [] for row in heads}
+    inputs: dict[int, list[InputRow]] = {row.id: [] for row in heads}
+    owned = sa.select(result.c.id).where(wanted)
+    for owner, *rest in connection.execute(
+        sa.select(result_number.c.result, *_NUMBER)
+        .where(result_number.c.result.in_(owned))
+        .order_by(result_number.c.id)
+    ):
+        numbers[owner].append(NumberRow(*rest))
+    for owner, *rest in connection.execute(
+        sa.select(result_input)
+        .where(result_input.c.result.in_(owned))
+        .order_by(result_input.c.result, result_input.c.role, result_input.c.input_kind, result_input.c.input_uid)
+    ):
+        inputs[owner].append(InputRow(*rest))
+    return {
+        row.key: ResultRow(
+            row.uid, row.kind, row.scope_json, row.key, row.algorithm, row.version, row.payload_json, bool(row.stale),
+            tuple(numbers[row.id]), tuple(inputs[row.id]),
+        )
+        for row in heads
+    }  # fmt: skip
+
+
+def add_result(
+    connection: sa.Connection,
+    values: Mapping[str, Any],
+    numbers: Sequence[Mapping[str, Any]],
+    inputs: Sequence[InputRow],
+) -> None:
+    """Store a result; those of the same kind and scope but other inputs become stale."""
+    connection.execute(
+        result.update()
+        .where(result.c.kind == values["kind"], result.c.scope_json == values["scope_json"], result.c.stale == 0)
+        .values(stale=1)
+    )
+    newest_config = sa.select(sa.func.max(config.c.id)).scalar_subquery()
+    done = connection.execute(result.insert().values(config=newest_config, stale=0, **values))
+    key = done.inserted_primary_key
+    assert key is not None  # noqa: S101 - a result has a private key
+    owner = int(key[0])
+    if numbers:
+        connection.execute(result_number.insert(), [{"result": owner, **row} for row in numbers])
+    if inputs:
+        connection.execute(
+            result_input.insert(),
+            [
+                {
+                    "result": owner,
+                    "role": row.role,
+                    "input_kind": row.input_kind,
+                    "input_uid": row.input_uid,
+                    "input_sha256": row.input_sha256,
+                }
+                for row in inputs
+            ],
+        )
+
+
+def renew(connection: sa.Connection, key: str) -> None:
+    """Declare a stored result current again (its inputs are what they were), and its rivals stale."""
+    row = connection.execute(sa.select(result.c.kind, result.c.scope_json).where(result.c.key == key)).one()
+    same = sa.and_(result.c.kind == row.kind, result.c.scope_json == row.scope_json)
+    connection.execute(result.update().where(same, result.c.key != key, result.c.stale == 0).values(stale=1))
+    connection.execute(result.update().where(result.c.key == key, result.c.stale == 1).values(stale=0))
+
+
+def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    """Mark everything downstream of changed (kind, uid) pairs as stale; returns (kind, scope) of what became so."""
+    pairs = sa.or_(
+        sa.false(),
+        *(sa.and_(result_input.c.input_kind == kind, result_input.c.input_uid == uid) for kind, uid in changed),
+    )
+    down = (
+        sa.select(result.c.id, result.c.uid)
+        .join(result_input, result_input.c.result == result.c.id)
+        .where(pairs)
+        .cte("down", recursive=True)
+    )
+    down = down.union(
+        sa.select(result.c.id, result.c.uid)
+        .join(result_input, result_input.c.result == result.c.id)
+        .join(down, sa.and_(result_input.c.input_kind == "result", result_input.c.input_uid == down.c.uid))
+    )
+    rows = connection.execute(
+        sa.select(result.c.id, result.c.kind, result.c.scope_json)
+        .where(result.c.id.in_(sa.select(down.c.id)), result.c.stale == 0)
+        .order_by(result.c.id)
+    ).all()
+    if rows:
+        connection.execute(result.update().where(result.c.id.in_([row.id for row in rows])).values(stale=1))
+    return [(row.kind, row.scope_json) for row in rows]
+
+
+def result_of_number(connection: sa.Connection, number_uid: str) -> tuple[ResultRow, NumberRow] | None:
+    """Find a number by the beginning of its provenance id, and the result it belongs to."""
+    rows = connection.execute(
+        sa.select(result.c.key, result_number.c.uid)
+        .join(result_number, result_number.c.result == result.c.id)
+        .where(result_number.c.uid.startswith(number_uid, autoescape=True))
+        .limit(2)
+    ).all()
+    if len(rows) != 1:
+        return None
+    found = results_by_key(connection, [rows[0].key])[rows[0].key]
+    return found, next(number for number in found.numbers if number.uid == rows[0].uid)
+
+
+def result_by_uid(connection: sa.Connection, uid: str) -> ResultRow | None:
+    """Find a result by its uid."""
+    key = connection.execute(sa.select(result.c.key).where(result.c.uid == uid)).scalar()
+    return None if key is None else results_by_key(connection, [key])[key]
+
+
+def add_report_items(connection: sa.Connection, report_uid: str, places: Sequence[tuple[str, str]]) -> None:
+    """Store which number stands where in a report: (place, number uid) pairs."""
+    owner = connection.execute(sa.select(report.c.id).where(report.c.uid == report_uid)).scalar_one()
+    keys = dict(connection.execute(sa.select(result_number.c.uid, result_number.c.id)).tuples().all())
+    if places:
+        connection.execute(
+            report_item.insert(),
+            [{"report": owner, "place": place, "result_number": keys[uid]} for place, uid in places],
+        )
+
+
+def reports_showing(connection: sa.Connection, number_uid: str) -> list[tuple[str, str, str]]:
+    """List the reports that show a number: (report uid, when made, place)."""
+    query = (
+        sa.select(report.c.uid, report.c.made_utc, report_item.c.place)
+        .join(report_item, report_item.c.report == report.c.id)
+        .join(result_number, report_item.c.result_number == result_number.c.id)
+        .where(result_number.c.uid == number_uid)
+        .order_by(report.c.id)
+    )
+    return [(row[0], row[1], row[2]) for row in connection.execute(query)]

@@ -1,0 +1,237 @@
+"""Runs with their conditions, charges and days: one query a list."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.tables.design import condition, condition_level, day, factor, level, planned_run, study
+from data_schema.tables.equipment import battery, robot
+from data_schema.tables.runs import run
+from data_schema.vocabulary import RunKind, RunState
+from data_schema.where import ColumnKind, WhereColumn
+
+
+@dataclass(frozen=True, slots=True)
+class RunRow:
+    """One run as lists show it; `levels` maps a factor's name to the label of its level."""
+
+    uid: str
+    name: str
+    kind: RunKind
+    state: RunState
+    day: str
+    position_in_day: int
+    condition_uid: str | None
+    condition_key: str
+    is_control: bool
+    levels: Mapping[str, str]
+    robot: str
+    robot_uid: str
+    battery: str
+    started_utc: str | None
+    duration_s: float | None
+    jumps_made: int
+    starts: int
+    planned: bool
+
+
+@dataclass(frozen=True, slots=True)
+class LevelRow:
+    """One level of a factor."""
+
+    uid: str
+    label: str
+    value: float | None
+    attributes_json: str
+
+
+@dataclass(frozen=True, slots=True)
+class FactorRow:
+    """A factor with its levels, in the order they were declared."""
+
+    uid: str
+    name: str
+    kind: str
+    levels: tuple[LevelRow, ...]
+
+
+def factors(connection: sa.Connection) -> tuple[FactorRow, ...]:
+    """Return all factors and levels in the order of their declaration."""
+    rows = connection.execute(
+        sa.select(
+            factor.c.uid,
+            factor.c.name,
+            factor.c.kind,
+            level.c.uid,
+            level.c.label,
+            level.c.value,
+            level.c.attributes_json,
+        )
+        .join(level, level.c.factor == factor.c.id)
+        .order_by(factor.c.id, level.c.id)
+    ).all()
+    found: dict[tuple[str, str, str], list[LevelRow]] = {}
+    for factor_uid, name, kind, *of_level in rows:
+        found.setdefault((factor_uid, name, kind), []).append(LevelRow(*of_level))
+    return tuple(FactorRow(*key, tuple(levels)) for key, levels in found.items())
+
+
+def condition_levels(connection: sa.Connection) -> dict[int, dict[str, str]]:
+    """Return, for every condition's key, its levels by factor name."""
+    found: dict[int, dict[str, str]] = {}
+    query = (
+        sa.select(condition_level.c.condition, factor.c.name, level.c.label)
+        .join(factor, condition_level.c.factor == factor.c.id)
+        .join(level, condition_level.c.level == level.c.id)
+        .order_by(condition_level.c.condition, factor.c.id)
+    )
+    for key, name, label in connection.execute(query):
+        found.setdefault(key, {})[name] = label
+    return found
+
+
+_LISTED = (
+    run.c.uid,
+    run.c.name,
+    run.c.kind,
+    run.c.state,
+    day.c.date_local,
+    run.c.position_in_day,
+    run.c.condition,
+    condition.c.uid,
+    condition.c.key,
+    condition.c.is_control,
+    robot.c.name,
+    robot.c.uid,
+    battery.c.name,
+    run.c.started_utc,
+    run.c.duration_s,
+    run.c.jumps_made,
+    run.c.starts,
+    run.c.planned_run,
+)
+
+
+def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = None) -> list[RunRow]:
+    """List runs by day and position, all of them or those that fulfil `where` (see `where_columns`)."""
+    query = (
+        sa.select(*_LISTED)
+        .select_from(
+            run.join(day, run.c.day == day.c.id)
+            .join(robot, run.c.robot == robot.c.id)
+            .join(battery, run.c.battery == battery.c.id)
+            .outerjoin(condition, run.c.condition == condition.c.id)
+        )
+        .order_by(day.c.date_local, run.c.position_in_day, run.c.id)
+    )
+    if where is not None:
+        query = query.where(where)
+    levels = condition_levels(connection)
+    nothing: dict[str, str] = {}
+    return [
+        RunRow(
+            uid, name, RunKind(kind), RunState(state), date, position, condition_uid, key or "", bool(control),
+            levels.get(condition_id, nothing), robot_name, robot_uid, pack, started, duration_s, jumps_made, starts,
+            planned is not None,
+        )
+        for (
+            uid, name, kind, state, date, position, condition_id, condition_uid, key, control, robot_name, robot_uid,
+            pack, started, duration_s, jumps_made, starts, planned,
+        ) in connection.execute(query)
+    ]  # fmt: skip
+
+
+def where_columns(connection: sa.Connection) -> dict[str, WhereColumn]:
+    """Return every name that a `--where` may use: the study's factors, then the columns of a run."""
+    columns: dict[str, WhereColumn] = {}
+    for row in factors(connection):
+        number = row.kind == "number"
+        value = (
+            sa.select(level.c.value if number else level.c.label)
+            .join(condition_level, condition_level.c.level == level.c.id)
+            .join(factor, condition_level.c.factor == factor.c.id)
+            .where(condition_level.c.condition == run.c.condition, factor.c.uid == row.uid)
+            .scalar_subquery()
+        )
+        choices = () if number else tuple(item.label for item in row.levels)
+        columns[row.name] = WhereColumn(ColumnKind.NUMBER if number else ColumnKind.LABEL, value, choices)
+    of_run = {
+        "run": WhereColumn(ColumnKind.TEXT, run.c.name),
+        "kind": WhereColumn(ColumnKind.CHOICE, run.c.kind, tuple(RunKind)),
+        "state": WhereColumn(ColumnKind.CHOICE, run.c.state, tuple(RunState)),
+        "day": WhereColumn(ColumnKind.DATE, day.c.date_local),
+        "position": WhereColumn(ColumnKind.NUMBER, run.c.position_in_day),
+        "robot": WhereColumn(ColumnKind.TEXT, robot.c.name),
+        "battery": WhereColumn(ColumnKind.TEXT, battery.c.name),
+        "duration_s": WhereColumn(ColumnKind.NUMBER, run.c.duration_s),
+        "jumps_made": WhereColumn(ColumnKind.NUMBER, run.c.jumps_made),
+        "starts": WhereColumn(ColumnKind.NUMBER, run.c.starts),
+    }
+    return of_run | columns
+
+
+@dataclass(frozen=True, slots=True)
+class StudyRow:
+    """The study that a book is about."""
+
+    uid: str
+    name: str
+    kind: str
+    reference_voltage_v: float
+    jumps_nominal: int
+    time_zone: str
+
+
+def the_study(connection: sa.Connection) -> StudyRow | None:
+    """Return the book's study; a book has one."""
+    row = connection.execute(
+        sa.select(
+            study.c.uid,
+            study.c.name,
+            study.c.kind,
+            study.c.reference_voltage_v,
+            study.c.jumps_nominal,
+            study.c.time_zone,
+        ).order_by(study.c.id)
+    ).first()
+    return None if row is None else StudyRow(*row)
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRow:
+    """A run of a plan and, once done, the run."""
+
+    uid: str
+    name: str
+    position: int
+    day_number: int
+    block: str
+    condition_key: str | None
+    run_name: str | None
+
+
+def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
+    """List what the newest plan holds, in order."""
+    newest = sa.select(sa.func.max(planned_run.c.plan)).scalar_subquery()
+    query = (
+        sa.select(
+            planned_run.c.uid,
+            planned_run.c.name,
+            planned_run.c.position,
+            planned_run.c.day_number,
+            planned_run.c.block,
+            condition.c.key,
+            run.c.name,
+        )
+        .select_from(
+            planned_run.outerjoin(condition, planned_run.c.condition == condition.c.id).outerjoin(
+                run, run.c.planned_run == planned_run.c.id
+            )
+        )
+        .where(planned_run.c.plan == newest)
+        .order_by(planned_run.c.position)
+    )
+    return [PlannedRow(*row) for row in connection.execute(query)]

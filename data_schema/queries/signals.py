@@ -1,0 +1,217 @@
+"""Signals, their gaps, the jumps found in them, and what people decided about jumps."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.tables.files import file, run_file
+from data_schema.tables.people import person
+from data_schema.tables.runs import decision, run
+from data_schema.tables.signals import channel, detection, gap, jump, signal
+from data_schema.vocabulary import FileRole, GapKind, ReasonCode, TargetKind, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class SignalRow:
+    """A signal that belongs to a run."""
+
+    uid: str
+    run_uid: str
+    run_name: str
+    role: str
+    sha256: str
+    store_path: str
+    rate_hz: float | None
+    n_samples: int
+    channels: tuple[str, ...]
+    file_sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class GapRow:
+    """Samples that are missing."""
+
+    start_s: float
+    length_s: float
+    samples_expected: int
+    samples_missing: int
+    kind: GapKind
+
+
+@dataclass(frozen=True, slots=True)
+class JumpRow:
+    """One jump of a detection; times in s on the log's own clock, heights in m."""
+
+    uid: str
+    number: int
+    touchdown_s: float | None
+    liftoff_s: float | None
+    apex_s: float | None
+    apex_height_m: float | None
+    apex_height_se_m: float | None
+    undefined_reason: str | None
+    flight_time_s: float | None
+    samples_used: int
+    gap_touched: bool
+    flags: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionRow:
+    """What one algorithm found in one signal."""
+
+    uid: str
+    key: str
+    algorithm: str
+    version: int
+    signal_uid: str
+    signal_sha256: str
+    jumps: tuple[JumpRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DecisionRow:
+    """A person's verdict on the jump nearest to `anchor_s` of a signal; later ones replace earlier ones."""
+
+    uid: str
+    signal_sha256: str
+    anchor_s: float
+    verdict: Verdict
+    reason_code: ReasonCode
+    note: str | None
+    old_value: float | None
+    algorithm: str | None
+    version: int | None
+    person: str
+    at_utc: str
+
+
+def signals_of_runs(connection: sa.Connection, role: FileRole | None = None) -> list[SignalRow]:
+    """List the signals that belong to a run, by run and part."""
+    query = (
+        sa.select(
+            signal.c.id,
+            signal.c.uid,
+            run.c.uid,
+            run.c.name,
+            run_file.c.role,
+            signal.c.sha256,
+            signal.c.store_path,
+            signal.c.rate_hz,
+            signal.c.n_samples,
+            file.c.sha256,
+        )
+        .select_from(
+            signal.join(file, signal.c.file == file.c.id)
+            .join(run_file, sa.and_(run_file.c.file == file.c.id, run_file.c.part == signal.c.part))
+            .join(run, run_file.c.run == run.c.id)
+        )
+        .order_by(run.c.id, signal.c.id)
+    )
+    if role is not None:
+        query = query.where(run_file.c.role == str(role))
+    names = _channel_names(connection)
+    return [SignalRow(*row[1:9], names.get(row[0], ()), row[9]) for row in connection.execute(query)]
+
+
+def _channel_names(connection: sa.Connection) -> dict[int, tuple[str, ...]]:
+    found: dict[int, list[str]] = {}
+    for key, name in connection.execute(
+        sa.select(channel.c.signal, channel.c.name).order_by(channel.c.signal, channel.c.position)
+    ):
+        found.setdefault(key, []).append(name)
+    return {key: tuple(names) for key, names in found.items()}
+
+
+def gaps_of(connection: sa.Connection, signal_uid: str) -> tuple[GapRow, ...]:
+    """Return the gaps of one signal by their start."""
+    query = (
+        sa.select(gap.c.start_s, gap.c.length_s, gap.c.samples_expected, gap.c.samples_missing, gap.c.kind)
+        .join(signal, gap.c.signal == signal.c.id)
+        .where(signal.c.uid == signal_uid)
+        .order_by(gap.c.start_s)
+    )
+    return tuple(GapRow(*row[:4], GapKind(row[4])) for row in connection.execute(query))
+
+
+def add_detection(
+    connection: sa.Connection, signal_uid: str, values: Mapping[str, Any], jumps: Sequence[Mapping[str, Any]]
+) -> None:
+    """Store what an algorithm found, unless the same is stored already; no jumps is a result too."""
+    if connection.execute(sa.select(detection.c.id).where(detection.c.key == values["key"])).first():
+        return
+    owner = sa.select(signal.c.id).where(signal.c.uid == signal_uid).scalar_subquery()
+    done = connection.execute(detection.insert().values(signal=owner, n_jumps=len(jumps), **values))
+    key = done.inserted_primary_key
+    assert key is not None  # noqa: S101 - a detection has a private key
+    if jumps:
+        connection.execute(jump.insert(), [{"detection": int(key[0]), **row} for row in jumps])
+
+
+def detections_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[str, DetectionRow]:
+    """Return the stored detections among `keys`, with their jumps in order."""
+    found: dict[str, DetectionRow] = {}
+    for start in range(0, len(keys), 500):
+        found |= _detections(connection, keys[start : start + 500])
+    return found
+
+
+def _detections(connection: sa.Connection, keys: Sequence[str]) -> dict[str, DetectionRow]:
+    heads = connection.execute(
+        sa.select(
+            detection.c.id,
+            detection.c.uid,
+            detection.c.key,
+            detection.c.algorithm,
+            detection.c.version,
+            signal.c.uid.label("signal_uid"),
+            signal.c.sha256,
+        )
+        .join(signal, detection.c.signal == signal.c.id)
+        .where(detection.c.key.in_(keys))
+    ).all()
+    jumps: dict[int, list[JumpRow]] = {row.id: [] for row in heads}
+    columns = [column for column in jump.c if column.name != "id"]
+    of_heads = sa.select(*columns).where(jump.c.detection.in_(jumps)).order_by(jump.c.detection, jump.c.number)
+    for uid, owner, *rest, gap_touched, flags in connection.execute(of_heads):
+        values: list[Any] = [uid, *rest, bool(gap_touched), tuple(json.loads(flags))]
+        jumps[owner].append(JumpRow(*values))
+    return {
+        row.key: DetectionRow(
+            row.uid, row.key, row.algorithm, row.version, row.signal_uid, row.sha256, tuple(jumps[row.id])
+        )
+        for row in heads
+    }
+
+
+def jump_decisions(connection: sa.Connection) -> dict[str, list[DecisionRow]]:
+    """Return all verdicts on jumps in the order they were made, by the SHA-256 of the signal."""
+    query = (
+        sa.select(
+            decision.c.uid,
+            decision.c.signal_sha256,
+            decision.c.anchor_s,
+            decision.c.verdict,
+            decision.c.reason_code,
+            decision.c.note,
+            decision.c.old_value,
+            decision.c.algorithm,
+            decision.c.version,
+            person.c.name,
+            decision.c.at_utc,
+        )
+        .join(person, decision.c.person == person.c.id)
+        .where(decision.c.target_kind == str(TargetKind.JUMP))
+        .order_by(decision.c.id)
+    )
+    found: dict[str, list[DecisionRow]] = {}
+    for uid, sha256, anchor_s, verdict, reason, *rest in connection.execute(query):
+        found.setdefault(sha256, []).append(
+            DecisionRow(uid, sha256, anchor_s, Verdict(verdict), ReasonCode(reason), *rest)
+        )
+    return found

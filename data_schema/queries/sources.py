@@ -1,0 +1,112 @@
+"""What an input of a result is, in words that lead to bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.queries.results import InputRow
+from data_schema.tables.design import condition, study
+from data_schema.tables.files import file, ingest
+from data_schema.tables.people import person
+from data_schema.tables.runs import charge, decision, run
+from data_schema.tables.signals import detection, signal
+from data_schema.vocabulary import IngestStatus
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """An input by kind and uid, and what it is."""
+
+    kind: str
+    uid: str
+    text: str
+
+
+def describe_input(connection: sa.Connection, item: InputRow) -> Source:
+    """Say what an input is; what has been removed since is named by its uid."""
+    query = _QUERIES[item.input_kind](item.input_uid)
+    row = connection.execute(query).first()
+    if row is None:
+        return Source(item.input_kind, item.input_uid, f"{item.input_uid} (not in the book any more)")
+    return Source(
+        item.input_kind,
+        item.input_uid,
+        ", ".join(f"{name} {value}" for name, value in row._mapping.items() if value is not None),
+    )
+
+
+def _run(uid: str) -> sa.Select[tuple[object, ...]]:
+    return sa.select(run.c.name.label("run"), run.c.duration_s, run.c.jumps_made, run.c.state).where(run.c.uid == uid)
+
+
+def _charge(uid: str) -> sa.Select[tuple[object, ...]]:
+    return (
+        sa.select(
+            charge.c.charge_mah,
+            charge.c.resolution_mah,
+            charge.c.row_number.label("row"),
+            ingest.c.original_name.label("of file"),
+            file.c.sha256,
+        )
+        .outerjoin(file, charge.c.file == file.c.id)
+        .outerjoin(ingest, sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.IMPORTED)))
+        .where(charge.c.uid == uid)
+    )
+
+
+def _signal(sha256: str) -> sa.Select[tuple[object, ...]]:
+    return (
+        sa.select(
+            signal.c.n_samples.label("samples"),
+            signal.c.reader,
+            signal.c.reader_version.label("version"),
+            ingest.c.original_name.label("of file"),
+            file.c.sha256,
+        )
+        .join(file, signal.c.file == file.c.id)
+        .join(ingest, sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.IMPORTED)))
+        .where(signal.c.sha256 == sha256)
+    )
+
+
+def _detection(uid: str) -> sa.Select[tuple[object, ...]]:
+    return sa.select(
+        detection.c.algorithm.label("detector"), detection.c.version, detection.c.n_jumps.label("jumps")
+    ).where(detection.c.uid == uid)
+
+
+def _decision(uid: str) -> sa.Select[tuple[object, ...]]:
+    return (
+        sa.select(
+            decision.c.verdict, decision.c.reason_code.label("because"), person.c.name.label("by"), decision.c.at_utc
+        )
+        .join(person, decision.c.person == person.c.id)
+        .where(decision.c.uid == uid)
+    )
+
+
+def _condition(uid: str) -> sa.Select[tuple[object, ...]]:
+    return sa.select(condition.c.key.label("condition")).where(condition.c.uid == uid)
+
+
+def _study(uid: str) -> sa.Select[tuple[object, ...]]:
+    return sa.select(study.c.name.label("study"), study.c.reference_voltage_v).where(study.c.uid == uid)
+
+
+def _result(uid: str) -> sa.Select[tuple[object, ...]]:
+    return sa.select(sa.literal(uid).label("result"))
+
+
+_QUERIES: dict[str, Callable[[str], sa.Select[tuple[object, ...]]]] = {
+    "run": _run,
+    "charge": _charge,
+    "signal": _signal,
+    "detection": _detection,
+    "decision": _decision,
+    "condition": _condition,
+    "study": _study,
+    "result": _result,
+}

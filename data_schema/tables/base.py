@@ -1,0 +1,103 @@
+"""Column types and helpers that every table shares.
+
+SQLite tables are STRICT, so only INTEGER, REAL and TEXT appear there; PostgreSQL gets BIGINT and DOUBLE PRECISION.
+Every constraint is named, because a migration can only keep what has a name.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import StrEnum
+from typing import Any
+
+import sqlalchemy as sa
+from sqlalchemy.engine import Dialect
+
+METADATA = sa.MetaData(
+    naming_convention={
+        "pk": "pk_%(table_name)s",
+        "uq": "uq_%(table_name)s_%(column_0_N_name)s",
+        "ck": "ck_%(table_name)s_%(constraint_name)s",
+        "fk": "fk_%(table_name)s_%(column_0_name)s",
+        "ix": "ix_%(table_name)s_%(column_0_N_name)s",
+    }
+)
+
+WHOLE = sa.BigInteger().with_variant(sa.Integer(), "sqlite")
+"""64-bit whole number on both engines (a SQLite INTEGER is 64 bits wide)."""
+
+TEXT = sa.Text()
+
+
+class Real(sa.types.TypeDecorator[float]):
+    """Double precision that refuses NaN and infinity: SQLite would silently store NaN as NULL."""
+
+    impl = sa.Double
+    cache_ok = True
+
+    def load_dialect_impl(self, dialect: Dialect) -> sa.types.TypeEngine[Any]:
+        """REAL is 64 bits in SQLite, but 32 bits in PostgreSQL."""
+        return dialect.type_descriptor(sa.REAL() if dialect.name == "sqlite" else sa.Double())
+
+    def process_bind_param(self, value: float | None, dialect: Dialect) -> float | None:  # noqa: ARG002
+        """Let only finite numbers and NULL through."""
+        if value is None:
+            return None
+        number = float(value)
+        if not math.isfinite(number):
+            raise ValueError(f"{number} cannot be stored: store NULL and a reason instead.")
+        return number
+
+
+def uid_column() -> sa.Column[str]:
+    """Build the name by which people and other rows outside the database cite a row."""
+    return sa.Column("uid", TEXT, nullable=False, unique=True)
+
+
+def key_column() -> sa.Column[int]:
+    """Build the private integer key; it never appears in output."""
+    return sa.Column("id", WHOLE, primary_key=True)
+
+
+def reference(table: str, *, optional: bool = False, unique: bool = False) -> sa.Column[int]:
+    """Build a foreign key to `table`, called after it; deleting what is referred to is refused."""
+    return sa.Column(
+        table,
+        WHOLE,
+        sa.ForeignKey(f"{table}.id", ondelete="RESTRICT", onupdate="RESTRICT"),
+        nullable=optional,
+        unique=unique or None,
+        index=not unique,
+    )
+
+
+def text_column(name: str, *, optional: bool = False, unique: bool = False) -> sa.Column[str]:
+    """Build a text column."""
+    return sa.Column(name, TEXT, nullable=optional, unique=unique)
+
+
+def real_column(name: str, *, optional: bool = False) -> sa.Column[float]:
+    """Build a double-precision column; NULL where optional and unknown."""
+    return sa.Column(name, Real(), nullable=optional)
+
+
+def whole_column(name: str, *, optional: bool = False, unique: bool = False) -> sa.Column[int]:
+    """Build a 64-bit whole-number column."""
+    return sa.Column(name, WHOLE, nullable=optional, unique=unique)
+
+
+def one_of(column: str, words: type[StrEnum], *, optional: bool = False) -> sa.CheckConstraint:
+    """Build the check that a text column holds one word of a closed list."""
+    listed = ", ".join(f"'{word}'" for word in words)
+    test = f"{column} IN ({listed})"
+    return sa.CheckConstraint(f"{column} IS NULL OR {test}" if optional else test, name=f"{column}_known")
+
+
+def flag(column: str) -> sa.CheckConstraint:
+    """Build the check that a whole-number column is 0 or 1."""
+    return sa.CheckConstraint(f"{column} IN (0, 1)", name=f"{column}_flag")
+
+
+def table(name: str, *parts: sa.schema.SchemaItem) -> sa.Table:
+    """Declare a table, STRICT on SQLite."""
+    return sa.Table(name, METADATA, *parts, sqlite_strict=True)

@@ -1,0 +1,51 @@
+"""Who spoke, what they said, and the configuration in force."""
+
+from __future__ import annotations
+
+import sqlalchemy as sa
+
+from data_schema.tables.base import (
+    key_column,
+    one_of,
+    reference,
+    table,
+    text_column,
+    uid_column,
+    whole_column,
+)
+from data_schema.vocabulary import Action
+
+person = table(
+    "person",
+    key_column(),
+    uid_column(),
+    text_column("name", unique=True),
+    text_column("initials"),
+)
+
+journal = table(
+    "journal",
+    key_column(),
+    whole_column("seq", unique=True),
+    text_column("at_utc"),
+    reference("person"),
+    text_column("action"),
+    text_column("entity_kind"),
+    text_column("entity_uid"),
+    text_column("old_json", optional=True),
+    text_column("new_json", optional=True),
+    text_column("reason", optional=True),
+    text_column("prev_hash"),
+    text_column("hash", unique=True),
+    one_of("action", Action),
+    sa.Index("ix_journal_entity", "entity_kind", "entity_uid"),
+)
+
+config = table(
+    "config",
+    key_column(),
+    uid_column(),
+    text_column("sha256", unique=True),
+    text_column("text"),
+    text_column("read_utc"),
+)

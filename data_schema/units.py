@@ -1,0 +1,61 @@
+"""Units at the edge: a source unit becomes a factor and an offset to the unit that is stored.
+
+Nothing here is applied sample by sample; readers multiply whole arrays once.
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+from data_schema.errors import InputRefused
+
+MAH_TO_COULOMB = 3.6
+"""One milliampere hour in coulombs (exact)."""
+
+STANDARD_GRAVITY_M_S2 = 9.80665
+"""Standard gravity (CGPM 1901)."""
+
+_SPELLINGS = {
+    "": "1",
+    "-": "1",
+    "none": "1",
+    "count": "1",
+    "counts": "1",
+    "°C": "degC",
+    "C": "degC",
+    "mAh": "mA*h",
+    "Nm": "N*m",
+    "Nmm": "N*mm",
+    "N.m": "N*m",
+    "N.mm": "N*mm",
+    "sec": "s",
+    "µs": "us",
+}
+
+
+@functools.cache
+def _registry() -> Any:
+    import pint  # heavy: only where a unit is converted
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+@functools.cache
+def conversion(source: str, target: str) -> tuple[float, float]:
+    """Return `(scale, offset)` so that `stored = scale * value + offset`.
+
+    Raises `InputRefused` when the source unit is unknown or measures another quantity than the target.
+    """
+    if source == target:
+        return 1.0, 0.0
+    registry = _registry()
+    try:
+        origin = registry.Quantity(0.0, _SPELLINGS.get(source, source)).to(_SPELLINGS.get(target, target)).magnitude
+        unit = registry.Quantity(1.0, _SPELLINGS.get(source, source)).to(_SPELLINGS.get(target, target)).magnitude
+    except Exception as error:  # pint raises a dozen unrelated types for bad unit text
+        raise InputRefused(
+            f"unit {source!r} cannot be converted to {target!r}: give a unit of the same quantity, "
+            f"for example {target!r}."
+        ) from error
+    return float(unit - origin), float(origin)

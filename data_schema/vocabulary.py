@@ -1,0 +1,197 @@
+"""The words of labbook: closed lists that the tables enforce, and the channels with their units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+@dataclass(frozen=True, slots=True)
+class Undefined:
+    """A number that does not exist, and why; stands where a float would (never NaN)."""
+
+    reason: str
+
+
+class StudyKind(StrEnum):
+    """What the robot jumps on."""
+
+    BED = "bed"
+    EMULATOR = "emulator"
+    FORCE_PLATE = "force_plate"
+    FIELD = "field"
+
+
+class FactorKind(StrEnum):
+    """Whether the levels of a factor are numbers or labels."""
+
+    NUMBER = "number"
+    LABEL = "label"
+
+
+class RunKind(StrEnum):
+    """What a run is for: jumps are counted, idle runs measure the passive drain."""
+
+    JUMPS = "jumps"
+    IDLE = "idle"
+    CHARACTERISATION = "characterisation"
+    FIELD = "field"
+
+
+class RunState(StrEnum):
+    """Where a run stands: open until it is complete; void runs stay, no result uses them."""
+
+    OPEN = "open"
+    COMPLETE = "complete"
+    VOID = "void"
+
+
+class FileRole(StrEnum):
+    """What a file says about a run."""
+
+    LOG = "log"
+    FORCE = "force"
+    CHARGE = "charge"
+    VIDEO = "video"
+
+
+class FileState(StrEnum):
+    """Whether a raw copy is in use or set aside."""
+
+    KEPT = "kept"
+    QUARANTINED = "quarantined"
+
+
+class IngestStatus(StrEnum):
+    """How the reading of one file ended."""
+
+    IMPORTED = "imported"
+    DUPLICATE = "duplicate"
+    REFUSED = "refused"
+
+
+class Severity(StrEnum):
+    """How grave a finding is: a remark, a row left out, or the whole file refused."""
+
+    NOTE = "note"
+    ROW = "row"
+    FILE = "file"
+
+
+class ChargeMode(StrEnum):
+    """What a charger was doing."""
+
+    CHARGE = "charge"
+    DISCHARGE = "discharge"
+
+
+class GapKind(StrEnum):
+    """Why samples are missing: dropped packets, a logging pause, rejected rows, a sensor that held its value."""
+
+    DROPPED = "dropped"
+    PAUSE = "pause"
+    REJECTED = "rejected"
+    HELD = "held"
+
+
+class CheckKind(StrEnum):
+    """The checks made before a day's first run (thesis 5.1.3)."""
+
+    RAIL_ANGLE = "rail_angle"
+    LUBRICATION = "lubrication"
+    BATTERY_CONDITIONED = "battery_conditioned"
+    SENSOR_ZERO = "sensor_zero"
+
+
+class PlanMethod(StrEnum):
+    """How the order of a day was drawn."""
+
+    RANDOMISED = "randomised"
+    BLOCKED = "blocked"
+
+
+class TargetKind(StrEnum):
+    """What a note or a decision is about."""
+
+    JUMP = "jump"
+    RUN = "run"
+    CHARGE = "charge"
+    CONDITION = "condition"
+    DAY = "day"
+    FILE = "file"
+
+
+class Verdict(StrEnum):
+    """What a person decided; `clear` takes the earlier verdict back."""
+
+    ACCEPT = "accept"
+    REJECT = "reject"
+    MOVE = "move"
+    CLEAR = "clear"
+
+
+class ReasonCode(StrEnum):
+    """Why a person decided so."""
+
+    DROPPED_PACKET = "dropped_packet"
+    WRONG_APEX = "wrong_apex"
+    TOUCHED_BY_HAND = "touched_by_hand"
+    MISFIRE = "misfire"
+    SENSOR_FAULT = "sensor_fault"
+    LOOKS_RIGHT = "looks_right"
+    OTHER = "other"
+
+
+class Action(StrEnum):
+    """What a journal row does to the book."""
+
+    DECLARE = "declare"
+    CORRECT = "correct"
+    VOID = "void"
+    ASSIGN = "assign"
+    DECIDE = "decide"
+    NOTE = "note"
+    INGEST = "ingest"
+    REFUSE = "refuse"
+    REPORT = "report"
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelKind:
+    """A channel that labbook knows by name: the unit it is stored in and what it means."""
+
+    unit: str
+    meaning: str
+
+
+CHANNELS: dict[str, ChannelKind] = {
+    "body_height": ChannelKind("m", "height of the body above the undisturbed ground"),
+    "foot_height": ChannelKind("m", "height of the foot above the undisturbed ground"),
+    "leg_length": ChannelKind("m", "distance from hip to foot"),
+    "leg_velocity": ChannelKind("m/s", "rate of change of the leg length"),
+    "body_velocity": ChannelKind("m/s", "vertical velocity of the body"),
+    "platform_height": ChannelKind("m", "height of the emulated ground"),
+    "k_gain": ChannelKind("1", "stiffness gain in force"),
+    "b_gain": ChannelKind("1", "damping gain in force"),
+    "b_ad_gain": ChannelKind("1", "active-damping gain in force"),
+    "controller_state": ChannelKind("1", "state of the controller"),
+    "battery_voltage": ChannelKind("V", "voltage of the pack"),
+    "input_voltage": ChannelKind("V", "voltage of the charger's supply"),
+    "current": ChannelKind("A", "current, positive while charging"),
+    "charge": ChannelKind("mAh", "charge counted by the instrument, negative while discharging"),
+    "temperature_internal": ChannelKind("degC", "temperature inside the instrument"),
+    "temperature_external": ChannelKind("degC", "temperature at the external probe"),
+    "force_x": ChannelKind("N", "ground reaction on the robot, x"),
+    "force_y": ChannelKind("N", "ground reaction on the robot, y"),
+    "force_z": ChannelKind("N", "ground reaction on the robot, upward positive"),
+    "moment_x": ChannelKind("N*m", "moment about the plate's x axis"),
+    "moment_y": ChannelKind("N*m", "moment about the plate's y axis"),
+    "moment_z": ChannelKind("N*m", "moment about the plate's z axis"),
+    "cop_x": ChannelKind("m", "centre of pressure, x"),
+    "cop_y": ChannelKind("m", "centre of pressure, y"),
+    "sync": ChannelKind("1", "synchronisation input"),
+    "aux": ChannelKind("1", "auxiliary input"),
+    "sequence": ChannelKind("1", "the instrument's own sample counter"),
+    **{f"cell_{cell}_voltage": ChannelKind("V", f"voltage of cell {cell}") for cell in range(1, 11)},
+}
+"""Known channels; a second plate's channels carry the suffix `_2`, a third's `_3`. Others keep their own name."""

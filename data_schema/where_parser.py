@@ -1,0 +1,167 @@
+"""Read the text of `--where` into a tree; nothing here knows columns, tables or SQL.
+
+    expression  = conjunction { "or" conjunction }
+    conjunction = negation { "and" negation }
+    negation    = "not" negation | "(" expression ")" | comparison
+    comparison  = name ("=" | "==" | "!=" | "<>" | "<" | "<=" | ">" | ">=") value
+                | name ["not"] "in" "(" value { "," value } ")"
+
+`and`, `or`, `not` and `in` are read in any case. A name or value is a bare word (letters, digits and `_ . + - : /`)
+or stands in single or double quotes, where a backslash takes the next quote or backslash as it is. What a value
+means (number, date, level) is decided by the column that it is compared with, in `data_schema.where`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from data_schema.errors import UsageError
+from data_schema.where_tokens import OPERATORS, Operator, Token, Word, tokens
+
+MOST_COMPARISONS = 200
+"""Comparisons that a condition may have; SQLite refuses expressions 1000 deep."""
+
+DEEPEST_NESTING = 50
+"""Brackets and `not` that may stand inside each other."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A column against one value."""
+
+    column: Word
+    operator: Operator
+    value: Word
+
+
+@dataclass(frozen=True, slots=True)
+class Membership:
+    """A column against a list of values."""
+
+    column: Word
+    values: tuple[Word, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """The opposite of `operand`."""
+
+    operand: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    """All of `operands`, two or more."""
+
+    operands: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    """At least one of `operands`, two or more."""
+
+    operands: tuple[Expression, ...]
+
+
+Expression = Comparison | Membership | Not | And | Or
+
+
+def parse(text: str) -> Expression:
+    """Read a condition such as `k_gain=400 and day>=2021-06-01`.
+
+    Raises `UsageError` with the position of the first thing that cannot be read.
+    """
+    parser = _Parser(tokens(text))
+    expression = parser.expression(depth=0)
+    if parser.next.kind != "end":
+        raise parser.unexpected("'and', 'or' or the end", "put quotes round a value of several words")
+    return expression
+
+
+class _Parser:
+    """Recursive descent over the tokens; one method a rule of the grammar."""
+
+    def __init__(self, tokens: list[Token]) -> None:
+        self._tokens = tokens
+        self._place = 0
+        self._comparisons = 0
+
+    @property
+    def next(self) -> Token:
+        return self._tokens[self._place]
+
+    def unexpected(self, expected: str, remedy: str) -> UsageError:
+        return UsageError(f"character {self.next.position} of --where is {self.next}, expected {expected}: {remedy}.")
+
+    def _take(self, kind: str, *texts: str) -> bool:
+        found = self.next.kind == kind and self.next.text in texts
+        self._place += found
+        return found
+
+    def expression(self, depth: int) -> Expression:
+        operands = [self._conjunction(depth)]
+        while self._take("keyword", "or"):
+            operands.append(self._conjunction(depth))
+        return operands[0] if len(operands) == 1 else Or(tuple(operands))
+
+    def _conjunction(self, depth: int) -> Expression:
+        operands = [self._negation(depth)]
+        while self._take("keyword", "and"):
+            operands.append(self._negation(depth))
+        return operands[0] if len(operands) == 1 else And(tuple(operands))
+
+    def _negation(self, depth: int) -> Expression:
+        if depth > DEEPEST_NESTING:
+            raise UsageError(
+                f"--where has more than {DEEPEST_NESTING} brackets or 'not' inside each other at character "
+                f"{self.next.position}: write it flatter."
+            )
+        if self._take("keyword", "not"):
+            return Not(self._negation(depth + 1))
+        if self._take("mark", "("):
+            expression = self.expression(depth + 1)
+            if not self._take("mark", ")"):
+                raise self.unexpected(
+                    "'and', 'or' or ')'", "close the bracket, and put quotes round a value of several words"
+                )
+            return expression
+        return self._comparison()
+
+    def _comparison(self) -> Expression:
+        self._comparisons += 1
+        if self._comparisons > MOST_COMPARISONS:
+            raise UsageError(
+                f"--where has more than {MOST_COMPARISONS} comparisons: write lists such as run in (r1, r2)."
+            )
+        column = self._word("the name of a factor or run column", "write a comparison such as foot=small")
+        if self.next.kind == "operator":
+            operator = OPERATORS[self.next.text]
+            self._place += 1
+            return Comparison(column, operator, self._word("a value", "write one such as foot=small"))
+        negated = self._take("keyword", "not")
+        if self._take("keyword", "in"):
+            membership = Membership(column, self._values())
+            return Not(membership) if negated else membership
+        raise self.unexpected(
+            "'in'" if negated else f"a comparison after {column.text!r}",
+            "write for example k_gain=400, and k_gain in (300, 400) for several values",
+        )
+
+    def _values(self) -> tuple[Word, ...]:
+        remedy = "write the values in brackets with commas between, such as in (300, 400)"
+        if not self._take("mark", "("):
+            raise self.unexpected("'('", remedy)
+        values = [self._word("a value", remedy)]
+        while self._take("mark", ","):
+            values.append(self._word("a value", remedy))
+        if not self._take("mark", ")"):
+            raise self.unexpected("',' or ')'", remedy)
+        return tuple(values)
+
+    def _word(self, expected: str, remedy: str) -> Word:
+        token = self.next
+        if token.kind not in ("bare", "quoted"):
+            hint = f"put {token.text!r} in quotes if it is one" if token.kind == "keyword" else remedy
+            raise self.unexpected(expected, hint)
+        self._place += 1
+        return Word(token.text, token.position)

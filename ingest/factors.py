@@ -1,0 +1,32 @@
+"""Factors from the units of files to those that are stored."""
+
+from __future__ import annotations
+
+from data_schema.errors import InputRefused
+from data_schema.units import conversion
+from ingest.findings import FILE, FindingCollector
+
+# The units that logs are full of: the units library, slow to load, is for the others.
+_COMMON = {
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
+    "m/s": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3},
+    "N": {"N": 1.0, "kN": 1e3},
+    "N*m": {"N*m": 1.0, "N*mm": 1e-3},
+    "V": {"V": 1.0, "mV": 1e-3},
+    "A": {"A": 1.0, "mA": 1e-3},
+    "mAh": {"mAh": 1.0, "Ah": 1e3},
+    "degC": {"degC": 1.0},
+    "1": {"1": 1.0},
+}
+
+
+def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> tuple[float, float]:
+    """Return `(scale, offset)` with `stored = scale * value + offset`; a unit of another quantity refuses the file."""
+    common = _COMMON.get(stored, {}).get(unit)
+    if common is not None:
+        return common, 0.0
+    try:
+        return conversion(unit, stored)
+    except InputRefused as error:
+        findings.add(FILE, "unit_not_convertible", f"Column {column!r}: {error}", column=column, value=unit)
+        return 1.0, 0.0

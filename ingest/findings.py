@@ -1,0 +1,81 @@
+"""Collects what checks say about one file, all of it in one pass: one finding per rule and column."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from data_schema.vocabulary import Severity
+from ingest.model import Finding
+
+NOTE, ROW, FILE = Severity.NOTE, Severity.ROW, Severity.FILE
+
+MORE_LINES = 20
+"""Lines kept beside the first one."""
+
+_LONGEST_VALUE = 60
+_GRAVEST_FIRST = {FILE: 0, ROW: 1, NOTE: 2}
+
+
+@dataclass(slots=True)
+class _Entry:
+    message: str
+    value: str | None
+    count: int = 0
+    lines: list[int] = field(default_factory=list)
+
+
+class FindingCollector:
+    """Accumulates findings; the message and value of the first report of a rule and column stand."""
+
+    __slots__ = ("_entries",)
+
+    def __init__(self) -> None:
+        self._entries: dict[tuple[Severity, str, str | None], _Entry] = {}
+
+    def add(
+        self,
+        severity: Severity,
+        rule: str,
+        message: str,
+        *,
+        column: str | None = None,
+        lines: Sequence[int] = (),
+        count: int | None = None,
+        value: str | None = None,
+    ) -> None:
+        """Report `rule` once, or `count` times when `lines` (1-based, ascending) names only the first of them."""
+        key = (severity, rule, column)
+        entry = self._entries.get(key)
+        if entry is None:
+            shown = None if value is None else value[:_LONGEST_VALUE]
+            entry = self._entries[key] = _Entry(message, shown)
+        entry.count += count if count is not None else max(1, len(lines))
+        room = MORE_LINES + 1 - len(entry.lines)
+        if room > 0:
+            entry.lines.extend(int(line) for line in lines[:room])
+
+    def __contains__(self, rule: str) -> bool:
+        return any(known == rule for _, known, _ in self._entries)
+
+    @property
+    def refuse(self) -> bool:
+        """Whether something refuses the file."""
+        return any(severity is FILE for severity, _, _ in self._entries)
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Return all findings, gravest first, otherwise in the order of their first report."""
+        found = [
+            Finding(
+                severity,
+                rule,
+                entry.message,
+                entry.lines[0] if entry.lines else None,
+                column,
+                entry.value,
+                entry.count,
+                tuple(entry.lines[1:]),
+            )
+            for (severity, rule, column), entry in self._entries.items()
+        ]
+        return tuple(sorted(found, key=lambda finding: _GRAVEST_FIRST[finding.severity]))

@@ -1,0 +1,90 @@
+"""Formats that are recognised but not read: the refusal says what the file is and what to export instead."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ingest.findings import FILE, FindingCollector
+from ingest.formats.format import Format
+from ingest.model import Reading
+from ingest.sniff import Head
+
+_TEXT = "export its data as delimited text with a header, units and time"
+
+
+@dataclass(frozen=True, slots=True)
+class _Signature:
+    name: str
+    what: str
+    instead: str
+    matches: Callable[[Head], bool]
+
+
+def _magic(*beginnings: bytes) -> Callable[[Head], bool]:
+    return lambda head: head.data.startswith(beginnings)
+
+
+def _first_line(pattern: str) -> Callable[[Head], bool]:
+    compiled = re.compile(pattern)
+    return lambda head: compiled.match(head.first_line()) is not None
+
+
+def _any_line(pattern: str) -> Callable[[Head], bool]:
+    compiled = re.compile(pattern)
+    return lambda head: any(compiled.match(line) for line in head.lines[:12])
+
+
+def _is_c3d(head: Head) -> bool:
+    return len(head.data) >= 512 and head.data[1] == 0x50 and 2 <= head.data[0] <= 0x20 and head.source is None
+
+
+def _is_amti_bsf(head: Head) -> bool:
+    version, header = (int.from_bytes(head.data[start : start + 4], "little") for start in (0, 4))
+    return len(head.data) >= 8 and version in (100, 105) and 900 <= header <= 4096
+
+
+def _is_minitaur_old(head: Head) -> bool:
+    """Keys on the first line, a Python struct string on the second, binary records from there on."""
+    lines = head.data[:1024].split(b"\n", 2)
+    keys, layout = (lines[0], lines[1]) if len(lines) == 3 else (b"", b"")
+    return (
+        re.fullmatch(rb"[\w,]+", keys) is not None and re.fullmatch(rb"[cbB?hHiIlLqQfd\d]{3,200}", layout) is not None
+    )
+
+
+def _is_minitaur(head: Head) -> bool:
+    return head.data.startswith(b"/1/<") or _is_minitaur_old(head)
+
+
+_SIGNATURES = (
+    _Signature("c3d", "a C3D motion file", "export its force plates as text, one sample a line", _is_c3d),
+    _Signature("xlsx", "an Excel workbook or zip archive", "save as CSV, or unpack", _magic(b"PK\3\4", b"PK\5\6")),
+    _Signature("xls", "an old Excel workbook", "save each sheet as CSV", _magic(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")),
+    _Signature("gzip", "a gzip archive", "unpack it first", _magic(b"\x1f\x8b")),
+    _Signature("pdf", "a PDF document", "give the data it was made from", _magic(b"%PDF-")),
+    _Signature("image", "an image", _TEXT, _magic(b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*")),
+    _Signature("video", "a video", "keep it beside the book", lambda head: head.data[4:8] == b"ftyp"),
+    _Signature("mat", "a MATLAB file", "write it as text with `writetable`", _magic(b"MATLAB 5.0", b"\x89HDF")),
+    _Signature("minitaur_log", "a Minitaur binary log", "convert it to text with the maker's reader", _is_minitaur),
+    _Signature("amti_bsf", "an AMTI NetForce binary file", "export it from NetForce as text", _is_amti_bsf),
+    _Signature("cortex_forces", "a Motion Analysis Cortex force file", _TEXT, _first_line(r"\[Force Data\]")),
+    _Signature("bioware", "a Kistler BioWare export", _TEXT, _first_line(r"BioWare\b")),
+    _Signature("forcedecks", "a VALD ForceDecks export", _TEXT, _first_line(r"ForceDecks Raw")),
+    _Signature("qualisys_tsv", "a Qualisys force file", _TEXT, _first_line(r"NO_OF_SAMPLES\t")),
+    _Signature("vicon_csv", "a Vicon Nexus export", _TEXT, _first_line(r"Devices\s*$")),
+    _Signature("logview", "a LogView recording", "export it as CSV with units", _any_line(r"\$[NCTFV]\$;")),
+)  # fmt: skip
+
+
+def _format(signature: _Signature) -> Format:
+    def refuse(_head: Head, findings: FindingCollector) -> Reading:
+        findings.add(FILE, "format_not_read", f"This is {signature.what}, which is not read: {signature.instead}.")
+        return Reading()
+
+    return Format(signature.name, 1, signature.matches, refuse)
+
+
+RECOGNISED = tuple(_format(signature) for signature in _SIGNATURES)
+"""One format a signature; their readers refuse."""

@@ -1,0 +1,181 @@
+"""What reading one file gives: frozen results, independent of any database.
+
+A reader turns bytes and declarations into a `ReadFile`: signals, recharges and findings. Nothing in it
+depends on the file's name, the clock or the book, so the same bytes and declarations always give the same result.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.vocabulary import ChargeMode, FileRole, GapKind, Severity
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What a check says about a file: one per rule and column, with how often and where.
+
+    `line` is the first line it concerns (1-based, None when it concerns the file as a whole), `more_lines`
+    at most 20 further ones, `value` the text found at the first line.
+    """
+
+    severity: Severity
+    rule: str
+    message: str
+    line: int | None
+    column: str | None
+    value: str | None
+    count: int
+    more_lines: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """A stretch without trustworthy samples: from the last sample before it to the first one after it.
+
+    `start_s` and `length_s` are on the signal's own time axis; `samples_expected` is how many samples lie strictly
+    inside at the signal's rate, `samples_missing` how many of these are not there (or, held, not measured anew).
+    """
+
+    start_s: float
+    length_s: float
+    samples_expected: int
+    samples_missing: int
+    kind: GapKind
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ChannelData:
+    """One channel: `values = sign * (scale * source + offset)`, float64, shape (n_samples,).
+
+    `name` is a key of `vocabulary.CHANNELS` (a second plate's with suffix `_2`) or the column's own cleaned name;
+    `unit` is None when neither the file nor a declaration tells it. `assumed` lists, as sentences, what was taken
+    from a convention of the instrument's maker and not from the file. A missing value is NaN.
+    """
+
+    name: str
+    unit: str | None
+    source_name: str
+    source_unit: str | None
+    scale: float
+    offset: float
+    sign: int
+    assumed: tuple[str, ...]
+    values: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SignalPart:
+    """Channels sampled together: `time_s` is elapsed time from the first sample, strictly increasing.
+
+    `rate_hz` is the measured mean rate, dropped samples counted in, pauses left out; None with a single sample.
+    `start_utc` is ISO-8601 with `Z` when the file tells an instant, `start_original` the first time stamp as written.
+    """
+
+    part: str
+    time_s: FloatArray
+    rate_hz: float | None
+    start_utc: str | None
+    start_original: str | None
+    channels: tuple[ChannelData, ...]
+    gaps: tuple[Gap, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ChargeRow:
+    """One recharge (or discharge): `charge_mah` >= 0, its direction is `mode`.
+
+    `row_number` counts the recharges of the file from 1; `stated_run` and `stated_pack` are the names as written.
+    """
+
+    row_number: int
+    stated_run: str | None
+    stated_pack: str | None
+    charge_mah: float
+    resolution_mah: float
+    duration_s: float | None
+    end_voltage_v: float | None
+    mode: ChargeMode
+    ended_utc: str | None
+    ended_original: str | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadFile:
+    """All that one file says. `rows_read = rows_kept + rows_rejected`; blank, comment and header lines are no rows."""
+
+    format: str
+    reader_version: int
+    parts: tuple[SignalPart, ...]
+    charges: tuple[ChargeRow, ...]
+    findings: tuple[Finding, ...]
+    rows_read: int
+    rows_kept: int
+    rows_rejected: int
+    role: FileRole | None = None
+
+    @property
+    def refused(self) -> bool:
+        """Whether the file cannot be imported: some finding is of severity file."""
+        return any(finding.severity is Severity.FILE for finding in self.findings)
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnDeclaration:
+    """What a person says about a source column; None leaves that to the file's header.
+
+    `channel` is a key of `vocabulary.CHANNELS`, any other name to store it under, or `time` for the time column.
+    """
+
+    channel: str | None = None
+    unit: str | None = None
+    sign: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """A `[profiles.NAME]` table: it applies to files whose header holds every name of `recognise`."""
+
+    name: str
+    recognise: tuple[str, ...]
+    rate_hz: float | None = None
+    time_column: str | None = None
+    time_unit: str | None = None
+    columns: Mapping[str, ColumnDeclaration] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Declarations:
+    """What was said beforehand about files: on the command line first, then in profiles.
+
+    `encoding` is the page of text that is neither marked by a byte order mark nor valid UTF-8; `time_zone` the zone of
+    clock times without one (None: such times stay without an instant); `decimal_sign` settles `1,234`.
+    """
+
+    rate_hz: float | None = None
+    time_column: str | None = None
+    time_unit: str | None = None
+    columns: Mapping[str, ColumnDeclaration] = field(default_factory=dict)
+    profiles: tuple[Profile, ...] = ()
+    encoding: str = "cp1252"
+    time_zone: str | None = None
+    decimal_sign: str | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reading:
+    """What one format's reader hands back; `read_file` adds the findings and the verdict."""
+
+    parts: tuple[SignalPart, ...] = ()
+    charges: tuple[ChargeRow, ...] = ()
+    rows_read: int = 0
+    rows_rejected: int = 0
+    role: FileRole | None = None

@@ -1,0 +1,74 @@
+"""Reads one file: recognises its format by content, lets that format's reader work, and gives the verdict."""
+
+from __future__ import annotations
+
+from ingest.findings import FILE, FindingCollector
+from ingest.formats import FORMATS
+from ingest.formats.format import Format
+from ingest.model import Declarations, ReadFile, Reading
+from ingest.sniff import Head, sniff
+
+MOST_REJECTED = 0.01
+"""A file of which a larger share of rows is rejected is refused."""
+
+UNKNOWN = "unknown"
+
+
+def read_file(data: bytes, declared: Declarations) -> ReadFile:
+    """Read the bytes of one file under the given declarations; nothing else has any influence.
+
+    All findings are reported at once. Raises `UsageError` when a declaration itself has no meaning (an encoding, a time
+    zone).
+    """
+    findings = FindingCollector()
+    head = sniff(data, declared, findings)
+    chosen = _format(head)
+    if chosen is None:
+        reading = Reading()
+        _report_unknown(head, findings)
+    else:
+        reading = chosen.read(head, findings)
+        _judge_rows(reading, findings)
+    return ReadFile(
+        UNKNOWN if chosen is None else chosen.name,
+        0 if chosen is None else chosen.version,
+        reading.parts,
+        reading.charges,
+        findings.findings(),
+        reading.rows_read,
+        reading.rows_read - reading.rows_rejected,
+        reading.rows_rejected,
+        reading.role,
+    )
+
+
+def _format(head: Head) -> Format | None:
+    return next((candidate for candidate in FORMATS if candidate.recognise(head)), None)
+
+
+def _report_unknown(head: Head, findings: FindingCollector) -> None:
+    if head.source is not None or not head.data:
+        message = "The file is empty: copy it again from the instrument."
+        findings.add(FILE, "file_empty", message)
+    else:
+        beginning = head.data[:8].hex(" ")
+        message = f"The file is neither text nor a format known here (it begins with {beginning}): "
+        message += "export it as delimited text."
+        findings.add(FILE, "format_unknown", message, value=beginning)
+
+
+def _judge_rows(reading: Reading, findings: FindingCollector) -> None:
+    """Refuse a file of which nothing, or not enough, is left."""
+    if not reading.rows_read:
+        if not findings.refuse:
+            findings.add(FILE, "no_rows_kept", "The file holds no row of data.")
+    elif reading.rows_rejected == reading.rows_read:
+        findings.add(FILE, "no_rows_kept", f"None of the {reading.rows_read} rows could be read.")
+    elif reading.rows_rejected > MOST_REJECTED * reading.rows_read:
+        share = 100 * reading.rows_rejected / reading.rows_read
+        findings.add(
+            FILE,
+            "too_many_rejected",
+            f"{reading.rows_rejected} of {reading.rows_read} rows ({share:.2g} %) are rejected, more than 1 %: "
+            "mend the file's source, or read the findings and export it again.",
+        )

@@ -1,0 +1,116 @@
+"""From a delimited text to signals: layout, columns, rows, checks, time axis, in that order, reporting on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from data_schema.vocabulary import FileRole
+from ingest.axis import Recording, TimeSources, recordings
+from ingest.checks import held_rows, note_missing, note_still_channels, out_of_range
+from ingest.columns import NO_CONVENTION, ColumnPlan, Convention, Plan, plan_columns
+from ingest.declared import declarations_for
+from ingest.findings import NOTE, FindingCollector
+from ingest.forces import check_plates, orient
+from ingest.layout import Layout, find_layout
+from ingest.model import ChannelData, Declarations, FloatArray, Reading, SignalPart
+from ingest.preamble import read_preamble
+from ingest.rows import read_rows
+from ingest.table import Block, Wanted
+from ingest.text import TextSource, refuse_long_line
+
+
+@dataclass(frozen=True, slots=True)
+class Instrument:
+    """What a maker's export adds to the plain reading: name of the part, units, axes, a rate fixed by hardware."""
+
+    part: str = "log"
+    convention: Convention = NO_CONVENTION
+    axes: Mapping[str, int] = field(default_factory=dict)
+    fixed_rate_hz: float | None = None
+
+
+def read_signals(
+    source: TextSource, declared: Declarations, findings: FindingCollector, instrument: Instrument
+) -> Reading:
+    """Read the one table of a text into one signal part for each recording in it."""
+    layout = None if refuse_long_line(source, findings) else find_layout(source, declared, findings)
+    if layout is None:
+        return Reading()
+    declared = declarations_for(declared, layout.names, findings)
+    plan = plan_columns(layout, declared, findings, instrument.convention)
+    block = read_rows(source, layout, _wanted(plan, layout), findings)
+    role = FileRole.FORCE if any(column.channel == "force_z" for column in plan.columns) else FileRole.LOG
+    if not block.n_rows or not plan.columns:
+        return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=role)
+    stored = {column.position: _stored(block, column) for column in plan.columns}
+    usable = ~out_of_range(stored, plan.columns, block, findings)
+    note_missing(stored, plan.columns, block, findings)
+    columns = orient(plan.columns, stored, instrument.axes, instrument.convention.maker, findings)
+    columns = check_plates(columns, stored, findings)
+    preamble = read_preamble(layout.preamble)
+    sources = TimeSources(block, plan, stored, declared, preamble, instrument.fixed_rate_hz)
+    found = recordings(sources, usable, findings)
+    parts = [
+        _part(instrument.part, number, recording, columns, stored, findings)
+        for number, recording in enumerate(found.recordings, start=1)
+    ]
+    kept = int(np.count_nonzero(found.keep))
+    return Reading(tuple(parts), (), block.rows_read, block.rows_read - kept, role)
+
+
+def _wanted(plan: Plan, layout: Layout) -> list[Wanted]:
+    wanted = [Wanted(column.position, column.source_name, layout.kinds[column.position]) for column in plan.columns]
+    if plan.time is not None:
+        wanted.append(Wanted(plan.time.position, plan.time.source_name, plan.time.kind))
+    return sorted(wanted, key=lambda column: column.position)
+
+
+def _stored(block: Block, plan: ColumnPlan) -> FloatArray:
+    """Return a column in its stored unit, its declared sign applied; the column itself where nothing changes."""
+    values: FloatArray = np.asarray(block.numbers[plan.position], dtype=np.float64)
+    scale, offset = plan.sign * plan.scale, plan.sign * plan.offset
+    if scale != 1.0:
+        values = values * scale
+    return values + offset if offset != 0.0 else values
+
+
+def _part(
+    name: str,
+    number: int,
+    recording: Recording,
+    plans: Sequence[ColumnPlan],
+    stored: Mapping[int, FloatArray],
+    findings: FindingCollector,
+) -> SignalPart:
+    channels = tuple(
+        ChannelData(
+            plan.channel,
+            plan.unit,
+            plan.source_name,
+            plan.source_unit,
+            plan.scale,
+            plan.offset,
+            plan.sign,
+            plan.assumed,
+            stored[plan.position][recording.rows],
+        )
+        for plan in plans
+    )
+    note_still_channels(channels, findings)
+    axis = recording.timebase
+    held = held_rows(axis.time_s, channels)
+    if held:
+        message = "All channels repeat for several rows: a logger that writes its last packet again; marked as gaps."
+        findings.add(NOTE, "packets_held", message, count=len(held))
+    return SignalPart(
+        name if number == 1 else f"{name}_segment_{number}",
+        axis.time_s,
+        axis.rate_hz,
+        recording.start_utc,
+        recording.start_original,
+        channels,
+        tuple(sorted((*axis.gaps, *held), key=lambda gap: gap.start_s)),
+    )

@@ -1,0 +1,40 @@
+"""Facts as inputs of results: what changes their hash is exactly what a result may use."""
+
+from __future__ import annotations
+
+from data_schema.journal import canonical
+from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.results import InputRow
+from data_schema.queries.runs import RunRow
+from data_schema.queries.signals import DecisionRow, SignalRow
+from labbook.analysis.workbench import rests_on
+
+
+def run_input(run: RunRow) -> InputRow:
+    """Name a run and the facts about it that numbers rest on."""
+    return rests_on(
+        "run",
+        "run",
+        run.uid,
+        canonical([run.kind, run.state, run.duration_s, run.jumps_made, run.condition_key, run.robot]),
+    )
+
+
+def charge_input(charge: ChargeOfRun) -> InputRow:
+    """Name a charge and what it says."""
+    return rests_on("charge", "charge", charge.uid, canonical([charge.charge_mah, charge.resolution_mah, charge.mode]))
+
+
+def signal_input(signal: SignalRow) -> InputRow:
+    """Name the samples of a signal; they are their own hash."""
+    return InputRow("log", "signal", signal.sha256, signal.sha256)
+
+
+def decision_input(decision: DecisionRow) -> InputRow:
+    """Name a person's verdict; it never changes."""
+    return rests_on("decision", "decision", decision.uid, decision.uid)
+
+
+def condition_input(run: RunRow) -> InputRow:
+    """Name the condition of a run."""
+    return rests_on("condition", "condition", run.condition_uid or "", run.condition_key)

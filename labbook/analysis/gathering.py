@@ -1,0 +1,62 @@
+"""What an analysis looks at: the facts of the selected runs, read once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError
+from data_schema.queries.charges import ChargeOfRun, charges_by_run
+from data_schema.queries.runs import FactorRow, RunRow, StudyRow, factors, list_runs, the_study, where_columns
+from data_schema.queries.signals import DecisionRow, SignalRow, jump_decisions, signals_of_runs
+from data_schema.vocabulary import FileRole, RunKind, RunState
+from data_schema.where import compile_where
+from labbook.analysis.detecting import BODY_HEIGHT
+from labbook.config import Configuration
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """Facts for one analysis. `runs` are the selected jump runs that are not void; `idle` all idle runs of the book.
+
+    `logs` holds, by a run's uid, the signals with a body height; `charges` what was put back after it.
+    """
+
+    study: StudyRow
+    configuration: Configuration
+    selection: str
+    factors: tuple[FactorRow, ...]
+    selected: tuple[RunRow, ...]
+    runs: tuple[RunRow, ...]
+    idle: tuple[RunRow, ...]
+    charges: Mapping[str, list[ChargeOfRun]]
+    logs: Mapping[str, list[SignalRow]]
+    decisions: Mapping[str, list[DecisionRow]]
+
+
+def gather(connection: sa.Connection, configuration: Configuration, where: str | None) -> Evidence:
+    """Read the facts of the runs that fulfil `where` (all of them without one)."""
+    study = the_study(connection)
+    if study is None:
+        raise UsageError("the book has no study yet: describe it under [study] in labbook.toml and import its runs.")
+    expression = compile_where(where, where_columns(connection)) if where else None
+    selected = list_runs(connection, expression)
+    everything = selected if expression is None else list_runs(connection)
+    logs: dict[str, list[SignalRow]] = {}
+    for signal in signals_of_runs(connection, FileRole.LOG):
+        if BODY_HEIGHT in signal.channels:
+            logs.setdefault(signal.run_uid, []).append(signal)
+    return Evidence(
+        study=study,
+        configuration=configuration,
+        selection=where or "",
+        factors=factors(connection),
+        selected=tuple(selected),
+        runs=tuple(run for run in selected if run.kind is RunKind.JUMPS and run.state is not RunState.VOID),
+        idle=tuple(run for run in everything if run.kind is RunKind.IDLE and run.state is not RunState.VOID),
+        charges=charges_by_run(connection),
+        logs=logs,
+        decisions=jump_decisions(connection),
+    )

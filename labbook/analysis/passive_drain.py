@@ -1,0 +1,81 @@
+"""The passive drain of the electronics, from the idle runs of the whole study (thesis 5.1.4)."""
+
+from __future__ import annotations
+
+from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.results import ResultRow
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import ChargeMode, Undefined
+from labbook.analysis.facts import charge_input, run_input
+from labbook.analysis.gathering import Evidence
+from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
+from stats.passive_drain import PassiveDrain, fit_passive_drain
+
+ALGORITHM = Algorithm("passive_drain", 1, ("labbook.analysis.passive_drain", "stats.passive_drain", "stats.sums"))
+MAH_MIN = 60.0
+"""mAh/s to mAh/min."""
+
+
+def idle_charges(evidence: Evidence) -> list[tuple[RunRow, ChargeOfRun]]:
+    """Return the idle runs that can be fitted: with a duration and exactly one charge."""
+    usable = []
+    for run in evidence.idle:
+        charges = [item for item in evidence.charges.get(run.uid, []) if item.mode == ChargeMode.CHARGE]
+        if run.duration_s is not None and len(charges) == 1:
+            usable.append((run, charges[0]))
+    return usable
+
+
+def fitted(evidence: Evidence) -> PassiveDrain | Undefined:
+    """Fit the line through the idle runs."""
+    idle = idle_charges(evidence)
+    return fit_passive_drain([run.duration_s or 0.0 for run, _ in idle], [charge.charge_mah for _, charge in idle])
+
+
+def passive_drain(bench: Workbench, evidence: Evidence) -> ResultRow:
+    """Store the drain line and what it gives at the protocol's run duration."""
+    idle = idle_charges(evidence)
+    duration_s = evidence.configuration.protocol.run_duration_s
+    return bench.ensure_one(
+        Request(
+            ALGORITHM,
+            {"study": evidence.study.name},
+            tuple(item for run, charge in idle for item in (run_input(run), charge_input(charge))),
+            {"run_duration_s": duration_s},
+            lambda: _outcome(evidence, duration_s),
+        )
+    )
+
+
+def _outcome(evidence: Evidence, duration_s: float | None) -> Outcome:
+    drain = fitted(evidence)
+    if isinstance(drain, Undefined):
+        return Outcome(
+            tuple(
+                NewNumber(name, drain, unit)
+                for name, unit in (("slope", "mAh/min"), ("intercept", "mAh"), ("r_squared", "1"), ("at_run", "mAh"))
+            )
+        )
+    line = (
+        NewNumber(
+            "slope", drain.slope_mah_s * MAH_MIN, "mAh/min", drain.slope_se_mah_s * MAH_MIN, df=drain.df, n=drain.n
+        ),
+        NewNumber("intercept", drain.intercept_mah, "mAh", drain.intercept_se_mah, df=drain.df, n=drain.n),
+        NewNumber("r_squared", drain.r_squared, "1", n=drain.n),
+    )
+    if duration_s is None:
+        none = Undefined("the protocol states no run duration")
+        return Outcome((*line, NewNumber("at_run", none, "mAh")))
+    at_run = drain.at(duration_s)
+    estimate = NewNumber(
+        "at_run",
+        at_run.charge_mah,
+        "mAh",
+        shared_se=at_run.se,
+        ci_low=at_run.ci_low,
+        ci_high=at_run.ci_high,
+        ci_level=at_run.level,
+        df=at_run.df,
+        n=drain.n,
+    )
+    return Outcome((*line, estimate), {"sentence": drain.sentence(duration_s), "extrapolated": at_run.extrapolated})

@@ -1,0 +1,99 @@
+"""Joules a jump of each run: 3.6 x voltage x (charge - passive charge) / jumps made (thesis 5.1.4)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.results import ResultRow
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import ChargeMode, Undefined
+from labbook.analysis.facts import charge_input, condition_input, run_input
+from labbook.analysis.gathering import Evidence
+from labbook.analysis.passive_drain import fitted
+from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on, rests_on_result
+from stats.energy import joules_per_jump, joules_per_mah
+from stats.passive_drain import PassiveDrain
+
+ALGORITHM = Algorithm(
+    "run_energy", 1, ("labbook.analysis.run_energy", "stats.energy", "stats.passive_drain", "stats.sums")
+)
+
+
+@dataclass(frozen=True, slots=True)
+class RunEnergies:
+    """Joules a jump by run uid, and why other runs have none."""
+
+    results: dict[str, ResultRow]
+    missing: dict[str, str]
+
+
+def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | str:
+    """Return the one charge that a run's energy rests on, or why there is none."""
+    charged = [item for item in charges if item.mode == ChargeMode.CHARGE]
+    if not charged:
+        return "no charge recorded"
+    if len(charged) > 1:
+        return f"{len(charged)} charges recorded"
+    if run.duration_s is None:
+        return "no duration recorded"
+    if run.jumps_made == 0:
+        return "no jumps made"
+    return charged[0]
+
+
+def run_energies(bench: Workbench, evidence: Evidence, drain_row: ResultRow) -> RunEnergies:
+    """Ensure the energy of every selected jump run that has what it takes."""
+    drain = fitted(evidence)
+    requests: dict[str, Request] = {}
+    missing: dict[str, str] = {}
+    for run in evidence.runs:
+        charge = usable_charge(run, evidence.charges.get(run.uid, []))
+        if isinstance(charge, str):
+            missing[run.uid] = charge
+        elif isinstance(drain, Undefined):
+            missing[run.uid] = "no passive-drain fit"
+        else:
+            requests[run.uid] = _request(evidence, run, charge, drain, drain_row)
+    return RunEnergies(dict(zip(requests, bench.ensure(list(requests.values())), strict=True)), missing)
+
+
+def _request(
+    evidence: Evidence, run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, drain_row: ResultRow
+) -> Request:
+    voltage_v = evidence.study.reference_voltage_v
+    return Request(
+        ALGORITHM,
+        {"run": run.name},
+        (
+            run_input(run),
+            charge_input(charge),
+            condition_input(run),
+            rests_on_result("drain", drain_row),
+            rests_on("voltage", "study", evidence.study.uid, repr(voltage_v)),
+        ),
+        {},
+        lambda: _outcome(run, charge, drain, voltage_v),
+    )
+
+
+def _outcome(run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, voltage_v: float) -> Outcome:
+    assert run.duration_s is not None  # noqa: S101 - `usable_charge` has asked
+    passive = drain.at(run.duration_s)
+    worth_j_mah = joules_per_mah(voltage_v, run.jumps_made)
+    joules = joules_per_jump(charge.charge_mah, passive.charge_mah, voltage_v, run.jumps_made)
+    return Outcome(
+        (
+            NewNumber(
+                "joules_per_jump",
+                joules,
+                "J",
+                se=worth_j_mah * charge.resolution_mah / math.sqrt(12.0),
+                shared_se=worth_j_mah * passive.se,
+                n=run.jumps_made,
+            ),
+            NewNumber("passive_charge", passive.charge_mah, "mAh", shared_se=passive.se, n=drain.n, df=drain.df),
+        ),
+        {"drain_df": drain.df, "drain_se_mah": passive.se, "extrapolated": passive.extrapolated},
+    )

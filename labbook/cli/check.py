@@ -1,0 +1,40 @@
+"""`labbook check`: the checks before a day's first run."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption, JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("check")(check)
+
+
+def check(
+    kind: Annotated[str, typer.Argument(help="rail_angle, lubrication, battery_conditioned or sensor_zero.")],
+    value: Annotated[float | None, typer.Option("--value", help="What was measured.")] = None,
+    unit: Annotated[str | None, typer.Option("--unit", help="Its unit.")] = None,
+    failed: Annotated[bool, typer.Option("--failed", help="The check was made and did not pass.")] = False,
+    day: Annotated[str | None, typer.Option("--day", metavar="DATE", help="Another day, as 2021-06-01.")] = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Record a check of the day (thesis 5.1.3): the rail's angle, lubrication, battery, sensor zero.
+
+    Example: labbook check rail_angle --value 0.4 --unit deg
+    """
+    from labbook.book import opened
+    from labbook.day_checks import state_check
+
+    with opened(book) as opened_book, opened_book.desk(person) as desk:
+        date = state_check(desk, opened_book.configuration, kind, value, unit, not failed, day)
+    emit(
+        {"day": date, "kind": kind, "passed": not failed},
+        [f"{date}: {kind} {'did not pass' if failed else 'passed'}."],
+        as_json,
+    )

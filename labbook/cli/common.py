@@ -1,0 +1,76 @@
+"""What all commands share: options, output, progress. Light, because every command loads it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, is_dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+BookOption = Annotated[
+    Path | None, typer.Option("--book", metavar="DIR", help="The book; without it, the one that holds this folder.")
+]
+AsOption = Annotated[
+    str | None,
+    typer.Option("--as", metavar="NAME", envvar="LABBOOK_AS", help="Who states this: a name or initials of [people]."),
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
+WhereOption = Annotated[
+    str | None,
+    typer.Option("--where", metavar="TEXT", help='Which runs, for example "k_gain=400 and day>=2021-06-01".'),
+]
+
+
+def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
+    """Print `data` as JSON, or the lines for people."""
+    if as_json:
+        typer.echo(json.dumps(plain(data), ensure_ascii=False, indent=2, allow_nan=False))
+        return
+    for line in lines:
+        typer.echo(line)
+
+
+def plain(value: Any) -> Any:
+    """Turn rows into what JSON can hold."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return plain(asdict(value))
+    if isinstance(value, dict):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple | set | frozenset):
+        return [plain(item) for item in value]
+    return value if isinstance(value, str | int | float | bool) or value is None else str(value)
+
+
+def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Set rows in columns under their heads; the last column is not padded."""
+    widths = [max(map(len, cells)) for cells in zip(head, *rows, strict=True)]
+    form = "  ".join(f"{{:<{width}}}" for width in widths[:-1])
+    form = f"{form}  {{}}" if form else "{}"
+    return [form.format(*row).rstrip() for row in (head, *rows)]
+
+
+@contextlib.contextmanager
+def progress(what: str, total: int | None, shown: bool) -> Iterator[Callable[[str], None]]:
+    """Show a progress bar on the terminal while work goes on; yields the function that says one step is done."""
+    if not shown or not sys.stderr.isatty():
+        yield lambda _step: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    parts = [SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()]
+    if total is None:
+        parts = [SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()]
+    with Progress(*parts, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=total)
+        yield lambda step: bar.update(task, advance=1, description=step[:40])
+
+
+def asking() -> bool:
+    """Tell whether a person sits at the terminal and can be asked."""
+    return sys.stdin.isatty() and sys.stderr.isatty()

@@ -1,0 +1,89 @@
+"""What `labbook ingest` prints of each file."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+from data_schema.vocabulary import IngestStatus
+from ingest.model import Finding
+from labbook.analysis.gathering import gather
+from labbook.book import Book
+from labbook.ingesting import FileOutcome
+from labbook.rig_line import rig_lines
+
+
+def outcome_lines(book: Book, outcome: FileOutcome) -> list[str]:
+    """Return the lines for people: what became of the file, its findings, and how its run does."""
+    if outcome.first is not None:
+        first = outcome.first
+        runs = f" for run {', '.join(first.runs)}" if first.runs else ""
+        return [f"{outcome.path}: imported before{runs}, as {first.original_name} by {first.person} on {first.at_utc}."]
+    read = outcome.read
+    assert read is not None  # noqa: S101 - only duplicates are not read
+    if outcome.status is IngestStatus.REFUSED:
+        head = f"{outcome.path}: refused ({read.format}), nothing stored:"
+        return [head, *(f"  {_finding(finding)}" for finding in read.findings)]
+    where = f"run {', '.join(outcome.runs)}" if outcome.runs else "no run yet (`labbook runs inbox`)"
+    rejected = f", {read.rows_rejected} rejected" if read.rows_rejected else ""
+    head = f"{outcome.path}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}."
+    lines = [head, *(f"  {_finding(finding)}" for finding in read.findings)]
+    if outcome.prepared is not None and outcome.runs:
+        with book.reading() as connection:
+            evidence = gather(connection, book.configuration, None)
+        lines += [f"  {line}" for line in rig_lines(outcome.prepared, outcome.runs, evidence)]
+    return lines
+
+
+def outcome_json(outcome: FileOutcome) -> dict[str, Any]:
+    """Return the record for programs."""
+    read = outcome.read
+    return {
+        "file": outcome.path,
+        "status": str(outcome.status),
+        "sha256": outcome.sha256,
+        "runs": list(outcome.runs),
+        "format": read.format if read else None,
+        "rows_read": read.rows_read if read else 0,
+        "rows_kept": read.rows_kept if read else 0,
+        "rows_rejected": read.rows_rejected if read else 0,
+        "channels": [
+            {"name": channel.name, "unit": channel.unit, "rate_hz": part.rate_hz, "n": len(part.time_s)}
+            for part in (read.parts if read else ())
+            for channel in part.channels
+        ],
+        "findings": [_finding_json(finding) for finding in (read.findings if read else ())],
+        "first_import": outcome.first,
+    }
+
+
+def summary_line(outcomes: Sequence[FileOutcome], dry_run: bool) -> str:
+    """Return the one line that sums up a batch."""
+    counts = Counter(outcome.status for outcome in outcomes)
+    imported = "would be imported" if dry_run else "imported"
+    return (
+        f"{len(outcomes)} file{'' if len(outcomes) == 1 else 's'}: {counts[IngestStatus.IMPORTED]} {imported}, "
+        f"{counts[IngestStatus.DUPLICATE]} there already, {counts[IngestStatus.REFUSED]} refused."
+    )
+
+
+def _finding(finding: Finding) -> str:
+    place = "" if finding.line is None else f"line {finding.line}"
+    if finding.count > 1 and place:
+        place += f" and {finding.count - 1} more"
+    place = f" ({place})" if place else ""
+    return f"{finding.severity}: {finding.rule}{place}: {finding.message}"
+
+
+def _finding_json(finding: Finding) -> dict[str, Any]:
+    return {
+        "severity": str(finding.severity),
+        "rule": finding.rule,
+        "line": finding.line,
+        "more_lines": list(finding.more_lines),
+        "column": finding.column,
+        "value": finding.value,
+        "count": finding.count,
+        "message": finding.message,
+    }

@@ -1,0 +1,36 @@
+"""`labbook init`: make a book."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("init")(init)
+
+
+def init(
+    folder: Annotated[Path, typer.Argument(help="The folder of the new book.")],
+    person: Annotated[str, typer.Option("--as", metavar="NAME", envvar="LABBOOK_AS", help="Who makes the book.")],
+    as_json: JsonOption = False,
+) -> None:
+    """Make a book: a folder with labbook.toml, its database, its journal and its store.
+
+    An existing labbook.toml in the folder is used as it is; otherwise a commented one is written to be filled in.
+
+    Example: labbook init mybook --as "Ada Nwosu"
+    """
+    from labbook.making import make_book
+
+    make_book(folder, person)
+    emit(
+        {"book": str(folder.resolve())},
+        [f"made the book {folder}.", f"Next: describe the study in {folder / 'labbook.toml'}, then `labbook plan`."],
+        as_json,
+    )

@@ -1,0 +1,108 @@
+"""`labbook jumps`: see what was found in a run, reject or accept jumps."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption, JsonOption, columns, emit
+
+app = typer.Typer(help="Jumps of a run: list, reject, accept, clear.", no_args_is_help=True)
+
+RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run.")]
+NumbersArgument = Annotated[list[int], typer.Argument(metavar="NUMBER...", help="Jumps by their number in the list.")]
+ReasonOption = Annotated[
+    str,
+    typer.Option("--reason", help="dropped_packet, wrong_apex, touched_by_hand, misfire, sensor_fault, other ..."),
+]
+NoteOption = Annotated[str | None, typer.Option("--note", help="In your own words.")]
+
+
+@app.command("list")
+def list_command(run: RunArgument, book: BookOption = None, as_json: JsonOption = False) -> None:
+    """List the jumps found in a run, which of them count, and why others do not.
+
+    Example: labbook jumps list r017
+    """
+    from labbook.book import opened
+    from labbook.jump_review import jump_lines, review
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = review(opened_book, connection, run)
+    head, rows, waiting = jump_lines(found)
+    emit(found, [*columns(head, rows), *waiting] if rows else ["no jumps found.", *waiting], as_json)
+
+
+@app.command("reject")
+def reject_command(
+    run: RunArgument,
+    numbers: NumbersArgument,
+    reason: ReasonOption,
+    note: NoteOption = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Reject jumps; the verdict is kept with name, time and reason, and can be taken back with `clear`.
+
+    Example: labbook jumps reject r017 4 9 --reason touched_by_hand
+    """
+    _decide(run, numbers, "reject", reason, note, book, person, as_json)
+
+
+@app.command("accept")
+def accept_command(
+    run: RunArgument,
+    numbers: NumbersArgument,
+    reason: ReasonOption = "looks_right",
+    note: NoteOption = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Accept jumps, also ones that the protocol would leave out.
+
+    Example: labbook jumps accept r017 4
+    """
+    _decide(run, numbers, "accept", reason, note, book, person, as_json)
+
+
+@app.command("clear")
+def clear_command(
+    run: RunArgument,
+    numbers: NumbersArgument,
+    note: NoteOption = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Take verdicts back: the protocol's rules decide again.
+
+    Example: labbook jumps clear r017 4
+    """
+    _decide(run, numbers, "clear", "other", note, book, person, as_json)
+
+
+def _decide(
+    run: str,
+    numbers: list[int],
+    verdict: str,
+    reason: str,
+    note: str | None,
+    book: BookOption,
+    person: AsOption,
+    as_json: bool,
+) -> None:
+    from labbook.book import opened
+    from labbook.jump_review import decide
+
+    with opened(book) as opened_book, opened_book.desk(person) as desk:
+        decide(opened_book, desk, run, numbers, verdict, reason, note)
+        stale = desk.stale
+    listed = ", ".join(map(str, numbers))
+    emit(
+        {"run": run, "jumps": numbers, "verdict": verdict, "stale": stale},
+        [f"{run}: {verdict} {listed}; {len(stale)} results became stale."],
+        as_json,
+    )

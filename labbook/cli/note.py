@@ -1,0 +1,40 @@
+"""`labbook note`: a remark on a run."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption, JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("note")(note)
+
+
+def note(
+    run: Annotated[str, typer.Argument(help="The run.")],
+    text: Annotated[str, typer.Argument(help="What is to be remembered.")],
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Write a note on a run.
+
+    Example: labbook note r017 "left rail squeaked"
+    """
+    from data_schema.errors import UsageError
+    from data_schema.vocabulary import Action
+    from labbook.book import opened
+    from labbook.desk import Statement, new_uid
+    from labbook.naming import run_named
+
+    if not text.strip():
+        raise UsageError("the note is empty: say what is to be remembered.")
+    with opened(book) as opened_book, opened_book.desk(person) as desk:
+        target = run_named(desk.connection, run)
+        new = {"target_kind": "run", "target_uid": target.uid, "text": text}
+        desk.state(Statement(Action.NOTE, "note", new_uid(), new=new))
+    emit({"run": run, "text": text}, [f"noted on run {run}."], as_json)

@@ -1,0 +1,34 @@
+"""`labbook plot`: a run's log as a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import BookOption, JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("plot")(plot)
+
+
+def plot(
+    run: Annotated[str, typer.Argument(help="The run.")],
+    jump: Annotated[int | None, typer.Option("--jump", help="The jump to show enlarged.")] = None,
+    out: Annotated[Path | None, typer.Option("--out", metavar="FILE", help="A .png, .svg or .pdf file.")] = None,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Plot the body height of a run with its jumps, gaps and verdicts, and one jump enlarged.
+
+    Example: labbook plot r017 --jump 4 --out r017.png
+    """
+    from labbook.book import opened
+    from labbook.run_plot import plot_run
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        path = plot_run(opened_book, connection, run, jump, out or Path(f"{run}.png"))
+    emit({"run": run, "figure": str(path)}, [str(path)], as_json)

@@ -1,0 +1,37 @@
+"""`labbook rebuild`: the database anew from raw copies and journal."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import BookOption, JsonOption, emit, progress
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("rebuild")(rebuild)
+
+
+def rebuild(
+    journal: Annotated[bool, typer.Option("--journal", help="Write journal.jsonl from the database instead.")] = False,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Make the database anew from the raw copies and the journal; the old one is kept beside it.
+
+    Example: labbook rebuild
+    """
+    from labbook.book import find_folder
+    from labbook.rebuilding import rebuild_database, rewrite_journal
+
+    folder = find_folder(book or Path.cwd())
+    if journal:
+        count = rewrite_journal(folder)
+        emit({"entries": count}, [f"journal.jsonl written anew: {count} entries."], as_json)
+        return
+    with progress("rebuilding", None, shown=not as_json) as step:
+        done = rebuild_database(folder, step)
+    emit(done, [f"rebuilt from {done.entries} entries; the old database is {done.old or 'gone'}."], as_json)

@@ -1,0 +1,78 @@
+"""`labbook runs`: list, import, inbox."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, columns, emit
+
+app = typer.Typer(help="Runs: list them, import a run sheet, see what has no run yet.", no_args_is_help=True)
+
+
+@app.command("list")
+def list_command(where: WhereOption = None, book: BookOption = None, as_json: JsonOption = False) -> None:
+    """List runs by day and position.
+
+    Example: labbook runs list --where "foot=small and not state=void"
+    """
+    from data_schema.queries.runs import list_runs, where_columns
+    from data_schema.where import compile_where
+    from labbook.book import opened
+    from labbook.run_list import run_cells
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        expression = compile_where(where, where_columns(connection)) if where else None
+        rows = list_runs(connection, expression)
+    emit(rows, columns(*run_cells(rows)) if rows and not as_json else ["no runs."], as_json)
+
+
+@app.command("import")
+def import_command(
+    sheet: Annotated[Path, typer.Argument(help="The run sheet, CSV.")],
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be stated; store nothing.")] = False,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Import a filled-in run sheet; rows that are not filled in yet wait, the same sheet again changes nothing.
+
+    Example: labbook runs import runs.csv
+    """
+    from labbook.book import opened
+    from labbook.cli.reading import read_text
+    from labbook.desk import DryRun
+    from labbook.runs_importing import import_runs
+
+    text = read_text(sheet)
+    with opened(book) as opened_book:
+        try:
+            with opened_book.desk(person) as desk:
+                done = import_runs(opened_book, desk, text, str(sheet))
+                if dry_run:
+                    raise DryRun
+        except DryRun:
+            pass
+    line = (
+        f"{len(done.stated)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
+        f"{len(done.not_made)} still to be made{' (dry run: nothing stored)' if dry_run else ''}."
+    )
+    emit(done, [*done.remarks, line], as_json)
+
+
+@app.command("inbox")
+def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
+    """List files and charges whose run is unknown; `labbook assign` gives them one.
+
+    Example: labbook runs inbox
+    """
+    from data_schema.queries.imports import inbox
+    from labbook.book import opened
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        items = inbox(connection)
+    rows = [(item.what, item.name, item.stated_run or "", item.detail) for item in items]
+    lines = columns(("what", "name", "stated run", "detail"), rows) if rows else ["the inbox is empty."]
+    emit(items, lines, as_json)

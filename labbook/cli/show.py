@@ -1,0 +1,29 @@
+"""`labbook show`: everything the book knows of a run."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import BookOption, JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("show")(show)
+
+
+def show(
+    run: Annotated[str, typer.Argument(help="The run.")], book: BookOption = None, as_json: JsonOption = False
+) -> None:
+    """Show a run: facts, files with channels and gaps, charges, notes, and what was stated about it.
+
+    Example: labbook show r017
+    """
+    from labbook.book import opened
+    from labbook.run_view import run_view, view_lines
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = run_view(connection, run)
+    emit(found, view_lines(found), as_json)

@@ -1,0 +1,31 @@
+"""`labbook today`: what is still to do."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import BookOption, JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("today")(today)
+
+
+def today(
+    day: Annotated[str | None, typer.Option("--day", metavar="DATE", help="Another day, as 2021-06-01.")] = None,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List what a day still needs: planned runs not made, logs without charge, charges without log, checks not made.
+
+    Example: labbook today
+    """
+    from labbook.book import opened
+    from labbook.to_do import to_do, to_do_lines
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = to_do(connection, opened_book.configuration, day)
+    emit(found, to_do_lines(found), as_json)

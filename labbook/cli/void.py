@@ -1,0 +1,34 @@
+"""`labbook void`: a run does not count."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption, JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("void")(void)
+
+
+def void(
+    run: Annotated[str, typer.Argument(help="The run.")],
+    reason: Annotated[str, typer.Option("--reason", help="Why it does not count.")],
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Declare a run void: it stays in the book with its files, no result uses it, reports count it.
+
+    Example: labbook void r017 --reason "foot came loose"
+    """
+    from labbook.book import opened
+    from labbook.correcting import void as state_void
+
+    with opened(book) as opened_book, opened_book.desk(person) as desk:
+        state_void(desk, run, reason)
+        stale = desk.stale
+    emit({"run": run, "stale": stale}, [f"run {run} is void; {len(stale)} results became stale."], as_json)

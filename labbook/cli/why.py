@@ -1,0 +1,31 @@
+"""`labbook why`: where a number came from."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import BookOption, JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("why")(why)
+
+
+def why(
+    number: Annotated[str, typer.Argument(help="The provenance id beside a number in a report, or its beginning.")],
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Trace a number to the algorithm, the facts and the bytes it rests on.
+
+    Example: labbook why 3fa9c2d1
+    """
+    from labbook.book import opened
+    from labbook.tracing import trace, trace_lines
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = trace(connection, number)
+    emit(found, trace_lines(found), as_json)

@@ -1,0 +1,166 @@
+"""What a configuration holds; every mapping goes from a name that a person chose, in the order of the file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from data_schema.vocabulary import FactorKind, StudyKind
+
+
+class Detector(StrEnum):
+    """Which detector finds the jumps: labbook's own, or the one published with the thesis (5.1.5)."""
+
+    ROBUST = "robust"
+    PUBLISHED = "published"
+
+
+@dataclass(frozen=True, slots=True)
+class StudySettings:
+    """`[study]`. Joules are charge times `reference_voltage_v` (thesis: 15.4 V in 5.1.3, 16.8 V in 4.3.1)."""
+
+    name: str
+    kind: StudyKind
+    reference_voltage_v: float
+    jumps_nominal: int
+    time_zone: str
+
+
+@dataclass(frozen=True, slots=True)
+class LevelSettings:
+    """A level of a factor: `value` where the factor is a number, `attributes` such as a foot's `radius_m`."""
+
+    label: str
+    value: float | None
+    attributes: Mapping[str, float | str]
+
+
+@dataclass(frozen=True, slots=True)
+class FactorSettings:
+    """`[factors.NAME]`; `control` is the label of the level that makes a condition a control."""
+
+    kind: FactorKind
+    unit: str | None
+    levels: tuple[LevelSettings, ...]
+    control: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class ProtocolSettings:
+    """`[protocol]`: how a run is made and what of it is used. `run_duration_s` is None where no time is kept."""
+
+    run_duration_s: float | None
+    detector: Detector
+    exclude_first_jumps: int
+    exclude_gap_jumps: bool
+    charger_resolution_mah: float
+    idle_minutes: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class GainSettings:
+    """`[gains.FACTOR]`: slope * gain + offset in `unit`, but 0 at the gain `zero`, where nothing is applied."""
+
+    symbol: str
+    slope: float
+    offset: float
+    unit: str
+    zero: float | None
+
+    def physical(self, gain: float) -> float:
+        """Convert a gain to `unit`."""
+        return 0.0 if gain == self.zero else self.slope * gain + self.offset
+
+
+@dataclass(frozen=True, slots=True)
+class RobotSettings:
+    """`[robots.NAME]`."""
+
+    body_mass_kg: float
+    foot_mass_kg: float
+    link_1_m: float
+    link_2_m: float
+    rest_length_m: float
+    leg_min_m: float
+    leg_max_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class BatterySettings:
+    """`[batteries.NAME]`."""
+
+    cells: int
+    capacity_mah: float
+
+
+@dataclass(frozen=True, slots=True)
+class InstrumentSettings:
+    """`[instruments.NAME]`."""
+
+    kind: str
+    make: str | None
+    model: str | None
+    serial: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class FileSettings:
+    """`[files]`: `run_pattern` finds the run's name in a file's name, as the group `run`."""
+
+    run_pattern: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class TimeColumn:
+    """The column of a profile that holds time, and its unit where the header does not say it."""
+
+    column: str
+    unit: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileColumn:
+    """What a column of a profile holds; None where the file says it. `sign` -1 turns it round."""
+
+    channel: str | None
+    unit: str | None
+    sign: int
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileSettings:
+    """`[profiles.NAME]`: how to read the files of one logger, told by the columns in `recognise`.
+
+    `columns` goes from the name in the file to what it holds; `rate_hz` is for files without a time column.
+    """
+
+    recognise: tuple[str, ...]
+    rate_hz: float | None
+    time: TimeColumn | None
+    columns: Mapping[str, ProfileColumn]
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """All of `labbook.toml`; `people` goes from name to initials, `text` is the file as it was, `sha256` its hash."""
+
+    study: StudySettings
+    people: Mapping[str, str]
+    factors: Mapping[str, FactorSettings]
+    protocol: ProtocolSettings
+    gains: Mapping[str, GainSettings]
+    robots: Mapping[str, RobotSettings]
+    batteries: Mapping[str, BatterySettings]
+    instruments: Mapping[str, InstrumentSettings]
+    files: FileSettings
+    profiles: Mapping[str, ProfileSettings]
+    database_url: str | None
+    store_path: str | None
+    text: str
+    sha256: str
+
+
+def number_label(value: float) -> str:
+    """Write a number level as its label: `400`, never `400.0`."""
+    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)

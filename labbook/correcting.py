@@ -1,0 +1,117 @@
+"""`labbook correct`: which row is meant, which columns change, and to what."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.facts import FACTS, find_uid
+from data_schema.queries.runs import RunRow
+from data_schema.tables.base import Real
+from data_schema.vocabulary import Action, RunState
+from labbook.book import Book
+from labbook.desk import Desk, Statement
+from labbook.naming import ensure_condition, ensure_day, named_uid, old_values, run_named, study_of
+
+_EQUIPMENT = ("robot", "battery", "instrument")
+_FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number"}
+
+
+def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why: str) -> dict[str, tuple[Any, Any]]:
+    """State corrections of one row; returns (old, new) by column. Results downstream are marked stale."""
+    given = _assignments(assignments)
+    kind, uid, run = _target(desk.connection, target)
+    new: dict[str, Any] = {}
+    levels = dict(run.levels) if run else {}
+    for name, text in given.items():
+        if run is not None and name in book.configuration.factors:
+            levels[name] = text
+        else:
+            new |= _column(book, desk, kind, name, text)
+    if run is not None and levels != dict(run.levels):
+        study_uid = study_of(desk.connection).uid
+        new["condition"] = ensure_condition(desk, book.configuration, study_uid, levels)
+    old = old_values(desk.connection, kind, uid, new)
+    changed = {name: value for name, value in new.items() if old[name] != value}
+    if not changed:
+        raise UsageError(f"{target} says that already: nothing was changed.")
+    before = {name: old[name] for name in changed}
+    desk.state(Statement(Action.CORRECT, kind, uid, new=changed, old=before, reason=why))
+    return {name: (before[name], value) for name, value in changed.items()}
+
+
+def void(desk: Desk, name: str, reason: str) -> None:
+    """State that a run does not count; it stays in the book with everything that belongs to it."""
+    run = run_named(desk.connection, name)
+    if run.state is RunState.VOID:
+        raise UsageError(f"run {name} is void already: the journal keeps who said so and why (`labbook show {name}`).")
+    desk.state(
+        Statement(Action.VOID, "run", run.uid, new={"state": "void"}, old={"state": str(run.state)}, reason=reason)
+    )
+
+
+def _assignments(texts: Sequence[str]) -> dict[str, str]:
+    given = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip():
+            raise UsageError(f"{text!r} is not a correction: write FIELD=VALUE, for example foot=large.")
+        given[name.strip()] = value.strip()
+    return given
+
+
+def _target(connection: sa.Connection, target: str) -> tuple[str, str, RunRow | None]:
+    kind, colon, name = target.partition(":")
+    if target == "study":
+        return "study", study_of(connection).uid, None
+    if colon and kind in (*_EQUIPMENT, "charge"):
+        uid = find_uid(connection, kind, **({"uid": name} if kind == "charge" else {"name": name}))
+        if uid is None:
+            raise UsageError(f"there is no {kind} {name!r}: look it up with `labbook show RUN` or in labbook.toml.")
+        return kind, uid, None
+    run = run_named(connection, target)
+    return "run", run.uid, run
+
+
+def _column(book: Book, desk: Desk, kind: str, name: str, text: str) -> dict[str, Any]:
+    table = FACTS[kind]
+    allowed = [column.name for column in table.c if column.name not in _FIXED]
+    if name not in allowed:
+        factors = list(book.configuration.factors) if kind == "run" else []
+        raise unknown_name(f"field of a {kind}", name, [*factors, *allowed])
+    column = table.c[name]
+    if name in ("robot", "battery"):
+        known: Mapping[str, Any] = getattr(book.configuration, {"battery": "batteries"}.get(name, f"{name}s"))
+        return {name: named_uid(desk.connection, name, text, known)}
+    if name == "day":
+        return {name: ensure_day(desk, study_of(desk.connection).uid, _date(text))}
+    if name == "run":
+        return {name: None if text == "none" else run_named(desk.connection, text).uid}
+    return {name: _number(name, text, column) if not isinstance(column.type, sa.Text) else text}
+
+
+def _number(name: str, text: str, column: sa.Column[Any]) -> float | int:
+    try:
+        value = float(text)
+    except ValueError:
+        raise UsageError(f"{name}={text} is not a number: write it with a decimal point, for example 720.") from None
+    if isinstance(column.type, Real):
+        if math.isfinite(value):
+            return value
+    elif value.is_integer():
+        return int(value)
+    raise UsageError(
+        f"{name}={text} cannot be stored: {name} is a {'finite' if isinstance(column.type, Real) else 'whole'} number."
+    )
+
+
+def _date(text: str) -> str:
+    try:
+        return datetime.date.fromisoformat(text).isoformat()
+    except ValueError:
+        raise UsageError(f"day={text} is not a date: write it as 2021-06-01.") from None

@@ -1,0 +1,91 @@
+"""The `labbook.toml` of the demonstration book."""
+
+from __future__ import annotations
+
+from labbook.demo.campaign import BATTERIES, JUMPS_PER_RUN
+from labbook.demo.schedule import IDLE_MINUTES
+from labbook.demo.truth import CONTROL_GAIN, Truth
+
+FACTORS = ("foot", "k_gain", "b_ad_gain")
+ROBOT = "hopper"
+
+_FOOT_RADIUS_M = {"small": 0.038, "large": 0.051}
+
+_TEMPLATE = """\
+# Demonstration: a synthetic campaign of the size of chapter 5, drawn from a model with known truth.
+# Nothing in it was measured. The model is described in docs/demonstration.md.
+
+[study]
+name = "granular bed (synthetic)"
+kind = "bed"
+reference_voltage_v = {voltage}
+jumps_nominal = {jumps}
+time_zone = "America/New_York"
+
+[people]
+"Ada Nwosu" = "AN"
+
+[factors.foot]
+kind = "label"
+levels = {{ {feet} }}
+
+[factors.k_gain]
+kind = "number"
+levels = {k_gains}
+
+[factors.b_ad_gain]
+kind = "number"
+levels = {ad_gains}
+control = {control}
+
+[protocol]
+run_duration_s = {duration:g}
+detector = "robust"
+exclude_first_jumps = 0
+exclude_gap_jumps = true
+charger_resolution_mah = 1
+idle_minutes = {idle}
+
+[gains.k_gain]
+symbol = "k"
+slope = 2.56
+offset = 67.36
+unit = "N/m"
+
+[gains.b_ad_gain]
+symbol = "d"
+slope = 3.32
+offset = 19.67
+unit = "kg/s"
+zero = 0
+
+[robots.{robot}]
+body_mass_kg = 1.8
+foot_mass_kg = 0.2
+link_1_m = 0.1
+link_2_m = 0.2
+rest_length_m = 0.27
+leg_min_m = 0.1
+leg_max_m = 0.3
+
+{batteries}
+[files]
+run_pattern = '^(?P<run>r\\d+)'
+"""
+
+
+def book_toml(truth: Truth) -> bytes:
+    """Return the configuration of a book for a campaign with this truth."""
+    feet = dict.fromkeys(group.foot for group in truth.groups)
+    return _TEMPLATE.format(
+        voltage=truth.reference_voltage_v,
+        jumps=JUMPS_PER_RUN,
+        feet=", ".join(f"{foot} = {{ radius_m = {_FOOT_RADIUS_M[foot]} }}" for foot in feet),
+        k_gains=sorted({group.k_gain for group in truth.groups}),
+        ad_gains=[CONTROL_GAIN, *truth.ad_gains],
+        control=CONTROL_GAIN,
+        duration=truth.run_duration_s,
+        idle=list(IDLE_MINUTES),
+        robot=ROBOT,
+        batteries="\n".join(f"[batteries.{name}]\ncells = 4\ncapacity_mah = 6600\n" for name in BATTERIES),
+    ).encode()

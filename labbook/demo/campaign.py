@@ -1,0 +1,166 @@
+"""The demonstration campaign drawn from its generative model (`docs/demonstration.md`).
+
+The same seed gives the same campaign, and through `labbook.demo.files` the same bytes.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.vocabulary import RunKind
+from labbook.demo.records import Campaign, Correction, DemoRun
+from labbook.demo.schedule import Day, Slot, draw_calendar
+from labbook.demo.truth import CHAPTER_5, Condition, Truth
+
+JUMPS_PER_RUN = 25
+BATTERIES = ("A", "B", "C")
+PLATE_HOPS = 80
+"""Hops of the force-plate characterisation (thesis 3.2.2)."""
+
+_MISFIRE_CHANCE = 0.015
+_EARLY_STOP_CHANCE = 0.02
+_STARTS_CHANCES = (0.86, 0.11, 0.03)
+_CHARGER_MAH_PER_MINUTE = 1000 / 60
+_BALANCING_MINUTES = 3
+
+
+def make_campaign(
+    seed: int,
+    *,
+    truth: Truth = CHAPTER_5,
+    runs_per_condition: int = 10,
+    extra_controls: int = 24,
+    jumps_per_run: int = JUMPS_PER_RUN,
+) -> Campaign:
+    """Draw a campaign; the defaults give chapter 5's 264 runs and seven more (six idle, one on a force plate).
+
+    Raises `UsageError` when `extra_controls` cannot give every day its controls.
+    """
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 0]))
+    days = draw_calendar(rng, truth, runs_per_condition, extra_controls)
+    runs: list[DemoRun] = []
+    for number, day in enumerate(days):
+        rested = number == 0 or (day.date - days[number - 1].date).days > 1
+        runs += _day_runs(rng, truth, day, len(runs), jumps_per_run, rested)
+    return Campaign(seed, truth, tuple(runs), _wrong_foot(rng, runs))
+
+
+@dataclass(slots=True)
+class _Drawn:
+    """What happened in a run: jumps, apexes, the charge above passive, remarks."""
+
+    charge_mah: float = 0.0
+    jumps_made: int = 0
+    starts: int = 1
+    apex_heights_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    misfired: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    notes: list[str] = field(default_factory=list)
+
+
+def _day_runs(
+    rng: np.random.Generator, truth: Truth, day: Day, n_before: int, jumps_per_run: int, rested: bool
+) -> list[DemoRun]:
+    """The runs of one day, one after another, the packs in turn; times are local."""
+    day_joules = rng.normal(0, truth.scatter.day_joules_per_jump)
+    day_apex_m = rng.normal(0, truth.scatter.day_apex_m)
+    clock = dt.datetime.combine(day.date, dt.time(9, 10 + int(rng.integers(0, 40))))
+    runs = []
+    for position, slot in enumerate(day.slots, start=1):
+        drawn = _draw(rng, truth, slot, jumps_per_run, day_joules, day_apex_m)
+        if position == 1:
+            cycled = ", packs cycled with 30 jumps first" if rested else ""
+            drawn.notes.insert(0, f"rail within 1 degree, rod oiled{cycled}")
+        nominal_s = truth.run_duration_s if slot.idle_minutes is None else 60 * slot.idle_minutes
+        duration_s = int(nominal_s + rng.integers(-2, 5))
+        charge_mah = truth.passive_charge_mah(duration_s) + drawn.charge_mah
+        charge_mah += rng.normal(0, truth.scatter.recharge_mah)
+        recharge_minutes = int(np.ceil(charge_mah / _CHARGER_MAH_PER_MINUTE)) + _BALANCING_MINUTES
+        off = (clock + dt.timedelta(seconds=duration_s)).replace(second=0)
+        runs.append(
+            DemoRun(
+                name=f"r{n_before + position:03d}",
+                date=day.date,
+                position=position,
+                kind=slot.kind,
+                condition=slot.condition,
+                battery=BATTERIES[(position - 1) % len(BATTERIES)],
+                started=clock,
+                duration_s=duration_s,
+                jumps_made=drawn.jumps_made,
+                starts=drawn.starts,
+                note="; ".join(drawn.notes),
+                charge_mah=round(charge_mah),
+                recharge_minutes=recharge_minutes,
+                recharge_ended=off + dt.timedelta(minutes=recharge_minutes + 1),
+                end_voltage_v=round(truth.reference_voltage_v + rng.normal(0, 0.01), 2),
+                apex_heights_m=drawn.apex_heights_m,
+                misfired=drawn.misfired,
+            )
+        )
+        clock = off + dt.timedelta(minutes=int(rng.integers(9, 16)))
+    return runs
+
+
+def _draw(
+    rng: np.random.Generator,
+    truth: Truth,
+    slot: Slot,
+    jumps_per_run: int,
+    day_joules: float,
+    day_apex_m: float,
+) -> _Drawn:
+    """Draw what a slot's kind of run does beyond hanging on its clamp."""
+    if slot.condition is None:
+        return _Drawn(notes=["hanging from the clamp, motors off"])
+    if slot.kind is RunKind.CHARACTERISATION:
+        charge_mah = PLATE_HOPS * truth.jump_charge_mah(truth.joules_per_jump(slot.condition))
+        return _Drawn(charge_mah, PLATE_HOPS, notes=["force plate, rigid ground, synthetic"])
+    return _draw_jumps(rng, truth, slot.condition, jumps_per_run, day_joules, day_apex_m)
+
+
+def _draw_jumps(
+    rng: np.random.Generator,
+    truth: Truth,
+    condition: Condition,
+    jumps_per_run: int,
+    day_joules: float,
+    day_apex_m: float,
+) -> _Drawn:
+    """Charge above passive = jumps made x joules a jump + scatter; a misfired jump costs what any jump does."""
+    scatter = truth.scatter
+    starts = 1 + int(rng.choice(len(_STARTS_CHANCES), p=_STARTS_CHANCES))
+    jumps_made = jumps_per_run
+    notes = [f"{starts} starts, leg length read wrong after boot"] if starts > 1 else []
+    if rng.random() < _EARLY_STOP_CHANCE:
+        jumps_made -= int(rng.integers(1, max(2, jumps_per_run // 4)))
+        notes.append(f"stopped after {jumps_made} jumps, string caught on the rail")
+    misfired = rng.random(jumps_made) < _MISFIRE_CHANCE
+    notes += [f"jump {jump} did not leave the ground" for jump in np.flatnonzero(misfired) + 1]
+    run_apex_m = truth.apex_height_m(condition) + day_apex_m + rng.normal(0, scatter.run_apex_m)
+    joules = truth.joules_per_jump(condition) + day_joules
+    return _Drawn(
+        charge_mah=jumps_made * truth.jump_charge_mah(joules) + rng.normal(0, scatter.run_mah),
+        jumps_made=jumps_made,
+        starts=starts,
+        apex_heights_m=run_apex_m + rng.normal(0, scatter.jump_apex_m, jumps_made),
+        misfired=misfired,
+        notes=notes,
+    )
+
+
+def _wrong_foot(rng: np.random.Generator, runs: list[DemoRun]) -> tuple[Correction, ...]:
+    """One active-damping run that is entered in the run sheet with another foot, where there is another."""
+    feet = {run.name: run.condition.foot for run in runs if run.condition is not None}
+    candidates = [
+        run.name
+        for run in runs
+        if run.kind is RunKind.JUMPS and run.condition is not None and not run.condition.is_control
+    ]
+    name = candidates[int(rng.integers(len(candidates)))]
+    others = sorted(set(feet.values()) - {feet[name]})
+    why = "typed wrong: the day's photograph shows the other foot"
+    return tuple(Correction(name, "foot", other, feet[name], why) for other in others[:1])

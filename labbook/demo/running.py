@@ -1,0 +1,92 @@
+"""The demonstration from its files to its report, through the same functions that any book uses."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from data_schema.errors import UsageError
+from data_schema.vocabulary import CheckKind
+from labbook.book import CONFIGURATION, Book, opened
+from labbook.correcting import correct
+from labbook.day_checks import state_check
+from labbook.demo.campaign import make_campaign
+from labbook.demo.files import write_campaign
+from labbook.demo.records import Campaign
+from labbook.ingesting import IngestRequest, files_of, ingest_file
+from labbook.making import make_book
+from labbook.report_command import write
+from labbook.runs_importing import import_runs
+
+
+@dataclass(frozen=True, slots=True)
+class DemoDone:
+    """Where the demonstration lies."""
+
+    book: str
+    instruments: str
+    truth: str
+    page: str
+
+
+def run_demo(folder: Path, seed: int, full: bool, step: Callable[[str], None], say: Callable[[str], None]) -> DemoDone:
+    """Make the campaign's files, the book, ingest, correct the typing error, and write the report."""
+    if folder.exists() and any(folder.iterdir()):
+        raise UsageError(f"{folder} is not empty: name a new folder for the demonstration.")
+    clock = Stopwatch(say)
+    campaign = make_campaign(seed)
+    write_campaign(campaign, folder, full=full, progress=lambda done, total: step(f"writing file {done} of {total}"))
+    clock.lap(f"wrote the instruments' files of {len(campaign.runs)} runs to {folder / 'instruments'}")
+    book_folder = folder / "book"
+    book_folder.mkdir()
+    (folder / CONFIGURATION).rename(book_folder / CONFIGURATION)
+    make_book(book_folder, None)
+    with opened(book_folder) as book:
+        _state_runs(book, campaign, folder / "instruments" / "runs.csv")
+        clock.lap(f"made the book {book_folder} and stated its runs")
+        counts = _ingest(book, folder / "instruments", step)
+        clock.lap("ingested " + ", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
+        _correct(book, campaign)
+        written = write(book, None, book_folder / "reports" / "demo", None, step)
+        clock.lap(f"analysed and wrote the report ({written.results_computed} results)")
+    return DemoDone(str(book_folder), str(folder / "instruments"), str(folder / "truth.json"), written.page)
+
+
+class Stopwatch:
+    """Says what was done and how long it took."""
+
+    def __init__(self, say: Callable[[str], None]) -> None:
+        self._say = say
+        self._last = time.perf_counter()
+
+    def lap(self, what: str) -> None:
+        """Say what was done since the last lap."""
+        now = time.perf_counter()
+        self._say(f"{what} ({now - self._last:.1f} s)")
+        self._last = now
+
+
+def _state_runs(book: Book, campaign: Campaign, sheet: Path) -> None:
+    with book.desk(None) as desk:
+        import_runs(book, desk, sheet.read_text(encoding="utf-8"), str(sheet))
+        for date in sorted({run.date.isoformat() for run in campaign.runs}):
+            for kind in (CheckKind.RAIL_ANGLE, CheckKind.LUBRICATION):
+                state_check(desk, book.configuration, kind, None, None, passed=True, day=date)
+
+
+def _ingest(book: Book, folder: Path, step: Callable[[str], None]) -> Counter[str]:
+    files = [path for path in files_of([folder], book.folder) if path.name != "runs.csv"]
+    counts: Counter[str] = Counter()
+    for position, path in enumerate(files, start=1):
+        step(f"ingesting {position} of {len(files)}")
+        counts[str(ingest_file(book, path, IngestRequest()).status)] += 1
+    return counts
+
+
+def _correct(book: Book, campaign: Campaign) -> None:
+    for correction in campaign.corrections:
+        with book.desk(None) as desk:
+            correct(book, desk, correction.run, [f"{correction.field}={correction.right}"], correction.why)

@@ -1,0 +1,141 @@
+"""The desk: where statements become journal entries and rows, all of them or none.
+
+One way in for everything a person states. A statement is applied to the tables, written to the table `journal`, then
+appended to `journal.jsonl` and synced, and only then committed. `labbook rebuild` applies the same entries with the
+same functions, which is why it arrives at the same rows.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema import journal
+from data_schema.engine import writing
+from data_schema.errors import BookDamaged
+from data_schema.journal import Entry, JournalFile
+from data_schema.vocabulary import Action
+from ingest.store import Store
+from labbook.statements import APPLY, Scene
+
+
+class DryRun(Exception):
+    """Raised inside a desk to see what would happen and keep nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """What a person is about to state; `prepared` is work already done for it, never part of the record."""
+
+    action: Action
+    kind: str
+    uid: str
+    new: Mapping[str, Any] | None = None
+    old: Mapping[str, Any] | None = None
+    reason: str | None = None
+    prepared: object = None
+
+
+@dataclass
+class Desk:
+    """An open writing transaction in which one person makes statements."""
+
+    connection: sa.Connection
+    store: Store
+    person: str
+    entries: list[Entry] = field(default_factory=list)
+    stale: list[tuple[str, str]] = field(default_factory=list)
+
+    def state(self, statement: Statement) -> Entry:
+        """Apply one statement and put it into the journal; raises a `LabbookError` when it cannot be accepted."""
+        if self.entries:
+            seq, previous = self.entries[-1].seq, self.entries[-1].hash
+        else:
+            seq, previous = journal.head(self.connection)
+        entry = Entry(
+            seq=seq + 1,
+            at_utc=now_utc(),
+            person=self.person,
+            action=statement.action,
+            entity_kind=statement.kind,
+            entity_uid=statement.uid,
+            old=statement.old,
+            new=statement.new,
+            reason=statement.reason,
+            prev_hash=previous,
+        )
+        self.stale += apply(self.connection, self.store, entry, statement.prepared)
+        self.entries.append(entry)
+        return entry
+
+    def declare(self, entity: str, /, **values: Any) -> str:
+        """State that a thing exists; returns its new uid."""
+        uid = new_uid()
+        self.state(Statement(Action.DECLARE, entity, uid, new=values))
+        return uid
+
+
+def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: object = None) -> list[tuple[str, str]]:
+    """Let one entry take effect and stand in the journal table; returns (kind, scope) of results now stale."""
+    stale = APPLY[entry.action](Scene(connection, store), entry, prepared)
+    journal.insert(connection, entry)
+    return stale
+
+
+@contextlib.contextmanager
+def desk_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -> Iterator[Desk]:
+    """Open a desk: catch up with the journal file, let statements be made, sync the file, commit."""
+    with writing(engine) as connection:
+        catch_up(connection, store, mirror)
+        desk = Desk(connection, store, person)
+        yield desk
+        if desk.entries:
+            mirror.append(desk.entries)
+
+
+def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> int:
+    """Apply entries that reached the file but not the database before a crash; returns how many.
+
+    Raises `BookDamaged` when file and database tell different stories.
+    """
+    seq, last_hash = journal.head(connection)
+    last = mirror.last()
+    if last is None or last.seq < seq:
+        if seq == 0:
+            return 0
+        raise BookDamaged(
+            f"journal.jsonl ends at entry {last.seq if last else 0}, the database at {seq}: restore the file from a "
+            "backup, or write it anew from the database with `labbook rebuild --journal`."
+        )
+    if last.seq == seq:
+        if last.hash != last_hash:
+            raise BookDamaged(
+                f"entry {seq} of journal.jsonl is not entry {seq} of the database: the two belong to different books; "
+                "put the right files together."
+            )
+        return 0
+    missing = mirror.tail(seq)
+    if missing[0].prev_hash != last_hash:
+        raise BookDamaged(
+            f"entry {missing[0].seq} of journal.jsonl does not follow entry {seq} of the database: the two belong to "
+            "different books; put the right files together."
+        )
+    for entry in missing:
+        apply(connection, store, entry)
+    return len(missing)
+
+
+def now_utc() -> str:
+    """Return the time as ISO-8601 in UTC, to the millisecond."""
+    return datetime.now(UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+
+
+def new_uid() -> str:
+    """Return a random name of 12 hexadecimal digits."""
+    return secrets.token_hex(6)

@@ -1,0 +1,132 @@
+"""What `labbook plan` does: draw, state, write the sheet."""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import dataclass
+from pathlib import Path
+from zoneinfo import ZoneInfo
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.runs import list_runs, planned_runs
+from data_schema.vocabulary import PlanMethod, RunKind
+from labbook.book import Book
+from labbook.desk import Desk, now_utc
+from labbook.naming import ensure_condition, study_of
+from labbook.plan import Plan, PlannedRun, draw_plan
+from labbook.run_sheet import run_names, write_run_sheet
+from labbook.run_sheet_print import format_run_sheet_for_print
+from labbook.runs_importing import plan_factors
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequest:
+    """What was asked of `labbook plan`."""
+
+    seed: int
+    runs_per_condition: int
+    runs_per_day: int
+    method: str
+    start: str | None
+    idle: bool
+    out: Path
+    dry_run: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PlanMade:
+    """What was drawn and written."""
+
+    runs: int
+    days: int
+    controls: int
+    idle: int
+    sheet: str
+    printed: str
+
+
+def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
+    """Draw a plan, write its sheet and print-out, and state it unless it is a dry run."""
+    configuration = book.configuration
+    if request.method not in tuple(PlanMethod):
+        raise unknown_name("method", request.method, tuple(PlanMethod))
+    if request.out.exists():
+        raise UsageError(f"{request.out} exists: name another file with --out, or move it away.")
+    factors = plan_factors(configuration)
+    if not factors:
+        raise UsageError("the study has no factors: declare them under [factors] in labbook.toml.")
+    drawn = draw_plan(
+        factors,
+        request.runs_per_condition,
+        request.runs_per_day,
+        PlanMethod(request.method),
+        request.seed,
+        idle_minutes=configuration.protocol.idle_minutes if request.idle else (),
+        run_duration_s=configuration.protocol.run_duration_s,
+    )
+    with book.reading() as connection:
+        taken = {run.name for run in list_runs(connection)} | {row.name for row in planned_runs(connection)}
+    names = run_names(drawn, first=_first_free(taken))
+    first_day = _start(request.start, configuration.study.time_zone)
+    dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
+    only = {"battery": _only(list(configuration.batteries)), "robot": _only(list(configuration.robots))}
+    sheet = write_run_sheet(drawn, names, dates, **only)
+    printed = format_run_sheet_for_print(
+        drawn, names, dates, study=configuration.study.name, jumps_nominal=configuration.study.jumps_nominal, **only
+    )
+    if not request.dry_run:
+        with book.desk(person) as desk:
+            _state(desk, book, drawn, names)
+    page = request.out.with_suffix(".html")
+    request.out.write_text(sheet, encoding="utf-8")
+    page.write_text(printed, encoding="utf-8")
+    return PlanMade(
+        runs=len(drawn.runs),
+        days=len(drawn.days),
+        controls=sum(_is_control(drawn, run) for run in drawn.runs),
+        idle=sum(run.kind is RunKind.IDLE for run in drawn.runs),
+        sheet=str(request.out),
+        printed=str(page),
+    )
+
+
+def _state(desk: Desk, book: Book, drawn: Plan, names: tuple[str, ...]) -> None:
+    study_uid = study_of(desk.connection).uid
+    conditions = {
+        run.condition: ensure_condition(desk, book.configuration, study_uid, dict(run.condition))
+        for run in drawn.runs
+        if run.condition is not None
+    }
+    runs = [
+        {
+            "name": name,
+            "day_number": run.day,
+            "block": run.block,
+            "condition": conditions[run.condition] if run.condition is not None else None,
+        }
+        for name, run in zip(names, drawn.runs, strict=True)
+    ]
+    desk.declare("plan", study=study_uid, seed=drawn.seed, method=str(drawn.method), created_utc=now_utc(), runs=runs)
+
+
+def _is_control(drawn: Plan, run: PlannedRun) -> bool:
+    levels = dict(run.condition or ())
+    return any(factor.control is not None and levels.get(factor.name) == factor.control for factor in drawn.factors)
+
+
+def _first_free(taken: set[str]) -> int:
+    numbers = [int(name[1:]) for name in taken if name[:1] == "r" and name[1:].isdigit()]
+    return max(numbers, default=0) + 1
+
+
+def _only(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else ""
+
+
+def _start(text: str | None, time_zone: str) -> datetime.date:
+    if text is None:
+        return datetime.datetime.now(ZoneInfo(time_zone)).date()
+    try:
+        return datetime.date.fromisoformat(text)
+    except ValueError:
+        raise UsageError(f"--start {text!r} is not a date: write it as 2021-06-01.") from None

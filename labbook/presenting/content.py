@@ -1,0 +1,70 @@
+"""The whole content of a report, from an analysis and the course of the study."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from data_schema.queries.days import CheckRow
+from data_schema.queries.runs import PlannedRow
+from labbook.analysis import pairing
+from labbook.analysis.study import StudyAnalysis
+from labbook.presenting import comparisons, course, design, drain, methods
+from labbook.presenting.numbers import Shown
+from reports.content import Claim, Comparison, Quantity, ReportContent
+from reports.sentences import difference_claim, savings_claim
+from stats.apexes import DETECTORS
+
+
+def build_content(
+    analysis: StudyAnalysis,
+    shown: Shown,
+    *,
+    made_at: str,
+    people: Sequence[str],
+    planned: Sequence[PlannedRow],
+    checks: Mapping[str, Sequence[CheckRow]],
+) -> ReportContent:
+    """Fill a report's content; `shown` collects the numbers that it shows."""
+    evidence = analysis.evidence
+    detector = evidence.configuration.protocol.detector
+    items, note = drain.budget(analysis)
+    compared = comparisons.comparisons(analysis, shown)
+    bare = ReportContent(
+        title=f"Report on {evidence.study.name}",
+        study=evidence.study.name,
+        selection=evidence.selection,
+        made_at=made_at,
+        software_version=importlib.metadata.version("robot-labbook"),
+        configuration_hash=evidence.configuration.sha256[:12],
+        detector=f"{detector}, version {DETECTORS[detector].version}",
+        people=tuple(people),
+        days=course.days(analysis, checks),
+        flow=course.flow(analysis, planned),
+        factors=design.factors(analysis),
+        conditions=design.conditions(analysis, shown),
+        claims=(),
+        comparisons=compared,
+        anovas=comparisons.anovas(analysis, shown),
+        drain=drain.drain_fit(analysis, shown),
+        budget=items,
+        budget_note=note,
+        order=course.order(analysis),
+        sensitivity=comparisons.sensitivity(analysis, shown),
+        methods=methods.methods(analysis),
+        limitations=methods.limitations(analysis),
+        assumed=methods.assumed(analysis),
+    )
+    return replace(bare, claims=_claims(bare, compared), provenance=tuple(shown.sources.values()))
+
+
+def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Claim, ...]:
+    """One sentence a pooled comparison, the largest savings first; then the heights."""
+    pooled = [item for item in compared if item.family == pairing.POOLED]
+    joules = [item for item in pooled if item.quantity is Quantity.JOULES]
+    joules.sort(key=lambda item: not item.headline)
+    heights = [item for item in pooled if item.quantity is Quantity.APEX]
+    return tuple(savings_claim(content, item) for item in joules) + tuple(
+        difference_claim(content, item) for item in heights
+    )

@@ -1,0 +1,112 @@
+"""How the measuring went: days, counts of runs and jumps, order in the day, packs, what is confounded with the day."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from data_schema.queries.days import CheckRow
+from data_schema.queries.runs import PlannedRow, RunRow
+from data_schema.vocabulary import CheckKind, RunKind, RunState
+from labbook.analysis.conditions import RunNumber
+from labbook.analysis.study import StudyAnalysis
+from reports.content import Day, Flow, Number, Order, PackMean, RunPoint
+from stats.summary import describe
+
+
+def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
+    """Return what was measured on each day, and which checks were made before."""
+    by_day: dict[str, list[RunRow]] = {}
+    for run in analysis.evidence.selected:
+        by_day.setdefault(run.day, []).append(run)
+    found = []
+    for date, runs in by_day.items():
+        made = {check.kind for check in checks.get(date, ()) if check.passed}
+        found.append(
+            Day(
+                date=date,
+                runs=tuple(run.name for run in runs),
+                conditions=tuple(sorted({run.condition_key for run in runs if run.condition_key})),
+                packs=tuple(sorted({run.battery for run in runs})),
+                checks_made=tuple(str(kind) for kind in CheckKind if kind in made),
+                checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
+            )
+        )
+    return tuple(found)
+
+
+def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
+    """Count runs and jumps from the plan to the numbers."""
+    selected = analysis.evidence.selected
+    jump_runs = analysis.evidence.runs
+    used = {*analysis.energies.results, *analysis.apexes.results}
+    excluded = Counter(
+        " and ".join(filter(None, (analysis.energies.missing.get(run.uid), analysis.apexes.missing.get(run.uid))))
+        for run in jump_runs
+        if run.uid not in used
+    )
+    judged = [item for judgement in analysis.apexes.judgements.values() for item in judgement.jumps]
+    jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
+    return Flow(
+        runs_planned=len(planned) or None,
+        runs_done=len(selected),
+        runs_void=sum(run.state is RunState.VOID for run in selected),
+        runs_idle=sum(run.kind is RunKind.IDLE and run.state is not RunState.VOID for run in selected),
+        runs_excluded=dict(excluded),
+        runs_analysed=sum(run.uid in used for run in jump_runs),
+        jumps_made=sum(run.jumps_made for run in jump_runs),
+        jumps_detected=len(judged),
+        jumps_excluded=dict(jumps_excluded),
+        jumps_analysed=sum(item.excluded is None for item in judged),
+    )
+
+
+def order(analysis: StudyAnalysis) -> Order:
+    """Set every run's joules against its position in the day and its pack, as deviations from its condition."""
+    points = []
+    deviations: dict[str, list[float]] = {}
+    for condition in analysis.joules:
+        mean = sum(condition.values) / len(condition.values)
+        for item in condition.runs:
+            points.append(_point(item, item.value - mean))
+            deviations.setdefault(item.run.battery, []).append(item.value - mean)
+    packs = []
+    for pack, values in sorted(deviations.items()):
+        about = describe(values)
+        mean_deviation = Number(
+            about.mean, "J", about.se, ci_low=about.ci_low, ci_high=about.ci_high, ci_level=about.level, n=about.n
+        )
+        packs.append(PackMean(pack, mean_deviation))
+    return Order(tuple(points), tuple(packs), None, tuple(confounded_with_day(analysis)))
+
+
+def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
+    """Say which factors cannot be told from the day, because days saw one level of them only."""
+    runs = [run for run in analysis.evidence.runs if run.levels]
+    days_of: dict[str, list[RunRow]] = {}
+    for run in runs:
+        days_of.setdefault(run.day, []).append(run)
+    sentences = []
+    for factor in analysis.evidence.factors:
+        levels = {run.levels.get(factor.name) for run in runs}
+        single = sum(len({run.levels.get(factor.name) for run in of_day}) == 1 for of_day in days_of.values())
+        if len(levels) < 2 or not single:
+            continue
+        share = "every day" if single == len(days_of) else f"{single} of {len(days_of)} days"
+        sentences.append(
+            f"On {share} all runs had one level of {factor.name}: differences between its levels are confounded with "
+            "differences between days."
+        )
+    if analysis.swept:
+        without = sum(not any(run.is_control for run in of_day) for of_day in days_of.values())
+        if without:
+            sentences.append(
+                f"{without} of {len(days_of)} days have no control run: on these, {analysis.swept} is confounded with "
+                "the day."
+            )
+    return sentences
+
+
+def _point(item: RunNumber, deviation_j: float) -> RunPoint:
+    run = item.run
+    return RunPoint(run.name, run.day, run.position_in_day, run.battery, item.value, deviation_j, run.is_control)

@@ -1,0 +1,83 @@
+"""Factors, levels and conditions as a report shows them: physical units with the gains beside them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+
+from data_schema.queries.runs import FactorRow
+from labbook.analysis.conditions import ConditionValues
+from labbook.analysis.study import StudyAnalysis
+from labbook.presenting.numbers import Shown
+from reports.content import Condition, Factor, Level, RunValue, Summary
+
+
+def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
+    """Return the study's factors with the formulas that turn gains into physical values."""
+    shown = []
+    for row in analysis.evidence.factors:
+        gain = analysis.evidence.configuration.gains.get(row.name)
+        shown.append(
+            Factor(
+                name=row.name,
+                title=row.name.replace("_", " "),
+                symbol=gain.symbol if gain else "",
+                unit=gain.unit if gain else "",
+                slope=gain.slope if gain else None,
+                offset=gain.offset if gain else None,
+                control=analysis.evidence.configuration.factors[row.name].control,
+                swept=row.name == analysis.swept,
+            )
+        )
+    return tuple(shown)
+
+
+def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:
+    """Return every condition that has a measured quantity, in the order of the factors' levels."""
+    joules = {item.key: item for item in analysis.joules}
+    apexes = {item.key: item for item in analysis.apex_heights}
+    ordered = sorted({**joules, **apexes}.values(), key=lambda item: _place(analysis.evidence.factors, item.levels))
+    return tuple(
+        Condition(
+            levels=_levels(analysis, item.levels),
+            control=item.is_control,
+            joules=_summary(joules.get(item.key), shown),
+            apex=_summary(apexes.get(item.key), shown),
+        )
+        for item in ordered
+    )
+
+
+def _place(rows: tuple[FactorRow, ...], levels: Mapping[str, str]) -> list[int]:
+    return [[level.label for level in row.levels].index(levels[row.name]) if row.name in levels else -1 for row in rows]
+
+
+def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, ...]:
+    gains = analysis.evidence.configuration.gains
+    found = []
+    for row in analysis.evidence.factors:
+        level = next((level for level in row.levels if level.label == labels.get(row.name)), None)
+        if level is None:
+            continue
+        gain = gains.get(row.name)
+        if gain is not None and level.value is not None:
+            found.append(Level(row.name, level.label, gain.physical(level.value), gain.unit, level.value))
+            continue
+        attributes = json.loads(level.attributes_json)
+        radius_m = attributes.get("radius_m")
+        found.append(
+            Level(row.name, level.label, level.value if radius_m is None else radius_m, "" if radius_m is None else "m")
+        )
+    return tuple(found)
+
+
+def _summary(values: ConditionValues | None, shown: Shown) -> Summary | None:
+    if values is None:
+        return None
+    jumps = [json.loads(item.result.payload_json).get("heights_m") for item in values.runs]
+    return Summary(
+        mean=shown.number(values.result, "mean"),
+        sd=shown.value(values.result, "sd"),
+        runs=tuple(RunValue(item.run.name, item.value) for item in values.runs),
+        jumps=sum(len(heights) for heights in jumps if heights is not None) if any(jumps) else None,
+    )

@@ -1,0 +1,64 @@
+"""A thing exists: a person, a study, a level, a run, a note."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from data_schema.journal import Entry
+from data_schema.queries.conditions import add_condition_levels, add_planned_run
+from data_schema.queries.facts import insert_fact
+from data_schema.queries.imports import waiting_for_run
+from data_schema.vocabulary import FileRole
+from labbook.statements.assigning import assign_charge, assign_file
+from labbook.statements.scene import Scene, derived_uid, spoken
+
+
+def apply_declare(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+    """Add the row, and what follows from a thing of its kind being there."""
+    values = dict(entry.new or {})
+    beside = {name: values.pop(name) for name in _BESIDE.get(entry.entity_kind, ())}
+    if entry.entity_kind in _SIGNED:
+        values = spoken(scene, entry, values)
+    insert_fact(scene.connection, entry.entity_kind, entry.entity_uid, values)
+    follow = _FOLLOW.get(entry.entity_kind)
+    if follow:
+        follow(scene, entry.entity_uid, {**values, **beside})
+    return []
+
+
+def _condition_levels(scene: Scene, uid: str, values: Mapping[str, Any]) -> None:
+    add_condition_levels(scene.connection, uid, values["levels"])
+
+
+def _planned_runs(scene: Scene, uid: str, values: Mapping[str, Any]) -> None:
+    for position, planned in enumerate(values["runs"], start=1):
+        add_planned_run(
+            scene.connection,
+            uid=derived_uid("planned_run", uid, position),
+            plan_uid=uid,
+            position=position,
+            **planned,
+        )
+
+
+def _link_what_waited(scene: Scene, uid: str, values: Mapping[str, Any]) -> None:
+    """Files and charges that came before their run, and said its name, now belong to it."""
+    files, charges = waiting_for_run(scene.connection, values["name"])
+    for file_uid, role in files:
+        assign_file(scene, file_uid, uid, FileRole(role))
+    for charge_uid in charges:
+        assign_charge(scene, charge_uid, uid)
+
+
+_SIGNED = ("note", "day_check")
+"""Kinds whose rows keep who said it and when."""
+
+_BESIDE: dict[str, tuple[str, ...]] = {"condition": ("levels",), "plan": ("runs",)}
+"""Parts of a declaration that are rows of other tables."""
+
+_FOLLOW: dict[str, Callable[[Scene, str, Mapping[str, Any]], None]] = {
+    "condition": _condition_levels,
+    "plan": _planned_runs,
+    "run": _link_what_waited,
+}

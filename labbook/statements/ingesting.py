@@ -1,0 +1,190 @@
+"""A file was ingested, or refused: the rows that it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from data_schema.journal import Entry, canonical
+from data_schema.queries import imports
+from data_schema.queries.facts import find_uid, insert_fact
+from data_schema.queries.people import config_in_force
+from data_schema.queries.results import mark_stale
+from data_schema.queries.signals import add_detection
+from data_schema.vocabulary import FileRole, IngestStatus
+from ingest.model import Finding, ReadFile, SignalPart
+from labbook.analysis.detecting import detection_rows
+from labbook.config import Configuration, parse_configuration
+from labbook.importing import PreparedImport, StoredPart, read_and_store
+from labbook.statements.assigning import assign_charge, assign_file
+from labbook.statements.scene import Scene, derived_uid
+
+
+def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+    """Add the file, what was read from it, and its run where that is known."""
+    new = entry.new or {}
+    done = prepared if isinstance(prepared, PreparedImport) else _read_again(scene, new)
+    read = done.read
+    file_uid = derived_uid("file", done.sha256)
+    file_key = imports.add_file(
+        scene.connection, uid=file_uid, sha256=done.sha256, n_bytes=done.n_bytes, store_path=done.raw_path
+    )
+    ingest_key = _add_ingest(scene, entry, read.format, read.reader_version, IngestStatus.IMPORTED, file_key, read)
+    imports.add_findings(scene.connection, ingest_key, [finding_values(finding) for finding in read.findings])
+    for part, stored in zip(read.parts, done.parts, strict=True):
+        _add_signal(scene, file_key, done.sha256, read, part, stored)
+    touched = _add_charges(scene, file_uid, read)
+    run_uid = new.get("run") or _run_named(scene, new.get("stated_run"))
+    if run_uid:
+        assign_file(scene, file_uid, run_uid, read.role or FileRole.LOG)
+        touched.append(run_uid)
+    return mark_stale(scene.connection, [("run", uid) for uid in touched])
+
+
+def apply_refuse(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+    """Add the row that says why a file was refused; its findings stand in the entry, for no copy is kept."""
+    new = entry.new or {}
+    ingest_key = _add_ingest(
+        scene, entry, new["reader"], new["reader_version"], IngestStatus.REFUSED, None, counts=new["rows"]
+    )
+    imports.add_findings(scene.connection, ingest_key, new["findings"])
+    return []
+
+
+def finding_values(finding: Finding) -> dict[str, Any]:
+    """Return the columns of a finding's row."""
+    return {
+        "severity": str(finding.severity),
+        "rule": finding.rule,
+        "line": finding.line,
+        "column_name": finding.column,
+        "value": finding.value,
+        "n": finding.count,
+        "more_lines_json": canonical(list(finding.more_lines)),
+        "message": finding.message,
+    }
+
+
+def configuration_in_force(scene: Scene) -> Configuration:
+    """Return the configuration under which the book stands at this point of its journal."""
+    row = config_in_force(scene.connection)
+    assert row is not None, "a configuration is declared before any file is read"  # noqa: S101
+    return parse_configuration(row[1], "the book's configuration")
+
+
+def _read_again(scene: Scene, new: Mapping[str, Any]) -> PreparedImport:
+    data = scene.store.raw(f"raw/{new['sha256'][:2]}/{new['sha256']}.zst", new["sha256"])
+    return read_and_store(scene.store, data, new["sha256"], configuration_in_force(scene), new["options"])
+
+
+def _add_ingest(
+    scene: Scene,
+    entry: Entry,
+    reader: str,
+    reader_version: int,
+    status: IngestStatus,
+    file_key: int | None,
+    read: ReadFile | None = None,
+    counts: Mapping[str, int] | None = None,
+) -> int:
+    new = entry.new or {}
+    rows = counts or {name: getattr(read, f"rows_{name}") for name in ("read", "kept", "rejected")}
+    return imports.add_ingest(
+        scene.connection,
+        person_name=entry.person,
+        values={
+            "uid": entry.entity_uid,
+            "sha256": new["sha256"],
+            "file": file_key,
+            "original_name": new["original_name"],
+            "modified_utc": new["modified_utc"],
+            "status": str(status),
+            "reader": reader,
+            "reader_version": reader_version,
+            "options_json": canonical(new["options"]),
+            "role": None if read is None else str(read.role or FileRole.LOG),
+            "stated_run": new["stated_run"],
+            "at_utc": entry.at_utc,
+            **{f"rows_{name}": count for name, count in rows.items()},
+        },
+    )
+
+
+def _add_signal(
+    scene: Scene, file_key: int, file_sha256: str, read: ReadFile, part: SignalPart, stored: StoredPart
+) -> None:
+    uid = derived_uid("signal", file_sha256, part.part, read.reader_version)
+    imports.add_signal(
+        scene.connection,
+        {
+            "uid": uid,
+            "file": file_key,
+            "part": part.part,
+            "reader": read.format,
+            "reader_version": read.reader_version,
+            "start_utc": part.start_utc,
+            "rate_hz": part.rate_hz,
+            "n_samples": len(part.time_s),
+            "sha256": stored.sha256,
+            "store_path": stored.store_path,
+        },
+        [
+            {
+                "position": position,
+                "name": channel.name,
+                "unit": channel.unit,
+                "source_name": channel.source_name,
+                "source_unit": channel.source_unit,
+                "scale": channel.scale,
+                "zero_offset": channel.offset,
+                "sign": channel.sign,
+                "assumed_json": canonical(list(channel.assumed)),
+            }
+            for position, channel in enumerate(part.channels)
+        ],
+        [
+            {
+                "start_s": gap.start_s,
+                "length_s": gap.length_s,
+                "samples_expected": gap.samples_expected,
+                "samples_missing": gap.samples_missing,
+                "kind": str(gap.kind),
+            }
+            for gap in part.gaps
+        ],
+    )
+    if stored.detection is not None:
+        values, jumps = detection_rows(stored.detection, stored.sha256)
+        add_detection(scene.connection, uid, values, jumps)
+
+
+def _add_charges(scene: Scene, file_uid: str, read: ReadFile) -> list[str]:
+    touched = []
+    for row in read.charges:
+        uid = derived_uid("charge", file_uid, row.row_number)
+        battery = find_uid(scene.connection, "battery", name=row.stated_pack) if row.stated_pack else None
+        values = {
+            "file": file_uid,
+            "row_number": row.row_number,
+            "run": None,
+            "stated_run": row.stated_run,
+            "battery": battery,
+            "stated_pack": row.stated_pack,
+            "charge_mah": row.charge_mah,
+            "resolution_mah": row.resolution_mah,
+            "duration_s": row.duration_s,
+            "end_voltage_v": row.end_voltage_v,
+            "mode": str(row.mode),
+            "ended_utc": row.ended_utc,
+            "ended_original": row.ended_original,
+        }
+        insert_fact(scene.connection, "charge", uid, values)
+        run_uid = _run_named(scene, row.stated_run)
+        if run_uid:
+            assign_charge(scene, uid, run_uid)
+            touched.append(run_uid)
+    return touched
+
+
+def _run_named(scene: Scene, name: str | None) -> str | None:
+    return find_uid(scene.connection, "run", name=name) if name else None

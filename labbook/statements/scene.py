@@ -1,0 +1,36 @@
+"""What a statement acts on."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import sqlalchemy as sa
+
+from data_schema.journal import Entry
+from data_schema.queries.people import person_uid
+from ingest.store import Store
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """The open transaction and the store of files."""
+
+    connection: sa.Connection
+    store: Store
+
+
+def spoken(scene: Scene, entry: Entry, values: Mapping[str, Any]) -> dict[str, Any]:
+    """Add who said it and when to the columns of a row that keeps that."""
+    return {**values, "person": person_uid(scene.connection, entry.person), "at_utc": entry.at_utc}
+
+
+Apply: TypeAlias = Callable[[Scene, Entry, object], list[tuple[str, str]]]
+"""Lets an entry take effect; returns (kind, scope) of the results that became stale."""
+
+
+def derived_uid(*parts: object) -> str:
+    """Name a row after what it was derived from, so that deriving it again gives the same name."""
+    return hashlib.sha256("\n".join(str(part) for part in parts).encode()).hexdigest()[:16]

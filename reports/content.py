@@ -1,0 +1,209 @@
+"""What a report shows: frozen, filled by `labbook`, drawn and worded here; nothing is computed from it.
+
+Every number comes with its unit, uncertainty, n and provenance id. `Undefined` stands where a number does
+not exist, `None` where one does not apply. Values are never rounded here; only their display is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from reports.evidence import (
+    Anova,
+    BudgetItem,
+    Comparison,
+    DrainFit,
+    IdlePoint,
+    Order,
+    PackMean,
+    RunPoint,
+    Sensitivity,
+    Variant,
+)
+from reports.numbers import Number, Quantity, SignificanceTest, Value
+
+__all__ = [
+    "Anova",
+    "Assumed",
+    "BudgetItem",
+    "Claim",
+    "Comparison",
+    "Condition",
+    "Day",
+    "DrainFit",
+    "Factor",
+    "Flow",
+    "IdlePoint",
+    "Level",
+    "Number",
+    "Order",
+    "PackMean",
+    "Provenance",
+    "Quantity",
+    "ReportContent",
+    "RunPoint",
+    "RunValue",
+    "Sensitivity",
+    "SignificanceTest",
+    "Summary",
+    "Value",
+    "Variant",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """A factor of the study; `swept` is the one on the x axis (the active-damping gain).
+
+    Where levels are gains, physical = `slope` * gain + `offset` in `unit`; the control's gain stands for 0.
+    """
+
+    name: str
+    title: str
+    symbol: str = ""
+    unit: str = ""
+    slope: float | None = None
+    offset: float | None = None
+    control: str | None = None
+    swept: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """A factor's level in one condition: `label` as the study writes it ("small", "300").
+
+    `value` is physical, in `unit` (foot radius in m, stiffness in N/m, damping in kg/s, 0 for CE); `gain` is
+    the controller's number that the value belongs to.
+    """
+
+    factor: str
+    label: str
+    value: float | None = None
+    unit: str = ""
+    gain: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RunValue:
+    """What one run contributes to a condition: the run's own value or the mean of its jumps."""
+
+    run: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """One quantity in one condition: `mean` carries SE, CI and n (runs); `runs` has every point."""
+
+    mean: Number
+    sd: Value
+    runs: tuple[RunValue, ...] = ()
+    jumps: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """One level of each factor, in the study's order; `control` marks CE. A quantity not measured is None."""
+
+    levels: tuple[Level, ...]
+    control: bool
+    joules: Summary | None = None
+    apex: Summary | None = None
+
+    def level(self, factor: str) -> Level | None:
+        """Return this condition's level of the factor, None where the factor is not part of it."""
+        return next((level for level in self.levels if level.factor == factor), None)
+
+    def summary(self, quantity: Quantity) -> Summary | None:
+        """Return what was measured of the quantity, None where it was not."""
+        return self.joules if quantity is Quantity.JOULES else self.apex
+
+
+@dataclass(frozen=True, slots=True)
+class Flow:
+    """Counts of the selection: every run, and every jump of the jump runs that are not void.
+
+    `runs_planned` is None where no plan was written. Reasons map to counts; a run or a jump has one reason.
+    """
+
+    runs_planned: int | None
+    runs_done: int
+    runs_void: int
+    runs_idle: int
+    runs_excluded: Mapping[str, int]
+    runs_analysed: int
+    jumps_made: int
+    jumps_detected: int
+    jumps_excluded: Mapping[str, int]
+    jumps_analysed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Day:
+    """What was measured on one day; conditions, packs and checks as the reader should see them."""
+
+    date: str
+    runs: tuple[str, ...]
+    conditions: tuple[str, ...]
+    packs: tuple[str, ...] = ()
+    checks_made: tuple[str, ...] = ()
+    checks_not_made: tuple[str, ...] = ()
+    note: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """One sentence of the report and the provenance ids of the numbers in it."""
+
+    text: str
+    provenance: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where a number came from: what it is, and how many stored inputs went into it (`labbook why ID`)."""
+
+    id: str
+    what: str
+    inputs: int
+
+
+@dataclass(frozen=True, slots=True)
+class Assumed:
+    """A parameter without a source: its value as text, why it was taken, and how it was varied."""
+
+    name: str
+    value: str
+    why: str
+    varied: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ReportContent:
+    """All of one report. `claims[0]` is the headline; `selection` is the --where text as given."""
+
+    title: str
+    study: str
+    selection: str
+    made_at: str
+    software_version: str
+    configuration_hash: str
+    detector: str
+    people: tuple[str, ...]
+    days: tuple[Day, ...]
+    flow: Flow
+    factors: tuple[Factor, ...]
+    conditions: tuple[Condition, ...]
+    claims: tuple[Claim, ...]
+    comparisons: tuple[Comparison, ...] = ()
+    anovas: tuple[Anova, ...] = ()
+    drain: DrainFit | None = None
+    budget: tuple[BudgetItem, ...] = ()
+    budget_note: str = ""
+    order: Order = field(default_factory=Order)
+    sensitivity: tuple[Sensitivity, ...] = ()
+    methods: tuple[str, ...] = ()
+    limitations: tuple[str, ...] = ()
+    assumed: tuple[Assumed, ...] = ()
+    provenance: tuple[Provenance, ...] = ()

@@ -1,0 +1,135 @@
+"""The results a report shows: comparisons, drain fit, uncertainty budget, order in the day, sensitivity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from reports.numbers import Number, Quantity, SignificanceTest, Value
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Control against treatment on run means; `difference` = treatment - control, `savings` in percent.
+
+    `family` heads a block of the table ("each AD coefficient", "pooled over AD"); `group` holds the levels in
+    common (foot, k_gain); `level` is the AD level as text or "pooled". `test` is what the F-test
+    chose (Student or Welch), `welch` stands beside it always. `headline` marks what opens the page.
+    """
+
+    label: str
+    quantity: Quantity
+    group: Mapping[str, str]
+    level: str
+    n_control: int
+    n_treatment: int
+    variance_test: SignificanceTest
+    test: SignificanceTest
+    difference: Number
+    welch: SignificanceTest
+    welch_difference: Number
+    savings: Number | None = None
+    brown_forsythe: SignificanceTest | None = None
+    family: str = ""
+    headline: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Anova:
+    """One-way analysis of variance over the swept factor's levels, control left out, within one group."""
+
+    label: str
+    quantity: Quantity
+    group: Mapping[str, str]
+    test: SignificanceTest
+    n: int
+    provenance: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class IdlePoint:
+    """One idle run: how long the robot was on, and the charge that went back in."""
+
+    run: str
+    duration_min: float
+    charge_mah: float
+
+
+@dataclass(frozen=True, slots=True)
+class DrainFit:
+    """The passive drain (thesis 5.1.4): points, line with confidence band (arrays of one length), estimates.
+
+    `at_run` is the drain at `run_duration_min`; `range_sentence` says that it lies outside the fitted range.
+    """
+
+    points: tuple[IdlePoint, ...]
+    line_min: tuple[float, ...]
+    line_mah: tuple[float, ...]
+    band_low_mah: tuple[float, ...]
+    band_high_mah: tuple[float, ...]
+    slope: Number
+    intercept: Number
+    r_squared: Value
+    at_run: Number
+    run_duration_min: float
+    range_sentence: str
+    band_level: float = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetItem:
+    """One source of uncertainty of a joule a jump (J); `shared`: common to all runs; `total`: the sum."""
+
+    component: str
+    joules: Value
+    shared: bool
+    note: str = ""
+    total: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class RunPoint:
+    """A run in its day: `deviation_j` is its joules a jump minus the mean of its condition."""
+
+    run: str
+    day: str
+    position: int
+    pack: str
+    joules: float
+    deviation_j: float | None = None
+    control: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class PackMean:
+    """Joules a jump (or the deviation from the condition's mean, as `RunPoint` has it) of one pack's runs."""
+
+    pack: str
+    mean: Number
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """Joules by position in the day and by pack; `sentences` name what is confounded with the day."""
+
+    points: tuple[RunPoint, ...] = ()
+    packs: tuple[PackMean, ...] = ()
+    position_trend: Number | None = None
+    sentences: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """A headline computed another way ("without exclusions", "other detector", "without 2021-06-03")."""
+
+    label: str
+    number: Number
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivity:
+    """One headline: the number as reported and its recomputations."""
+
+    headline: str
+    as_reported: Number
+    variants: tuple[Variant, ...]

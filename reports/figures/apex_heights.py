@@ -1,0 +1,41 @@
+"""Apex heights by active-damping coefficient, as the thesis's figure 5.4."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+from reports.content import ReportContent
+from reports.figures.by_damping import draw_by_damping, has_quantity, points_text, range_text
+from reports.figures.kind import FigureKind
+from reports.numbers import Quantity
+
+
+def draw(content: ReportContent, width_in: float) -> Figure:
+    """Draw the mean apex of the body in each condition: same marks as the energy of a jump."""
+    return draw_by_damping(content, Quantity.APEX, "Apex height (mm)", "m", width_in)
+
+
+def caption(content: ReportContent) -> str:
+    """Say what is drawn."""
+    return (
+        "Height of the body at the apex of a jump against the active-damping coefficient. "
+        f"{points_text(content, Quantity.APEX)}"
+    )
+
+
+def alternative(content: ReportContent) -> str:
+    """Describe the plot in words."""
+    return (
+        "Plot of apex height against the active-damping coefficient, mean and standard error of each "
+        f"condition. {range_text(content, Quantity.APEX)}"
+    )
+
+
+def absent(content: ReportContent) -> str | None:
+    """Give the reason where no condition has an apex."""
+    if has_quantity(content, Quantity.APEX):
+        return None
+    return "No run of this selection has a log with jumps in it, so there are no apex heights."
+
+
+APEX_HEIGHTS = FigureKind("apex_heights", "Apex height", draw, caption, alternative, absent)

@@ -1,0 +1,38 @@
+"""Joules a jump by active-damping coefficient, as the thesis's figure 5.3."""
+
+from __future__ import annotations
+
+from matplotlib.figure import Figure
+
+from reports.content import ReportContent
+from reports.figures.by_damping import draw_by_damping, has_quantity, points_text, range_text
+from reports.figures.kind import FigureKind
+from reports.numbers import Quantity
+
+
+def draw(content: ReportContent, width_in: float) -> Figure:
+    """Draw the energy of a jump: circle size by foot radius, line style by extension stiffness, SE bars."""
+    return draw_by_damping(content, Quantity.JOULES, "Energy (J a jump)", "J", width_in)
+
+
+def caption(content: ReportContent) -> str:
+    """Say what is drawn."""
+    return f"Energy of a jump against the active-damping coefficient. {points_text(content, Quantity.JOULES)}"
+
+
+def alternative(content: ReportContent) -> str:
+    """Describe the plot in words."""
+    return (
+        "Plot of joules a jump against the active-damping coefficient, mean and standard error of each "
+        f"condition. {range_text(content, Quantity.JOULES)}"
+    )
+
+
+def absent(content: ReportContent) -> str | None:
+    """Give the reason where no condition has an energy."""
+    if has_quantity(content, Quantity.JOULES):
+        return None
+    return "No run of this selection has a charge record, so there are no joules a jump."
+
+
+JOULES_BY_DAMPING = FigureKind("joules_by_damping", "Energy of a jump", draw, caption, alternative, absent)

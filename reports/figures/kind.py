@@ -1,0 +1,55 @@
+"""What a figure is to a report: a name, a drawing, a caption, words for those who cannot see it."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from matplotlib.figure import Figure
+
+from reports.content import ReportContent
+from reports.figures.style import GREY, new_figure, publication_style
+
+
+@dataclass(frozen=True, slots=True)
+class FigureKind:
+    """One figure: `draw(content, width_in)`; `absent` gives the reason when there is nothing to draw."""
+
+    name: str
+    title: str
+    draw: Callable[[ReportContent, float], Figure]
+    caption: Callable[[ReportContent], str]
+    alternative: Callable[[ReportContent], str]
+    absent: Callable[[ReportContent], str | None]
+
+
+def draw_figure(kind: FigureKind, content: ReportContent, width_in: float) -> Figure:
+    """Draw a figure at a width in inches; where it has nothing to show, its reason is drawn instead.
+
+    So a paper that includes the file still compiles when a selection leaves nothing to draw.
+    """
+    with publication_style():
+        reason = kind.absent(content)
+        if reason is None:
+            return kind.draw(content, width_in)
+        figure = new_figure(width_in, 0.6)
+        figure.text(0.5, 0.5, reason, ha="center", va="center", color=GREY, wrap=True)
+        return figure
+
+
+def svg_bytes(figure: Figure) -> bytes:
+    """Write a figure as SVG, glyphs as outlines; the same figure gives the same bytes."""
+    return _written(figure, "svg", {"Date": None})
+
+
+def pdf_bytes(figure: Figure) -> bytes:
+    """Write a figure as PDF with embedded TrueType fonts; the same figure gives the same bytes."""
+    return _written(figure, "pdf", {"CreationDate": None})
+
+
+def _written(figure: Figure, suffix: str, metadata: dict[str, str | None]) -> bytes:
+    with publication_style(), io.BytesIO() as stream:
+        figure.savefig(stream, format=suffix, metadata=metadata)
+        figure.set_layout_engine("none")  # laid out once: the second format has the first one's positions
+        return stream.getvalue()

@@ -1,0 +1,132 @@
+"""One run's log: body height over time with jumps and gaps, and one jump enlarged."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    TWO_COLUMNS_IN,
+    VERMILLION,
+    is_narrow,
+    light_grid,
+    new_figure,
+    publication_style,
+)
+from reports.run_log import LogJump, RunLog
+
+_GAP_COLOURS = {"dropped": GREY}
+_COLUMNS = 2000
+"""Pairs of lowest and highest sample that a long log is drawn with: finer than any printed line."""
+
+
+def draw_log(log: RunLog, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw a run's log: overview above, one jump below; gaps are shaded and no line crosses them."""
+    narrow = is_narrow(width_in)
+    chosen = _panel_jump(log)
+    with publication_style():
+        figure = new_figure(width_in, 4.6 if chosen is not None else 2.6)
+        panels = figure.subplots(2 if chosen is not None else 1, 1, squeeze=False)[:, 0]
+        overview = panels[0]
+        overview.set_title(f"Run {log.run}" + (f": {log.title}" if log.title else ""), loc="left")
+        _draw_height(overview, log, np.ones(log.time_s.size, dtype=bool))
+        _draw_jumps(overview, log.jumps, events=False, size=3.0 if narrow else 3.8)
+        if chosen is not None:
+            overview.axvspan(*_window(chosen), color=BLUE, alpha=0.12, linewidth=0)
+            _draw_panel(panels[1], log, chosen)
+        for axes in panels:
+            axes.set_ylabel("Body height (m)")
+            light_grid(axes)
+        panels[-1].set_xlabel("Time from the start of the log (s)")
+        handles: dict[str, Artist] = {}
+        for axes in panels:
+            handles.update({str(name): handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)})
+        if handles:
+            figure.legend(
+                list(handles.values()), list(handles), loc="outside lower center", ncols=2 if narrow else len(handles)
+            )
+        return figure
+
+
+def _panel_jump(log: RunLog) -> LogJump | None:
+    numbered = {jump.number: jump for jump in log.jumps}
+    if log.panel_jump is not None and log.panel_jump in numbered:
+        return numbered[log.panel_jump]
+    return next((jump for jump in log.jumps if not jump.rejected), log.jumps[0] if log.jumps else None)
+
+
+def _window(jump: LogJump) -> tuple[float, float]:
+    first = jump.touchdown_s if jump.touchdown_s is not None else jump.apex_s - 0.5
+    return first - 0.3, jump.apex_s + 0.5
+
+
+def _draw_panel(axes: Axes, log: RunLog, jump: LogJump) -> None:
+    start, end = _window(jump)
+    inside = (log.time_s >= start) & (log.time_s <= end)
+    _draw_height(axes, log, inside, samples=True)
+    _draw_jumps(axes, tuple(j for j in log.jumps if start <= j.apex_s <= end), events=True, size=6.0)
+    axes.set_xlim(start, end)
+    verdict = f", rejected: {jump.rejected}" if jump.rejected else ""
+    axes.set_title(f"Jump {jump.number}{verdict}", loc="left")
+
+
+def _draw_height(axes: Axes, log: RunLog, inside: NDArray[np.bool_], *, samples: bool = False) -> None:
+    time_s, height_m = log.time_s[inside], log.body_height_m[inside]
+    for gap in log.gaps:
+        kind = f"gap ({gap.kind})"
+        known = axes.get_legend_handles_labels()[1]
+        shade = _GAP_COLOURS.get(gap.kind, ORANGE)
+        axes.axvspan(gap.start_s, gap.end_s, color=shade, alpha=0.35, linewidth=0, label="" if kind in known else kind)
+    breaks = [int(np.searchsorted(time_s, gap.start_s, side="right")) for gap in log.gaps]
+    for times, heights in zip(np.split(time_s, breaks), np.split(height_m, breaks), strict=True):
+        axes.plot(*envelope(times, heights), color=BLACK, linewidth=0.6, zorder=2)
+    if samples:
+        axes.plot(time_s, height_m, ".", color=BLACK, markersize=2, markeredgewidth=0, zorder=2)
+
+
+def envelope(
+    time_s: NDArray[np.float64], height_m: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Thin a long log for drawing, shape (n,) to at most (4 000,): lowest and highest sample of each stretch."""
+    if time_s.size <= 2 * _COLUMNS:
+        return time_s, height_m
+    chosen = set[int]()
+    for stretch in np.array_split(np.arange(time_s.size), _COLUMNS):
+        chosen.add(int(stretch[np.argmin(height_m[stretch])]))
+        chosen.add(int(stretch[np.argmax(height_m[stretch])]))
+    order = np.array(sorted(chosen))
+    return time_s[order], height_m[order]
+
+
+def _draw_jumps(axes: Axes, jumps: tuple[LogJump, ...], *, events: bool, size: float) -> None:
+    for rejected, name, colour, marker, mark_pt in (
+        (False, "apex", BLUE, "o", size),
+        (True, "apex of a rejected jump", VERMILLION, "X", 1.6 * size),
+    ):
+        chosen = [jump for jump in jumps if bool(jump.rejected) is rejected]
+        if chosen:
+            times, heights = [jump.apex_s for jump in chosen], [jump.apex_height_m for jump in chosen]
+            axes.plot(times, heights, marker, color=colour, markersize=mark_pt, label=name, zorder=4, markeredgewidth=0)
+    for attribute, name, colour, style in (
+        ("touchdown_s", "touchdown", PURPLE, "--"),
+        ("lift_off_s", "lift-off", GREEN, "-."),
+    ):
+        found = [at for jump in jumps if (at := getattr(jump, attribute)) is not None]
+        if not found:
+            continue
+        if events:
+            for index, at in enumerate(found):
+                axes.axvline(at, color=colour, linestyle=style, linewidth=1.0, label="" if index else name, zorder=1)
+        else:
+            # In the overview a jump is a few pixels wide: short strokes along the foot of the plot.
+            strokes = axes.get_xaxis_transform()
+            axes.vlines(found, 0.0, 0.05, color=colour, linewidth=0.8, transform=strokes, zorder=3)

@@ -1,0 +1,133 @@
+"""Conditions as lines of a plot: one series a combination of the factors that are not swept."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from reports.content import Condition, Factor, ReportContent
+from reports.display import general_text
+from reports.figures.style import SERIES_COLOURS
+from reports.sentences import group_name, swept_factor
+
+LineStyle: TypeAlias = Literal["-", "--", ":", "-."]
+"""How a series' line is broken."""
+
+_LINE_STYLES: tuple[LineStyle, ...] = ("-", "--", ":", "-.")
+_SMALLEST_MARKER_PT, _LARGEST_MARKER_PT = 4.0, 7.5
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """One line: first factor -> marker size and hue, second -> line style, shade and filled or open markers."""
+
+    label: str
+    colour: str
+    line_style: LineStyle
+    marker_pt: float
+    filled: bool
+    conditions: tuple[Condition, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """The x axis: where each level of the swept factor stands and how its tick reads."""
+
+    title: str
+    ticks: tuple[float, ...]
+    labels: tuple[str, ...]
+    gains: tuple[str, ...]
+    continuous: bool
+    positions: dict[str, float]
+    control_position: float
+
+    def position(self, condition: Condition, swept: Factor | None) -> float:
+        """Return where the condition stands on this axis."""
+        if condition.control:
+            return self.control_position
+        level = condition.level(swept.name) if swept is not None else None
+        return self.positions[level.label] if level is not None else self.control_position
+
+
+def _levels(content: ReportContent, factor: Factor) -> list[str]:
+    """Return a factor's labels, by physical value where they have one, else in the order they appear."""
+    found = [level for condition in content.conditions if (level := condition.level(factor.name)) is not None]
+    if all(level.value is not None for level in found):
+        found.sort(key=lambda level: level.value or 0.0)
+    return list(dict.fromkeys(level.label for level in found))
+
+
+def series_of(content: ReportContent) -> tuple[Series, ...]:
+    """Return the series in the order of their first conditions."""
+    factors = [factor for factor in content.factors if not factor.swept]
+    order = {factor.name: _levels(content, factor) for factor in factors}
+    grouped: dict[tuple[str, ...], list[Condition]] = {}
+    for condition in content.conditions:
+        key = tuple(level.label if (level := condition.level(factor.name)) is not None else "" for factor in factors)
+        grouped.setdefault(key, []).append(condition)
+    return tuple(
+        _series(content, factors, order, key, conditions, number)
+        for number, (key, conditions) in enumerate(grouped.items())
+    )
+
+
+def _series(
+    content: ReportContent,
+    factors: list[Factor],
+    order: dict[str, list[str]],
+    key: tuple[str, ...],
+    conditions: list[Condition],
+    number: int,
+) -> Series:
+    ranks = [
+        order[factor.name].index(label) if label in order[factor.name] else 0
+        for factor, label in zip(factors, key, strict=True)
+    ]
+    sizes = [len(order[factor.name]) for factor in factors]
+    hue, shade = 0, 0
+    if len(ranks) == 1:
+        hue = ranks[0]
+    elif len(ranks) == 2:
+        hue, shade = ranks[0], sizes[1] - 1 - ranks[1]  # the stiffest is dark, solid and filled
+    elif ranks:
+        hue, shade = divmod(number, 2)  # more factors than styles: by turns, so that no two lines look the same
+    share = ranks[0] / (sizes[0] - 1) if ranks and sizes[0] > 1 else 0.5
+    return Series(
+        label=group_name(content, conditions[0], gain=True) or "all runs",
+        colour=SERIES_COLOURS[hue % len(SERIES_COLOURS)][shade % 2],
+        line_style=_LINE_STYLES[shade % len(_LINE_STYLES)],
+        marker_pt=_SMALLEST_MARKER_PT + share * (_LARGEST_MARKER_PT - _SMALLEST_MARKER_PT),
+        filled=shade == 0,
+        conditions=tuple(conditions),
+    )
+
+
+def axis_of(content: ReportContent) -> Axis:
+    """Lay out the swept factor's levels: at their physical values where all have one, else evenly spaced."""
+    swept = swept_factor(content)
+    if swept is None:
+        return Axis("", (0.0,), ("all conditions",), (), False, {}, 0.0)
+    treated = [c for c in content.conditions if not c.control]
+    levels = {level.label: level for c in treated if (level := c.level(swept.name)) is not None}
+    continuous = all(level.value is not None for level in levels.values())
+    names = _levels(content, swept)
+    if continuous:
+        positions = {label: float(level.value or 0.0) for label, level in levels.items()}
+    else:
+        positions = {label: 1.0 + index for index, label in enumerate(n for n in names if n in levels)}
+    labels = {at: general_text(levels[label].value or 0.0) if continuous else label for label, at in positions.items()}
+    gains = {at: general_text(gain) for label, at in positions.items() if (gain := levels[label].gain) is not None}
+    if any(condition.control for condition in content.conditions):
+        labels = {0.0: "CE", **labels}
+        gains = {0.0: "0", **gains} if gains else {}
+    title = swept.title + (f" {swept.symbol}" if swept.symbol else "")
+    ticks = tuple(sorted(labels))
+    return Axis(
+        title=f"{title} ({swept.unit})" if swept.unit and continuous else title,
+        ticks=ticks,
+        labels=tuple(labels[tick] for tick in ticks),
+        gains=tuple(gains[tick] for tick in ticks) if len(gains) == len(ticks) else (),
+        continuous=continuous,
+        positions=positions,
+        control_position=0.0,
+    )

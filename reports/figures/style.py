@@ -1,0 +1,87 @@
+"""The look of every figure: widths of a paper's columns, type, and colours that the colour-blind can tell apart."""
+
+from __future__ import annotations
+
+import contextlib
+import warnings
+from collections.abc import Iterator
+from typing import Any, Literal
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+ONE_COLUMN_IN = 3.5
+"""Width of one column of a two-column paper, inches (89 mm)."""
+
+TWO_COLUMNS_IN = 7.2
+"""Width of both columns, inches (183 mm)."""
+
+# Okabe and Ito 2008, "Color Universal Design"
+BLACK = "#000000"
+ORANGE = "#E69F00"
+SKY = "#56B4E9"
+GREEN = "#009E73"
+YELLOW = "#F0E442"
+BLUE = "#0072B2"
+VERMILLION = "#D55E00"
+PURPLE = "#CC79A7"
+GREY = "#6B6B6B"
+PALE = "#E4E4E4"
+
+SERIES_COLOURS = ((BLUE, SKY), (VERMILLION, ORANGE), (GREEN, PURPLE), (BLACK, GREY))
+"""Dark and light of one hue: the first factor chooses the pair, the second within it."""
+
+_SETTINGS: dict[str, Any] = {
+    "axes.axisbelow": True,
+    "axes.formatter.useoffset": False,
+    "axes.labelsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 8,
+    "axes.titleweight": "bold",
+    "figure.constrained_layout.h_pad": 0.03,
+    "figure.constrained_layout.w_pad": 0.03,
+    "figure.dpi": 100,
+    "font.family": "DejaVu Sans",  # comes with matplotlib: the same file on every machine
+    "font.size": 8,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "lines.linewidth": 1.1,
+    "pdf.fonttype": 42,
+    "savefig.dpi": 100,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "labbook",
+    "text.parse_math": False,  # a dollar sign in a pack's name is a dollar sign
+    "xtick.labelsize": 7,
+    "xtick.major.width": 0.6,
+    "ytick.labelsize": 7,
+    "ytick.major.width": 0.6,
+}
+
+
+@contextlib.contextmanager
+def publication_style() -> Iterator[None]:
+    """Draw and save with our settings only; what a user's matplotlibrc says does not reach a report."""
+    defaults = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
+    settings: dict[Any, Any] = {**defaults, **_SETTINGS}
+    with matplotlib.rc_context(settings), warnings.catch_warnings():
+        # A name in a script that the font lacks is drawn as boxes; the page has it in full.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from font")
+        yield
+
+
+def is_narrow(width_in: float) -> bool:
+    """Whether a figure has one column's width only."""
+    return width_in < 5.0
+
+
+def new_figure(width_in: float, height_in: float) -> Figure:
+    """Make an empty figure of this size; margins are laid out so that no label is clipped."""
+    return Figure(figsize=(width_in, height_in), layout="constrained")
+
+
+def light_grid(axes: Axes, axis: Literal["both", "x", "y"] = "y") -> None:
+    """Draw thin lines to read values by."""
+    axes.grid(visible=True, axis=axis, color=PALE, linewidth=0.5)

@@ -1,0 +1,181 @@
+"""A report on disk: one self-contained HTML page, every figure as SVG and PDF, every table as CSV and LaTeX."""
+
+from __future__ import annotations
+
+import contextlib
+import importlib.resources
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import jinja2
+
+from data_schema.errors import UsageError
+from reports.content import ReportContent
+from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
+from reports.figures.registry import FIGURES
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.sections import FigureHere, Paragraph, Part, Section, TableHere, sections_of
+from reports.sentences import count_text, list_text
+from reports.svg_inline import inline_svg
+from reports.tables.as_csv import csv_bytes
+from reports.tables.as_latex import latex_bytes
+from reports.tables.registry import TABLES
+from reports.tables.table import Table
+
+_WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
+"""File name's end -> width: each figure fits both columns of a paper, and one."""
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenReport:
+    """Where a report lies."""
+
+    page: Path
+    figures: tuple[Path, ...]
+    tables: tuple[Path, ...]
+
+
+def write_report(content: ReportContent, out_dir: Path) -> WrittenReport:
+    """Write the report into a folder: `report.html`, `figures/*.svg|pdf`, `tables/*.csv|tex`.
+
+    All of it is made before anything is written, and each file replaces its forerunner in one step, the page last:
+    a report that fails half-way leaves the earlier one as it was. Raises `UsageError` where the folder cannot be
+    written to.
+    """
+    with _writing_to(out_dir):
+        for folder in ("figures", "tables"):
+            (out_dir / folder).mkdir(parents=True, exist_ok=True)
+    figures = figure_files(content)
+    tables = {kind.name: kind.make(content) for kind in TABLES.values()}
+    page = render_page(content, {name: figures[f"{name}.svg"] for name in FIGURES}, tables)
+    table_files = {f"{name}.csv": csv_bytes(table) for name, table in tables.items()}
+    table_files |= {f"{name}.tex": latex_bytes(table) for name, table in tables.items()}
+    with _writing_to(out_dir):
+        written_figures = tuple(_replace(out_dir / "figures" / name, data) for name, data in figures.items())
+        written_tables = tuple(_replace(out_dir / "tables" / name, data) for name, data in table_files.items())
+        return WrittenReport(_replace(out_dir / "report.html", page.encode("utf-8")), written_figures, written_tables)
+
+
+@contextlib.contextmanager
+def _writing_to(out_dir: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        reason = error.strerror or error
+        raise UsageError(
+            f"the report cannot be written to {str(out_dir)!r} ({reason}): give a folder that can be written, "
+            "with --out."
+        ) from error
+
+
+def figure_files(content: ReportContent) -> dict[str, bytes]:
+    """Draw every figure at both widths; file name -> bytes."""
+    files = {}
+    for kind in FIGURES.values():
+        for ending, width_in in _WIDTHS.items():
+            figure = draw_figure(kind, content, width_in)
+            files[f"{kind.name}{ending}.svg"] = svg_bytes(figure)
+            files[f"{kind.name}{ending}.pdf"] = pdf_bytes(figure)
+    return files
+
+
+def render_page(content: ReportContent, drawings: Mapping[str, bytes], tables: Mapping[str, Table]) -> str:
+    """Return the page's HTML; `drawings` has the SVG of each figure by name."""
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(_template),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    numbering = {"figure": 0, "table": 0}
+    sections = [_shown_section(content, section, drawings, tables, numbering) for section in sections_of(content)]
+    return environment.get_template("report.html.j2").render(
+        content=content,
+        facts=_facts(content),
+        sections=[section for section in sections if section["parts"]],
+        known_ids={source.id for source in content.provenance},
+    )
+
+
+def _template(name: str) -> str:
+    return importlib.resources.files("reports").joinpath("templates", name).read_text(encoding="utf-8")
+
+
+def _facts(content: ReportContent) -> list[tuple[str, str]]:
+    """Return what stands under the title: name and text."""
+    facts = [("Study", content.study), ("Selection", content.selection or "all runs")]
+    if content.days:
+        first, last = content.days[0].date, content.days[-1].date
+        dates = first if first == last else f"{first} to {last}"
+        facts.append(("Measured", f"{dates}, {count_text(len(content.days), 'day')}"))
+    runs = f"{content.flow.runs_analysed} of {count_text(content.flow.runs_done, 'run')} analysed"
+    facts.append(("Runs", runs))
+    if content.people:
+        facts.append(("People", list_text(content.people)))
+    facts += [
+        ("Made", content.made_at),
+        ("Software", f"labbook {content.software_version}, configuration {content.configuration_hash}"),
+        ("Detector", content.detector),
+    ]
+    return facts
+
+
+def _shown_section(
+    content: ReportContent,
+    section: Section,
+    drawings: Mapping[str, bytes],
+    tables: Mapping[str, Table],
+    numbering: dict[str, int],
+) -> dict[str, Any]:
+    parts = (_shown_part(content, part, drawings, tables, numbering) for part in section.parts)
+    return {"anchor": section.anchor, "title": section.title, "parts": [part for part in parts if part is not None]}
+
+
+def _shown_part(
+    content: ReportContent,
+    part: Part,
+    drawings: Mapping[str, bytes],
+    tables: Mapping[str, Table],
+    numbering: dict[str, int],
+) -> dict[str, Any] | None:
+    """Turn a part into what the template shows: figures and tables get their number, empty tables are left out."""
+    match part:
+        case FigureHere(name):
+            kind = FIGURES[name]
+            if (reason := kind.absent(content)) is not None:
+                return {"kind": "Paragraph", "part": Paragraph(reason)}
+            numbering["figure"] += 1
+            drawing = inline_svg(drawings[name], name, kind.title, kind.alternative(content))
+            return {
+                "kind": "FigureHere",
+                "number": numbering["figure"],
+                "name": name,
+                "caption": kind.caption(content),
+                "drawing": drawing,
+            }
+        case TableHere(name):
+            if not tables[name].rows:
+                return None
+            numbering["table"] += 1
+            return {"kind": "TableHere", "number": numbering["table"], "table": tables[name]}
+        case _:
+            return {"kind": type(part).__name__, "part": part}
+
+
+def _replace(path: Path, data: bytes) -> Path:
+    """Write a file beside its place and move it there: a reader sees the old bytes or the new, never a half."""
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(data)
+        Path(temporary).chmod(0o644)
+        Path(temporary).replace(path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return path

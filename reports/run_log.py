@@ -1,0 +1,48 @@
+"""What `labbook plot RUN` draws: one run's body height over time, its jumps and its gaps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True)
+class LogJump:
+    """One detected jump; times in s from the log's start, None where an event was not found.
+
+    `rejected` is the reason why the jump is not used, "" where it is.
+    """
+
+    number: int
+    apex_s: float
+    apex_height_m: float
+    touchdown_s: float | None = None
+    lift_off_s: float | None = None
+    rejected: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class LogGap:
+    """A stretch without samples: dropped packets or a pause of the logger."""
+
+    start_s: float
+    end_s: float
+    kind: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RunLog:
+    """A run's log: `time_s` and `body_height_m` are arrays of shape (n_samples,), the jumps in order of time.
+
+    `panel_jump` is the number of the jump shown enlarged; None takes the first that is used.
+    """
+
+    run: str
+    title: str
+    time_s: NDArray[np.float64]
+    body_height_m: NDArray[np.float64]
+    jumps: tuple[LogJump, ...] = ()
+    gaps: tuple[LogGap, ...] = ()
+    panel_jump: int | None = None

@@ -1,0 +1,200 @@
+"""The order and the words of the page: the headline first, then the evidence, then how it was got."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from reports.content import Anova, Condition, ReportContent
+from reports.display import general_text, number_text, significance_text
+from reports.numbers import Quantity
+from reports.sentences import count_text, formula_text, levels_name, list_text
+
+
+@dataclass(frozen=True, slots=True)
+class Paragraph:
+    """A paragraph and the provenance ids of its numbers; `lead` is the sentence that opens the page."""
+
+    text: str
+    provenance: tuple[str, ...] = ()
+    lead: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Bullets:
+    """Sentences one under the other, each with the provenance ids of its numbers."""
+
+    items: tuple[Paragraph, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A heading within a section."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class FigureHere:
+    """The place of a figure of the registry."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class TableHere:
+    """The place of a table of the registry."""
+
+    name: str
+
+
+_FEW_RUN_VALUES = 60
+"""Up to so many values of single runs the page lists them; beyond, figures and files have them."""
+
+Part: TypeAlias = Paragraph | Bullets | Heading | FigureHere | TableHere
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A section of the page; `anchor` is what the contents link to."""
+
+    anchor: str
+    title: str
+    parts: tuple[Part, ...]
+
+
+def sections_of(content: ReportContent) -> tuple[Section, ...]:
+    """Return the sections of the page in reading order; a section without parts is left out."""
+    sections = (
+        _in_short(content),
+        _energy(content),
+        _apex(content),
+        _certainty(content),
+        _measured(content),
+        _methods(content),
+        Section("tests", "Tests in full", tuple(map(TableHere, ("tests_joules", "tests_apex", "anovas")))),
+        _provenance(content),
+    )
+    return tuple(section for section in sections if section.parts)
+
+
+def _in_short(content: ReportContent) -> Section:
+    parts: list[Part] = []
+    if content.claims:
+        first, *others = content.claims
+        parts.append(Paragraph(first.text, first.provenance, lead=True))
+        if others:
+            parts.append(Bullets(tuple(Paragraph(claim.text, claim.provenance) for claim in others)))
+    else:
+        parts.append(Paragraph("Nothing is claimed from this selection.", lead=True))
+    parts += [TableHere("headlines"), FigureHere("savings")]
+    return Section("in-short", "In short", tuple(parts))
+
+
+def _energy(content: ReportContent) -> Section:
+    parts: tuple[Part, ...] = (
+        FigureHere("joules_by_damping"),
+        TableHere("joules_by_condition"),
+        *_anova_paragraph(content, Quantity.JOULES),
+        TableHere("comparisons_joules"),
+    )
+    return Section("energy", "Energy of a jump", parts)
+
+
+def _apex(content: ReportContent) -> Section:
+    parts: tuple[Part, ...] = (
+        FigureHere("apex_heights"),
+        TableHere("apex_by_condition"),
+        *_anova_paragraph(content, Quantity.APEX),
+        TableHere("comparisons_apex"),
+    )
+    return Section("apex", "Apex height", parts)
+
+
+def _anova_paragraph(content: ReportContent, quantity: Quantity) -> tuple[Paragraph, ...]:
+    anovas = [anova for anova in content.anovas if anova.quantity is quantity]
+    if not anovas:
+        return ()
+    results = [f"{significance_text(anova.test)} ({_anova_name(content, anova)})" for anova in anovas]
+    text = (
+        "Whether the coefficient itself matters is tested by a one-way analysis of variance over the "
+        f"active-damping coefficients, control left out: {list_text(results)}."
+    )
+    return (Paragraph(text, tuple(anova.provenance for anova in anovas if anova.provenance)),)
+
+
+def _anova_name(content: ReportContent, anova: Anova) -> str:
+    return levels_name(content, anova.group) or anova.label
+
+
+def _certainty(content: ReportContent) -> Section:
+    parts: list[Part] = []
+    if content.budget:
+        parts += [Heading("Uncertainty of a joule"), TableHere("uncertainty_budget")]
+    parts.append(Heading("Passive drain"))
+    if (fit := content.drain) is not None:
+        text = f"The passive drain of one run is {number_text(fit.at_run)}. {fit.range_sentence}"
+        parts.append(Paragraph(text, tuple(filter(None, (fit.at_run.provenance,)))))
+    parts += [FigureHere("passive_drain"), TableHere("passive_drain")]
+    parts.append(Heading("Order of the day and battery packs"))
+    parts += [Paragraph(sentence) for sentence in content.order.sentences]
+    parts += [FigureHere("day_order"), FigureHere("packs"), TableHere("packs")]
+    parts += [Heading("The headlines computed another way"), FigureHere("sensitivity")]
+    return Section("certainty", "How sure these numbers are", tuple(parts))
+
+
+def _measured(content: ReportContent) -> Section:
+    flow = content.flow
+    parts: list[Part] = []
+    if flow.runs_done:
+        days = f" on {count_text(len(content.days), 'day')}" if content.days else ""
+        who = f" by {list_text(content.people)}" if content.people else ""
+        parts.append(
+            Paragraph(
+                f"{count_text(flow.runs_done, 'run')} of this selection were made{days}{who}; "
+                f"{flow.runs_analysed} are analysed, with {count_text(flow.jumps_analysed, 'jump')} of "
+                f"{flow.jumps_made} made."
+            )
+        )
+    parts += [FigureHere("flow"), TableHere("days")]
+    if sum(_run_count(condition) for condition in content.conditions) <= _FEW_RUN_VALUES:
+        parts.append(TableHere("run_values"))
+    return Section("measured", "What was measured", tuple(parts))
+
+
+def _run_count(condition: Condition) -> int:
+    return sum(len(summary.runs) for summary in (condition.joules, condition.apex) if summary is not None)
+
+
+def _methods(content: ReportContent) -> Section:
+    parts: list[Part] = [Paragraph(text) for text in content.methods]
+    parts.append(Paragraph(f"Apexes were found by the detector “{content.detector}”. {_gains(content)}".strip()))
+    if content.limitations:
+        parts += [Heading("Limitations"), Bullets(tuple(map(Paragraph, content.limitations)))]
+    if content.assumed:
+        parts += [Heading("Assumed parameters"), TableHere("assumed")]
+    return Section("methods", "Methods", tuple(parts))
+
+
+def _gains(content: ReportContent) -> str:
+    formulas = [f"{factor.title.lower()} {text}" for factor in content.factors if (text := formula_text(factor))]
+    found = {
+        (level.factor, level.label): f"{level.label} {general_text(level.value)} {level.unit}".strip()
+        for condition in content.conditions
+        for level in condition.levels
+        if level.gain is None and level.value is not None
+    }
+    sentences = []
+    if formulas:
+        sentences.append(f"Gains g stand for physical values: {'; '.join(formulas)}.")
+    for factor in content.factors:
+        sizes = [text for (name, _), text in found.items() if name == factor.name]
+        if sizes:
+            sentences.append(f"{factor.title}, {factor.symbol or 'value'}: {list_text(sizes)}.")
+    return " ".join(sentences)
+
+
+def _provenance(content: ReportContent) -> Section:
+    if not content.provenance:
+        return Section("provenance", "Provenance", ())
+    return Section("provenance", "Provenance", (TableHere("provenance"),))

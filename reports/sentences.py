@@ -1,0 +1,169 @@
+"""Words around numbers: names of levels and conditions, gain formulas, the sentence a claim is made in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from data_schema.vocabulary import Undefined
+from reports.content import Claim, Comparison, Condition, Factor, Level, ReportContent
+from reports.display import (
+    EQUALS,
+    MINUS,
+    NO_BREAK,
+    as_shown,
+    general_text,
+    interval_text,
+    level_text,
+    places_of,
+    significance_text,
+    value_text,
+    with_unit,
+)
+from reports.numbers import Number, Quantity
+
+
+def formula_text(factor: Factor) -> str:
+    """Write how gains become physical values: "k = 2.56 g + 67.36 N/m"; "" where the levels are no gains."""
+    if factor.slope is None or factor.offset is None:
+        return ""
+    sign = "+" if factor.offset >= 0 else MINUS
+    slope, offset = general_text(factor.slope, 6), general_text(abs(factor.offset), 6)
+    text = f"{factor.symbol} = {slope} g {sign} {offset}".replace(" ", NO_BREAK)
+    zero = f"; gain {factor.control} is CE and stands for 0" if factor.control is not None else ""
+    return with_unit(text, factor.unit) + zero
+
+
+def physical_text(level: Level) -> str:
+    """Write a level's physical value, "835.4 N/m", or its label where it has none."""
+    return level.label if level.value is None else with_unit(general_text(level.value), level.unit)
+
+
+def level_name(factor: Factor, level: Level, *, gain: bool = False) -> str:
+    """Name a level: "small foot", "k = 1091 N/m"; with `gain`, "k = 1091 N/m (gain 400)"."""
+    if level.gain is None:
+        return f"{level.label} {factor.title.lower()}"
+    beside = f" (gain{NO_BREAK}{general_text(level.gain)})" if gain else ""
+    return f"{factor.symbol or factor.title}{EQUALS}{physical_text(level)}{beside}"
+
+
+def condition_name(content: ReportContent, condition: Condition) -> str:
+    """Name a condition: "small foot, k = 1091 N/m, CE"."""
+    names = [group_name(content, condition)]
+    if condition.control:
+        names.append("CE")
+    elif (swept := swept_factor(content)) is not None and (level := condition.level(swept.name)) is not None:
+        names.append(level_name(swept, level))
+    return ", ".join(name for name in names if name)
+
+
+def group_name(content: ReportContent, condition: Condition, *, gain: bool = False) -> str:
+    """Name what a condition shares with its control: every level but that of the swept factor."""
+    pairs = ((factor, condition.level(factor.name)) for factor in content.factors if not factor.swept)
+    return ", ".join(level_name(factor, level, gain=gain) for factor, level in pairs if level is not None)
+
+
+def levels_name(content: ReportContent, group: Mapping[str, str]) -> str:
+    """Name a group given as factor -> label; a label that no condition has is shown as it is."""
+    return ", ".join(_level_names(content, group))
+
+
+def _level_names(content: ReportContent, group: Mapping[str, str]) -> list[str]:
+    known = {(level.factor, level.label): level for condition in content.conditions for level in condition.levels}
+    factors = {factor.name: factor for factor in content.factors}
+    names = []
+    for name, label in group.items():
+        level = known.get((name, label))
+        names.append(f"{name} {label}" if level is None else level_name(factors[name], level))
+    return names
+
+
+def level_of(content: ReportContent, comparison: Comparison) -> str:
+    """Name the level that a comparison sets against its control: "d = 185.7 kg/s (gain 50)" or "pooled"."""
+    swept = swept_factor(content)
+    if swept is not None:
+        for condition in content.conditions:
+            level = condition.level(swept.name)
+            if level is not None and level.label == comparison.level and not condition.control:
+                return level_name(swept, level, gain=True)
+    return comparison.level
+
+
+def _where(content: ReportContent, comparison: Comparison) -> str:
+    """Say for which group a claim holds: " with the small foot and k = 1091 N/m"; "" for all runs."""
+    names = _level_names(content, comparison.group)
+    parts = [name if "=" in name else f"the {name}" for name in names]
+    return f" with {list_text(parts)}" if parts else ""
+
+
+def swept_factor(content: ReportContent) -> Factor | None:
+    """Return the factor on the x axis, None where the study has none."""
+    return next((factor for factor in content.factors if factor.swept), None)
+
+
+def _excludes_zero(number: Number) -> bool | None:
+    low, high = number.ci_low, number.ci_high
+    if isinstance(low, int | float) and isinstance(high, int | float):
+        return low > 0 or high < 0
+    return None
+
+
+def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
+    """Say what active damping saved: value, interval, group, n and the Welch test; no more than they show."""
+    savings, where = comparison.savings, _where(content, comparison)
+    if savings is None or isinstance(savings.value, Undefined):
+        reason = value_text(None if savings is None else savings.value)
+        return Claim(f"The savings{where} are {reason}.", _ids(comparison))
+    places = places_of(savings)
+    size = with_unit(value_text(abs(savings.value), places), savings.unit)
+    low_high = interval_text(savings)
+    evidence = (
+        f"{level_text(savings)} {low_high}; n{EQUALS}{comparison.n_control} control and "
+        f"{comparison.n_treatment} treatment runs; {significance_text(comparison.welch)}"
+    )
+    shown = _excludes_zero(savings)
+    if shown is None:
+        lead = f"The savings{where} cannot be bounded: the best estimate is {size}"
+    elif not shown:
+        sign = MINUS if savings.value < 0 else ""
+        lead = f"No difference in energy was shown{where}: the estimated saving is {sign}{size}"
+    elif savings.value > 0:
+        lead = f"Active damping saved {size} of the energy of a jump{where}"
+    else:
+        lead = f"Active damping cost {size} more energy a jump{where}"
+    return Claim(f"{lead} ({evidence}).", _ids(comparison))
+
+
+def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
+    """Say how a quantity differed between control and treatment, and whether zero lies in the interval."""
+    difference = as_shown(comparison.difference)
+    where = _where(content, comparison)
+    what = "The apex" if comparison.quantity is Quantity.APEX else "The energy of a jump"
+    if isinstance(difference.value, Undefined):
+        return Claim(f"{what}{where}: the difference is {value_text(difference.value)}.", (difference.provenance,))
+    comparative = "higher" if difference.value >= 0 else "lower"
+    size = with_unit(value_text(abs(difference.value), places_of(comparison.difference)), difference.unit)
+    evidence = (
+        f"{level_text(difference)} of the difference {interval_text(comparison.difference)}; "
+        f"{significance_text(comparison.welch)}"
+    )
+    verdict = {True: "", False: ", which the interval does not tell from zero", None: ""}[_excludes_zero(difference)]
+    lead = f"{what} was {size} {comparative} under active damping{where}{verdict}"
+    return Claim(f"{lead} ({evidence}).", tuple(filter(None, (difference.provenance,))))
+
+
+def _ids(comparison: Comparison) -> tuple[str, ...]:
+    savings = comparison.savings
+    ids = (savings.provenance if savings is not None else "", comparison.difference.provenance)
+    return tuple(filter(None, ids))
+
+
+def count_text(count: int, noun: str, plural: str = "") -> str:
+    """Write a count with its noun: "1 run", "12 runs"."""
+    return f"{count}{NO_BREAK}{noun if count == 1 else plural or noun + 's'}"
+
+
+def list_text(words: tuple[str, ...] | list[str]) -> str:
+    """Join words as a sentence does: "a, b and c"."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} and {words[-1]}"

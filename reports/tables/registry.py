@@ -1,0 +1,42 @@
+"""The tables of a report; a new one is a function and a line here."""
+
+from __future__ import annotations
+
+from reports.tables.comparisons import (
+    ANOVAS,
+    COMPARISONS_APEX,
+    COMPARISONS_JOULES,
+    HEADLINES,
+    TESTS_APEX,
+    TESTS_JOULES,
+)
+from reports.tables.conditions import APEX_BY_CONDITION, JOULES_BY_CONDITION, RUN_VALUES
+from reports.tables.measured import ASSUMED, DAYS, FLOW, PROVENANCE_IDS
+from reports.tables.table import TableKind
+from reports.tables.uncertainty import IDLE_RUNS, PACKS, PASSIVE_DRAIN, RUNS, SENSITIVITY, UNCERTAINTY_BUDGET
+
+TABLES: dict[str, TableKind] = {
+    kind.name: kind
+    for kind in (
+        HEADLINES,
+        JOULES_BY_CONDITION,
+        APEX_BY_CONDITION,
+        COMPARISONS_JOULES,
+        TESTS_JOULES,
+        COMPARISONS_APEX,
+        TESTS_APEX,
+        ANOVAS,
+        UNCERTAINTY_BUDGET,
+        PASSIVE_DRAIN,
+        PACKS,
+        DAYS,
+        ASSUMED,
+        PROVENANCE_IDS,
+        RUN_VALUES,
+        IDLE_RUNS,
+        RUNS,
+        FLOW,
+        SENSITIVITY,
+    )
+}
+"""Table name -> table; the name is also the file's."""

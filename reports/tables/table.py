@@ -1,0 +1,163 @@
+"""A table as data: what the page and LaTeX show, and beside it the unrounded values that CSV carries."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from data_schema.vocabulary import Undefined
+from reports.content import ReportContent
+from reports.display import DASH, as_shown, interval_text, p_text, value_text
+from reports.numbers import Number, Value
+
+Raw = str | int | float | Undefined | None
+"""One field of CSV: unrounded, in the stored unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column: `title` and `unit` head it on the page, `fields` are its CSV names (unit in the name).
+
+    A column that is not `shown` is in CSV only; one of `prose` may break its lines on the page.
+    """
+
+    title: str
+    fields: tuple[str, ...]
+    unit: str = ""
+    numeric: bool = True
+    shown: bool = True
+    prose: bool = False
+
+    @property
+    def head(self) -> str:
+        """Return the title with its unit: "mean (J)"."""
+        return f"{self.title} ({self.unit})" if self.unit else self.title
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A cell: its text, its CSV values in the order of the column's fields, the footnote it needs."""
+
+    text: str
+    values: tuple[Raw, ...]
+    note: str = ""
+    provenance: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A row; rows of one `block` stand together under its name. `strong` marks the rows to look at first."""
+
+    cells: tuple[Cell, ...]
+    block: str = ""
+    strong: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A table with its caption; the name is also the file's."""
+
+    name: str
+    caption: str
+    columns: tuple[Column, ...]
+    rows: tuple[Row, ...]
+
+    @property
+    def heads(self) -> tuple[Column, ...]:
+        """Return the columns that are shown."""
+        return tuple(column for column in self.columns if column.shown)
+
+    def cells(self, row: Row) -> tuple[Cell, ...]:
+        """Return the cells of a row that are shown."""
+        return tuple(c for c, column in zip(row.cells, self.columns, strict=True) if column.shown)
+
+    @property
+    def blocks(self) -> list[tuple[str, list[Row]]]:
+        """Return the rows by block, neighbours of one block together."""
+        return [(block, list(rows)) for block, rows in itertools.groupby(self.rows, key=lambda row: row.block)]
+
+    @property
+    def footnotes(self) -> dict[str, str]:
+        """Return the footnotes in order of appearance: reason -> mark (a, b, ..., aa)."""
+        reasons = dict.fromkeys(cell.note for row in self.rows for cell in self.cells(row) if cell.note)
+        return {reason: _mark(index) for index, reason in enumerate(reasons)}
+
+
+def _mark(index: int) -> str:
+    letters, index = "", index + 1
+    while index:
+        index, rest = divmod(index - 1, 26)
+        letters = chr(ord("a") + rest) + letters
+    return letters
+
+
+@dataclass(frozen=True, slots=True)
+class TableKind:
+    """How one table is made from a report's content."""
+
+    name: str
+    make: Callable[[ReportContent], Table]
+
+
+def words(text: str) -> Cell:
+    """Make a cell of plain text."""
+    return Cell(text, (text,))
+
+
+def count(number: int | None) -> Cell:
+    """Make a cell of a count; None is a dash."""
+    return Cell(DASH if number is None else str(number), (number,))
+
+
+def value_cell(value: Value | None, places: int | None = None, factor: float = 1.0) -> Cell:
+    """Make a cell of a bare value, shown times `factor`; `Undefined` is a dash with a footnote."""
+    if isinstance(value, Undefined):
+        return Cell(DASH, (value,), note=value.reason)
+    return Cell(value_text(None if value is None else value * factor, places), (value,))
+
+
+def number_cell(number: Number | None, places: int | None = None) -> Cell:
+    """Make a cell of a number's value in the unit it is shown in."""
+    if number is None:
+        return Cell(DASH, (None,))
+    shown = as_shown(number).value
+    if isinstance(shown, Undefined):
+        return Cell(DASH, (number.value,), note=shown.reason)
+    return Cell(value_text(shown, places), (number.value,))
+
+
+def interval_cell(number: Number | None, places: int | None = None) -> Cell:
+    """Make a cell of a number's interval, "15.36 to 17.26"; CSV has both ends and the level."""
+    if number is None:
+        return Cell(DASH, (None, None, None))
+    ends = (number.ci_low, number.ci_high, number.ci_level)
+    for end in ends:
+        if isinstance(end, Undefined):
+            return Cell(DASH, ends, note=end.reason)
+    return Cell(interval_text(number, places, unit=False) or DASH, ends)
+
+
+def p_cell(p: Value) -> Cell:
+    """Make a cell of a p-value."""
+    if isinstance(p, Undefined):
+        return Cell(DASH, (p,), note=p.reason)
+    return Cell(p_text(p, name=False), (p,))
+
+
+def provenance_cell(identity: str) -> Cell:
+    """Make a cell of a provenance id; the page links it to the table of provenance."""
+    return Cell(identity or DASH, (identity,), provenance=bool(identity))
+
+
+PROVENANCE = Column("id", ("provenance",), numeric=False)
+"""The column that says where a row's numbers came from."""
+
+
+def unit_slug(unit: str) -> str:
+    """Write a unit so that it can end a field's name: "kg/s" -> "kg_s"."""
+    return _UNIT_SLUGS.get(unit) or re.sub(r"[^a-z0-9]+", "_", unit.lower()).strip("_")
+
+
+_UNIT_SLUGS = {"%": "percent", "mAh": "mah"}

@@ -1,0 +1,195 @@
+"""How sure the joules are: budget, passive drain, order of the day, packs, sensitivity."""
+
+from __future__ import annotations
+
+from data_schema.vocabulary import Undefined
+from reports.content import BudgetItem, DrainFit, ReportContent
+from reports.display import common_places, decimals_for, level_text, places_of, shown_unit
+from reports.numbers import Number
+from reports.tables.table import (
+    PROVENANCE,
+    Cell,
+    Column,
+    Row,
+    Table,
+    TableKind,
+    count,
+    interval_cell,
+    number_cell,
+    provenance_cell,
+    value_cell,
+    words,
+)
+
+
+def _budget(content: ReportContent) -> Table:
+    columns = (
+        Column("component", ("component",), numeric=False, prose=True),
+        Column("uncertainty", ("uncertainty_j",), "J a jump"),
+        Column("shared by all runs", ("shared",), numeric=False),
+        Column("note", ("note",), numeric=False, prose=True),
+    )
+    rows = tuple(
+        Row(
+            (
+                words(item.component),
+                value_cell(item.joules, _budget_places(item)),
+                words("yes" if item.shared else "no") if not item.total else Cell("", (None,)),
+                words(item.note),
+            ),
+            strong=item.total,
+        )
+        for item in content.budget
+    )
+    caption = f"Uncertainty of a joule a jump by source, one standard uncertainty. {content.budget_note}".strip()
+    return Table("uncertainty_budget", caption, columns, rows)
+
+
+def _budget_places(item: BudgetItem) -> int:
+    return 2 if isinstance(item.joules, Undefined) else decimals_for(item.joules)
+
+
+def _drain(content: ReportContent) -> Table:
+    columns = (
+        Column("quantity", ("quantity",), numeric=False),
+        Column("value", ("value",)),
+        Column("SE", ("se",)),
+        Column("CI", ("ci_low", "ci_high", "ci_level")),
+        Column("unit", ("unit",), numeric=False),
+        PROVENANCE,
+    )
+    fit = content.drain
+    if fit is None:
+        return Table("passive_drain", "Passive drain: no idle runs.", columns, ())
+    named = (
+        ("slope", fit.slope),
+        ("intercept", fit.intercept),
+        (f"at {fit.run_duration_min:g} min", fit.at_run),
+    )
+    rows = [Row(_named_cells(name, number)) for name, number in named]
+    rows.append(
+        Row(
+            (
+                words("R²"),
+                value_cell(fit.r_squared, 5),
+                Cell("", (None,)),
+                Cell("", (None, None, None)),
+                words(""),
+                provenance_cell(fit.slope.provenance),
+            )
+        )
+    )
+    return Table("passive_drain", "Passive drain: straight line through the idle runs.", columns, tuple(rows))
+
+
+def _named_cells(name: str, number: Number) -> tuple[Cell, ...]:
+    places = places_of(number)
+    return (
+        words(name),
+        number_cell(number, places),
+        value_cell(number.se, places),
+        interval_cell(number, places),
+        words(number.unit),
+        provenance_cell(number.provenance),
+    )
+
+
+def _idle_runs(content: ReportContent) -> Table:
+    columns = (
+        Column("run", ("run",), numeric=False),
+        Column("duration", ("duration_min",), "min"),
+        Column("charge", ("charge_mah",), "mAh"),
+    )
+    points = content.drain.points if isinstance(content.drain, DrainFit) else ()
+    rows = tuple(
+        Row((words(point.run), value_cell(point.duration_min), value_cell(point.charge_mah))) for point in points
+    )
+    return Table("idle_runs", "Idle runs that the passive drain is fitted to.", columns, rows)
+
+
+def _runs(content: ReportContent) -> Table:
+    columns = (
+        Column("run", ("run",), numeric=False),
+        Column("day", ("day",), numeric=False),
+        Column("position", ("position",)),
+        Column("pack", ("pack",), numeric=False),
+        Column("energy", ("joules_a_jump",), "J a jump"),
+        Column("difference from condition", ("deviation_j",), "J a jump"),
+        Column("control", ("control",), numeric=False),
+    )
+    rows = tuple(
+        Row(
+            (
+                words(point.run),
+                words(point.day),
+                count(point.position),
+                words(point.pack),
+                value_cell(point.joules, 2),
+                value_cell(point.deviation_j, 2),
+                words("yes" if point.control else "no"),
+            )
+        )
+        for point in content.order.points
+    )
+    return Table("runs", "Every analysed run by day and position in the day.", columns, rows)
+
+
+def _packs(content: ReportContent) -> Table:
+    means = [summary.mean for summary in content.order.packs]
+    places = common_places(means)
+    unit = shown_unit(means[0].unit)[0] if means else ""
+    columns = (
+        Column("pack", ("pack",), numeric=False),
+        Column("n", ("n_runs",)),
+        Column("mean", ("mean",), unit),
+        Column(level_text(means[0]) if means else "CI", ("ci_low", "ci_high", "ci_level"), unit),
+        PROVENANCE,
+    )
+    rows = tuple(
+        Row(
+            (
+                words(summary.pack),
+                count(summary.mean.n),
+                number_cell(summary.mean, places),
+                interval_cell(summary.mean, places),
+                provenance_cell(summary.mean.provenance),
+            )
+        )
+        for summary in content.order.packs
+    )
+    return Table("packs", "Joules a jump by battery pack, as in the figure.", columns, rows)
+
+
+def _sensitivity(content: ReportContent) -> Table:
+    columns = (
+        Column("computed", ("variant",), numeric=False),
+        Column("n", ("n",)),
+        Column("value", ("value",)),
+        Column("CI", ("ci_low", "ci_high", "ci_level")),
+        Column("unit", ("unit",), numeric=False),
+        PROVENANCE,
+    )
+    rows = []
+    for one in content.sensitivity:
+        places = common_places([one.as_reported])
+        for label, number in (("as reported", one.as_reported), *((v.label, v.number) for v in one.variants)):
+            # CSV has the stored unit beside the stored value, the page the unit shown.
+            cells = (
+                words(label),
+                count(number.n),
+                number_cell(number, places),
+                interval_cell(number, places),
+                Cell(shown_unit(number.unit)[0], (number.unit,)),
+                provenance_cell(number.provenance),
+            )
+            rows.append(Row(cells, block=one.headline, strong=number is one.as_reported))
+    caption = "Each headline as reported and recomputed another way."
+    return Table("sensitivity", caption, columns, tuple(rows))
+
+
+UNCERTAINTY_BUDGET = TableKind("uncertainty_budget", _budget)
+PASSIVE_DRAIN = TableKind("passive_drain", _drain)
+IDLE_RUNS = TableKind("idle_runs", _idle_runs)
+RUNS = TableKind("runs", _runs)
+PACKS = TableKind("packs", _packs)
+SENSITIVITY = TableKind("sensitivity", _sensitivity)

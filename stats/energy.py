@@ -1,0 +1,165 @@
+"""Joules a jump from a recharge, and what their uncertainty is made of (thesis 5.1.4).
+
+joules a jump = 3.6 * reference voltage * (charge - passive charge) / jumps made, with 3.6 C in a mAh. The charge is
+what the charger put back, the passive charge the drain line at the run's own duration.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused
+from data_schema.units import MAH_TO_COULOMB
+from data_schema.vocabulary import Undefined
+from stats.checks import as_number, as_values
+from stats.summary import describe
+from stats.wording import number_text
+
+
+def joules_per_jump(
+    charge_mah: float, passive_mah: float, reference_voltage_v: float, jumps_made: int
+) -> float | Undefined:
+    """Return the energy of one jump in joules; `Undefined` where no jump was made.
+
+    Jumps made, not jumps detected. Raises `InputRefused` for values that are not finite, a voltage that is not
+    positive or a negative count.
+    """
+    charge_mah = as_number("the charge", charge_mah, low=0.0)
+    passive_mah = as_number("the passive charge", passive_mah)
+    if jumps_made < 0:
+        raise InputRefused(f"jumps made is {jumps_made}: give a count of 0 or more.")
+    if jumps_made == 0:
+        return Undefined("no jump was made")
+    return joules_per_mah(reference_voltage_v, jumps_made) * (charge_mah - passive_mah)
+
+
+def joules_per_mah(reference_voltage_v: float, jumps_made: float) -> float:
+    """Return what one mAh is worth in joules a jump: 2.2 J at 15.4 V and 25 jumps."""
+    voltage = as_number("the reference voltage", reference_voltage_v, above=0.0)
+    return MAH_TO_COULOMB * voltage / as_number("jumps made", jumps_made, above=0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetTerm:
+    """One source of uncertainty of joules a jump, as standard errors in joules."""
+
+    name: str
+    one_run_j: float | Undefined
+    """Standard error that it gives a single run."""
+    mean_j: float | Undefined
+    """Standard error that it gives the mean of the condition."""
+    shared: bool
+    """Whether it shifts all runs alike, so that more runs do not make it smaller."""
+    in_scatter: bool
+    """Whether the scatter between runs contains it already; such a term is shown and not added again."""
+    assumed: bool
+    """Whether its size is assumed, not measured or stated by a source."""
+
+
+@dataclass(frozen=True, slots=True)
+class EnergyBudget:
+    """Uncertainty budget of joules a jump in one condition."""
+
+    n: int
+    """Runs."""
+    mean_j: float
+    terms: tuple[BudgetTerm, ...]
+    """Scatter between runs, drain fit, charger resolution, reference voltage, in this order."""
+    se_j: float | Undefined
+    """Standard error of the mean from the scatter between runs."""
+    shared_se_j: float | Undefined
+    """What is common to all runs: drain fit and reference voltage together."""
+    total_one_run_j: float | Undefined
+    total_mean_j: float | Undefined
+    """Scatter and shared terms together, added in quadrature."""
+    joules_per_mah: float
+    """What one mAh at the charger is worth in joules a jump (mean over the runs)."""
+
+    def sentence(self) -> str:
+        """Return the budget of the mean in words, the largest term first."""
+        parts = sorted(
+            ((term.mean_j, term) for term in self.terms if not isinstance(term.mean_j, Undefined)),
+            key=lambda part: -part[0],
+        )
+        listed = ", ".join(
+            f"{term.name} {number_text(size, 3)} J"
+            f"{' (shared)' if term.shared else ''}{' (within the scatter)' if term.in_scatter else ''}"
+            f"{' (assumed)' if term.assumed else ''}"
+            for size, term in parts
+        )
+        return (
+            f"Joules a jump {number_text(self.mean_j)} J (n = {self.n} runs), standard error "
+            f"{number_text(self.total_mean_j, 3)} J: {listed}; "
+            f"1 mAh is {number_text(self.joules_per_mah, 3)} J a jump."
+        )
+
+
+def energy_budget(
+    joules: ArrayLike,
+    jumps_made: ArrayLike,
+    *,
+    reference_voltage_v: float,
+    drain_se_mah: float | Undefined,
+    resolution_mah: float,
+    voltage_relative_se: float = 0.0,
+    voltage_assumed: bool = True,
+) -> EnergyBudget:
+    """Return the budget of one condition from its runs' joules a jump and jumps made, both of shape (n,).
+
+    `drain_se_mah` is `DrainEstimate.se` at the runs' duration. A charger that counts in steps of `resolution_mah`
+    errs by at most half a step, standard deviation step / sqrt(12); it differs from run to run, so the scatter
+    holds it already. The voltage's relative standard error shifts all joules by one factor.
+    Raises `InputRefused` for NaN or infinite values, lengths that differ, counts that are not positive, or no run.
+    """
+    values, counts = as_values("the joules", joules), as_values("jumps made", jumps_made)
+    if values.size != counts.size:
+        raise InputRefused(f"there are {values.size} joules and {counts.size} counts: give one count for each run.")
+    if values.size == 0:
+        raise InputRefused("there is no run: a budget needs the joules of at least one.")
+    if float(counts.min()) <= 0.0:
+        raise InputRefused("a run without jumps has no joules a jump: leave it out of the budget.")
+    relative = as_number("the voltage's relative standard error", voltage_relative_se, low=0.0)
+    step_sd_mah = as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
+    about = describe(values)
+    mean = float(np.mean(values))
+    worth = joules_per_mah(reference_voltage_v, 1.0 / float(np.mean(1.0 / counts)))
+
+    drain: float | Undefined = drain_se_mah
+    if not isinstance(drain, Undefined):
+        drain = worth * as_number("the drain fit's standard error", drain, low=0.0)
+    voltage = relative * abs(mean)
+    shared = _in_quadrature(drain, voltage)
+    return EnergyBudget(
+        n=about.n,
+        mean_j=mean,
+        terms=(
+            BudgetTerm("scatter between runs", about.sd, about.se, shared=False, in_scatter=False, assumed=False),
+            BudgetTerm("drain fit", drain, drain, shared=True, in_scatter=False, assumed=False),
+            BudgetTerm(
+                "charger resolution",
+                worth * step_sd_mah,
+                worth * step_sd_mah / math.sqrt(about.n),
+                shared=False,
+                in_scatter=True,
+                assumed=False,
+            ),
+            BudgetTerm("reference voltage", voltage, voltage, shared=True, in_scatter=False, assumed=voltage_assumed),
+        ),
+        se_j=about.se,
+        shared_se_j=shared,
+        total_one_run_j=_in_quadrature(about.sd, shared),
+        total_mean_j=_in_quadrature(about.se, shared),
+        joules_per_mah=worth,
+    )
+
+
+def _in_quadrature(first: float | Undefined, second: float | Undefined) -> float | Undefined:
+    if isinstance(first, Undefined):
+        return first
+    if isinstance(second, Undefined):
+        return second
+    return math.hypot(first, second)

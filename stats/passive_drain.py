@@ -1,0 +1,159 @@
+"""Passive drain: the charge that the electronics take while the robot does nothing (thesis 5.1.4).
+
+Idle runs of several durations give a straight line, charge over duration; its value at a run's own duration
+(power on to power off) is taken off the recharged charge. The line's uncertainty is that of its mean response: one
+error, common to every run corrected with it, and not part of the scatter between runs.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import as_level, as_number, as_values
+from stats.distributions import t_quantile
+from stats.sums import common_shift, moments
+from stats.wording import number_text
+
+MINIMUM_IDLE_RUNS = 3
+"""Two runs fix a line and leave nothing to measure its uncertainty with."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrainEstimate:
+    """Passive charge over one duration, read off the fitted line."""
+
+    duration_s: float
+    charge_mah: float
+    se: float
+    """Standard error of the line at this duration, mAh: shared by all runs corrected with this fit."""
+    ci_low: float
+    ci_high: float
+    level: float
+    df: int
+    extrapolated: bool
+    """Whether the duration lies outside those of the idle runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class PassiveDrain:
+    """Straight line through the idle runs: charge_mah = intercept_mah + slope_mah_s * duration_s."""
+
+    slope_mah_s: float
+    intercept_mah: float
+    covariance: tuple[tuple[float, float], tuple[float, float]]
+    """Covariance of (intercept_mah, slope_mah_s)."""
+    residual_sd_mah: float
+    """Standard deviation of the runs about the line, with n - 2."""
+    r_squared: float | Undefined
+    df: int
+    """n - 2."""
+    n: int
+    duration_min_s: float
+    duration_max_s: float
+    duration_mean_s: float
+    charge_mean_mah: float
+    """The line goes through the means; it is evaluated from there, where intercept and slope do not cancel."""
+
+    @property
+    def slope_se_mah_s(self) -> float:
+        """Standard error of the slope."""
+        return math.sqrt(self.covariance[1][1])
+
+    @property
+    def intercept_se_mah(self) -> float:
+        """Standard error of the intercept."""
+        return math.sqrt(self.covariance[0][0])
+
+    def at(self, duration_s: float, level: float = 0.95) -> DrainEstimate:
+        """Return the passive charge over `duration_s` with the uncertainty of the line there.
+
+        Raises `InputRefused` for a duration that is negative or not finite.
+        """
+        duration_s = as_number("the duration", duration_s, low=0.0)
+        from_mean = duration_s - self.duration_mean_s
+        charge = self.charge_mean_mah + self.slope_mah_s * from_mean
+        se = math.hypot(self.residual_sd_mah / math.sqrt(self.n), self.slope_se_mah_s * from_mean)
+        half = t_quantile(as_level("level", level), self.df) * se
+        return DrainEstimate(
+            duration_s=duration_s,
+            charge_mah=charge,
+            se=se,
+            ci_low=charge - half,
+            ci_high=charge + half,
+            level=level,
+            df=self.df,
+            extrapolated=not self.duration_min_s <= duration_s <= self.duration_max_s,
+        )
+
+    def sentence(self, duration_s: float) -> str:
+        """Return the passive charge at one duration in words, and whether that is an extrapolation."""
+        estimate = self.at(duration_s)
+        text = (
+            f"The electronics draw {number_text(estimate.charge_mah, 5)} mAh in {number_text(duration_s / 60.0)} min "
+            f"(95 % CI {number_text(estimate.ci_low, 5)} to {number_text(estimate.ci_high, 5)} mAh; "
+            f"{self.n} idle runs, R squared {number_text(self.r_squared, 6)})"
+        )
+        if estimate.extrapolated:
+            text += (
+                f"; {number_text(duration_s / 60.0)} min lies outside the "
+                f"{number_text(self.duration_min_s / 60.0)} to {number_text(self.duration_max_s / 60.0)} min "
+                "that were measured"
+            )
+        return f"{text}."
+
+
+def fit_passive_drain(duration_s: ArrayLike, charge_mah: ArrayLike) -> PassiveDrain | Undefined:
+    """Fit charge over duration on idle runs, both of shape (n,), by least squares with the duration centred.
+
+    `Undefined` with fewer than 3 runs or a single duration. Raises `InputRefused` for NaN or infinite values,
+    lengths that differ, or negative durations.
+    """
+    durations, charges = as_values("the durations", duration_s), as_values("the charges", charge_mah)
+    if durations.size != charges.size:
+        raise InputRefused(
+            f"there are {durations.size} durations and {charges.size} charges: give one charge for each duration."
+        )
+    if durations.size and float(durations.min()) < 0.0:
+        raise InputRefused(f"a duration is {float(durations.min()):g} s: durations are 0 or more.")
+    n = durations.size
+    if n < MINIMUM_IDLE_RUNS:
+        return Undefined(f"the drain line needs at least {MINIMUM_IDLE_RUNS} idle runs and there are {n}")
+    of_duration = moments(durations, common_shift(durations))
+    of_charge = moments(charges, common_shift(charges))
+    if of_duration.sum_squares == 0.0:
+        return Undefined("all idle runs have one duration and a line needs at least 2")
+
+    from_mean = durations - of_duration.mean
+    charge_from_mean = charges - of_charge.mean
+    slope = math.fsum(from_mean * charge_from_mean) / of_duration.sum_squares
+    residuals = charge_from_mean - slope * from_mean
+    residual_squares = math.fsum(residuals * residuals)
+    df = n - 2
+    residual_variance = residual_squares / df
+    slope_variance = residual_variance / of_duration.sum_squares
+    mean = of_duration.mean
+    r_squared: float | Undefined = Undefined("all charges are equal")
+    if of_charge.sum_squares > 0.0:
+        r_squared = 1.0 - residual_squares / of_charge.sum_squares
+    return PassiveDrain(
+        slope_mah_s=slope,
+        intercept_mah=of_charge.mean - slope * mean,
+        covariance=(
+            (residual_variance / n + mean * mean * slope_variance, -mean * slope_variance),
+            (-mean * slope_variance, slope_variance),
+        ),
+        residual_sd_mah=math.sqrt(residual_variance),
+        r_squared=r_squared,
+        df=df,
+        n=n,
+        duration_min_s=float(np.min(durations)),
+        duration_max_s=float(np.max(durations)),
+        duration_mean_s=mean,
+        charge_mean_mah=of_charge.mean,
+    )

@@ -1,0 +1,169 @@
+"""Savings (CE - AD) / CE as a ratio of means, with Fieller's interval (thesis 4.3.2 and 5.2.1).
+
+With C the mean of the control, T that of the treated runs and rho = T / C, the savings are S = 1 - rho.
+
+*Scatter.* For the true rho, T - rho C has mean 0 and variance Var(T) + rho^2 Var(C), with Var(C) = s_C^2 / n_C.
+Fieller's interval holds all rho with (T - rho C)^2 <= t^2 Var(T - rho C), t Student's quantile.
+
+*Shared additive error.* Joules a jump are 3.6 V (Q - P) / n; the passive charge P comes from one fit, so its error
+shifts every run by the same e. With weights w_C and w_T (1 where duration and jumps a run are equal), C carries
+w_C e and T carries w_T e: Var(C) gains w_C^2 s_e^2, Var(T) gains w_T^2 s_e^2, their covariance is w_C w_T s_e^2, and
+
+    Var(T - rho C) = Var(T) + rho^2 Var(C) + s_e^2 (w_T - rho w_C)^2.
+
+With equal weights the last term is (s_e S)^2: e cancels in C - T and stays in the denominator alone,
+dS/de = -(C - T) / C^2 = -S / C. It is no part of the scatter: more runs do not make it smaller.
+
+*Shared scale error.* A wrong reference voltage multiplies C and T alike and leaves S as it is.
+
+The degrees of freedom are Welch and Satterthwaite's over the three terms, at the estimate. The delta interval
+beside it is S -/+ t sqrt(Var(T - rho C)) / C. A mean of ratios of single pairs is biased and not offered.
+Coverage at n = 5 and a coefficient of variation of 0.2: Fieller 0.956, delta 0.950 (20 000 simulated samples).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from numpy.typing import ArrayLike
+
+from data_schema.vocabulary import Undefined
+from stats.checks import as_level, as_number, as_values
+from stats.distributions import t_quantile
+from stats.sums import common_shift, moments
+from stats.wording import interval_text, number_text
+
+
+@dataclass(frozen=True, slots=True)
+class Savings:
+    """Savings of the treated against the control runs, in percent of the control's mean."""
+
+    n_control: int
+    n_treated: int
+    control_mean: float | Undefined
+    treated_mean: float | Undefined
+    percent: float | Undefined
+    """100 (C - T) / C; negative where the treated runs cost more."""
+    percent_ci: tuple[float, float] | Undefined
+    """Fieller's interval, scatter and shared error together."""
+    delta_ci: tuple[float, float] | Undefined
+    """The delta interval, for comparison."""
+    se_percent: float | Undefined
+    """Standard error from the scatter between runs (delta method)."""
+    shared_se_percent: float | Undefined
+    """Standard error from the shared additive error alone."""
+    df: float | Undefined
+    """Welch and Satterthwaite's degrees of freedom over both scatters and the shared error."""
+    level: float
+    scale_relative_se: float
+    """Relative standard error common to all runs as a factor; it cancels and is in no number here."""
+
+    def sentence(self, control: str = "the control", treated: str = "the treated runs") -> str:
+        """Return the savings in words, with interval and n."""
+        sizes = f"(n = {self.n_treated} against {self.n_control})"
+        if isinstance(self.percent, Undefined):
+            return f"The savings of {treated} against {control} {sizes} are undefined: {self.percent.reason}."
+        return (
+            f"{treated} used {number_text(abs(self.percent), 3)} % {'less' if self.percent >= 0 else 'more'} "
+            f"than {control} (savings {number_text(self.percent, 3)} %, "
+            f"{interval_text(self.percent_ci, self.level, '%')}, Fieller) {sizes}."
+        )
+
+
+def percent_savings(
+    control: ArrayLike,
+    treated: ArrayLike,
+    *,
+    shared_se: float = 0.0,
+    shared_df: float = math.inf,
+    shared_in_control: float = 1.0,
+    shared_in_treated: float = 1.0,
+    scale_relative_se: float = 0.0,
+    level: float = 0.95,
+) -> Savings:
+    """Return 100 (C - T) / C of two samples of run values, shapes (n_c,) and (n_t,), in one unit (joules a jump).
+
+    `shared_se` is the standard error, in that unit, of an error that shifts all runs alike (the drain fit), with
+    `shared_df` degrees of freedom; the two weights say how much of it each group carries. `scale_relative_se` is
+    that of a common factor (the reference voltage): it cancels. Derivation at the top of this module.
+    Raises `InputRefused` for NaN or infinite values, negative errors or a level outside 0 to 1.
+    """
+    level = as_level("level", level)
+    shared_se = as_number("shared_se", shared_se, low=0.0)
+    scale_relative_se = as_number("scale_relative_se", scale_relative_se, low=0.0)
+    in_control = as_number("shared_in_control", shared_in_control)
+    in_treated = as_number("shared_in_treated", shared_in_treated)
+    if shared_df != math.inf:
+        shared_df = as_number("shared_df", shared_df, above=0.0)
+    control_values, treated_values = as_values("the control", control), as_values("the treated group", treated)
+    of_c = moments(control_values, common_shift(control_values))
+    of_t = moments(treated_values, common_shift(treated_values))
+    unknown = Undefined("the control or the treated group is empty")
+    result = Savings(
+        n_control=of_c.n,
+        n_treated=of_t.n,
+        control_mean=of_c.mean if of_c.n else unknown,
+        treated_mean=of_t.mean if of_t.n else unknown,
+        percent=unknown,
+        percent_ci=unknown,
+        delta_ci=unknown,
+        se_percent=unknown,
+        shared_se_percent=unknown,
+        df=unknown,
+        level=level,
+        scale_relative_se=scale_relative_se,
+    )
+    if of_c.n == 0 or of_t.n == 0:
+        return result
+    if of_c.mean <= 0.0:
+        none = Undefined("the control's mean is not positive, so that there is nothing to save a share of")
+        return replace(
+            result, percent=none, percent_ci=none, delta_ci=none, se_percent=none, shared_se_percent=none, df=none
+        )
+
+    rho = of_t.mean / of_c.mean
+    shared_part = (shared_se * (in_treated - rho * in_control)) ** 2
+    result = replace(result, percent=100.0 * (1.0 - rho), shared_se_percent=100.0 * math.sqrt(shared_part) / of_c.mean)
+    if of_c.n < 2 or of_t.n < 2:
+        none = Undefined("a group has a single run and so no scatter")
+        return replace(result, percent_ci=none, delta_ci=none, se_percent=none, df=none)
+    variance_c, variance_t = of_c.variance / of_c.n, of_t.variance / of_t.n
+    scatter_part = variance_t + rho * rho * variance_c
+    total = scatter_part + shared_part
+    result = replace(result, se_percent=100.0 * math.sqrt(scatter_part) / of_c.mean)
+    if total == 0.0:
+        none = Undefined("neither group has any scatter")
+        return replace(result, percent_ci=none, delta_ci=none, df=none)
+
+    parts = ((variance_t, of_t.n - 1), (rho * rho * variance_c, of_c.n - 1), (shared_part, shared_df))
+    # Rounding can leave nothing where the shared error alone counts and is known without limit.
+    uncertainty = math.fsum((part / total) ** 2 / part_df for part, part_df in parts)
+    df = 1.0 / uncertainty if uncertainty > 0.0 else math.inf
+    quantile = t_quantile(level, df)
+    half = 100.0 * quantile * math.sqrt(total) / of_c.mean
+    delta = (100.0 * (1.0 - rho) - half, 100.0 * (1.0 - rho) + half)
+    shared_variance = shared_se * shared_se
+    ratio = _fieller(
+        (of_t.mean, variance_t + in_treated**2 * shared_variance),
+        (of_c.mean, variance_c + in_control**2 * shared_variance),
+        in_treated * in_control * shared_variance,
+        quantile,
+    )
+    interval = ratio if isinstance(ratio, Undefined) else (100.0 * (1.0 - ratio[1]), 100.0 * (1.0 - ratio[0]))
+    return replace(result, percent_ci=interval, delta_ci=delta, df=df)
+
+
+def _fieller(
+    numerator: tuple[float, float], denominator: tuple[float, float], covariance: float, quantile: float
+) -> tuple[float, float] | Undefined:
+    """Return the interval of a ratio of means, each given with its variance."""
+    (top, top_variance), (bottom, bottom_variance) = numerator, denominator
+    squared = quantile * quantile
+    quadratic = bottom * bottom - squared * bottom_variance
+    if quadratic <= 0.0:
+        return Undefined("the control's mean is not distinguishable from 0 at this level")
+    middle = bottom * top - squared * covariance
+    constant = top * top - squared * top_variance
+    root = math.sqrt(max(middle * middle - quadratic * constant, 0.0))
+    return (middle - root) / quadratic, (middle + root) / quadratic

@@ -1,0 +1,35 @@
+"""Numbers in sentences: rounding happens here and nowhere else."""
+
+from __future__ import annotations
+
+from data_schema.vocabulary import Undefined
+
+
+def number_text(value: float | Undefined, digits: int = 4) -> str:
+    """Return a number with `digits` significant digits, or "undefined"; 12345 stays 12345, never 1.2e+04."""
+    if isinstance(value, Undefined):
+        return "undefined"
+    text = f"{value:.{digits}g}"
+    if "e" in text and 1e-4 <= abs(value) < 1e15:
+        text = f"{value:.0f}"
+    return "0" if text == "-0" else text
+
+
+def p_text(p: float | Undefined) -> str:
+    """Return "p = 0.023", "p < 0.0001", or "p undefined"."""
+    if isinstance(p, Undefined):
+        return "p undefined"
+    return "p < 0.0001" if p < 0.0001 else f"p = {p:.2g}"
+
+
+def interval_text(interval: tuple[float, float] | Undefined, level: float, unit: str = "") -> str:
+    """Return "95 % CI 1.2 to 3.4 J", or "95 % CI undefined"."""
+    name = f"{100.0 * level:g} % CI"
+    if isinstance(interval, Undefined):
+        return f"{name} undefined"
+    return f"{name} {number_text(interval[0])} to {number_text(interval[1])}{with_unit(unit)}"
+
+
+def with_unit(unit: str) -> str:
+    """Return the unit with the space that belongs before it."""
+    return f" {unit}" if unit else ""

@@ -1,0 +1,87 @@
+import itertools
+
+import numpy as np
+import pytest
+
+from data_schema.vocabulary import RunKind
+from labbook.demo.campaign import BATTERIES, make_campaign
+from labbook.demo.records import Campaign
+from labbook.demo.truth import CHAPTER_5
+
+
+@pytest.fixture(scope="module")
+def campaign() -> Campaign:
+    return make_campaign(1)
+
+
+def test_default_campaign_is_chapter_5s(campaign: Campaign) -> None:
+    assert len(campaign.of_kind(RunKind.JUMPS)) == 264
+    assert len(campaign.of_kind(RunKind.IDLE)) == 6
+    assert len(campaign.of_kind(RunKind.CHARACTERISATION)) == 1
+    assert [run.name for run in campaign.runs] == [f"r{n:03d}" for n in range(1, 272)]
+    assert {run.battery for run in campaign.runs} == set(BATTERIES)
+
+
+def test_runs_follow_one_another_within_a_days_work(campaign: Campaign) -> None:
+    for before, after in itertools.pairwise(campaign.runs):
+        assert (after.started - before.started).total_seconds() > before.duration_s
+        assert after.position == (before.position + 1 if after.date == before.date else 1)
+    assert all(9 <= run.started.hour <= 19 for run in campaign.runs)
+
+
+def test_timer_keeps_runs_at_12_minutes_within_seconds(campaign: Campaign) -> None:
+    assert all(718 <= run.duration_s <= 724 for run in campaign.of_kind(RunKind.JUMPS))
+    assert sorted(round(run.duration_s / 60) for run in campaign.of_kind(RunKind.IDLE)) == [20, 24, 30, 40, 50, 60]
+
+
+def test_faults_of_real_work_occur() -> None:
+    runs = [run for seed in range(3) for run in make_campaign(seed).of_kind(RunKind.JUMPS)]
+    assert {run.starts for run in runs} == {1, 2, 3}
+    assert any(run.jumps_made < 25 for run in runs)
+    assert all(run.jumps_made == 25 or f"stopped after {run.jumps_made} jumps" in run.note for run in runs)
+    misfired = [run for run in runs if run.misfired.any()]
+    assert misfired
+    assert all("did not leave the ground" in run.note for run in misfired)
+    assert all(run.reached_apexes_m.size == run.jumps_made - run.misfired.sum() for run in runs)
+
+
+def test_charges_are_whole_milliamperehours_about_the_model() -> None:
+    residuals, apexes = [], []
+    for seed in range(8):
+        for run in make_campaign(seed).of_kind(RunKind.JUMPS):
+            assert run.condition is not None
+            joules = CHAPTER_5.joules_per_jump(run.condition)
+            expected = CHAPTER_5.passive_charge_mah(run.duration_s)
+            expected += run.jumps_made * CHAPTER_5.jump_charge_mah(joules)
+            residuals.append(run.charge_mah - expected)
+            apexes.append(run.reached_apexes_m.mean() - CHAPTER_5.apex_height_m(run.condition))
+            assert isinstance(run.charge_mah, int)
+    scatter = CHAPTER_5.scatter
+    day_mah = 25 * CHAPTER_5.jump_charge_mah(scatter.day_joules_per_jump)
+    expected_sd = (scatter.recharge_mah**2 + scatter.run_mah**2 + day_mah**2 + 1 / 12) ** 0.5
+    assert np.std(residuals) == pytest.approx(expected_sd, rel=0.05)
+    assert abs(np.mean(residuals)) < 4 * expected_sd / len(residuals) ** 0.5
+    assert abs(np.mean(apexes)) < 0.0002
+
+
+def test_one_run_is_entered_with_the_other_foot(campaign: Campaign) -> None:
+    (correction,) = campaign.corrections
+    (run,) = (run for run in campaign.runs if run.name == correction.run)
+    assert run.condition is not None
+    assert correction.right == run.condition.foot
+    assert {correction.written, correction.right} == {"small", "large"}
+
+
+def test_same_seed_same_campaign_other_seed_another() -> None:
+    def facts(seed: int) -> list[tuple[object, ...]]:
+        runs = make_campaign(seed, runs_per_condition=2).runs
+        return [(run.started, run.condition, run.charge_mah, run.note, *run.apex_heights_m) for run in runs]
+
+    assert facts(5) == facts(5)
+    assert facts(5) != facts(6)
+
+
+def test_small_campaigns_can_be_made() -> None:
+    campaign = make_campaign(2, runs_per_condition=1, extra_controls=8, jumps_per_run=2)
+    assert len(campaign.of_kind(RunKind.JUMPS)) == 24 + 8
+    assert len(campaign.of_kind(RunKind.IDLE)) == 6

@@ -1,0 +1,125 @@
+"""Over 200 campaigns, from arrays: do the intervals cover the truth as often as they claim?
+
+Every quantity's count of covering intervals must lie in the 99 % binomial band, save for the few of many that a 1 %
+rate explains; and the mean coverage of a kind of quantity must agree with 95 % within its 99 % interval over seeds
+(quantities of one campaign share its drain fit, seeds share nothing).
+"""
+
+from collections import defaultdict
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import stats as reference
+
+from data_schema.vocabulary import RunKind, Undefined
+from labbook.demo.campaign import make_campaign
+from labbook.demo.records import Campaign
+from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
+from stats.energy import energy_budget, joules_per_jump, joules_per_mah
+from stats.passive_drain import PassiveDrain, fit_passive_drain
+from stats.savings import percent_savings
+from stats.summary import describe
+
+SEEDS = range(200)
+LEVEL = 0.95
+
+
+def drain_of(campaign: Campaign) -> PassiveDrain:
+    idle = campaign.of_kind(RunKind.IDLE)
+    drain = fit_passive_drain([run.duration_s for run in idle], [run.charge_mah for run in idle])
+    assert isinstance(drain, PassiveDrain)
+    return drain
+
+
+def covers(low: float | Undefined, high: float | Undefined, truth: float) -> bool:
+    assert isinstance(low, float)
+    assert isinstance(high, float)
+    return low <= truth <= high
+
+
+def coverage_of(seed: int) -> dict[str, list[bool]]:
+    """Whether each interval of one campaign covers its truth, by kind."""
+    campaign = make_campaign(seed)
+    truth = campaign.truth
+    drain = drain_of(campaign)
+    at_run = drain.at(truth.run_duration_s, LEVEL)
+    covered: dict[str, list[bool]] = {
+        "passive charge": [covers(at_run.ci_low, at_run.ci_high, truth.passive_charge_mah(truth.run_duration_s))]
+    }
+    joules: defaultdict[Condition, list[float]] = defaultdict(list)
+    counts: defaultdict[Condition, list[int]] = defaultdict(list)
+    apexes: defaultdict[Condition, list[float]] = defaultdict(list)
+    for run in campaign.of_kind(RunKind.JUMPS):
+        assert run.condition is not None
+        value = joules_per_jump(
+            run.charge_mah, drain.at(run.duration_s).charge_mah, truth.reference_voltage_v, run.jumps_made
+        )
+        assert isinstance(value, float)
+        joules[run.condition].append(value)
+        counts[run.condition].append(run.jumps_made)
+        apexes[run.condition].append(float(run.reached_apexes_m.mean()))
+
+    covered |= {"joules a jump": [], "apex height": [], "saving": [], "pooled saving": []}
+    for condition in truth.conditions:
+        budget = energy_budget(
+            joules[condition],
+            counts[condition],
+            reference_voltage_v=truth.reference_voltage_v,
+            drain_se_mah=at_run.se,
+            resolution_mah=1,
+        )
+        assert isinstance(budget.se_j, float)
+        assert isinstance(budget.shared_se_j, float)
+        assert isinstance(budget.total_mean_j, float)
+        # Welch and Satterthwaite: scatter between runs and the drain fit have degrees of freedom of their own.
+        df = budget.total_mean_j**4 / (budget.se_j**4 / (budget.n - 1) + budget.shared_se_j**4 / drain.df)
+        half = reference.t.ppf(0.5 + LEVEL / 2, df) * budget.total_mean_j
+        covered["joules a jump"].append(abs(budget.mean_j - truth.joules_per_jump(condition)) <= half)
+        apex = describe(apexes[condition], LEVEL)
+        covered["apex height"].append(covers(apex.ci_low, apex.ci_high, truth.apex_height_m(condition)))
+
+    shared_se = at_run.se * joules_per_mah(truth.reference_voltage_v, 25)
+    for group in truth.groups:
+        control = joules[Condition(group.foot, group.k_gain, CONTROL_GAIN)]
+        treated = [joules[Condition(group.foot, group.k_gain, gain)] for gain in truth.ad_gains]
+        for kind, samples in (("saving", treated), ("pooled saving", [np.concatenate(treated)])):
+            for sample in samples:
+                saving = percent_savings(control, sample, shared_se=shared_se, shared_df=drain.df, level=LEVEL)
+                assert not isinstance(saving.percent_ci, Undefined)
+                covered[kind].append(covers(*saving.percent_ci, 100 * truth.saving(group.foot, group.k_gain)))
+    return covered
+
+
+@pytest.fixture(scope="module")
+def coverage() -> dict[str, NDArray[np.bool_]]:
+    """By kind of quantity: arrays of shape (seeds, quantities)."""
+    campaigns = [coverage_of(seed) for seed in SEEDS]
+    return {kind: np.array([covered[kind] for covered in campaigns]) for kind in campaigns[0]}
+
+
+KINDS = {
+    "passive charge": 1,
+    "joules a jump": len(CHAPTER_5.conditions),
+    "apex height": len(CHAPTER_5.conditions),
+    "saving": len(CHAPTER_5.groups) * len(CHAPTER_5.ad_gains),
+    "pooled saving": len(CHAPTER_5.groups),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_interval_covers_within_the_99_percent_binomial_band(
+    coverage: dict[str, NDArray[np.bool_]], kind: str
+) -> None:
+    counts = coverage[kind].sum(axis=0)
+    assert counts.shape == (KINDS[kind],)
+    low, high = reference.binom.interval(0.99, len(SEEDS), LEVEL)
+    outside = np.count_nonzero((counts < low) | (counts > high))
+    assert outside <= reference.binom.ppf(0.99, counts.size, 0.01), counts.tolist()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_mean_coverage_of_a_kind_is_the_level(coverage: dict[str, NDArray[np.bool_]], kind: str) -> None:
+    by_seed = coverage[kind].mean(axis=1)
+    margin = reference.norm.ppf(0.995) * by_seed.std(ddof=1) / len(SEEDS) ** 0.5
+    assert abs(by_seed.mean() - LEVEL) < margin, by_seed.mean()

@@ -1,0 +1,339 @@
+"""A report's content as a whole campaign would fill it, made from a seeded generator; no book is needed."""
+
+import dataclasses
+import math
+from datetime import date, timedelta
+
+import numpy as np
+import pytest
+from scipy import stats as scipy_stats
+
+from reports.content import (
+    Anova,
+    Assumed,
+    BudgetItem,
+    Claim,
+    Comparison,
+    Condition,
+    Day,
+    DrainFit,
+    Factor,
+    Flow,
+    IdlePoint,
+    Level,
+    Number,
+    Order,
+    PackMean,
+    Provenance,
+    Quantity,
+    ReportContent,
+    RunPoint,
+    RunValue,
+    Sensitivity,
+    SignificanceTest,
+    Summary,
+    Variant,
+)
+from reports.page import write_report
+from reports.run_log import LogGap, LogJump, RunLog
+from reports.sentences import difference_claim, savings_claim
+
+FACTORS = (
+    Factor("foot", "Foot", symbol="r", unit="m"),
+    Factor("k_gain", "Extension stiffness", symbol="k", unit="N/m", slope=2.56, offset=67.36),
+    Factor(
+        "b_ad_gain",
+        "Active-damping coefficient",
+        symbol="d",
+        unit="kg/s",
+        slope=3.32,
+        offset=19.67,
+        control="0",
+        swept=True,
+    ),
+)
+RADIUS_M = {"small": 0.038, "large": 0.051}
+CE_J = {("small", 300): 17.6, ("small", 400): 18.1, ("large", 300): 17.2, ("large", 400): 17.7}
+SAVED = {("small", 300): 0.10, ("small", 400): 0.15, ("large", 300): 0.04, ("large", 400): 0.08}
+AD_GAINS = (0, 50, 100, 150, 200, 250)
+
+
+class Maker:
+    """Draws values and counts provenance ids."""
+
+    def __init__(self, seed):
+        self.random = np.random.default_rng(seed)
+        self.provenance = []
+
+    def id(self, what, inputs):
+        name = f"{0xA1F03 + 7919 * len(self.provenance):07x}"
+        self.provenance.append(Provenance(name, what, inputs))
+        return name
+
+    def mean(self, values, unit, what):
+        n, sd = len(values), float(np.std(values, ddof=1))
+        half = float(scipy_stats.t.ppf(0.975, n - 1)) * sd / math.sqrt(n)
+        mean = float(np.mean(values))
+        number = Number(
+            mean, unit, se=sd / math.sqrt(n), shared_se=0.21 if unit == "J" else None, ci_low=mean - half,
+            ci_high=mean + half, df=float(n - 1), n=n, provenance=self.id(what, n),
+        )  # fmt: skip
+        return number, sd
+
+
+def _levels(foot, k_gain, ad_gain):
+    return (
+        Level("foot", foot, RADIUS_M[foot], "m"),
+        Level("k_gain", str(k_gain), 2.56 * k_gain + 67.36, "N/m", float(k_gain)),
+        Level("b_ad_gain", str(ad_gain), 3.32 * ad_gain + 19.67 if ad_gain else 0.0, "kg/s", float(ad_gain)),
+    )
+
+
+def _condition(maker, foot, k_gain, ad_gain):
+    n = 14 if ad_gain == 0 else 10
+    true_j = CE_J[foot, k_gain] * (1 - (SAVED[foot, k_gain] if ad_gain else 0))
+    true_m = 0.4385 + (0.004 if k_gain == 400 else 0) + (0.0018 if ad_gain else 0)
+    joules = maker.random.normal(true_j, 1.3, n)
+    apexes = maker.random.normal(true_m, 0.0014, n)
+    names = [f"r{foot[0]}{k_gain}{ad_gain:03d}{i:02d}" for i in range(n)]
+    text = f"{foot} foot, k gain {k_gain}, AD gain {ad_gain}"
+    summaries = []
+    for values, unit, what in ((joules, "J", "joules a jump"), (apexes, "m", "apex height")):
+        mean, sd = maker.mean(values, unit, f"mean {what}, {text}")
+        runs = tuple(RunValue(name, float(value)) for name, value in zip(names, values, strict=True))
+        summaries.append(Summary(mean, sd, runs, jumps=23 * n))
+    return Condition(_levels(foot, k_gain, ad_gain), ad_gain == 0, *summaries)
+
+
+def _values(condition, quantity):
+    summary = condition.joules if quantity is Quantity.JOULES else condition.apex
+    return [run.value for run in summary.runs]
+
+
+def _comparison(maker, quantity, group, level, control, treated, family, headline=False):
+    difference, sums = np.mean(treated) - np.mean(control), (len(control), len(treated))
+    unit = "J" if quantity is Quantity.JOULES else "m"
+    f = np.var(control, ddof=1) / np.var(treated, ddof=1)
+    f_p = 2 * min(scipy_stats.f.sf(f, sums[0] - 1, sums[1] - 1), scipy_stats.f.cdf(f, sums[0] - 1, sums[1] - 1))
+    results = [scipy_stats.ttest_ind(treated, control, equal_var=equal) for equal in (True, False)]
+    tests, differences = [], []
+    label = " ".join([*group.values(), level])
+    provenance = maker.id(f"difference in {quantity}, {label}", sum(sums))
+    for name, result in zip(("Student t", "Welch t"), results, strict=True):
+        interval = result.confidence_interval()
+        tests.append(SignificanceTest(name, float(result.statistic), (float(result.df),), float(result.pvalue)))
+        differences.append(
+            Number(float(difference), unit, se=float(difference / result.statistic), ci_low=float(interval.low),
+                   ci_high=float(interval.high), df=float(result.df), n=sum(sums), provenance=provenance)
+        )  # fmt: skip
+    chosen = 1 if f_p < 0.05 else 0
+    savings = None
+    if quantity is Quantity.JOULES:
+        scale = -100 / np.mean(control)
+        savings = Number(
+            float(difference * scale), "%", se=float(abs(differences[1].se * scale)),
+            ci_low=float(differences[1].ci_high * scale), ci_high=float(differences[1].ci_low * scale),
+            n=sum(sums), provenance=maker.id(f"savings, {label}", sum(sums)),
+        )  # fmt: skip
+    return Comparison(
+        label=label, quantity=quantity, group=group, level=level, n_control=sums[0], n_treatment=sums[1],
+        variance_test=SignificanceTest("F", float(f), (sums[0] - 1.0, sums[1] - 1.0), float(f_p)),
+        test=tests[chosen], difference=differences[chosen], welch=tests[1], welch_difference=differences[1],
+        savings=savings, brown_forsythe=SignificanceTest("Brown-Forsythe F", 1.1, (1.0, sum(sums) - 2.0), 0.3),
+        family=family, headline=headline,
+    )  # fmt: skip
+
+
+def _comparisons(maker, conditions):
+    made, anovas = [], []
+    for quantity in Quantity:
+        for foot, k_gain in CE_J:
+            of_group = [c for c in conditions if (c.levels[0].label, c.levels[1].label) == (foot, str(k_gain))]
+            group = {"foot": foot, "k_gain": str(k_gain)}
+            control = _values(of_group[0], quantity)
+            pooled = [value for condition in of_group[1:] for value in _values(condition, quantity)]
+            made.append(_comparison(maker, quantity, group, "pooled", control, pooled, "pooled over the AD gain", True))
+            for condition in of_group[1:]:
+                level = condition.levels[2].label
+                values = _values(condition, quantity)
+                made.append(_comparison(maker, quantity, group, level, control, values, "each AD gain"))
+            result = scipy_stats.f_oneway(*(_values(c, quantity) for c in of_group[1:]))
+            test = SignificanceTest("F", float(result.statistic), (4.0, 45.0), float(result.pvalue))
+            anovas.append(Anova(f"{foot} {k_gain}", quantity, group, test, 50, maker.id(f"ANOVA {foot} {k_gain}", 50)))
+    made.sort(key=lambda c: c.family != "pooled over the AD gain")
+    return tuple(made), tuple(anovas)
+
+
+def _drain(maker):
+    minutes = np.repeat([20.0, 24.0, 30.0, 40.0, 50.0, 60.0], 2)
+    charge = np.round(5.62 * minutes + 18.7 + maker.random.normal(0, 1.2, minutes.size))
+    fit = scipy_stats.linregress(minutes, charge)
+    line = np.linspace(0, 62, 63)
+    sigma = math.sqrt(np.sum((charge - fit.intercept - fit.slope * minutes) ** 2) / (minutes.size - 2))
+    centre, ss = minutes.mean(), float(np.sum((minutes - minutes.mean()) ** 2))
+    se = sigma * np.sqrt(1 / minutes.size + (line - centre) ** 2 / ss)
+    t = float(scipy_stats.t.ppf(0.975, minutes.size - 2))
+    at = fit.intercept + fit.slope * line
+    key = maker.id("passive-drain fit", minutes.size)
+
+    def number(value, unit, error):
+        return Number(float(value), unit, se=float(error), ci_low=float(value - t * error),
+                      ci_high=float(value + t * error), df=10.0, n=12, provenance=key)  # fmt: skip
+
+    return DrainFit(
+        points=tuple(
+            IdlePoint(f"idle{i:02d}", float(m), float(c))
+            for i, (m, c) in enumerate(zip(minutes, charge, strict=True))
+        ),
+        line_min=tuple(line.tolist()), line_mah=tuple(at.tolist()),
+        band_low_mah=tuple((at - t * se).tolist()), band_high_mah=tuple((at + t * se).tolist()),
+        slope=number(fit.slope, "mAh/min", fit.stderr),
+        intercept=number(fit.intercept, "mAh", fit.intercept_stderr),
+        r_squared=float(fit.rvalue**2), at_run=number(at[12], "mAh", se[12]), run_duration_min=12.0,
+        range_sentence="A run lasts 12 minutes, outside the 20 to 60 minutes that were fitted: the estimate is "
+        "an extrapolation of 8 minutes.",
+    )  # fmt: skip
+
+
+def _order(maker, conditions):
+    points, today, position = [], date(2021, 5, 3), 0
+    packs = "AB"
+    for condition in conditions:
+        for run in condition.joules.runs:
+            position += 1
+            if position > 14:
+                position, today = 1, today + timedelta(days=1)
+            points.append(
+                RunPoint(run.run, today.isoformat(), position, packs[today.day % 2], run.value,
+                         run.value - condition.joules.mean.value, condition.control)
+            )  # fmt: skip
+    means = tuple(
+        PackMean(pack, maker.mean([p.deviation_j for p in points if p.pack == pack], "J", f"pack {pack}")[0])
+        for pack in packs
+    )
+    sentences = ("The large foot was measured on other days than the small foot: foot and day are confounded.",)
+    trend = Number(0.012, "J per position", se=0.02, ci_low=-0.027, ci_high=0.051, n=len(points),
+                   provenance=maker.id("trend over the day", len(points)))  # fmt: skip
+    return Order(tuple(points), means, trend, sentences)
+
+
+def _days(points):
+    names = list(dict.fromkeys(point.day for point in points))
+    return tuple(
+        Day(
+            name,
+            tuple(point.run for point in points if point.day == name),
+            conditions=("small foot, k = 1091 N/m: CE, d = 185.7, 351.7 kg/s",),
+            packs=tuple(dict.fromkeys(point.pack for point in points if point.day == name)),
+            checks_made=("rail angle", "lubrication"),
+            checks_not_made=("sensor zero",) if index == 2 else (),
+            note="rod oiled twice" if index == 1 else "",
+        )
+        for index, name in enumerate(names)
+    )
+
+
+def _sensitivity(comparisons, days):
+    sets = []
+    for comparison in comparisons:
+        if not comparison.headline or comparison.savings is None:
+            continue
+        base = comparison.savings
+        labels = ["without exclusions", "with the published detector", *(f"without {day.date}" for day in days)]
+        variants = tuple(
+            Variant(label, Number(base.value + 0.4 * math.sin(i), "%", se=base.se, ci_low=base.ci_low + 0.4 *
+                    math.sin(i), ci_high=base.ci_high + 0.4 * math.sin(i), n=base.n))
+            for i, label in enumerate(labels)
+        )  # fmt: skip
+        sets.append(Sensitivity(f"savings, {comparison.group['foot']} foot, k gain {comparison.group['k_gain']}",
+                                base, variants))  # fmt: skip
+    return tuple(sets)
+
+
+def make_content(seed=5):
+    """A campaign of 24 conditions as chapter 5 of the thesis describes it."""
+    maker = Maker(seed)
+    conditions = tuple(_condition(maker, foot, k, ad) for foot, k in CE_J for ad in AD_GAINS)
+    comparisons, anovas = _comparisons(maker, conditions)
+    order = _order(maker, conditions)
+    days = _days(order.points)
+    content = ReportContent(
+        title="Active damping on a granular bed", study="granular bed", selection="k_gain in (300, 400)",
+        made_at="2021-07-30 14:05", software_version="0.1.0", configuration_hash="9c41f2e07ab3",
+        detector="robust", people=("Ada Nwosu (AN)", "Li Wei (LW)"), days=days,
+        flow=Flow(280, 272, 4, 12, {"no charge record": 2, "pack swapped during the run": 1}, 253, 6325, 6311,
+                  {"first jumps of a run": 506, "touches a dropped packet": 83, "rejected on review": 21}, 5701),
+        factors=FACTORS, conditions=conditions, claims=(), comparisons=comparisons, anovas=anovas,
+        drain=_drain(maker),
+        budget=(
+            BudgetItem("scatter between runs", 0.41, False, "SE of a condition of 10 runs"),
+            BudgetItem("passive-drain fit", 0.21, True, "common to all runs corrected by one fit"),
+            BudgetItem("charger resolution", 0.20, False, "1 mAh is 2.2 J a jump at 25 jumps"),
+            BudgetItem("reference voltage", 0.12, True, "assumed ± 0.1 V"),
+            BudgetItem("all together", 0.52, False, "root of the sum of squares", total=True),
+        ),
+        budget_note="For a condition of 10 runs of 25 jumps.",
+        order=order, sensitivity=_sensitivity(comparisons, days),
+        methods=("Energy is the charge that went back into the pack, less the passive drain, times 15.4 V.",
+                 "The unit of analysis is the run; jumps of one run are not independent."),
+        limitations=("The bed was stirred by hand.", "The rail angle was read by eye."),
+        assumed=(Assumed("uncertainty of the reference voltage", "0.1 V", "no source", "0 to 0.3 V"),),
+        provenance=tuple(maker.provenance),
+    )  # fmt: skip
+    heads = sorted((c for c in comparisons if c.headline and c.savings), key=lambda c: -c.savings.value)
+    claims = [savings_claim(content, c) for c in heads]
+    claims += [difference_claim(content, c) for c in comparisons if c.headline and not c.savings]
+    return dataclasses.replace(content, claims=tuple(claims))
+
+
+def make_minimal():
+    """One condition, no control, no drain, nothing compared."""
+    maker = Maker(1)
+    condition = _condition(maker, "small", 400, 50)
+    return ReportContent(
+        title="One condition", study="granular bed", selection="", made_at="2021-07-30 14:05",
+        software_version="0.1.0", configuration_hash="9c41f2e07ab3", detector="published", people=(), days=(),
+        flow=Flow(None, 10, 0, 0, {}, 10, 250, 250, {}, 250), factors=FACTORS, conditions=(condition,),
+        claims=(Claim("Nothing is claimed from one condition."),),
+    )  # fmt: skip
+
+
+def make_log():
+    """Two minutes of a bed log: rest, lift, drop, stance, apex, catch; two gaps and a rejected jump."""
+    time = np.arange(0, 120, 1 / 300)
+    height = np.full(time.size, 0.50)
+    jumps = []
+    for number in range(1, 9):
+        start = 14.0 * number - 8.0
+        inside = (time > start) & (time < start + 1.2)
+        phase = time[inside] - start
+        height[inside] = 0.42 + 0.02 * np.cos(2 * np.pi * phase / 1.2)
+        flight = (phase > 0.5) & (phase < 0.8)
+        shape = 0.44 - 4.9 * (phase - 0.65) ** 2
+        height[np.flatnonzero(inside)[flight]] = shape[flight]
+        jumps.append(LogJump(number, start + 0.65, 0.44, start + 0.25, start + 0.5,
+                             rejected="touched by hand" if number == 5 else ""))  # fmt: skip
+    keep = ~((time > 40.2) & (time < 41.0)) & ~((time > 77.0) & (time < 79.5))
+    gaps = (LogGap(40.2, 41.0, "dropped"), LogGap(77.0, 79.5, "pause"))
+    return RunLog("r0042", "small foot, CE", time[keep], height[keep], tuple(jumps), gaps)
+
+
+@pytest.fixture(scope="session")
+def content():
+    return make_content()
+
+
+@pytest.fixture(scope="session")
+def minimal():
+    return make_minimal()
+
+
+@pytest.fixture(scope="session")
+def run_log():
+    return make_log()
+
+
+@pytest.fixture(scope="session")
+def written(content, tmp_path_factory):
+    """The campaign's report, written once for all tests that look at it."""
+    return write_report(content, tmp_path_factory.mktemp("report") / "out")

@@ -1,0 +1,115 @@
+import dataclasses
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+from data_schema.vocabulary import Undefined
+from reports.content import Number, Summary
+from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
+from reports.figures.registry import FIGURES
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_the_same_content_gives_the_same_bytes(content, written, name):
+    """Compared with what the report wrote a while ago: nothing of the clock or of an earlier drawing is in it."""
+    folder = written.page.parent / "figures"
+    figure = draw_figure(FIGURES[name], content, TWO_COLUMNS_IN)
+    assert svg_bytes(figure) == (folder / f"{name}.svg").read_bytes()
+    assert pdf_bytes(figure) == (folder / f"{name}.pdf").read_bytes()
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_files_have_their_width_no_date_and_embedded_fonts(written, name):
+    folder = written.page.parent / "figures"
+    for ending, width_in in (("", TWO_COLUMNS_IN), ("_one_column", ONE_COLUMN_IN)):
+        svg = (folder / f"{name}{ending}.svg").read_bytes()
+        root = ElementTree.fromstring(svg)
+        assert float(root.attrib["viewBox"].split()[2]) == pytest.approx(72 * width_in)
+        assert b"<dc:date>" not in svg
+        pdf = (folder / f"{name}{ending}.pdf").read_bytes()
+        assert b"/FontFile2" in pdf
+        assert b"/Type3" not in pdf
+        assert b"/CreationDate" not in pdf
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_figure_draws_for_one_condition_alone(minimal, name):
+    kind = FIGURES[name]
+    ElementTree.fromstring(svg_bytes(draw_figure(kind, minimal, ONE_COLUMN_IN)))
+    assert kind.absent(minimal) is None or kind.absent(minimal).endswith(".")
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_every_figure_says_in_words_what_it_shows(content, name):
+    kind = FIGURES[name]
+    assert kind.absent(content) is None
+    assert len(kind.caption(content)) > 40
+    assert len(kind.alternative(content)) > 40
+
+
+def test_the_words_for_the_flow_diagram_hold_every_count(content):
+    words = FIGURES["flow"].alternative(content)
+    for count in (280, 272, 4, 12, 2, 1, 253, 6325, 6311, 506, 83, 21, 5701):
+        assert f" {count} " in f" {words} ".replace("(after ", " ")
+
+
+def undefined_everywhere(content):
+    nothing = Undefined("one run only")
+    number = Number(nothing, "J", se=nothing, ci_low=nothing, ci_high=nothing, n=1)
+    conditions = tuple(
+        dataclasses.replace(c, joules=Summary(number, nothing, c.joules.runs[:1]))
+        if c.control
+        else dataclasses.replace(c, joules=Summary(dataclasses.replace(c.joules.mean, se=nothing), nothing))
+        for c in content.conditions
+    )
+    comparisons = tuple(
+        dataclasses.replace(c, savings=dataclasses.replace(c.savings, value=nothing, ci_low=nothing, ci_high=nothing))
+        if c.savings is not None
+        else c
+        for c in content.comparisons
+    )
+    sensitivity = tuple(
+        dataclasses.replace(one, as_reported=number, variants=(dataclasses.replace(one.variants[0], number=number),))
+        for one in content.sensitivity
+    )
+    drain = dataclasses.replace(content.drain, at_run=number)
+    order = dataclasses.replace(
+        content.order, packs=tuple(dataclasses.replace(pack, mean=number) for pack in content.order.packs)
+    )
+    return dataclasses.replace(
+        content, conditions=conditions, comparisons=comparisons, sensitivity=sensitivity, drain=drain, order=order
+    )
+
+
+@pytest.mark.parametrize("name", [name for name in FIGURES if name != "flow"])
+def test_numbers_that_do_not_exist_are_left_out_or_named(content, name):
+    changed = undefined_everywhere(content)
+    kind = FIGURES[name]
+    ElementTree.fromstring(svg_bytes(draw_figure(kind, changed, TWO_COLUMNS_IN)))
+    assert kind.caption(changed)
+    assert "nan" not in kind.alternative(changed)
+
+
+@pytest.mark.parametrize("name", ["joules_by_damping", "savings", "packs", "flow"])
+def test_a_dollar_or_a_strange_letter_in_a_name_is_only_text(content, name):
+    levels = [
+        dataclasses.replace(level, label="$\\frac{1") if level.label == "small" else level
+        for level in content.conditions[0].levels
+    ]
+    first = dataclasses.replace(content.conditions[0], levels=tuple(levels))
+    points = tuple(dataclasses.replace(point, pack="包 $x^") for point in content.order.points[:20])
+    changed = dataclasses.replace(
+        content,
+        conditions=(first, *content.conditions[1:]),
+        order=dataclasses.replace(content.order, points=points, packs=()),
+        flow=dataclasses.replace(content.flow, runs_excluded={"$\\alpha <b> --> x": 3}),
+    )
+    ElementTree.fromstring(svg_bytes(draw_figure(FIGURES[name], changed, ONE_COLUMN_IN)))
+
+
+def test_a_study_without_a_swept_factor_or_with_three_factors_is_drawn(content):
+    plain = tuple(dataclasses.replace(factor, swept=False) for factor in content.factors)
+    for factors in (plain, plain[:1], (*plain[:2], dataclasses.replace(plain[2], swept=True))):
+        changed = dataclasses.replace(content, factors=factors)
+        ElementTree.fromstring(svg_bytes(draw_figure(FIGURES["joules_by_damping"], changed, TWO_COLUMNS_IN)))

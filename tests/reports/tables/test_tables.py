@@ -1,0 +1,112 @@
+import csv
+import dataclasses
+import io
+
+import pytest
+
+from data_schema.vocabulary import Undefined
+from reports.tables.as_csv import csv_bytes
+from reports.tables.registry import TABLES
+from reports.tables.table import unit_slug
+
+
+def csv_rows(name, content):
+    return list(csv.DictReader(io.StringIO(csv_bytes(TABLES[name].make(content)).decode("utf-8"))))
+
+
+def shown(table):
+    return [[cell.text.replace("\u00a0", " ") for cell in table.cells(row)] for row in table.rows]
+
+
+def test_conditions_have_physical_values_with_the_gains_beside_them(content):
+    table = TABLES["joules_by_condition"].make(content)
+    assert [column.head.replace("\u00a0", " ") for column in table.heads] == [
+        "d (kg/s)", "gain", "n", "jumps", "mean (J)", "SD (J)", "SE (J)", "95 % CI (J)", "id",
+    ]  # fmt: skip
+    assert [row[:3] for row in shown(table)[:3]] == [["CE", "0", "14"], ["185.7", "50", "10"], ["351.7", "100", "10"]]
+    assert table.rows[0].block.replace("\u00a0", " ") == "small foot, k = 835.4 N/m (gain 300)"
+    assert "k = 2.56 g + 67.36 N/m" in table.caption.replace("\u00a0", " ")
+
+
+@pytest.mark.parametrize(("name", "unit"), [("joules_by_condition", "j"), ("apex_by_condition", "m")])
+def test_csv_has_the_conditions_unrounded_in_stored_units(content, name, unit):
+    rows = csv_rows(name, content)
+    assert len(rows) == 24
+    for row, condition in zip(rows, content.conditions, strict=True):
+        summary = condition.joules if unit == "j" else condition.apex
+        assert float(row[f"mean_{unit}"]) == summary.mean.value
+        assert float(row[f"sd_{unit}"]) == summary.sd
+        assert float(row[f"ci_low_{unit}"]) == summary.mean.ci_low
+        assert (row["foot"], row["k_gain"], row["b_ad_gain"]) == tuple(level.label for level in condition.levels)
+        assert float(row["k_gain_n_m"]) == condition.levels[1].value
+        assert row["provenance"] == summary.mean.provenance
+
+
+def test_comparisons_carry_tests_and_savings(content):
+    effects, tests = csv_rows("comparisons_joules", content), csv_rows("tests_joules", content)
+    chosen = [c for c in content.comparisons if c.savings is not None]
+    for comparison, effect, test in zip(chosen, effects, tests, strict=True):
+        assert float(effect["difference_j"]) == comparison.difference.value
+        assert float(effect["savings_percent"]) == comparison.savings.value
+        assert float(effect["savings_ci_high_percent"]) == comparison.savings.ci_high
+        assert (int(effect["n_control"]), int(effect["n_treatment"])) == (14, comparison.n_treatment)
+        assert test["test"] == comparison.test.name
+        assert float(test["welch_df"]) == comparison.welch.df[0]
+        assert float(test["f_df_2"]) == comparison.variance_test.df[1]
+        assert float(test["welch_ci_low_j"]) == comparison.welch_difference.ci_low
+
+
+def test_a_family_with_several_levels_has_a_block_a_group(content):
+    table = TABLES["comparisons_joules"].make(content)
+    blocks = [block.replace("\u00a0", " ") for block, _ in table.blocks]
+    assert blocks[:2] == ["pooled over the AD gain", "each AD gain: small foot, k = 835.4 N/m"]
+    assert shown(table)[0][0] == "small foot, k = 835.4 N/m"
+    assert shown(table)[4][0] == "d = 185.7 kg/s (gain 50)"
+
+
+def test_headlines_are_the_headline_comparisons_of_energy(content):
+    assert len(TABLES["headlines"].make(content).rows) == 4
+
+
+def test_sensitivity_lists_each_headline_first(content):
+    rows = csv_rows("sensitivity", content)
+    first = content.sensitivity[0]
+    assert rows[0]["variant"] == "as reported"
+    assert float(rows[0]["value"]) == first.as_reported.value
+    assert len(rows) == sum(1 + len(one.variants) for one in content.sensitivity)
+
+
+def test_flow_and_days(content):
+    flow = {row["step"]: row for row in csv_rows("flow", content)}
+    assert flow["runs done"]["count"] == "272"
+    assert "2 excluded: no charge record" in flow["runs analysed"]["left_out"]
+    days = csv_rows("days", content)
+    assert [day["day"] for day in days] == [day.date for day in content.days]
+    assert days[2]["checks_not_made"] == "sensor zero"
+
+
+def test_what_does_not_exist_is_a_dash_with_a_footnote(content):
+    first = content.conditions[0]
+    alone = dataclasses.replace(
+        first.joules,
+        sd=Undefined("one run only"),
+        mean=dataclasses.replace(
+            first.joules.mean, se=Undefined("one run only"), ci_low=Undefined("df = 0"), ci_high=Undefined("df = 0")
+        ),
+    )
+    changed = dataclasses.replace(content, conditions=(dataclasses.replace(first, joules=alone),))
+    table = TABLES["joules_by_condition"].make(changed)
+    assert table.footnotes == {"one run only": "a", "df = 0": "b"}
+    assert shown(table)[0][5:8] == ["–", "–", "–"]
+
+
+def test_a_selection_without_comparisons_still_has_its_tables(minimal):
+    for kind in TABLES.values():
+        table = kind.make(minimal)
+        assert all(len(row.cells) == len(table.columns) for row in table.rows)
+
+
+def test_units_in_field_names():
+    assert [unit_slug(unit) for unit in ("kg/s", "N/m", "%", "mAh/min", "J")] == [
+        "kg_s", "n_m", "percent", "mah_min", "j",
+    ]  # fmt: skip

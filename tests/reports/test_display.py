@@ -1,0 +1,114 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from data_schema.vocabulary import Undefined
+from reports.display import (
+    as_shown,
+    common_places,
+    decimal_text,
+    decimals_for,
+    degrees_text,
+    general_text,
+    interval_text,
+    number_text,
+    p_text,
+    significance_text,
+    value_text,
+    with_unit,
+)
+from reports.numbers import Number, SignificanceTest
+
+
+def plain(text):
+    return text.replace("\u00a0", " ")
+
+
+@pytest.mark.parametrize(
+    ("uncertainty", "places"),
+    [(0.42, 2), (0.0312, 3), (1.3, 1), (12.0, 0), (340.0, 0), (0.0999, 2), (9.96, 0), (0.0, 0), (math.inf, 0)],
+)
+def test_two_significant_digits_of_the_uncertainty(uncertainty, places):
+    assert decimals_for(uncertainty) == places
+
+
+def test_a_number_is_written_with_its_error_interval_and_n():
+    number = Number(16.3149, "J", se=0.4187, shared_se=0.2149, ci_low=15.364, ci_high=17.261, n=10)
+    assert plain(number_text(number)) == (
+        "16.31 ± 0.42 J (SE; shared by all runs ± 0.21 J; 95 % CI 15.36 to 17.26 J; n = 10)"
+    )
+
+
+def test_apex_heights_are_shown_in_millimetres_and_stored_in_metres():
+    number = Number(0.43812, "m", se=0.00042, ci_low=0.4372, ci_high=0.439)
+    assert plain(number_text(number)) == "438.12 ± 0.42 mm (SE; 95 % CI 437.20 to 439.00 mm)"
+    assert as_shown(number).value == pytest.approx(438.12)
+    assert number.value == 0.43812
+
+
+def test_percent_is_what_the_unit_says():
+    number = Number(15.23, "%", ci_low=8.11, ci_high=21.94)
+    assert plain(interval_text(number)) == "8.1 to 21.9 %"
+
+
+def test_without_uncertainty_four_digits():
+    assert number_text(Number(1091.36, "1")) == "1091"
+
+
+@pytest.mark.parametrize(
+    ("p", "text"),
+    [(0.0234, "p = .023"), (0.0004, "p < .001"), (0.0, "p < .001"), (1.0, "p > .999"), (0.05, "p = .050")],
+)
+def test_p_values(p, text):
+    assert plain(p_text(p)) == text
+
+
+def test_a_test_in_words():
+    test = SignificanceTest("Welch t", -3.4149, (18.23,), 0.0031)
+    assert plain(significance_text(test)) == "Welch t(18.2) = −3.41, p = .003"
+    assert plain(degrees_text((4.0, 45.0))) == "4, 45"
+
+
+def test_undefined_gives_its_reason_everywhere():
+    nothing = Undefined("both groups are constant")
+    assert number_text(Number(nothing, "J")) == "undefined: both groups are constant"
+    assert plain(p_text(nothing)) == "p undefined: both groups are constant"
+    assert interval_text(Number(1.0, "%", ci_low=nothing, ci_high=nothing)) == "undefined: both groups are constant"
+    assert significance_text(SignificanceTest("Welch t", nothing, (nothing,), nothing)) == (
+        "Welch t undefined: both groups are constant"
+    )
+    assert as_shown(Number(nothing, "m")).value == nothing
+    assert value_text(None) == "–"
+
+
+def test_no_negative_zero():
+    assert decimal_text(-0.001, 2) == "0.00"
+    assert decimal_text(-1.0, 1) == "−1.0"
+    assert decimal_text(-math.inf, 1) == "−∞"
+
+
+def test_a_column_has_one_number_of_decimals():
+    numbers = [Number(1.0, "J", se=0.31), Number(2.0, "J", se=0.42), Number(3.0, "J", se=0.0051), None]
+    assert common_places(numbers) == 2
+    assert common_places([]) == 2
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(835.36, "835.4"), (185.67, "185.7"), (400.0, "400"), (0.038, "0.038"), (0.0, "0"), (1.5e9, "1.500 × 10^9")],
+)
+def test_general_text(value, text):
+    assert general_text(value) == text
+
+
+def test_unit_one_is_not_written():
+    assert with_unit("3", "1") == "3"
+    assert plain(with_unit("3", "J")) == "3 J"
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e4))
+def test_what_is_shown_is_within_half_a_digit_of_the_value(value, se):
+    text = plain(number_text(Number(value, "J", se=se))).split(" ")[0].replace("−", "-")
+    assert abs(float(text) - value) <= 0.5 * 10.0 ** -decimals_for(se) * (1 + 1e-9) + 1e-9

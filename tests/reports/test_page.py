@@ -1,0 +1,184 @@
+import dataclasses
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from data_schema.errors import UsageError
+from data_schema.vocabulary import Undefined
+from reports.content import Claim, Provenance
+from reports.figures.registry import FIGURES
+from reports.page import render_page, write_report
+from reports.svg_inline import inline_svg
+from reports.tables.registry import TABLES
+
+VOID = {"meta", "br", "hr", "img", "link", "input"}
+
+
+class Checker(HTMLParser):
+    """Every element is closed in its order; ids and targets are collected."""
+
+    def __init__(self, html):
+        super().__init__()
+        self.open, self.ids, self.targets, self.text, self.faults = [], [], [], [], []
+        self.feed(html)
+        self.close()
+        self.faults += [f"<{tag}> is never closed" for tag in self.open]
+
+    def handle_starttag(self, tag, attrs):
+        self._attributes(attrs)
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self._attributes(attrs)
+
+    def handle_endtag(self, tag):
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(f"</{tag}> at {self.getpos()} closes something else")
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] not in ("style", "title", "desc"):
+            self.text.append(data)
+
+    def _attributes(self, attrs):
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value)
+            if name in ("href", "xlink:href", "src"):
+                self.targets.append(value)
+
+
+def text_of(html):
+    return re.sub(r"\s+", " ", "".join(Checker(html).text).replace("\u00a0", " "))
+
+
+def quick_page(content):
+    """Render with one small drawing in every figure's place: the words are what is looked at."""
+    drawing = b'<svg viewBox="0 0 72 72"><g id="a"/></svg>'
+    tables = {kind.name: kind.make(content) for kind in TABLES.values()}
+    return render_page(content, dict.fromkeys(FIGURES, drawing), tables)
+
+
+@pytest.fixture(scope="module")
+def html(written):
+    return written.page.read_text(encoding="utf-8")
+
+
+def test_the_page_is_well_formed_and_whole(html):
+    page = Checker(html)
+    assert page.faults == []
+    assert len(page.ids) == len(set(page.ids))
+    assert {target[0] for target in page.targets} == {"#"}
+    assert {target[1:] for target in page.targets} <= set(page.ids)
+
+
+def test_the_page_asks_nothing_of_the_network(html):
+    assert "http" not in html
+    assert "@import" not in html
+    assert set(re.findall(r"url\((.)", html)) <= {"#"}
+    assert "<script" not in html
+
+
+def test_every_number_and_id_of_the_tables_is_on_the_page(content, html):
+    text = text_of(html)
+    for source in content.provenance:
+        assert source.id in text
+    for name in ("headlines", "joules_by_condition", "apex_by_condition", "comparisons_joules", "tests_apex", "anovas"):
+        table = TABLES[name].make(content)
+        for row in table.rows:
+            for cell in table.cells(row)[1:]:
+                assert cell.text.replace("\u00a0", " ") in text
+
+
+def test_the_headline_opens_the_page(content, html):
+    text = text_of(html)
+    claim = content.claims[0].text.replace("\u00a0", " ")
+    assert text.index("In short") < text.index(claim) < text.index("Table 1.") < text.index("Figure 1.")
+    for other in content.claims:
+        assert other.text.replace("\u00a0", " ") in text
+
+
+def test_the_facts_of_the_report(html):
+    text = text_of(html)
+    for fact in (
+        "granular bed", "k_gain in (300, 400)", "2021-05-03 to 2021-05-21, 19 days", "253 of 272 runs analysed",
+        "Ada Nwosu (AN) and Li Wei (LW)", "2021-07-30 14:05", "labbook 0.1.0, configuration 9c41f2e07ab3", "robust",
+        "outside the 20 to 60 minutes", "foot and day are confounded", "The bed was stirred by hand.",
+        "uncertainty of the reference voltage", "k = 2.56 g + 67.36 N/m",
+    ):  # fmt: skip
+        assert fact in text
+
+
+def test_figures_are_described_and_tables_headed(html):
+    assert html.count("<figure") == len(FIGURES)
+    assert html.count('role="img" aria-labelledby="') == len(FIGURES)
+    assert html.count("<table") == html.count("<caption") >= 12
+    assert html.count("<h1") == 1
+    assert '<html lang="en">' in html
+
+
+def test_a_person_s_text_is_only_text(content):
+    nasty = '<script>alert("x")</script> & <img src=//a>'
+    changed = dataclasses.replace(
+        content,
+        title=nasty,
+        selection=nasty,
+        people=(nasty,),
+        claims=(Claim(nasty, (nasty,)),),
+        limitations=(nasty,),
+        days=(dataclasses.replace(content.days[0], note=nasty, conditions=(nasty,)),),
+        provenance=(Provenance(nasty, nasty, 1),),
+    )
+    html = quick_page(changed)
+    assert "<script" not in html
+    assert "<img" not in html
+    page = Checker(html)
+    assert page.faults == []
+    assert nasty in "".join(page.text)
+
+
+def test_what_does_not_exist_is_said(content):
+    comparisons = tuple(
+        dataclasses.replace(c, savings=dataclasses.replace(c.savings, value=Undefined("the control is zero")))
+        if c.savings is not None
+        else c
+        for c in content.comparisons
+    )
+    text = text_of(quick_page(dataclasses.replace(content, comparisons=comparisons)))
+    assert "undefined: the control is zero" in text
+
+
+def test_a_selection_with_little_in_it_says_why(minimal):
+    html = quick_page(minimal)
+    assert Checker(html).faults == []
+    text = text_of(html)
+    assert "Nothing is claimed from one condition." in text
+    for name in ("savings", "passive_drain", "day_order", "packs", "sensitivity"):
+        assert FIGURES[name].absent(minimal) in text
+    assert "What each run contributed to its condition." in text
+    assert "Nothing is claimed from this selection." in text_of(quick_page(dataclasses.replace(minimal, claims=())))
+
+
+def test_all_files_are_there_and_no_part_is_left_over(written):
+    folder = written.page.parent
+    found = {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
+    ends = [f"{width}.{kind}" for width in ("", "_one_column") for kind in ("svg", "pdf")]
+    figures = {f"figures/{name}{end}" for name in FIGURES for end in ends}
+    tables = {f"tables/{name}.{kind}" for name in TABLES for kind in ("csv", "tex")}
+    assert found == figures | tables | {"report.html"}
+    assert {path.relative_to(folder).as_posix() for path in (*written.figures, *written.tables)} == figures | tables
+
+
+def test_the_inlined_drawing_is_the_file_s(content, written, html):
+    for name, kind in FIGURES.items():
+        svg = (written.page.parent / "figures" / f"{name}.svg").read_bytes()
+        assert inline_svg(svg, name, kind.title, kind.alternative(content)) in html
+
+
+def test_a_folder_that_cannot_be_written_is_one_sentence(minimal, tmp_path):
+    blocked = tmp_path / "report"
+    blocked.write_text("a file is here")
+    with pytest.raises(UsageError, match=r"cannot be written to .* --out"):
+        write_report(minimal, blocked)
+    assert blocked.read_text() == "a file is here"

@@ -1,0 +1,100 @@
+import dataclasses
+
+import pytest
+
+from data_schema.vocabulary import Undefined
+from reports.numbers import Quantity
+from reports.sentences import (
+    condition_name,
+    count_text,
+    difference_claim,
+    formula_text,
+    level_of,
+    levels_name,
+    list_text,
+    savings_claim,
+)
+
+
+def plain(text):
+    return text.replace("\u00a0", " ")
+
+
+@pytest.fixture
+def headline(content):
+    return next(c for c in content.comparisons if c.headline and c.group == {"foot": "small", "k_gain": "400"})
+
+
+def with_savings(comparison, **changes):
+    return dataclasses.replace(comparison, savings=dataclasses.replace(comparison.savings, **changes))
+
+
+def test_formulas_between_gains_and_physical_values(content):
+    formulas = [plain(formula_text(factor)) for factor in content.factors]
+    assert formulas == ["", "k = 2.56 g + 67.36 N/m", "d = 3.32 g + 19.67 kg/s; gain 0 is CE and stands for 0"]
+
+
+def test_names_of_conditions_and_groups(content):
+    names = [plain(condition_name(content, condition)) for condition in content.conditions]
+    assert names[6] == "small foot, k = 1091 N/m, CE"
+    assert names[7] == "small foot, k = 1091 N/m, d = 185.7 kg/s"
+    assert len(set(names)) == 24
+    assert plain(levels_name(content, {"k_gain": "300"})) == "k = 835.4 N/m"
+    assert levels_name(content, {"surface": "sand"}) == "surface sand"
+
+
+def test_a_level_carries_its_gain(content):
+    level = {c.level: plain(level_of(content, c)) for c in content.comparisons}
+    assert level["50"] == "d = 185.7 kg/s (gain 50)"
+    assert level["pooled"] == "pooled"
+
+
+def test_a_saving_that_is_shown(content, headline):
+    claim = savings_claim(content, with_savings(headline, value=15.2, se=3.4, ci_low=8.1, ci_high=21.9))
+    assert plain(claim.text).startswith(
+        "Active damping saved 15.2 % of the energy of a jump with the small foot and k = 1091 N/m "
+        "(95 % CI 8.1 to 21.9 %; n = 14 control and 50 treatment runs; Welch t("
+    )
+    assert claim.provenance == (headline.savings.provenance, headline.difference.provenance)
+
+
+@pytest.mark.parametrize(
+    ("changes", "start"),
+    [
+        ({"value": 3.0, "ci_low": -2.0, "ci_high": 8.0}, "No difference in energy was shown"),
+        ({"value": -9.0, "ci_low": -14.0, "ci_high": -4.0}, "Active damping cost 9.0 % more energy a jump"),
+        ({"value": 3.0, "ci_low": Undefined("unbounded"), "ci_high": Undefined("unbounded")}, "The savings with"),
+        ({"value": Undefined("the control's mean is zero")}, "The savings with"),
+    ],
+)
+def test_no_more_is_claimed_than_the_interval_shows(content, headline, changes, start):
+    claim = savings_claim(content, with_savings(headline, se=2.5, **changes))
+    assert plain(claim.text).startswith(start)
+    for value in changes.values():
+        if isinstance(value, Undefined):
+            assert value.reason in claim.text
+
+
+def test_a_difference_in_height(content):
+    apex = next(c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX)
+    shown = dataclasses.replace(apex.difference, value=0.0022, se=0.0004, ci_low=0.0014, ci_high=0.003)
+    claim = difference_claim(content, dataclasses.replace(apex, difference=shown))
+    assert plain(claim.text).startswith("The apex was 2.20 mm higher under active damping with the small foot")
+    unsure = dataclasses.replace(shown, ci_low=-0.001, ci_high=0.0054)
+    claim = difference_claim(content, dataclasses.replace(apex, difference=unsure))
+    assert "does not tell from zero" in claim.text
+    nothing = dataclasses.replace(shown, value=Undefined("one run only"))
+    claim = difference_claim(content, dataclasses.replace(apex, difference=nothing))
+    assert "undefined: one run only" in claim.text
+
+
+def test_counts_and_lists():
+    assert plain(count_text(1, "run")) == "1 run"
+    assert plain(count_text(2, "run")) == "2 runs"
+    assert plain(count_text(2, "analysis", "analyses")) == "2 analyses"
+    assert [list_text(words) for words in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == [
+        "",
+        "a",
+        "a and b",
+        "a, b and c",
+    ]

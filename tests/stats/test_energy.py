@@ -1,0 +1,100 @@
+import math
+
+import numpy as np
+import pytest
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.energy import energy_budget, joules_per_jump, joules_per_mah
+
+
+def test_one_mah_is_worth_what_the_thesis_setting_says():
+    assert joules_per_mah(15.4, 25) == pytest.approx(2.2176)
+    assert joules_per_jump(105.183, 86.183, 15.4, 25) == pytest.approx(19.0 * 2.2176)
+
+
+def test_jumps_made_decide():
+    """Chapter 4: 16.8 V and 100 jumps."""
+    assert joules_per_jump(600.0, 0.0, 16.8, 100) == pytest.approx(362.88)
+    assert isinstance(joules_per_jump(100.0, 86.0, 15.4, 0), Undefined)
+    assert joules_per_jump(80.0, 86.0, 15.4, 25) < 0.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        ((float("nan"), 86.0, 15.4, 25), "the charge"),
+        ((100.0, 86.0, 0.0, 25), "the reference voltage"),
+        ((100.0, 86.0, 15.4, -1), "jumps made"),
+    ],
+)
+def test_wrong_input_is_refused(arguments, sentence):
+    with pytest.raises(InputRefused, match=sentence):
+        joules_per_jump(*arguments)
+
+
+def budget(joules, **changes):
+    settings = {"reference_voltage_v": 15.4, "drain_se_mah": 0.4, "resolution_mah": 1.0} | changes
+    return energy_budget(joules, np.full(len(joules), 25), **settings)
+
+
+def test_every_term_by_hand():
+    found = budget([40.0, 42.0, 44.0, 46.0], voltage_relative_se=0.01)
+    terms = {term.name: term for term in found.terms}
+    sd = math.sqrt(20.0 / 3.0)
+    assert terms["scatter between runs"].one_run_j == pytest.approx(sd)
+    assert terms["scatter between runs"].mean_j == pytest.approx(sd / 2.0)
+    assert terms["drain fit"].one_run_j == terms["drain fit"].mean_j == pytest.approx(0.4 * 2.2176)
+    assert terms["charger resolution"].one_run_j == pytest.approx(2.2176 / math.sqrt(12.0))
+    assert terms["charger resolution"].mean_j == pytest.approx(2.2176 / math.sqrt(12.0) / 2.0)
+    assert terms["reference voltage"].mean_j == pytest.approx(0.43)
+    assert [term.shared for term in found.terms] == [False, True, False, True]
+    assert found.shared_se_j == pytest.approx(math.hypot(0.4 * 2.2176, 0.43))
+    assert found.total_mean_j == pytest.approx(math.hypot(sd / 2.0, found.shared_se_j))
+    assert found.total_one_run_j == pytest.approx(math.hypot(sd, found.shared_se_j))
+
+
+def test_the_resolution_is_within_the_scatter_and_not_added_twice():
+    fine, coarse = budget([40.0, 42.0, 44.0], resolution_mah=0.0), budget([40.0, 42.0, 44.0], resolution_mah=10.0)
+    assert fine.total_mean_j == coarse.total_mean_j
+    assert [term.in_scatter for term in coarse.terms] == [False, False, True, False]
+
+
+def test_rounding_by_a_charger_has_the_standard_deviation_of_the_budget():
+    rng = np.random.default_rng(8)
+    charge = rng.uniform(90.0, 120.0, 20_000)
+    errors = 2.2176 * (np.round(charge) - charge)
+    assert np.std(errors) == pytest.approx(budget([40.0]).terms[2].one_run_j, rel=0.02)
+
+
+def test_more_runs_shrink_the_scatter_alone():
+    rng = np.random.default_rng(4)
+    few, many = budget(rng.normal(42.0, 3.0, 10)), budget(rng.normal(42.0, 3.0, 1000))
+    assert many.se_j < few.se_j / 5.0
+    assert many.shared_se_j == few.shared_se_j
+
+
+def test_an_unknown_drain_or_a_single_run_leaves_its_terms_undefined():
+    single = budget([40.0])
+    assert isinstance(single.se_j, Undefined)
+    assert isinstance(single.total_mean_j, Undefined)
+    assert single.mean_j == 40.0
+    no_drain = budget([40.0, 41.0], drain_se_mah=Undefined("no idle runs"))
+    assert isinstance(no_drain.shared_se_j, Undefined)
+    assert isinstance(no_drain.se_j, float)
+
+
+def test_the_sentence_names_the_largest_term_first_and_what_is_assumed():
+    text = budget([40.0, 42.0, 44.0], voltage_relative_se=0.05).sentence()
+    assert text.index("reference voltage") < text.index("scatter between runs")
+    assert "(shared) (assumed)" in text
+    assert "1 mAh is 2.22 J a jump" in text
+
+
+def test_budgets_of_nothing_are_refused():
+    with pytest.raises(InputRefused, match="no run"):
+        energy_budget([], [], reference_voltage_v=15.4, drain_se_mah=0.1, resolution_mah=1.0)
+    with pytest.raises(InputRefused, match="without jumps"):
+        energy_budget([1.0], [0], reference_voltage_v=15.4, drain_se_mah=0.1, resolution_mah=1.0)
+    with pytest.raises(InputRefused, match="2 joules and 1 counts"):
+        energy_budget([1.0, 2.0], [25], reference_voltage_v=15.4, drain_se_mah=0.1, resolution_mah=1.0)
