@@ -19,22 +19,11 @@ from sqlalchemy import event
 from sqlalchemy.exc import DBAPIError, OperationalError
 
 from data_schema.errors import BookBusy, BookDamaged, UsageError
+from data_schema.mounts import refuse_network_drive
 
 BUSY_TIMEOUT_S = 10.0
 SQLITE_MINIMUM = (3, 37, 0)
 _PRAGMAS = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
-_NETWORK_FILE_SYSTEMS = (
-    "nfs",
-    "nfs4",
-    "cifs",
-    "smb3",
-    "smbfs",
-    "afs",
-    "fuse.sshfs",
-    "9p",
-    "davfs",
-    "fuse.davfs2",
-)
 
 
 def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.Engine:
@@ -44,7 +33,7 @@ def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.E
             f"SQLite {sqlite3.sqlite_version} is too old: labbook needs 3.37 or newer (STRICT tables); "
             "install a newer Python."
         )
-    _refuse_network_drive(path)
+    refuse_network_drive(path)
 
     def connect() -> sqlite3.Connection:
         location = path.resolve().as_uri() + "?mode=rw"
@@ -143,21 +132,3 @@ def _set_pragmas(connection: Any, _record: Any) -> None:
 def _begin_sqlite(connection: sa.Connection) -> None:
     writes = connection.get_execution_options().get("labbook_writes", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
-
-
-def _refuse_network_drive(path: Path) -> None:
-    """SQLite's locks cannot be trusted on network drives; the longest mount point above `path` decides."""
-    mounts = Path("/proc/mounts")
-    if not mounts.exists():
-        return
-    best, kind = "", ""
-    resolved = str(path.resolve())
-    for line in mounts.read_text(encoding="utf-8", errors="replace").splitlines():
-        _device, mount, file_system, *_rest = line.split(" ")
-        if resolved.startswith(mount.rstrip("/") + "/") and len(mount) >= len(best):
-            best, kind = mount, file_system
-    if kind in _NETWORK_FILE_SYSTEMS:
-        raise UsageError(
-            f"{path} lies on a network drive ({kind}), where SQLite can lose data: keep the book on a local disk, "
-            "or share it through PostgreSQL with [database] url in labbook.toml."
-        )

@@ -121,7 +121,7 @@ def _kind(cells: list[bytes]) -> CellKind:
     filled = [cell for cell in cells if not is_missing(cell.lower())]
     if not filled:
         return CellKind.EMPTY
-    if any(_LONG_INTEGER.fullmatch(cell) for cell in filled):
+    if all(_LONG_INTEGER.fullmatch(cell) for cell in filled):
         return CellKind.INTEGER
     if sum(is_number(cell, comma=True) or is_grouped(cell) for cell in filled) * 2 >= len(filled):
         return CellKind.NUMBER

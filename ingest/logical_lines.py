@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ingest.cells import split_cells
+from ingest.text import MOST_QUOTED_LINES
 
 _LINE = re.compile(rb"([^\r\n]*)(?:\r\n|\n|\r|\Z)")
-_LONGEST_QUOTE = 5
-"""Lines that one quoted cell may span; more means that a quote was forgotten."""
 
 
 class LogicalLine(NamedTuple):
@@ -27,7 +26,7 @@ def logical_line(data: bytes, position: int, stop: int, delimiter: bytes) -> Log
     if b'"' not in content:
         return LogicalLine(content, end, 1)
     joined, joined_end = content, end
-    for spanned in range(1, _LONGEST_QUOTE + 1):
+    for spanned in range(1, MOST_QUOTED_LINES + 1):
         if split_cells(joined, delimiter) is not None:
             return LogicalLine(joined, joined_end, spanned)
         if joined_end >= stop:

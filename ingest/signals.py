@@ -14,7 +14,7 @@ from ingest.columns import NO_CONVENTION, ColumnPlan, Convention, Plan, plan_col
 from ingest.declared import declarations_for
 from ingest.findings import NOTE, FindingCollector
 from ingest.forces import check_plates, orient
-from ingest.layout import Layout, find_layout
+from ingest.layout import CellKind, Layout, find_layout
 from ingest.model import ChannelData, Declarations, FloatArray, Reading, SignalPart
 from ingest.preamble import read_preamble
 from ingest.rows import read_rows
@@ -62,7 +62,8 @@ def read_signals(
 
 
 def _wanted(plan: Plan, layout: Layout) -> list[Wanted]:
-    wanted = [Wanted(column.position, column.source_name, layout.kinds[column.position]) for column in plan.columns]
+    # Only time stamps need all digits of a long integer; a channel is stored as float64 anyway.
+    wanted = [Wanted(column.position, column.source_name, CellKind.NUMBER) for column in plan.columns]
     if plan.time is not None:
         wanted.append(Wanted(plan.time.position, plan.time.source_name, plan.time.kind))
     return sorted(wanted, key=lambda column: column.position)

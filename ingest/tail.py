@@ -65,6 +65,8 @@ def _is_cut(line: bytes, layout: Layout) -> bool:
         return True
     last = _SHAPE.fullmatch(cells[-1])
     above = [shape for shape in map(_SHAPE.fullmatch, layout.last_cells) if shape and shape[0]]
+    if not layout.last_cells:
+        return True  # nothing to compare with
     if last is None:
         return False  # no number: the reader of rows judges it
     if not last[0]:

@@ -14,6 +14,8 @@ from ingest.findings import FILE, NOTE, FindingCollector
 
 HEAD_BYTES = 65_536
 LONGEST_LINE = 1 << 20
+MOST_QUOTED_LINES = 5
+"""Lines that one quoted cell may span; more means that a quote was forgotten."""
 
 _MARKS = (
     (codecs.BOM_UTF8, "utf-8"),
@@ -49,7 +51,7 @@ class TextSource:
 
     def head_lines(self, limit: int = 400) -> list[Line]:
         """Return the first whole lines, at most `limit`, within the longest line allowed."""
-        return self._lines(self.start, 1, limit)
+        return _join_quoted(self._lines(self.start, 1, limit))
 
     def sample_lines(self, fraction: float, limit: int = 20) -> list[Line]:
         """Return whole lines from the given fraction of the file on; their numbers mean nothing."""
@@ -67,6 +69,27 @@ class TextSource:
         if start < stop == len(self.data):
             lines.append(Line(number, start, self.data[start:], False))
         return lines
+
+
+def _join_quoted(lines: list[Line]) -> list[Line]:
+    """Join lines that a quoted cell spans; a quote that the next few lines do not close stays as it is."""
+    if not any(b'"' in line.content for line in lines):
+        return lines
+    joined: list[Line] = []
+    position = 0
+    while position < len(lines):
+        first = lines[position]
+        for spanned in range(1, MOST_QUOTED_LINES + 1):
+            members = lines[position : position + spanned]
+            content = b" ".join(line.content for line in members)
+            if content.count(b'"') % 2 == 0:
+                joined.append(Line(first.number, first.start, content, members[-1].ended))
+                break
+        else:
+            spanned = 1
+            joined.append(first)
+        position += spanned
+    return joined
 
 
 def is_text(data: bytes) -> bool:

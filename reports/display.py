@@ -171,9 +171,14 @@ def degrees_text(df: tuple[Value, ...]) -> str:
     )
 
 
-def significance_text(test: SignificanceTest) -> str:
-    """Write a test: "Welch t(18.2) = −3.41, p = .003"; one that does not exist gives its reason once."""
+def significance_text(test: SignificanceTest, *, name: bool = True) -> str:
+    """Write a test: "Welch t(18.2) = −3.41, p = .003"; one that does not exist gives its reason once.
+
+    The letter follows from the degrees of freedom: t has one, F two. `name=False` leaves the test's name out.
+    """
+    letter = "t" if len(test.df) == 1 else "F"
+    called = test.name.removesuffix(letter).strip() if name else ""
+    title = NO_BREAK.join([*called.split(), letter])
     if isinstance(test.statistic, Undefined):
-        return f"{test.name} {value_text(test.statistic)}"
-    statistic = decimal_text(test.statistic, 2)
-    return f"{test.name.replace(' ', NO_BREAK)}({degrees_text(test.df)}){EQUALS}{statistic}, {p_text(test.p)}"
+        return f"{title} {value_text(test.statistic)}"
+    return f"{title}({degrees_text(test.df)}){EQUALS}{decimal_text(test.statistic, 2)}, {p_text(test.p)}"

@@ -7,14 +7,17 @@ from dataclasses import dataclass
 
 from reports.numbers import Number, Quantity, SignificanceTest, Value
 
+POOLED = "pooled"
+"""The level of a comparison that sets all treated levels together against the control."""
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """Control against treatment on run means; `difference` = treatment - control, `savings` in percent.
 
     `family` heads a block of the table ("each AD coefficient", "pooled over AD"); `group` holds the levels in
-    common (foot, k_gain); `level` is the AD level as text or "pooled". `test` is what the F-test
-    chose (Student or Welch), `welch` stands beside it always. `headline` marks what opens the page.
+    common (foot, k_gain); `level` is the AD level as text or "pooled" (`POOLED`). `test` is what the F-test
+    chose (Student or Welch), `welch` stands beside it always. `headline` marks the comparison of the first claim.
     """
 
     label: str
@@ -32,6 +35,11 @@ class Comparison:
     brown_forsythe: SignificanceTest | None = None
     family: str = ""
     headline: bool = False
+
+    @property
+    def opens(self) -> bool:
+        """Whether the page opens with this comparison: a pooled one, or the headline."""
+        return self.level == POOLED or self.headline
 
 
 @dataclass(frozen=True, slots=True)

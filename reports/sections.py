@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from reports.content import Anova, Condition, ReportContent
-from reports.display import general_text, number_text, significance_text
+from reports.display import general_text, significance_text
 from reports.numbers import Quantity
-from reports.sentences import count_text, formula_text, levels_name, list_text
+from reports.sentences import count_text, formula_text, levels_name, list_text, title_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +115,7 @@ def _anova_paragraph(content: ReportContent, quantity: Quantity) -> tuple[Paragr
     anovas = [anova for anova in content.anovas if anova.quantity is quantity]
     if not anovas:
         return ()
-    results = [f"{significance_text(anova.test)} ({_anova_name(content, anova)})" for anova in anovas]
+    results = [f"{significance_text(anova.test, name=False)} ({_anova_name(content, anova)})" for anova in anovas]
     text = (
         "Whether the coefficient itself matters is tested by a one-way analysis of variance over the "
         f"active-damping coefficients, control left out: {list_text(results)}."
@@ -133,8 +133,7 @@ def _certainty(content: ReportContent) -> Section:
         parts += [Heading("Uncertainty of a joule"), TableHere("uncertainty_budget")]
     parts.append(Heading("Passive drain"))
     if (fit := content.drain) is not None:
-        text = f"The passive drain of one run is {number_text(fit.at_run)}. {fit.range_sentence}"
-        parts.append(Paragraph(text, tuple(filter(None, (fit.at_run.provenance,)))))
+        parts.append(Paragraph(fit.range_sentence, tuple(filter(None, (fit.at_run.provenance,)))))
     parts += [FigureHere("passive_drain"), TableHere("passive_drain")]
     parts.append(Heading("Order of the day and battery packs"))
     parts += [Paragraph(sentence) for sentence in content.order.sentences]
@@ -177,7 +176,7 @@ def _methods(content: ReportContent) -> Section:
 
 
 def _gains(content: ReportContent) -> str:
-    formulas = [f"{factor.title.lower()} {text}" for factor in content.factors if (text := formula_text(factor))]
+    formulas = [f"{title_of(factor).lower()} {text}" for factor in content.factors if (text := formula_text(factor))]
     found = {
         (level.factor, level.label): f"{level.label} {general_text(level.value)} {level.unit}".strip()
         for condition in content.conditions

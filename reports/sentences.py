@@ -21,6 +21,15 @@ from reports.display import (
 )
 from reports.numbers import Number, Quantity
 
+_MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
+
+
+def title_of(factor: Factor) -> str:
+    """Return what a factor's physical values are called: its title, or by its unit where the title is only its name."""
+    if factor.slope is not None and factor.title == factor.name.replace("_", " "):
+        return _MEANINGS.get(factor.unit, factor.title)
+    return factor.title
+
 
 def formula_text(factor: Factor) -> str:
     """Write how gains become physical values: "k = 2.56 g + 67.36 N/m"; "" where the levels are no gains."""
@@ -44,16 +53,6 @@ def level_name(factor: Factor, level: Level, *, gain: bool = False) -> str:
         return f"{level.label} {factor.title.lower()}"
     beside = f" (gain{NO_BREAK}{general_text(level.gain)})" if gain else ""
     return f"{factor.symbol or factor.title}{EQUALS}{physical_text(level)}{beside}"
-
-
-def condition_name(content: ReportContent, condition: Condition) -> str:
-    """Name a condition: "small foot, k = 1091 N/m, CE"."""
-    names = [group_name(content, condition)]
-    if condition.control:
-        names.append("CE")
-    elif (swept := swept_factor(content)) is not None and (level := condition.level(swept.name)) is not None:
-        names.append(level_name(swept, level))
-    return ", ".join(name for name in names if name)
 
 
 def group_name(content: ReportContent, condition: Condition, *, gain: bool = False) -> str:

@@ -10,6 +10,7 @@ from stats.parabola import Parabolas, fit_parabolas
 from stats.passive_drain import DrainEstimate, PassiveDrain, fit_passive_drain
 from stats.published_apexes import smoothing_bias_m
 from stats.savings import Savings, percent_savings
+from stats.shared_error import SharedSummary, describe_shared
 from stats.stance import StanceParameters
 from stats.summary import Summary, describe
 from stats.two_sample import TwoSample, compare_two
@@ -31,11 +32,13 @@ __all__ = [
     "PublishedParameters",
     "RobustParameters",
     "Savings",
+    "SharedSummary",
     "StanceParameters",
     "Summary",
     "TwoSample",
     "compare_two",
     "describe",
+    "describe_shared",
     "energy_budget",
     "find_jumps",
     "fit_parabolas",

@@ -153,7 +153,9 @@ def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) ->
         .order_by(result.c.id)
     ).all()
     if rows:
-        connection.execute(result.update().where(result.c.id.in_([row.id for row in rows])).values(stale=1))
+        connection.execute(
+            result.update().where(result.c.id.in_(sa.select(down.c.id)), result.c.stale == 0).values(stale=1)
+        )
     return [(row.kind, row.scope_json) for row in rows]
 
 
@@ -180,7 +182,12 @@ def result_by_uid(connection: sa.Connection, uid: str) -> ResultRow | None:
 def add_report_items(connection: sa.Connection, report_uid: str, places: Sequence[tuple[str, str]]) -> None:
     """Store which number stands where in a report: (place, number uid) pairs."""
     owner = connection.execute(sa.select(report.c.id).where(report.c.uid == report_uid)).scalar_one()
-    keys = dict(connection.execute(sa.select(result_number.c.uid, result_number.c.id)).tuples().all())
+    numbers = connection.execute(
+        sa.select(result_number.c.uid, result_number.c.id).where(
+            result_number.c.uid.in_([uid for _place, uid in places])
+        )
+    )
+    keys = {row.uid: row.id for row in numbers}
     if places:
         connection.execute(
             report_item.insert(),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,9 +12,11 @@ from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, number, rests_on_result
 from reports.numbers import Quantity
-from stats.summary import describe
+from stats.shared_error import describe_shared
 
-ALGORITHM = Algorithm("condition_summary", 1, ("labbook.analysis.conditions", "stats.summary", "stats.sums"))
+ALGORITHM = Algorithm(
+    "condition_summary", 1, ("labbook.analysis.conditions", "stats.shared_error", "stats.summary", "stats.sums")
+)
 
 NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
     Quantity.JOULES: ("joules_per_jump", "J"),
@@ -89,9 +92,12 @@ def condition_values(
 
 
 def _outcome(items: Sequence[RunNumber], quantity: Quantity) -> Outcome:
-    about = describe([item.value for item in items])
     _name, unit = NUMBER_OF[quantity]
     shared_se = sum(item.shared_se for item in items) / len(items)
+    mean = describe_shared(
+        [item.value for item in items], shared_se=shared_se, shared_df=items[0].shared_df or math.inf
+    )
+    about = mean.scatter
     return Outcome(
         (
             NewNumber(
@@ -100,10 +106,10 @@ def _outcome(items: Sequence[RunNumber], quantity: Quantity) -> Outcome:
                 unit,
                 about.se,
                 shared_se if quantity is Quantity.JOULES else None,
-                about.ci_low,
-                about.ci_high,
-                about.level,
-                df=float(about.n - 1),
+                mean.ci_low,
+                mean.ci_high,
+                mean.level,
+                df=mean.df,
                 n=about.n,
             ),
             NewNumber("sd", about.sd, unit, n=about.n),

@@ -27,8 +27,9 @@ def demo(
 
     Example: labbook demo demo-book
     """
+    from labbook.demo.campaign import make_campaign
     from labbook.demo.running import run_demo
 
     with progress("demonstration", None, shown=not as_json) as step:
-        done = run_demo(folder, seed, full, step, lambda line: None if as_json else typer.echo(line))
+        done = run_demo(folder, make_campaign(seed), full, step, lambda line: None if as_json else typer.echo(line))
     emit(done, [f"the report: {done.page}"], as_json)

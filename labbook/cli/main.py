@@ -10,6 +10,7 @@ import typer
 from data_schema.errors import LabbookError
 from labbook.cli import (
     assign,
+    charge,
     check,
     correct,
     db,
@@ -37,7 +38,24 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 
-for module in (init, ingest, report, plan, today, show, plot, note, check, correct, void, assign, why, demo, rebuild):
+for module in (
+    init,
+    ingest,
+    report,
+    plan,
+    today,
+    show,
+    plot,
+    note,
+    charge,
+    check,
+    correct,
+    void,
+    assign,
+    why,
+    demo,
+    rebuild,
+):
     module.register(app)
 for name, group in (("runs", runs), ("jumps", jumps), ("db", db)):
     app.add_typer(group.app, name=name)

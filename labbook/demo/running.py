@@ -13,7 +13,6 @@ from data_schema.vocabulary import CheckKind
 from labbook.book import CONFIGURATION, Book, opened
 from labbook.correcting import correct
 from labbook.day_checks import state_check
-from labbook.demo.campaign import make_campaign
 from labbook.demo.files import write_campaign
 from labbook.demo.records import Campaign
 from labbook.ingesting import IngestRequest, files_of, ingest_file
@@ -32,12 +31,22 @@ class DemoDone:
     page: str
 
 
-def run_demo(folder: Path, seed: int, full: bool, step: Callable[[str], None], say: Callable[[str], None]) -> DemoDone:
-    """Make the campaign's files, the book, ingest, correct the typing error, and write the report."""
+def run_demo(
+    folder: Path, campaign: Campaign, full: bool, step: Callable[[str], None], say: Callable[[str], None]
+) -> DemoDone:
+    """Write a campaign's files, make its book, and write the report."""
+    clock = Stopwatch(say)
+    book_folder = make_demo_book(folder, campaign, full, step, clock)
+    with opened(book_folder) as book:
+        written = write(book, None, book_folder / "reports" / "demo", None, step)
+    clock.lap(f"analysed and wrote the report ({written.results_computed} results)")
+    return DemoDone(str(book_folder), str(folder / "instruments"), str(folder / "truth.json"), written.page)
+
+
+def make_demo_book(folder: Path, campaign: Campaign, full: bool, step: Callable[[str], None], clock: Stopwatch) -> Path:
+    """Write a campaign's files, ingest them into a new book, and correct the typing error; returns the book's folder."""
     if folder.exists() and any(folder.iterdir()):
         raise UsageError(f"{folder} is not empty: name a new folder for the demonstration.")
-    clock = Stopwatch(say)
-    campaign = make_campaign(seed)
     write_campaign(campaign, folder, full=full, progress=lambda done, total: step(f"writing file {done} of {total}"))
     clock.lap(f"wrote the instruments' files of {len(campaign.runs)} runs to {folder / 'instruments'}")
     book_folder = folder / "book"
@@ -50,9 +59,7 @@ def run_demo(folder: Path, seed: int, full: bool, step: Callable[[str], None], s
         counts = _ingest(book, folder / "instruments", step)
         clock.lap("ingested " + ", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
         _correct(book, campaign)
-        written = write(book, None, book_folder / "reports" / "demo", None, step)
-        clock.lap(f"analysed and wrote the report ({written.results_computed} results)")
-    return DemoDone(str(book_folder), str(folder / "instruments"), str(folder / "truth.json"), written.page)
+    return book_folder
 
 
 class Stopwatch:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from reports.content import ReportContent
-from reports.figures.by_damping import draw_by_damping, has_quantity, points_text, range_text
+from reports.figures.by_damping import draw_by_damping
+from reports.figures.damping_words import has_quantity, points_text, range_text
 from reports.figures.kind import FigureKind
 from reports.numbers import Quantity
 

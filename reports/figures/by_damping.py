@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -10,93 +11,114 @@ from matplotlib.lines import Line2D
 
 from reports.content import ReportContent
 from reports.display import shown_unit
-from reports.figures.series import Axis, Series, axis_of, series_of
+from reports.figures.series import Axis, Series, axis_of, series_lie_apart, series_of
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure
 from reports.numbers import Quantity
-from reports.sentences import count_text, swept_factor
+from reports.sentences import swept_factor
 
 _GOLDEN_STEP = (math.sqrt(5.0) - 1.0) / 2.0
 
 
-def has_quantity(content: ReportContent, quantity: Quantity) -> bool:
-    """Whether any condition has a mean of the quantity."""
-    summaries = (condition.summary(quantity) for condition in content.conditions)
-    return any(summary is not None and isinstance(summary.mean.value, int | float) for summary in summaries)
+@dataclass(frozen=True, slots=True)
+class _Marks:
+    """What is drawn of one series: `(x, mean, se)` in the order of x, and `(x, value)` of every run."""
+
+    series: Series
+    means: list[tuple[float, float, float]]
+    runs: list[tuple[float, float]]
+
+    def range(self) -> tuple[float, float]:
+        values = [value for _, value in self.runs] + [mean for _, mean, _ in self.means]
+        return min(values), max(values)
 
 
 def draw_by_damping(content: ReportContent, quantity: Quantity, y_label: str, unit: str, width_in: float) -> Figure:
-    """Draw one quantity: x is the damping coefficient with CE at 0, y the quantity in the unit it is shown in."""
-    narrow = is_narrow(width_in)
-    figure = new_figure(width_in, 3.4 if narrow else 3.9)
-    axes = figure.add_subplot()
-    axis, all_series = axis_of(content), series_of(content)
-    factor = shown_unit(unit)[1]
-    step = _tick_distance(axis)
-    for index, series in enumerate(all_series):
-        shift = (index - (len(all_series) - 1) / 2) * min(0.16, 0.64 / len(all_series)) * step
-        _draw_series(axes, content, series, axis, quantity, factor, (shift, step, narrow))
-    axes.set_xticks(axis.ticks, axis.labels)
-    axes.set_xlim(axis.ticks[0] - 0.55 * step, axis.ticks[-1] + 0.55 * step)
-    axes.set_xlabel(axis.title)
-    axes.set_ylabel(y_label)
-    axes.margins(y=0.06)
-    light_grid(axes)
-    if axis.gains:
-        gains = axes.secondary_xaxis("top")
-        gains.set_xticks(axis.ticks, axis.gains)
-        gains.set_xlabel("gain in the controller", color=GREY)
-        gains.tick_params(colors=GREY, length=2)
-        gains.spines["top"].set_visible(False)
-    if len(all_series) > 1:
-        figure.legend(
-            handles=[_handle(series) for series in all_series],
-            loc="outside lower center",
-            ncols=1 if narrow else 2,
-            handlelength=3.2,
-        )
+    """Draw one quantity: x is the damping coefficient with CE at 0, y the quantity in the unit it is shown in.
+
+    All series share one panel, side by side, as in the thesis; where they lie so far apart that no difference
+    between conditions could be seen, each has a panel, all at one scale.
+    """
+    narrow, axis = is_narrow(width_in), axis_of(content)
+    every = (_marks(content, series, axis, quantity, unit) for series in series_of(content))
+    drawn = [marks for marks in every if marks.runs or marks.means]
+    if series_lie_apart(content, quantity):
+        figure = _draw_panels(drawn, axis, y_label, width_in)
+    else:
+        figure = new_figure(width_in, 3.4 if narrow else 3.9)
+        axes = figure.add_subplot()
+        for index, marks in enumerate(drawn):
+            place = index - (len(drawn) - 1) / 2
+            _draw_marks(axes, marks, axis, place * min(0.16, 0.64 / len(drawn)) * axis.step, narrow)
+        axes.set_ylabel(y_label)
+        axes.margins(y=0.06)
+        axes.set_xlabel(axis.title)
+        _label_above(axes, axis)
+        if len(drawn) > 1:
+            handles = [_handle(marks.series) for marks in drawn]
+            columns = 1 if narrow else 2
+            figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=3.2)
     return figure
 
 
-def _tick_distance(axis: Axis) -> float:
-    gaps = [after - before for before, after in zip(axis.ticks, axis.ticks[1:], strict=False)]
-    return min(gaps) if gaps else 1.0
-
-
-def _draw_series(
-    axes: Axes,
-    content: ReportContent,
-    series: Series,
-    axis: Axis,
-    quantity: Quantity,
-    factor: float,
-    placing: tuple[float, float, bool],
-) -> None:
-    shift, step, narrow = placing
-    swept = swept_factor(content)
-    xs, means, errors = [], [], []
+def _marks(content: ReportContent, series: Series, axis: Axis, quantity: Quantity, unit: str) -> _Marks:
+    factor, swept = shown_unit(unit)[1], swept_factor(content)
+    means: list[tuple[float, float, float]] = []
+    runs: list[tuple[float, float]] = []
     for condition in series.conditions:
         summary = condition.summary(quantity)
         if summary is None:
             continue
-        at = axis.position(condition, swept) + shift
-        values = [run.value * factor for run in summary.runs]
+        at = axis.position(condition, swept)
         # A fixed spread by the golden ratio: points apart, and the same file each time.
-        spread = [at + ((i * _GOLDEN_STEP) % 1.0 - 0.5) * 0.08 * step for i in range(len(values))]
-        size = 2.0 if narrow else 2.6
-        axes.plot(spread, values, "o", color=series.colour, alpha=0.4, markersize=size, markeredgewidth=0, zorder=2)
-        if not isinstance(summary.mean.value, int | float):
-            continue
-        se = summary.mean.se
-        xs.append(at)
-        means.append(summary.mean.value * factor)
-        errors.append(se * factor if isinstance(se, int | float) else math.nan)
-    drawn = sorted(zip(xs, means, errors, strict=True))
-    if not drawn:
-        return
+        runs += [
+            (at + ((index * _GOLDEN_STEP) % 1.0 - 0.5) * 0.08 * axis.step, run.value * factor)
+            for index, run in enumerate(summary.runs)
+        ]
+        if isinstance(summary.mean.value, int | float):
+            se = summary.mean.se
+            error = se * factor if isinstance(se, int | float) else math.nan
+            means.append((at, summary.mean.value * factor, error))
+    return _Marks(series, sorted(means), runs)
+
+
+def _draw_panels(drawn: list[_Marks], axis: Axis, y_label: str, width_in: float) -> Figure:
+    narrow = is_narrow(width_in)
+    across = 1 if narrow else 2
+    down = -(-len(drawn) // across)
+    figure = new_figure(width_in, 0.9 + down * (1.25 if narrow else 1.6))
+    panels = figure.subplots(down, across, squeeze=False, sharex=True)
+    half = 0.55 * max(high - low for low, high in (marks.range() for marks in drawn))
+    for panel, marks in zip(panels.flatten(), drawn, strict=False):
+        low, high = marks.range()
+        _draw_marks(panel, marks, axis, 0.0, narrow)
+        panel.set_ylim((low + high) / 2 - half, (low + high) / 2 + half)
+        panel.set_title(marks.series.label, fontsize=7, loc="left")
+    for panel in panels.flatten()[len(drawn) :]:
+        panel.set_visible(False)
+    for panel in panels[-1]:
+        panel.set_xlabel(axis.title)
+    for panel in panels[0]:
+        _label_above(panel, axis)
+    figure.supylabel(y_label, fontsize=8)
+    return figure
+
+
+def _draw_marks(axes: Axes, marks: _Marks, axis: Axis, shift: float, narrow: bool) -> None:
+    series = marks.series
+    axes.plot(
+        [x + shift for x, _ in marks.runs],
+        [value for _, value in marks.runs],
+        "o",
+        color=series.colour,
+        alpha=0.4,
+        markersize=2.0 if narrow else 2.6,
+        markeredgewidth=0,
+        zorder=2,
+    )
     axes.errorbar(
-        [x for x, _, _ in drawn],
-        [mean for _, mean, _ in drawn],
-        yerr=[error for _, _, error in drawn],
+        [x + shift for x, _, _ in marks.means],
+        [mean for _, mean, _ in marks.means],
+        yerr=[error for _, _, error in marks.means],
         color=series.colour,
         linestyle=series.line_style if axis.continuous else "none",
         linewidth=0.9,
@@ -108,6 +130,19 @@ def _draw_series(
         capsize=2.0,
         zorder=4,
     )
+    axes.set_xticks(axis.ticks, axis.labels)
+    axes.set_xlim(axis.ticks[0] - 0.55 * axis.step, axis.ticks[-1] + 0.55 * axis.step)
+    light_grid(axes)
+
+
+def _label_above(axes: Axes, axis: Axis) -> None:
+    """Write the gains that the coefficients belong to along the top."""
+    if axis.gains:
+        gains = axes.secondary_xaxis("top")
+        gains.set_xticks(axis.ticks, axis.gains)
+        gains.set_xlabel("gain in the controller", color=GREY)
+        gains.tick_params(colors=GREY, length=2)
+        gains.spines["top"].set_visible(False)
 
 
 def _handle(series: Series) -> Line2D:
@@ -121,46 +156,3 @@ def _handle(series: Series) -> Line2D:
         markerfacecolor=series.colour if series.filled else "white",
         label=series.label,
     )
-
-
-def points_text(content: ReportContent, quantity: Quantity) -> str:
-    """Say what the marks are: means, SE, single runs and how many there are, and what the bars leave out."""
-    found = [(c, summary) for c in content.conditions if (summary := c.summary(quantity)) is not None]
-    counts = [summary.mean.n for _, summary in found if summary.mean.n is not None]
-    sentences = []
-    if any(condition.control for condition, _ in found):
-        sentences.append("The control, compression-extension (CE), stands at 0.")
-    sentences.append("The vertical axis does not start at zero.")
-    if counts:
-        low, high = min(counts), max(counts)
-        runs = count_text(low, "run") if low == high else f"{low} to {count_text(high, 'run')}"
-        sentences.append(f"Circles: means of {runs} a condition; bars: ± 1 standard error; dots: single runs.")
-    if any(summary.mean.shared_se is not None for _, summary in found):
-        sentences.append("The bars leave out the uncertainty that all runs share.")
-    if len(series_of(content)) > 1:
-        sentences.append("Conditions at one coefficient are drawn side by side.")
-    return " ".join(sentences)
-
-
-def range_text(content: ReportContent, quantity: Quantity) -> str:
-    """Say in words between which values the condition means lie, for a reader who cannot see the plot."""
-    stored = "J" if quantity is Quantity.JOULES else "m"
-    unit, factor = shown_unit(stored)
-    sentences = []
-    for series in series_of(content):
-        parts = []
-        for name, control in (("CE", True), ("active damping", False)):
-            means = [
-                summary.mean.value * factor
-                for condition in series.conditions
-                if condition.control is control
-                and (summary := condition.summary(quantity)) is not None
-                and isinstance(summary.mean.value, int | float)
-            ]
-            if means:
-                low, high = min(means), max(means)
-                span = f"{low:.1f}" if low == high else f"{low:.1f} to {high:.1f}"
-                parts.append(f"{name} {span} {unit}")
-        if parts:
-            sentences.append(f"{series.label}: {', '.join(parts)}.")
-    return " ".join(sentences)

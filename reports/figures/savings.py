@@ -17,19 +17,19 @@ _ROW_IN = 0.165
 
 
 def shown_savings(content: ReportContent) -> list[tuple[str, list[Comparison]]]:
-    """Return the comparisons that have savings by group, the headline of each group first."""
+    """Return the comparisons that have savings by group, what the page opens with first."""
     groups: dict[str, list[Comparison]] = {}
     for comparison in content.comparisons:
         if comparison.savings is not None:
             groups.setdefault(levels_name(content, comparison.group), []).append(comparison)
-    return [(name, sorted(found, key=lambda c: not c.headline)) for name, found in groups.items()]
+    return [(name, sorted(found, key=lambda c: not c.opens)) for name, found in groups.items()]
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
     """Draw one row a comparison under the name of its group; zero is no savings."""
     narrow = is_narrow(width_in)
     groups = shown_savings(content)
-    rows = sum(1 + len(found) for _, found in groups)
+    rows = sum(len(found) + (len(found) > 1) for _, found in groups)
     figure = new_figure(width_in, 0.75 + _ROW_IN * max(rows, 2))
     axes = figure.add_subplot()
     axes.axvline(0.0, color=GREY, linewidth=0.8, zorder=1)
@@ -38,11 +38,14 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     ticks: list[tuple[int, str, bool]] = []
     row = 0
     for name, found in groups:
-        ticks.append((row, name or "all runs", True))
-        row += 1
+        several = len(found) > 1
+        if several:
+            ticks.append((row, name or "all runs", True))
+            row += 1
         for comparison in found:
             _draw_row(axes, comparison, row, places, narrow)
-            ticks.append((row, level_of(content, comparison), False))
+            level = level_of(content, comparison)
+            ticks.append((row, level if several else f"{name or 'all runs'}, {level}", False))
             row += 1
     axes.set_yticks([at for at, _, _ in ticks], [text for _, text, _ in ticks])
     for label, (_, _, heading) in zip(axes.get_yticklabels(), ticks, strict=True):
@@ -58,7 +61,7 @@ def _draw_row(axes: Axes, comparison: Comparison, row: int, places: int, narrow:
     savings = comparison.savings
     if savings is None:
         return
-    colour, marker = (VERMILLION, "D") if comparison.headline else (BLUE, "o")
+    colour, marker = (VERMILLION, "D") if comparison.opens else (BLUE, "o")
     draw_estimate(axes, savings, row, colour=colour, marker=marker)
     if narrow or isinstance(savings.value, Undefined):
         return
@@ -91,12 +94,12 @@ def caption(content: ReportContent) -> str:
 
 
 def alternative(content: ReportContent) -> str:
-    """Describe the plot in words: the headline of each group."""
+    """Describe the plot in words: the pooled savings of each group."""
     parts = [
         f"{name}: {value_text(c.savings.value, common_places([c.savings]))} % ({interval_text(c.savings)})"
         for name, found in shown_savings(content)
         for c in found
-        if c.headline and c.savings is not None
+        if c.opens and c.savings is not None
     ]
     return f"Forest plot of savings in percent. {'; '.join(parts)}."
 

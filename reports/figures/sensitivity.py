@@ -15,7 +15,7 @@ from reports.figures.kind import FigureKind
 from reports.figures.style import BLUE, VERMILLION, is_narrow, light_grid, new_figure
 from reports.sentences import count_text
 
-_ROW_IN, _LABELS_IN, _LETTER_IN = 0.15, 1.25, 0.07
+_ROW_IN, _LABELS_IN, _LETTER_IN = 0.135, 1.25, 0.07
 _AS_REPORTED = "as reported"
 
 

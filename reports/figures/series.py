@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 from reports.content import Condition, Factor, ReportContent
 from reports.display import general_text
 from reports.figures.style import SERIES_COLOURS
-from reports.sentences import group_name, swept_factor
+from reports.numbers import Quantity
+from reports.sentences import group_name, swept_factor, title_of
 
 LineStyle: TypeAlias = Literal["-", "--", ":", "-."]
 """How a series' line is broken."""
 
 _LINE_STYLES: tuple[LineStyle, ...] = ("-", "--", ":", "-.")
+_APART = 4.0
 _SMALLEST_MARKER_PT, _LARGEST_MARKER_PT = 4.0, 7.5
 
 
@@ -40,6 +43,11 @@ class Axis:
     continuous: bool
     positions: dict[str, float]
     control_position: float
+
+    @property
+    def step(self) -> float:
+        """Return the smallest distance between two ticks; 1 where there is one tick."""
+        return min((after - before for before, after in itertools.pairwise(self.ticks)), default=1.0)
 
     def position(self, condition: Condition, swept: Factor | None) -> float:
         """Return where the condition stands on this axis."""
@@ -102,6 +110,21 @@ def _series(
     )
 
 
+def series_lie_apart(content: ReportContent, quantity: Quantity) -> bool:
+    """Whether the series lie so much further apart than each spreads that one scale would hide what is in them."""
+    ranges = []
+    for series in series_of(content):
+        summaries = [summary for c in series.conditions if (summary := c.summary(quantity)) is not None]
+        values = [run.value for summary in summaries for run in summary.runs]
+        values += [summary.mean.value for summary in summaries if isinstance(summary.mean.value, int | float)]
+        if values:
+            ranges.append((min(values), max(values)))
+    if len(ranges) < 2:
+        return False
+    whole = max(high for _, high in ranges) - min(low for low, _ in ranges)
+    return whole > _APART * max(high - low for low, high in ranges) > 0.0
+
+
 def axis_of(content: ReportContent) -> Axis:
     """Lay out the swept factor's levels: at their physical values where all have one, else evenly spaced."""
     swept = swept_factor(content)
@@ -120,7 +143,7 @@ def axis_of(content: ReportContent) -> Axis:
     if any(condition.control for condition in content.conditions):
         labels = {0.0: "CE", **labels}
         gains = {0.0: "0", **gains} if gains else {}
-    title = swept.title + (f" {swept.symbol}" if swept.symbol else "")
+    title = title_of(swept) + (f" {swept.symbol}" if swept.symbol else "")
     ticks = tuple(sorted(labels))
     return Axis(
         title=f"{title} ({swept.unit})" if swept.unit and continuous else title,

@@ -174,8 +174,8 @@ def _anovas(content: ReportContent) -> Table:
 
 
 def headlines(content: ReportContent) -> Table:
-    """Make the table that opens the page: the comparisons that the headline claims rest on."""
-    chosen = [c for c in content.comparisons if c.headline and c.quantity is Quantity.JOULES]
+    """Make the table that opens the page: energy under all treated levels together against the control."""
+    chosen = [c for c in content.comparisons if c.opens and c.quantity is Quantity.JOULES]
     caption = f"Energy of a jump with active damping against the control. {_LEGEND}"
     table = _effects(content, chosen, "headlines", caption, "J")
     return replace(table, rows=tuple(replace(row, strong=False) for row in table.rows))

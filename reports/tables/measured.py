@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from reports.content import Day, ReportContent
+from reports.content import Condition, Day, Factor, ReportContent
+from reports.display import DASH, EQUALS, general_text, with_unit
 from reports.flow_steps import jump_steps, run_steps
+from reports.sentences import group_name, swept_factor
 from reports.tables.table import Cell, Column, Row, Table, TableKind, count, provenance_cell, words
 
 
@@ -17,18 +19,43 @@ def _days(content: ReportContent) -> Table:
         Column("checks not made", ("checks_not_made",), numeric=False, prose=True),
         Column("note", ("note",), numeric=False, prose=True, shown=any(day.note for day in content.days)),
     )
-    rows = tuple(Row(_day_cells(day)) for day in content.days)
+    rows = tuple(Row(_day_cells(content, day)) for day in content.days)
     return Table("days", "What was measured and when.", columns, rows)
 
 
-def _day_cells(day: Day) -> tuple[Cell, ...]:
-    lists = (("; ", day.conditions), (", ", day.packs), (", ", day.checks_made), (", ", day.checks_not_made))
+def _day_cells(content: ReportContent, day: Day) -> tuple[Cell, ...]:
+    conditions = "; ".join(day.conditions)
+    lists = (day.packs, day.checks_made, day.checks_not_made)
     return (
         words(day.date),
         Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs))),
-        *(Cell(between.join(names) or "\u2013", (between.join(names),)) for between, names in lists),
+        Cell(_conditions_text(content, day) or conditions or DASH, (conditions,)),
+        *(Cell(", ".join(names).replace("_", " ") or DASH, (", ".join(names),)) for names in lists),
         words(day.note),
     )
+
+
+def _conditions_text(content: ReportContent, day: Day) -> str:
+    """Sum up the conditions of a day's analysed runs: "small foot, k = 1091 N/m: CE, d = 185.7, 351.7 kg/s"."""
+    swept, runs = swept_factor(content), set(day.runs)
+    if swept is None:
+        return ""
+    groups: dict[str, list[Condition]] = {}
+    for condition in content.conditions:
+        summaries = (condition.joules, condition.apex)
+        if any(run.run in runs for summary in summaries if summary is not None for run in summary.runs):
+            groups.setdefault(group_name(content, condition), []).append(condition)
+    return "; ".join(f"{name}: {_levels_text(swept, found)}" for name, found in groups.items())
+
+
+def _levels_text(swept: Factor, conditions: list[Condition]) -> str:
+    names = ["CE"] if any(condition.control for condition in conditions) else []
+    levels = [level for c in conditions if not c.control and (level := c.level(swept.name)) is not None]
+    values = [level.label if level.value is None else general_text(level.value) for level in levels]
+    if values:
+        lead = f"{swept.symbol}{EQUALS}" if swept.symbol else ""
+        names.append(with_unit(f"{lead}{', '.join(values)}", swept.unit))
+    return ", ".join(names)
 
 
 def _flow(content: ReportContent) -> Table:
@@ -50,8 +77,7 @@ def _assumed(content: ReportContent) -> Table:
         Column("varied", ("varied",), numeric=False, prose=True),
     )
     rows = tuple(
-        Row((words(one.name), words(one.value), words(one.why), words(one.varied or "\u2013")))
-        for one in content.assumed
+        Row((words(one.name), words(one.value), words(one.why), words(one.varied or DASH))) for one in content.assumed
     )
     return Table("assumed", "Parameters without a source.", columns, rows)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from data_schema.vocabulary import Undefined
 from reports.content import BudgetItem, DrainFit, ReportContent
 from reports.display import common_places, decimals_for, level_text, places_of, shown_unit
@@ -50,11 +52,12 @@ def _budget_places(item: BudgetItem) -> int:
 
 
 def _drain(content: ReportContent) -> Table:
+    level = "CI" if content.drain is None else level_text(content.drain.at_run)
     columns = (
         Column("quantity", ("quantity",), numeric=False),
         Column("value", ("value",)),
         Column("SE", ("se",)),
-        Column("CI", ("ci_low", "ci_high", "ci_level")),
+        Column(level, ("ci_low", "ci_high", "ci_level")),
         Column("unit", ("unit",), numeric=False),
         PROVENANCE,
     )
@@ -71,7 +74,7 @@ def _drain(content: ReportContent) -> Table:
         Row(
             (
                 words("R²"),
-                value_cell(fit.r_squared, 5),
+                value_cell(fit.r_squared, _r_squared_places(fit)),
                 Cell("", (None,)),
                 Cell("", (None, None, None)),
                 words(""),
@@ -80,6 +83,11 @@ def _drain(content: ReportContent) -> Table:
         )
     )
     return Table("passive_drain", "Passive drain: straight line through the idle runs.", columns, tuple(rows))
+
+
+def _r_squared_places(fit: DrainFit) -> int:
+    """Return the decimals that tell R² from 1."""
+    return 2 if isinstance(fit.r_squared, Undefined) else decimals_for(1.0 - fit.r_squared)
 
 
 def _named_cells(name: str, number: Number) -> tuple[Cell, ...]:
@@ -143,7 +151,7 @@ def _packs(content: ReportContent) -> Table:
         Column("n", ("n_runs",)),
         Column("mean", ("mean",), unit),
         Column(level_text(means[0]) if means else "CI", ("ci_low", "ci_high", "ci_level"), unit),
-        PROVENANCE,
+        replace(PROVENANCE, shown=any(mean.provenance for mean in means)),
     )
     rows = tuple(
         Row(

@@ -87,6 +87,18 @@ r003,455,12:30,16.81,A
 """
 
 
+TWENTY_RULES = frozenset(
+    {
+        *("encoding_declared", "line_ends_mixed", "rate_contradicts", "unit_missing", "unit_not_convertible"),
+        *("duplicate_column", "unknown_column", "text_column", "empty_column", "comment_line", "header_repeated"),
+        *("ragged_row", "not_a_number", "value_missing", "not_finite", "out_of_range", "time_duplicate"),
+        *("time_backwards", "time_spike", "time_missing", "thousands_separator", "quote_unbalanced"),
+        *("decimal_sign_mixed", "nul_bytes", "ctrl_z", "packets_dropped", "recording_paused", "last_line_cut"),
+        "channel_constant",
+    }
+)
+
+
 def twenty_faults() -> tuple[bytes, frozenset[str]]:
     """A log with more than twenty faults of different kinds, and the rules that must find them."""
     rows = [
@@ -124,11 +136,4 @@ def twenty_faults() -> tuple[bytes, frozenset[str]]:
         values[0] = str(int(values[0]) + 5000)
         rows[later] = ",".join(values)
     body = "\n".join(rows[:-1]) + "\n" + rows[-1][:12]
-    rules = frozenset(
-        "encoding_declared line_ends_mixed rate_contradicts unit_missing unit_not_convertible duplicate_column "
-        "unknown_column text_column empty_column comment_line header_repeated ragged_row not_a_number value_missing "
-        "not_finite out_of_range time_duplicate time_backwards time_spike time_missing thousands_separator "
-        "quote_unbalanced decimal_sign_mixed nul_bytes ctrl_z packets_dropped recording_paused last_line_cut "
-        "channel_constant".split()
-    )
-    return header + body.encode("latin-1"), rules
+    return header + body.encode("latin-1"), TWENTY_RULES

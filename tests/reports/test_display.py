@@ -1,3 +1,4 @@
+import dataclasses
 import math
 
 import pytest
@@ -68,6 +69,10 @@ def test_p_values(p, text):
 def test_a_test_in_words():
     test = SignificanceTest("Welch t", -3.4149, (18.23,), 0.0031)
     assert plain(significance_text(test)) == "Welch t(18.2) = −3.41, p = .003"
+    assert plain(significance_text(dataclasses.replace(test, name="Welch"))) == "Welch t(18.2) = −3.41, p = .003"
+    anova = SignificanceTest("one-way ANOVA", 1.317, (4.0, 45.0), 0.277)
+    assert plain(significance_text(anova)) == "one-way ANOVA F(4, 45) = 1.32, p = .277"
+    assert plain(significance_text(anova, name=False)) == "F(4, 45) = 1.32, p = .277"
     assert plain(degrees_text((4.0, 45.0))) == "4, 45"
 
 
@@ -76,7 +81,7 @@ def test_undefined_gives_its_reason_everywhere():
     assert number_text(Number(nothing, "J")) == "undefined: both groups are constant"
     assert plain(p_text(nothing)) == "p undefined: both groups are constant"
     assert interval_text(Number(1.0, "%", ci_low=nothing, ci_high=nothing)) == "undefined: both groups are constant"
-    assert significance_text(SignificanceTest("Welch t", nothing, (nothing,), nothing)) == (
+    assert plain(significance_text(SignificanceTest("Welch t", nothing, (nothing,), nothing))) == (
         "Welch t undefined: both groups are constant"
     )
     assert as_shown(Number(nothing, "m")).value == nothing

@@ -3,16 +3,18 @@ import dataclasses
 import pytest
 
 from data_schema.vocabulary import Undefined
+from reports.content import Factor
 from reports.numbers import Quantity
 from reports.sentences import (
-    condition_name,
     count_text,
     difference_claim,
     formula_text,
+    group_name,
     level_of,
     levels_name,
     list_text,
     savings_claim,
+    title_of,
 )
 
 
@@ -34,13 +36,18 @@ def test_formulas_between_gains_and_physical_values(content):
     assert formulas == ["", "k = 2.56 g + 67.36 N/m", "d = 3.32 g + 19.67 kg/s; gain 0 is CE and stands for 0"]
 
 
-def test_names_of_conditions_and_groups(content):
-    names = [plain(condition_name(content, condition)) for condition in content.conditions]
-    assert names[6] == "small foot, k = 1091 N/m, CE"
-    assert names[7] == "small foot, k = 1091 N/m, d = 185.7 kg/s"
-    assert len(set(names)) == 24
+def test_names_of_groups(content):
+    assert plain(group_name(content, content.conditions[6])) == "small foot, k = 1091 N/m"
+    assert plain(group_name(content, content.conditions[6], gain=True)) == "small foot, k = 1091 N/m (gain 400)"
     assert plain(levels_name(content, {"k_gain": "300"})) == "k = 835.4 N/m"
     assert levels_name(content, {"surface": "sand"}) == "surface sand"
+
+
+def test_a_factor_without_a_title_is_called_by_its_unit():
+    gain = Factor("b_ad_gain", "b ad gain", symbol="d", unit="kg/s", slope=3.32, offset=19.67)
+    assert title_of(gain) == "Damping coefficient"
+    assert title_of(dataclasses.replace(gain, unit="1")) == "b ad gain"
+    assert title_of(dataclasses.replace(gain, title="Active damping")) == "Active damping"
 
 
 def test_a_level_carries_its_gain(content):

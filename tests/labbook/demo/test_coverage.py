@@ -16,9 +16,10 @@ from data_schema.vocabulary import RunKind, Undefined
 from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
-from stats.energy import energy_budget, joules_per_jump, joules_per_mah
+from stats.energy import joules_per_jump, joules_per_mah
 from stats.passive_drain import PassiveDrain, fit_passive_drain
 from stats.savings import percent_savings
+from stats.shared_error import describe_shared
 from stats.summary import describe
 
 SEEDS = range(200)
@@ -62,20 +63,9 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
 
     covered |= {"joules a jump": [], "apex height": [], "saving": [], "pooled saving": []}
     for condition in truth.conditions:
-        budget = energy_budget(
-            joules[condition],
-            counts[condition],
-            reference_voltage_v=truth.reference_voltage_v,
-            drain_se_mah=at_run.se,
-            resolution_mah=1,
-        )
-        assert isinstance(budget.se_j, float)
-        assert isinstance(budget.shared_se_j, float)
-        assert isinstance(budget.total_mean_j, float)
-        # Welch and Satterthwaite: scatter between runs and the drain fit have degrees of freedom of their own.
-        df = budget.total_mean_j**4 / (budget.se_j**4 / (budget.n - 1) + budget.shared_se_j**4 / drain.df)
-        half = reference.t.ppf(0.5 + LEVEL / 2, df) * budget.total_mean_j
-        covered["joules a jump"].append(abs(budget.mean_j - truth.joules_per_jump(condition)) <= half)
+        shared_se = at_run.se * joules_per_mah(truth.reference_voltage_v, float(np.mean(counts[condition])))
+        mean = describe_shared(joules[condition], shared_se=shared_se, shared_df=drain.df, level=LEVEL)
+        covered["joules a jump"].append(covers(mean.ci_low, mean.ci_high, truth.joules_per_jump(condition)))
         apex = describe(apexes[condition], LEVEL)
         covered["apex height"].append(covers(apex.ci_low, apex.ci_high, truth.apex_height_m(condition)))
 

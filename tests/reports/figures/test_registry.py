@@ -113,3 +113,25 @@ def test_a_study_without_a_swept_factor_or_with_three_factors_is_drawn(content):
     for factors in (plain, plain[:1], (*plain[:2], dataclasses.replace(plain[2], swept=True))):
         changed = dataclasses.replace(content, factors=factors)
         ElementTree.fromstring(svg_bytes(draw_figure(FIGURES["joules_by_damping"], changed, TWO_COLUMNS_IN)))
+
+
+def raised(condition, by_m):
+    runs = tuple(dataclasses.replace(run, value=run.value + by_m) for run in condition.apex.runs)
+    mean = dataclasses.replace(condition.apex.mean, value=condition.apex.mean.value + by_m)
+    return dataclasses.replace(condition, apex=dataclasses.replace(condition.apex, mean=mean, runs=runs))
+
+
+def test_series_far_apart_get_a_panel_each_at_one_scale(content):
+    kind = FIGURES["apex_heights"]
+    assert len(draw_figure(kind, content, TWO_COLUMNS_IN).axes) == 1
+    assert "side by side" in kind.caption(content)
+    conditions = tuple(
+        raised(condition, 0.2) if condition.levels[0].label == "large" else condition
+        for condition in content.conditions
+    )
+    changed = dataclasses.replace(content, conditions=conditions)
+    panels = draw_figure(kind, changed, TWO_COLUMNS_IN).axes
+    spans = [high - low for low, high in (panel.get_ylim() for panel in panels)]
+    assert len(panels) == 4
+    assert spans == pytest.approx([spans[0]] * 4)
+    assert "Each group has its panel" in kind.caption(changed)

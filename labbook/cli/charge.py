@@ -1,0 +1,41 @@
+"""`labbook charge`: what the charger's display said, typed in."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption, JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("charge")(charge)
+
+
+def charge(
+    run: Annotated[str, typer.Argument(help="The run after which the pack was charged.")],
+    charge_mah: Annotated[float, typer.Argument(metavar="MAH", help="What the charger put back, in mAh.")],
+    minutes: Annotated[float | None, typer.Option("--minutes", help="How long charging took.")] = None,
+    end_voltage: Annotated[
+        float | None, typer.Option("--end-voltage", help="The pack's voltage at the end, V.")
+    ] = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Type in one charge, where nobody keeps a sheet.
+
+    Example: labbook charge r017 128 --minutes 14 --end-voltage 15.4
+    """
+    from labbook.book import opened
+    from labbook.typed_charge import state_charge
+
+    with opened(book) as opened_book, opened_book.desk(person) as desk:
+        uid = state_charge(desk, opened_book.configuration, run, charge_mah, minutes, end_voltage)
+    emit(
+        {"run": run, "charge": uid, "charge_mah": charge_mah},
+        [f"run {run}: {charge_mah:g} mAh (charge:{uid})."],
+        as_json,
+    )

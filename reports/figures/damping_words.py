@@ -1,0 +1,60 @@
+"""What is said about a plot against the active-damping coefficient: its marks, its ranges, why it is missing."""
+
+from __future__ import annotations
+
+from reports.content import ReportContent
+from reports.display import shown_unit
+from reports.figures.series import series_lie_apart, series_of
+from reports.numbers import Quantity
+from reports.sentences import count_text
+
+
+def has_quantity(content: ReportContent, quantity: Quantity) -> bool:
+    """Whether any condition has a mean of the quantity."""
+    summaries = (condition.summary(quantity) for condition in content.conditions)
+    return any(summary is not None and isinstance(summary.mean.value, int | float) for summary in summaries)
+
+
+def points_text(content: ReportContent, quantity: Quantity) -> str:
+    """Say what the marks are: means, SE, single runs and how many there are, and what the bars leave out."""
+    found = [(c, summary) for c in content.conditions if (summary := c.summary(quantity)) is not None]
+    counts = [summary.mean.n for _, summary in found if summary.mean.n is not None]
+    sentences = []
+    if any(condition.control for condition, _ in found):
+        sentences.append("The control, compression-extension (CE), stands at 0.")
+    sentences.append("The vertical axis does not start at zero.")
+    if counts:
+        low, high = min(counts), max(counts)
+        runs = count_text(low, "run") if low == high else f"{low} to {count_text(high, 'run')}"
+        sentences.append(f"Circles: means of {runs} a condition; bars: ± 1 standard error; dots: single runs.")
+    if any(summary.mean.shared_se is not None for _, summary in found):
+        sentences.append("The bars leave out the uncertainty that all runs share.")
+    if series_lie_apart(content, quantity):
+        sentences.append("Each group has its panel; all panels have one scale.")
+    elif len(series_of(content)) > 1:
+        sentences.append("Conditions at one coefficient are drawn side by side.")
+    return " ".join(sentences)
+
+
+def range_text(content: ReportContent, quantity: Quantity) -> str:
+    """Say in words between which values the condition means lie, for a reader who cannot see the plot."""
+    stored = "J" if quantity is Quantity.JOULES else "m"
+    unit, factor = shown_unit(stored)
+    sentences = []
+    for series in series_of(content):
+        parts = []
+        for name, control in (("CE", True), ("active damping", False)):
+            means = [
+                summary.mean.value * factor
+                for condition in series.conditions
+                if condition.control is control
+                and (summary := condition.summary(quantity)) is not None
+                and isinstance(summary.mean.value, int | float)
+            ]
+            if means:
+                low, high = min(means), max(means)
+                span = f"{low:.1f}" if low == high else f"{low:.1f} to {high:.1f}"
+                parts.append(f"{name} {span} {unit}")
+        if parts:
+            sentences.append(f"{series.label}: {', '.join(parts)}.")
+    return " ".join(sentences)

@@ -1,0 +1,92 @@
+"""Databases for tests: each engine that labbook stores to, empty or with the tables that the migrations make."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from data_schema.engine import postgres_engine, sqlite_engine
+from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate
+from tests.helpers.postgres import Cluster, NoServer, running_cluster
+
+
+@pytest.fixture(scope="session")
+def cluster() -> Iterator[Cluster]:
+    """A PostgreSQL server of this process' own; tests that need one are skipped where none can run."""
+    try:
+        with running_cluster() as running:
+            yield running
+    except NoServer as reason:
+        pytest.skip(str(reason))
+
+
+@pytest.fixture
+def postgres_url(cluster: Cluster) -> Iterator[str]:
+    """The address of an empty PostgreSQL database."""
+    name = cluster.fresh()
+    yield cluster.url(name)
+    cluster.drop(name)
+
+
+@pytest.fixture(scope="session")
+def migrated_template(cluster: Cluster) -> str:
+    """A PostgreSQL database with all tables, to be copied."""
+    name = cluster.fresh()
+    engine = postgres_engine(cluster.url(name))
+    migrate(engine)
+    engine.dispose()
+    return name
+
+
+@pytest.fixture(scope="session")
+def migrated_sqlite(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A SQLite file with all tables, to be copied."""
+    path = tmp_path_factory.mktemp("migrated") / "labbook.db"
+    make_empty_sqlite(path)
+    engine = sqlite_engine(path)
+    migrate(engine)
+    engine.dispose()
+    return path
+
+
+@pytest.fixture(params=ENGINES)
+def engine(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[sa.Engine]:
+    """An engine on a fresh database with all tables, once for SQLite and once for PostgreSQL."""
+    if request.param == "sqlite":
+        path = tmp_path / "labbook.db"
+        path.write_bytes(request.getfixturevalue("migrated_sqlite").read_bytes())
+        fresh = sqlite_engine(path)
+        yield fresh
+        fresh.dispose()
+        return
+    cluster: Cluster = request.getfixturevalue("cluster")
+    name = cluster.fresh(request.getfixturevalue("migrated_template"))
+    fresh = postgres_engine(cluster.url(name))
+    yield fresh
+    fresh.dispose()
+    cluster.drop(name)
+
+
+@pytest.fixture(params=ENGINES)
+def empty_engine(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[sa.Engine]:
+    """An engine on a database without any table, once for SQLite and once for PostgreSQL."""
+    if request.param == "sqlite":
+        path = tmp_path / "labbook.db"
+        make_empty_sqlite(path)
+        fresh = sqlite_engine(path)
+    else:
+        fresh = postgres_engine(request.getfixturevalue("postgres_url"))
+    yield fresh
+    fresh.dispose()
+
+
+@pytest.fixture(params=ENGINES)
+def database_url(request: pytest.FixtureRequest) -> str | None:
+    """What `[database] url` says: nothing for SQLite, then the address of an empty PostgreSQL database."""
+    if request.param == "sqlite":
+        return None
+    url: str = request.getfixturevalue("postgres_url")
+    return url

@@ -1,0 +1,259 @@
+"""A small but whole book for tests, made by the demonstration's own writers.
+
+Two days, two feet, one extension gain, the control and one active-damping gain: twelve jump runs of three jumps, four
+idle runs, a charger sheet a day. The finished book is made once a process and copied, so that asking for it is quick.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import datetime as dt
+import functools
+import shutil
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from data_schema.vocabulary import CheckKind, RunKind
+from labbook.book import Book, opened
+from labbook.day_checks import state_check
+from labbook.demo.book_toml import FACTORS, ROBOT, book_toml
+from labbook.demo.logger import DECIMALS, run_log
+from labbook.demo.records import DemoRun
+from labbook.demo.truth import CHAPTER_5, Condition
+from labbook.demo.writers.charger_sheet import SheetRow, charger_sheet
+from labbook.demo.writers.run_sheet import RunRow, run_sheet
+from labbook.demo.writers.string_pot_log import string_pot_log
+from labbook.ingesting import IngestRequest, files_of, ingest_file
+from labbook.making import make_book
+from labbook.runs_importing import import_runs
+
+ADA = "Ada Nwosu"
+BEN = "Ben Ode"
+SEED = 3
+JUMPS = 3
+TRUTH = replace(
+    CHAPTER_5,
+    # Ten times the energy of a jump, so that three of them stand out from a charger's whole mAh.
+    groups=tuple(
+        replace(group, control_joules_per_jump=10 * group.control_joules_per_jump) for group in CHAPTER_5.groups[::2]
+    ),
+    ad_gains=(100,),
+)
+DAYS = (dt.date(2021, 6, 14), dt.date(2021, 6, 16))
+
+_SMALL, _LARGE = "small", "large"
+_ORDER = ((_SMALL, 0), (_SMALL, 100), (_LARGE, 0), (_SMALL, 100), (_LARGE, 100), (_SMALL, 0))
+"""The jump runs of a day as (foot, active-damping gain); two idle runs follow."""
+_IDLE_MINUTES = ((20, 40), (30, 60))
+
+
+@dataclass(frozen=True, slots=True)
+class SmallBook:
+    """Where a small book and the files of its instruments lie.
+
+    `instruments` holds `runs.csv`, `logs/rNNN.csv` and `charger/DATE.csv`; r001 to r006 are the jump runs of the first
+    day, r007 and r008 its idle runs, r009 to r016 the same on the second day.
+    """
+
+    folder: Path
+    instruments: Path
+
+    def open(self) -> contextlib.AbstractContextManager[Book]:
+        """Open the book."""
+        return opened(self.folder)
+
+    @property
+    def toml(self) -> Path:
+        """The book's configuration."""
+        return self.folder / "labbook.toml"
+
+    @property
+    def journal(self) -> Path:
+        """The mirror of the journal."""
+        return self.folder / "journal.jsonl"
+
+    @property
+    def database(self) -> Path:
+        """The SQLite file; absent in a book on PostgreSQL."""
+        return self.folder / "labbook.db"
+
+    def log(self, run: str) -> Path:
+        """The log of a jump run."""
+        return self.instruments / "logs" / f"{run}.csv"
+
+
+def small_book(
+    folder: Path,
+    *,
+    runs: bool = True,
+    ingested: bool = True,
+    two_people: bool = False,
+    database_url: str | None = None,
+) -> SmallBook:
+    """Make `folder/book` and `folder/instruments`.
+
+    `runs`: the run sheet is imported and each day's rail checked; `ingested`: so are all logs and charger sheets;
+    `two_people`: Ben Ode (BO) may speak beside Ada Nwosu (AN); `database_url`: on PostgreSQL.
+    """
+    if database_url is not None:
+        return _make(folder, runs, ingested, two_people, database_url)
+    shutil.copytree(_finished(runs, ingested, two_people), folder, dirs_exist_ok=True)
+    return SmallBook(folder / "book", folder / "instruments")
+
+
+@functools.cache
+def instrument_files() -> Mapping[str, bytes]:
+    """What the instruments wrote, by path below `instruments`; the same bytes in every process."""
+    made = small_runs()
+    files = {"runs.csv": run_sheet(FACTORS, [_sheet_row(run) for run in made])}
+    for date in DAYS:
+        rows = [_charge(run) for run in made if run.date == date]
+        files[f"charger/{date:%Y-%m-%d}.csv"] = charger_sheet(rows)
+    for run in made:
+        if run.kind is RunKind.JUMPS:
+            log = run_log(SEED, TRUTH, run)
+            files[f"logs/{run.name}.csv"] = string_pot_log(log.time_ms, log.channels, DECIMALS)
+    return files
+
+
+@functools.cache
+def small_runs() -> tuple[DemoRun, ...]:
+    """The runs as they truly were: apexes about their truth, charges from joules and the passive drain."""
+    rng = np.random.default_rng(SEED)
+    made: list[DemoRun] = []
+    for day, date in enumerate(DAYS):
+        clock = dt.datetime.combine(date, dt.time(9, 30))
+        slots = [(RunKind.JUMPS, Condition(foot, 400, gain), 12) for foot, gain in _ORDER]
+        idle = [(RunKind.IDLE, None, minutes) for minutes in _IDLE_MINUTES[day]]
+        for position, (kind, condition, minutes) in enumerate([*slots, *idle], start=1):
+            made.append(_run(rng, len(made) + 1, clock, position, kind, condition, minutes))
+            clock += dt.timedelta(minutes=minutes + 12)
+    return tuple(made)
+
+
+def small_toml(*, two_people: bool = False, database_url: str | None = None) -> str:
+    """The `labbook.toml` of the small book."""
+    text = book_toml(TRUTH).decode()
+    if two_people:
+        text = text.replace('"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Ben Ode" = "BO"')
+    if database_url is not None:
+        text += f'\n[database]\nurl = "{database_url}"\n'
+    return text
+
+
+def write_instruments(folder: Path) -> Path:
+    """Write the instruments' files below `folder/instruments`; returns that folder."""
+    for name, content in instrument_files().items():
+        path = folder / "instruments" / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+    return folder / "instruments"
+
+
+def import_sheet(book: Book, sheet: Path, person: str = ADA) -> None:
+    """Import a run sheet and record that each of its days' rails were checked."""
+    with book.desk(person) as desk:
+        import_runs(book, desk, sheet.read_text(encoding="utf-8"), sheet.name)
+        for date in DAYS:
+            state_check(desk, book.configuration, CheckKind.RAIL_ANGLE, 0.4, "deg", passed=True, day=date.isoformat())
+
+
+def ingest_all(book: Book, instruments: Path, person: str = ADA) -> None:
+    """Ingest everything that the instruments wrote."""
+    for path in files_of([instruments / "charger", instruments / "logs"], book.folder):
+        ingest_file(book, path, IngestRequest(person=person))
+
+
+@contextlib.contextmanager
+def opened_small_book(folder: Path) -> Iterator[tuple[SmallBook, Book]]:
+    """Make a small book and open it."""
+    made = small_book(folder)
+    with made.open() as book:
+        yield made, book
+
+
+_HOLD: list[tempfile.TemporaryDirectory[str]] = []
+"""Keeps the finished books until the process ends."""
+
+
+@functools.cache
+def _finished(runs: bool, ingested: bool, two_people: bool) -> Path:
+    _HOLD.append(tempfile.TemporaryDirectory(prefix="small-book-"))
+    folder = Path(_HOLD[-1].name)
+    _make(folder, runs, ingested, two_people, None)
+    return folder
+
+
+def _make(folder: Path, runs: bool, ingested: bool, two_people: bool, database_url: str | None) -> SmallBook:
+    instruments = write_instruments(folder)
+    made = SmallBook(folder / "book", instruments)
+    made.folder.mkdir()
+    made.toml.write_text(small_toml(two_people=two_people, database_url=database_url), encoding="utf-8")
+    make_book(made.folder, ADA)
+    with made.open() as book:
+        if runs:
+            import_sheet(book, instruments / "runs.csv")
+        if ingested:
+            ingest_all(book, instruments)
+    return made
+
+
+def _run(
+    rng: np.random.Generator,
+    number: int,
+    started: dt.datetime,
+    position: int,
+    kind: RunKind,
+    condition: Condition | None,
+    minutes: int,
+) -> DemoRun:
+    jumps = JUMPS if condition else 0
+    charge_mah = TRUTH.passive_charge_mah(60 * minutes) + rng.normal(0, 1.5)
+    apexes_m = np.zeros(jumps)
+    if condition:
+        charge_mah += jumps * TRUTH.jump_charge_mah(TRUTH.joules_per_jump(condition))
+        apexes_m = TRUTH.apex_height_m(condition) + rng.normal(0, 0.003, jumps)
+    return DemoRun(
+        name=f"r{number:03d}",
+        date=started.date(),
+        position=position,
+        kind=kind,
+        condition=condition,
+        battery="ABC"[(position - 1) % 3],
+        started=started,
+        duration_s=60 * minutes,
+        jumps_made=jumps,
+        starts=1,
+        note="rail within 1 degree" if position == 1 else "",
+        charge_mah=round(charge_mah),
+        recharge_minutes=10,
+        recharge_ended=started + dt.timedelta(minutes=minutes + 11),
+        end_voltage_v=16.8,
+        apex_heights_m=apexes_m,
+        misfired=np.zeros(jumps, dtype=np.bool_),
+    )
+
+
+def _sheet_row(run: DemoRun) -> RunRow:
+    levels = {} if run.condition is None else asdict(run.condition)
+    return RunRow(
+        run.name,
+        run.started,
+        run.position,
+        run.kind,
+        levels,
+        run.battery,
+        ROBOT,
+        run.duration_s,
+        run.jumps_made,
+        run.starts,
+        run.note,
+    )
+
+
+def _charge(run: DemoRun) -> SheetRow:
+    return SheetRow(run.name, run.charge_mah, run.recharge_minutes, run.end_voltage_v, run.battery, run.recharge_ended)

@@ -1,0 +1,67 @@
+"""Databases below the level of a book: making them, and reading all that they hold."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Mapping
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema import migrations
+from data_schema.tables import METADATA
+
+ENGINES = ("sqlite", "postgresql")
+
+Rows = list[tuple[Any, ...]]
+
+
+def make_empty_sqlite(path: Path) -> None:
+    """Make a SQLite file without tables."""
+    with closing(sqlite3.connect(path)) as fresh:
+        fresh.execute("PRAGMA journal_mode = wal")
+
+
+def migrate(engine: sa.Engine) -> None:
+    """Run all migrations."""
+    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
+        migrations.upgrade(connection)
+
+
+def all_rows(engine: sa.Engine) -> dict[str, Rows]:
+    """Every row of every table, private keys included, in the order of their keys."""
+    found = {}
+    with engine.connect() as connection:
+        for table in METADATA.sorted_tables:
+            found[table.name] = [tuple(row) for row in connection.execute(_in_order(table))]
+    return found
+
+
+def all_rows_by_name(engine: sa.Engine) -> dict[str, set[tuple[Any, ...]]]:
+    """Every row of every table without private keys: references are the uids of what they refer to."""
+    found = {}
+    with engine.connect() as connection:
+        names = {table.name: _names(connection, table) for table in METADATA.sorted_tables if "uid" in table.c}
+        for table in METADATA.sorted_tables:
+            rows = connection.execute(_in_order(table)).mappings()
+            found[table.name] = {
+                tuple(_outside(column, row[column.name], names) for column in table.c if column.name != "id")
+                for row in rows
+            }
+    return found
+
+
+def _in_order(table: sa.Table) -> sa.Select[Any]:
+    return sa.select(table).order_by(*table.primary_key.columns)
+
+
+def _names(connection: sa.Connection, table: sa.Table) -> Mapping[int, str]:
+    return dict(connection.execute(sa.select(table.c.id, table.c.uid)).tuples().all())
+
+
+def _outside(column: sa.Column[Any], value: Any, names: Mapping[str, Mapping[int, str]]) -> Any:
+    for foreign in column.foreign_keys:
+        return None if value is None else names[foreign.column.table.name][value]
+    return value

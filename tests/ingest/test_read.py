@@ -1,0 +1,170 @@
+"""One file in, one frozen result out: all faults at once, never a foreign exception."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from data_schema.errors import LabbookError, UsageError
+from data_schema.vocabulary import Severity
+from ingest.formats import FORMATS
+from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
+from ingest.read import read_file
+from tests.ingest.synthetic import (
+    LOG_HEADER,
+    SHEET,
+    bertec_acquire,
+    icharger_rows,
+    robot_log,
+    robot_rows,
+    text,
+    twenty_faults,
+)
+
+
+def test_twenty_faults_of_different_kinds_are_all_found_in_one_reading() -> None:
+    data, rules = twenty_faults()
+    result = read_file(data, Declarations())
+    assert len(rules) >= 20
+    assert rules <= {finding.rule for finding in result.findings}
+    assert result.refused
+
+
+def test_findings_name_line_column_and_value() -> None:
+    data, _ = twenty_faults()
+    by_rule = {finding.rule: finding for finding in read_file(data, Declarations()).findings}
+    lines = data.replace(b"\r\n", b"\n").split(b"\n")
+    bad_cell = by_rule["not_a_number"]
+    assert bad_cell.line is not None
+    assert b"ERROR" in lines[bad_cell.line - 1]
+    assert (bad_cell.column, bad_cell.value, bad_cell.severity) == ("height [m]", "ERROR", Severity.ROW)
+    assert by_rule["ragged_row"].line is not None
+    assert lines[by_rule["ragged_row"].line - 1] == b"1,2,3"
+    assert by_rule["last_line_cut"].line == len(lines)
+
+
+def test_findings_come_gravest_first() -> None:
+    data, _ = twenty_faults()
+    grades = [finding.severity for finding in read_file(data, Declarations()).findings]
+    assert grades == sorted(grades, key=[Severity.FILE, Severity.ROW, Severity.NOTE].index)
+
+
+def test_a_clean_log_has_no_findings() -> None:
+    result = read_file(robot_log(), Declarations())
+    assert result.findings == ()
+    assert (result.rows_read, result.rows_kept, result.rows_rejected) == (600, 600, 0)
+    assert (result.format, result.role) == ("delimited_log", "log")
+
+
+@pytest.mark.parametrize(("bad", "refused"), [(6, False), (7, True)])
+def test_more_than_one_percent_rejected_refuses(bad: int, refused: bool) -> None:
+    rows = robot_rows(600)
+    for row in range(0, 10 * bad, 10):
+        rows[row] = rows[row].replace(",400", ",ERROR")
+    result = read_file(text(LOG_HEADER, rows), Declarations())
+    assert result.rows_rejected == bad
+    assert result.refused is refused
+    assert ("too_many_rejected" in {finding.rule for finding in result.findings}) is refused
+
+
+def test_the_same_bytes_give_the_same_result() -> None:
+    data, _ = twenty_faults()
+    first, second = read_file(data, Declarations()), read_file(data, Declarations())
+    assert first.findings == second.findings
+    for one, other in zip(first.parts, second.parts, strict=True):
+        assert one.gaps == other.gaps
+        assert np.array_equal(one.time_s, other.time_s)
+
+
+def test_results_are_frozen() -> None:
+    result = read_file(robot_log(60), Declarations())
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        result.rows_read = 3  # type: ignore[misc]  # that it cannot be assigned is what is tested
+
+
+def test_an_unknown_encoding_is_a_usage_error() -> None:
+    with pytest.raises(UsageError, match="cp1252"):
+        read_file(robot_log(60), Declarations(encoding="cp99999"))
+
+
+def test_format_names_are_distinct() -> None:
+    names = [known.name for known in FORMATS]
+    assert len(names) == len(set(names))
+
+
+def check_invariants(result: ReadFile) -> None:
+    assert result.rows_read == result.rows_kept + result.rows_rejected
+    assert min(result.rows_kept, result.rows_rejected) >= 0
+    if not result.refused:
+        assert result.rows_kept > 0
+        assert result.parts or result.charges
+    names = [part.part for part in result.parts]
+    assert len(names) == len(set(names))
+    for part in result.parts:
+        assert (np.diff(part.time_s) > 0).all()
+        assert len({channel.name for channel in part.channels}) == len(part.channels)
+        for channel in part.channels:
+            assert channel.values.shape == part.time_s.shape
+            assert channel.values.dtype == np.float64
+            assert not np.isinf(channel.values).any()
+        for gap in part.gaps:
+            assert gap.length_s > 0
+            assert gap.samples_expected >= gap.samples_missing >= 1
+    assert all(charge.charge_mah >= 0 for charge in result.charges)
+    for finding in result.findings:
+        assert finding.count >= 1 + len(finding.more_lines)
+        assert len(finding.more_lines) <= 20
+
+
+DECLARED = st.sampled_from(
+    [
+        Declarations(),
+        Declarations(rate_hz=300.0, time_unit="ms", time_zone="America/New_York"),
+        Declarations(columns={"1": ColumnDeclaration("force_z", "N")}, decimal_sign=","),
+        Declarations(profiles=(Profile("log", ("height [m]",), time_column="time [ms]", time_unit="us"),)),
+    ]
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.binary(max_size=3000), DECLARED)
+def test_any_bytes_give_a_result_or_a_labbook_error(data: bytes, declared: Declarations) -> None:
+    with contextlib.suppress(LabbookError):
+        check_invariants(read_file(data, declared))
+
+
+SEEDS = [
+    robot_log(40),
+    bertec_acquire(40),
+    SHEET.encode(),
+    ("\n".join(icharger_rows(30)) + "\n").encode(),
+    b"\xff\xfe" + robot_log(20).decode().encode("utf-16-le"),
+]
+TOKENS = st.sampled_from(
+    [
+        *(b"\0", b'"', b",", b";", b"\n", b"\r", b"#", b"\x1a", b"\xb5", b".", b"-", b" ", b"\t"),
+        *(b"nan", b"inf", b"1e999", b"9" * 20, b"1" * 17, b"12:30:00", b"2021-06-05 14:30:00", b"[m]", b"time", b"$1;"),
+    ]
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.sampled_from(SEEDS),
+    st.lists(st.tuples(st.floats(0, 1), st.integers(0, 60), TOKENS), max_size=8),
+    DECLARED,
+)
+def test_damaged_files_give_a_result_or_a_labbook_error(
+    seed: bytes, edits: list[tuple[float, int, bytes]], declared: Declarations
+) -> None:
+    data = seed
+    for place, removed, token in edits:
+        at = int(place * len(data))
+        data = data[:at] + token + data[at + removed :]
+    with contextlib.suppress(LabbookError):
+        check_invariants(read_file(data, declared))

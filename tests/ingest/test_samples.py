@@ -1,0 +1,108 @@
+"""The real sample files beside the project, as a fresh book without declarations reads them."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
+from ingest.read import read_file
+
+PROJECT = Path(__file__).parents[2]
+SAMPLES = PROJECT.parent / "shared" / "samples"
+EXPECTED = list(csv.DictReader((PROJECT / "tests" / "sample_expectations.csv").read_text().splitlines()))
+
+pytestmark = pytest.mark.skipif(
+    not SAMPLES.is_dir(), reason="the sample files lie beside the project: ../shared/samples"
+)
+
+
+def read(name: str, declared: Declarations | None = None) -> ReadFile:
+    return read_file((SAMPLES / name).read_bytes(), declared or Declarations())
+
+
+def test_every_sample_file_is_listed() -> None:
+    present = {str(path.relative_to(SAMPLES)) for path in SAMPLES.rglob("*") if path.is_file()}
+    assert {row["file"] for row in EXPECTED} == present
+
+
+@pytest.mark.parametrize("row", EXPECTED, ids=lambda row: row["file"])
+def test_sample_file_is_read_as_listed(row: dict[str, str]) -> None:
+    result = read(row["file"])
+    assert ("refused" if result.refused else "imported") == row["status"]
+    assert result.format == row["format"]
+    assert result.rows_kept == int(row["rows_kept"])
+    if row["rule"]:
+        assert row["rule"] in {finding.rule for finding in result.findings}
+    if row["status"] == "refused":
+        assert all(len(finding.message) > 40 for finding in result.findings if finding.severity == "file")
+
+
+@pytest.mark.parametrize(
+    ("name", "channel", "mah", "seconds", "volts"),
+    [("LiPo[Storage_952_CH1].txt", 1, 464.0, 446.0, 23.268), ("LiPo[Storage_953_CH2].txt", 2, 582.0, 628.0, 23.314)],
+)
+def test_charger_log_gives_signals_and_one_recharge(
+    name: str, channel: int, mah: float, seconds: float, volts: float
+) -> None:
+    result = read(f"charger/{name}")
+    (part,) = result.parts
+    assert part.part == f"channel_{channel}"
+    assert part.rate_hz == pytest.approx(1.0)
+    values = {data.name: data.values for data in part.channels}
+    assert values["temperature_internal"][0] == pytest.approx(38.0)
+    assert sum(name.startswith("cell_") for name in values) == 6
+    (charge,) = result.charges
+    assert charge.charge_mah == mah
+    assert charge.duration_s == seconds
+    assert charge.end_voltage_v == pytest.approx(volts)
+    assert charge.mode == "charge"
+
+
+def test_raw_amplifier_volts_never_become_newtons() -> None:
+    (part,) = read("force/kistler_fp_data.txt").parts
+    assert part.rate_hz == pytest.approx(100.0)
+    assert {channel.unit for channel in part.channels} == {None}
+    assert not any(channel.name.startswith("force") for channel in part.channels)
+
+
+LOGGER = Profile(
+    "serial_logger",
+    ("time", "leftMode", "rightMode"),
+    time_column="time",
+    time_unit="ms",
+    columns={
+        "voltage": ColumnDeclaration("battery_voltage", "mV"),
+        "leftEncoder": ColumnDeclaration("left_encoder", "1"),
+    },
+)
+
+
+@pytest.mark.parametrize(("name", "rows"), [("encoders6.csv", 972), ("batteryVoltage5.csv", 800)])
+def test_robot_log_is_imported_with_a_declared_profile(name: str, rows: int) -> None:
+    result = read(f"robot/{name}", Declarations(profiles=(LOGGER,)))
+    assert not result.refused
+    assert result.rows_kept == rows
+    (part,) = result.parts
+    assert part.rate_hz == pytest.approx(200.0, rel=0.01)
+    assert part.start_original in ("39625 ms", "53370 ms")
+
+
+def test_declared_unit_converts_the_battery_voltage() -> None:
+    (part,) = read("robot/batteryVoltage5.csv", Declarations(profiles=(LOGGER,))).parts
+    voltage = next(channel for channel in part.channels if channel.name == "battery_voltage")
+    assert (voltage.unit, voltage.source_unit, voltage.source_name) == ("V", "mV", "voltage")
+    assert voltage.values[0] == pytest.approx(7.879)
+
+
+def test_bare_column_is_imported_once_its_name_and_rate_are_said() -> None:
+    declared = Declarations(rate_hz=600.0, columns={"1": ColumnDeclaration("force_z", "N")})
+    result = read("force/GRFZjump.txt", declared)
+    assert not result.refused
+    (part,) = result.parts
+    assert part.rate_hz == 600.0
+    assert part.channels[0].values[:2] == pytest.approx([633.21, 628.46])
+    assert np.allclose(np.diff(part.time_s), 1 / 600)
