@@ -45,7 +45,7 @@ def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.E
     return engine
 
 
-def postgres_engine(url: str) -> sa.Engine:
+def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.Engine:
     """Open an engine on a PostgreSQL database given by its SQLAlchemy URL."""
     try:
         engine = sa.create_engine(url, connect_args={"connect_timeout": int(BUSY_TIMEOUT_S)})
@@ -59,6 +59,13 @@ def postgres_engine(url: str) -> sa.Engine:
             f"[database] url {url!r} is not PostgreSQL: give postgresql+psycopg://USER@HOST/NAME, or leave "
             "the table out to use labbook.db in the book."
         )
+
+    def wait_no_longer(connection: Any, _record: Any) -> None:
+        with connection.cursor() as cursor:
+            cursor.execute(f"SET lock_timeout = '{round(busy_timeout_s * 1000)}ms'")
+        connection.commit()
+
+    event.listen(engine, "connect", wait_no_longer)
     return engine
 
 
@@ -71,7 +78,6 @@ def writing(engine: sa.Engine) -> Iterator[sa.Connection]:
         connection.begin(),
     ):
         if engine.dialect.name == "postgresql":
-            connection.execute(sa.text(f"SET LOCAL lock_timeout = '{int(BUSY_TIMEOUT_S * 1000)}ms'"))
             connection.execute(sa.text("LOCK TABLE journal IN SHARE ROW EXCLUSIVE MODE"))
         yield connection
 
@@ -79,8 +85,11 @@ def writing(engine: sa.Engine) -> Iterator[sa.Connection]:
 @contextlib.contextmanager
 def reading(engine: sa.Engine) -> Iterator[sa.Connection]:
     """Run one reading transaction: all queries in it see the same state of the book."""
-    with translated(), engine.connect() as connection, connection.begin():
-        yield connection
+    with translated(), engine.connect() as connection:
+        if engine.dialect.name == "postgresql":  # its default shows each query what was committed meanwhile
+            connection.execution_options(isolation_level="REPEATABLE READ")
+        with connection.begin():
+            yield connection
 
 
 @contextlib.contextmanager
@@ -92,8 +101,8 @@ def translated() -> Iterator[None]:
         text = str(error.orig).lower()
         if "locked" in text or "busy" in text or "lock timeout" in text:
             raise BookBusy(
-                f"another program has been writing to the book for {BUSY_TIMEOUT_S:.0f} s: wait until it has "
-                "finished, or close it, and try again."
+                "another program is writing to the book and did not finish in time: wait until it has finished, or "
+                "close it, and try again."
             ) from error
         if "disk is full" in text or "disk i/o" in text:
             raise BookDamaged(f"the disk refused to write ({error.orig}): free space on it and try again.") from error

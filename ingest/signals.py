@@ -14,7 +14,7 @@ from ingest.columns import NO_CONVENTION, ColumnPlan, Convention, Plan, plan_col
 from ingest.declared import declarations_for
 from ingest.findings import NOTE, FindingCollector
 from ingest.forces import check_plates, orient
-from ingest.layout import CellKind, Layout, find_layout
+from ingest.layout import CellKind, find_layout
 from ingest.model import ChannelData, Declarations, FloatArray, Reading, SignalPart
 from ingest.preamble import read_preamble
 from ingest.rows import read_rows
@@ -41,7 +41,7 @@ def read_signals(
         return Reading()
     declared = declarations_for(declared, layout.names, findings)
     plan = plan_columns(layout, declared, findings, instrument.convention)
-    block = read_rows(source, layout, _wanted(plan, layout), findings)
+    block = read_rows(source, layout, _wanted(plan), findings)
     role = FileRole.FORCE if any(column.channel == "force_z" for column in plan.columns) else FileRole.LOG
     if not block.n_rows or not plan.columns:
         return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=role)
@@ -61,7 +61,7 @@ def read_signals(
     return Reading(tuple(parts), (), block.rows_read, block.rows_read - kept, role)
 
 
-def _wanted(plan: Plan, layout: Layout) -> list[Wanted]:
+def _wanted(plan: Plan) -> list[Wanted]:
     # Only time stamps need all digits of a long integer; a channel is stored as float64 anyway.
     wanted = [Wanted(column.position, column.source_name, CellKind.NUMBER) for column in plan.columns]
     if plan.time is not None:

@@ -36,7 +36,7 @@ def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why
     if run is not None and levels != dict(run.levels):
         study_uid = study_of(desk.connection).uid
         new["condition"] = ensure_condition(desk, book.configuration, study_uid, levels)
-    old = old_values(desk.connection, kind, uid, new)
+    old = old_values(desk.connection, kind, uid, new) if new else {}
     changed = {name: value for name, value in new.items() if old[name] != value}
     if not changed:
         raise UsageError(f"{target} says that already: nothing was changed.")

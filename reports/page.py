@@ -6,8 +6,8 @@ import contextlib
 import importlib.resources
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from reports.content import ReportContent
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from reports.sections import FigureHere, Paragraph, Part, Section, TableHere, sections_of
+from reports.sections import Bullets, FigureHere, Paragraph, Part, Section, TableHere, sections_of
 from reports.sentences import count_text, list_text
 from reports.svg_inline import inline_svg
 from reports.tables.as_csv import csv_bytes
@@ -93,13 +93,34 @@ def render_page(content: ReportContent, drawings: Mapping[str, bytes], tables: M
         lstrip_blocks=True,
     )
     numbering = {"figure": 0, "table": 0}
-    sections = [_shown_section(content, section, drawings, tables, numbering) for section in sections_of(content)]
+    planned = sections_of(content)
+    traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
+    sections = [_shown_section(content, section, drawings, traced, numbering) for section in planned]
     return environment.get_template("report.html.j2").render(
         content=content,
         facts=_facts(content),
         sections=[section for section in sections if section["parts"]],
-        known_ids={source.id for source in content.provenance},
+        known_ids={row.cells[0].text for row in traced["provenance"].rows},
     )
+
+
+def _ids_of(sections: Sequence[Section], tables: Mapping[str, Table]) -> set[str]:
+    """Return the provenance ids that stand somewhere on the page."""
+    parts = [part for section in sections for part in section.parts]
+    paragraphs = [part for part in parts if isinstance(part, Paragraph)]
+    paragraphs += [item for part in parts if isinstance(part, Bullets) for item in part.items]
+    found = {identity for paragraph in paragraphs for identity in paragraph.provenance}
+    placed = [tables[part.name] for part in parts if isinstance(part, TableHere) and part.name != "provenance"]
+    cells = (cell for table in placed for row in table.rows for cell in table.cells(row))
+    return found | {cell.text for cell in cells if cell.provenance}
+
+
+def _of_this_page(table: Table, ids: set[str]) -> Table:
+    """Cut the table of provenance down to the ids that a reader of the page can meet; the file has them all."""
+    rows = tuple(row for row in table.rows if row.cells[0].text in ids)
+    left = len(table.rows) - len(rows)
+    more = f" {count_text(left, 'more number')}: tables/provenance.csv." if left else ""
+    return replace(table, rows=rows, caption=table.caption + more)
 
 
 def _template(name: str) -> str:

@@ -167,7 +167,8 @@ def _run_count(condition: Condition) -> int:
 
 def _methods(content: ReportContent) -> Section:
     parts: list[Part] = [Paragraph(text) for text in content.methods]
-    parts.append(Paragraph(f"Apexes were found by the detector “{content.detector}”. {_gains(content)}".strip()))
+    if gains := _gains(content):
+        parts.append(Paragraph(gains))
     if content.limitations:
         parts += [Heading("Limitations"), Bullets(tuple(map(Paragraph, content.limitations)))]
     if content.assumed:

@@ -117,7 +117,10 @@ def _uid_behind(connection: sa.Connection, column: sa.Column[Any], value: Any) -
 
 
 def _shown(values: Mapping[str, Any]) -> str:
-    return str(values.get("name") or values.get("key") or values.get("label") or values.get("date_local") or "")
+    for name in ("name", "key", "label", "date_local"):
+        if values.get(name):
+            return str(values[name])
+    return ", ".join(f"{name}={value}" for name, value in values.items())
 
 
 def _why(error: sa.exc.StatementError) -> str:

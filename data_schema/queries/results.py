@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.chunks import in_chunks
 from data_schema.tables.people import config
 from data_schema.tables.results import report, report_item, result, result_input, result_number
 
@@ -56,12 +56,21 @@ class ResultRow:
     inputs: tuple[InputRow, ...]
 
 
+_HEAD = ("uid", "kind", "scope_json", "key", "algorithm", "version", "payload_json")
 _NUMBER = [column for column in result_number.c if column.name not in ("id", "result")]
 
 
 def results_by_key(connection: sa.Connection, keys: Sequence[str] | None = None) -> dict[str, ResultRow]:
     """Return stored results by key: all of them, or those among `keys`."""
-    wanted = sa.true() if keys is None else result.c.key.in_(keys)
+    if keys is None:
+        return _results(connection, sa.true())
+    found: dict[str, ResultRow] = {}
+    for some in in_chunks(keys):
+        found |= _results(connection, result.c.key.in_(some))
+    return found
+
+
+def _results(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> dict[str, ResultRow]:
     heads = connection.execute(sa.select(result).where(wanted).order_by(result.c.id)).all()
     numbers: dict[int, list[NumberRow]] = {row.id: [] for row in heads}
     inputs: dict[int, list[InputRow]] = {row.id: [] for row in heads}
@@ -87,47 +96,47 @@ def results_by_key(connection: sa.Connection, keys: Sequence[str] | None = None)
     }  # fmt: skip
 
 
-def add_result(
-    connection: sa.Connection,
-    values: Mapping[str, Any],
-    numbers: Sequence[Mapping[str, Any]],
-    inputs: Sequence[InputRow],
-) -> None:
-    """Store a result; those of the same kind and scope but other inputs become stale."""
-    connection.execute(
-        result.update()
-        .where(result.c.kind == values["kind"], result.c.scope_json == values["scope_json"], result.c.stale == 0)
-        .values(stale=1)
-    )
-    newest_config = sa.select(sa.func.max(config.c.id)).scalar_subquery()
-    done = connection.execute(result.insert().values(config=newest_config, stale=0, **values))
-    key = done.inserted_primary_key
-    assert key is not None  # noqa: S101 - a result has a private key
-    owner = int(key[0])
-    if numbers:
-        connection.execute(result_number.insert(), [{"result": owner, **row} for row in numbers])
-    if inputs:
-        connection.execute(
-            result_input.insert(),
-            [
-                {
-                    "result": owner,
-                    "role": row.role,
-                    "input_kind": row.input_kind,
-                    "input_uid": row.input_uid,
-                    "input_sha256": row.input_sha256,
-                }
-                for row in inputs
-            ],
-        )
+def add_results(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
+    """Store results; those of the same kind and scope but other inputs become stale."""
+    _outdate(connection, rows)
+    newest_config = connection.execute(sa.select(sa.func.max(config.c.id))).scalar()
+    for some in in_chunks(rows):
+        heads = [{name: getattr(row, name) for name in _HEAD} for row in some]
+        connection.execute(result.insert(), [{**head, "config": newest_config, "stale": 0} for head in heads])
+        owners = _private_keys(connection, [row.key for row in some])
+        numbers = [
+            {"result": owners[row.key], **{name: getattr(number, name) for name in NumberRow.__slots__}}
+            for row in some
+            for number in row.numbers
+        ]
+        inputs = [
+            {"result": owners[row.key], **{name: getattr(item, name) for name in InputRow.__slots__}}
+            for row in some
+            for item in row.inputs
+        ]
+        for table, values in ((result_number, numbers), (result_input, inputs)):
+            if values:
+                connection.execute(table.insert(), values)
 
 
-def renew(connection: sa.Connection, key: str) -> None:
-    """Declare a stored result current again (its inputs are what they were), and its rivals stale."""
-    row = connection.execute(sa.select(result.c.kind, result.c.scope_json).where(result.c.key == key)).one()
-    same = sa.and_(result.c.kind == row.kind, result.c.scope_json == row.scope_json)
-    connection.execute(result.update().where(same, result.c.key != key, result.c.stale == 0).values(stale=1))
-    connection.execute(result.update().where(result.c.key == key, result.c.stale == 1).values(stale=0))
+def renew(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
+    """Declare stored results current again (their inputs are what they were), and their rivals stale."""
+    _outdate(connection, rows)
+    for some in in_chunks(rows):
+        connection.execute(result.update().where(result.c.key.in_([row.key for row in some])).values(stale=0))
+
+
+def _outdate(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
+    """Mark every stored result of the same kind and scope as one of these as stale."""
+    what = sa.tuple_(result.c.kind, result.c.scope_json)
+    for some in in_chunks(rows):
+        rivals = what.in_([(row.kind, row.scope_json) for row in some])
+        connection.execute(result.update().where(rivals, result.c.stale == 0).values(stale=1))
+
+
+def _private_keys(connection: sa.Connection, keys: Sequence[str]) -> dict[str, int]:
+    rows = connection.execute(sa.select(result.c.key, result.c.id).where(result.c.key.in_(keys)))
+    return {row.key: row.id for row in rows}
 
 
 def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:

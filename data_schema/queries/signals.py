@@ -9,6 +9,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.chunks import in_chunks
 from data_schema.tables.files import file, run_file
 from data_schema.tables.people import person
 from data_schema.tables.runs import decision, run
@@ -130,34 +131,63 @@ def _channel_names(connection: sa.Connection) -> dict[int, tuple[str, ...]]:
 
 def gaps_of(connection: sa.Connection, signal_uid: str) -> tuple[GapRow, ...]:
     """Return the gaps of one signal by their start."""
-    query = (
-        sa.select(gap.c.start_s, gap.c.length_s, gap.c.samples_expected, gap.c.samples_missing, gap.c.kind)
-        .join(signal, gap.c.signal == signal.c.id)
-        .where(signal.c.uid == signal_uid)
-        .order_by(gap.c.start_s)
-    )
-    return tuple(GapRow(*row[:4], GapKind(row[4])) for row in connection.execute(query))
+    return gaps_by_signal(connection, [signal_uid])[signal_uid]
 
 
-def add_detection(
-    connection: sa.Connection, signal_uid: str, values: Mapping[str, Any], jumps: Sequence[Mapping[str, Any]]
-) -> None:
-    """Store what an algorithm found, unless the same is stored already; no jumps is a result too."""
-    if connection.execute(sa.select(detection.c.id).where(detection.c.key == values["key"])).first():
-        return
-    owner = sa.select(signal.c.id).where(signal.c.uid == signal_uid).scalar_subquery()
-    done = connection.execute(detection.insert().values(signal=owner, n_jumps=len(jumps), **values))
-    key = done.inserted_primary_key
-    assert key is not None  # noqa: S101 - a detection has a private key
-    if jumps:
-        connection.execute(jump.insert(), [{"detection": int(key[0]), **row} for row in jumps])
+def gaps_by_signal(connection: sa.Connection, signal_uids: Sequence[str]) -> dict[str, tuple[GapRow, ...]]:
+    """Return the gaps of each signal by their start."""
+    found: dict[str, list[GapRow]] = {uid: [] for uid in signal_uids}
+    for some in in_chunks(signal_uids):
+        query = (
+            sa.select(
+                signal.c.uid, gap.c.start_s, gap.c.length_s, gap.c.samples_expected, gap.c.samples_missing, gap.c.kind
+            )
+            .join(signal, gap.c.signal == signal.c.id)
+            .where(signal.c.uid.in_(some))
+            .order_by(gap.c.signal, gap.c.start_s)
+        )
+        for uid, *numbers, kind in connection.execute(query):
+            found[uid].append(GapRow(*numbers, GapKind(kind)))
+    return {uid: tuple(gaps) for uid, gaps in found.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class NewDetection:
+    """What an algorithm found in a signal, by column: the detection's row and its jumps'."""
+
+    signal_uid: str
+    values: Mapping[str, Any]
+    jumps: Sequence[Mapping[str, Any]]
+
+
+def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> None:
+    """Store what was found, but for what is stored already; no jumps is a result too."""
+    for some in in_chunks(new):
+        stored = _private_keys(connection, detection.c.key, [item.values["key"] for item in some])
+        fresh = {item.values["key"]: item for item in some if item.values["key"] not in stored}
+        if not fresh:
+            continue
+        signals = _private_keys(connection, signal.c.uid, [item.signal_uid for item in fresh.values()])
+        rows = [
+            {"signal": signals[item.signal_uid], "n_jumps": len(item.jumps), **item.values} for item in fresh.values()
+        ]
+        connection.execute(detection.insert(), rows)
+        owners = _private_keys(connection, detection.c.key, list(fresh))
+        jumps = [{"detection": owners[key], **row} for key, item in fresh.items() for row in item.jumps]
+        if jumps:
+            connection.execute(jump.insert(), jumps)
+
+
+def _private_keys(connection: sa.Connection, name: sa.Column[str], names: Sequence[str]) -> dict[str, int]:
+    query = sa.select(name, name.table.c.id).where(name.in_(names))
+    return {row[0]: row[1] for row in connection.execute(query)}
 
 
 def detections_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[str, DetectionRow]:
     """Return the stored detections among `keys`, with their jumps in order."""
     found: dict[str, DetectionRow] = {}
-    for start in range(0, len(keys), 500):
-        found |= _detections(connection, keys[start : start + 500])
+    for some in in_chunks(keys):
+        found |= _detections(connection, some)
     return found
 
 

@@ -45,13 +45,12 @@ def _is_amti_bsf(head: Head) -> bool:
     return len(head.data) >= 8 and version in (100, 105) and 900 <= header <= 4096
 
 
+_MINITAUR_OLD = re.compile(rb"[\w,]{1,500}\n[cbB?hHiIlLqQfd\d]{1,200}\n\xaa\xbb")
+
+
 def _is_minitaur_old(head: Head) -> bool:
-    """Keys on the first line, a Python struct string on the second, binary records from there on."""
-    lines = head.data[:1024].split(b"\n", 2)
-    keys, layout = (lines[0], lines[1]) if len(lines) == 3 else (b"", b"")
-    return (
-        re.fullmatch(rb"[\w,]+", keys) is not None and re.fullmatch(rb"[cbB?hHiIlLqQfd\d]{3,200}", layout) is not None
-    )
+    """Keys on the first line, a Python struct string on the second, records that begin with AA BB from there on."""
+    return _MINITAUR_OLD.match(head.data) is not None
 
 
 def _is_minitaur(head: Head) -> bool:

@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.signals import DetectionRow, JumpRow, SignalRow, add_detection, detections_by_key, gaps_of
+from data_schema.queries.signals import (
+    DetectionRow,
+    GapRow,
+    JumpRow,
+    NewDetection,
+    SignalRow,
+    add_detections,
+    detections_by_key,
+    gaps_by_signal,
+)
 from ingest.store import Store
 from labbook.analysis.detecting import (
     BODY_HEIGHT,
@@ -23,6 +33,17 @@ from labbook.analysis.detecting import (
     version,
 )
 
+LOGS_AT_ONCE = 2
+"""Reading and most of detecting let other threads run; more would cost memory and gain little."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A detection just made: where, as rows to be stored, and as it would be read back."""
+
+    new: NewDetection
+    row: DetectionRow
+
 
 @dataclass
 class Detections:
@@ -31,7 +52,7 @@ class Detections:
     connection: sa.Connection
     store: Store
     progress: Callable[[str], None] = field(default=lambda _what: None)
-    computed: dict[str, tuple[SignalRow, Detection]] = field(default_factory=dict)
+    computed: dict[str, Found] = field(default_factory=dict)
 
     def of(self, signals: Mapping[str, SignalRow], algorithm: str, rest_length_m: float) -> dict[str, DetectionRow]:
         """Return the detection of each signal, under the same names."""
@@ -39,45 +60,52 @@ class Detections:
         keys = {
             name: detection_key(row.sha256, algorithm, version(algorithm), parameters) for name, row in signals.items()
         }
-        stored = detections_by_key(self.connection, sorted(set(keys.values())))
-        found = {}
-        for name, signal in signals.items():
-            row = stored.get(keys[name])
-            if row is None:
-                self.progress(f"finding jumps ({algorithm}) in {signal.run_name}")
-                row = self._find(signal, algorithm, rest_length_m, keys[name])
-                stored[keys[name]] = row
-            found[name] = row
-        return found
+        stored = detections_by_key(self.connection, sorted(set(keys.values()) - self.computed.keys()))
+        missing = {keys[name]: row for name, row in signals.items() if keys[name] not in stored}
+        self._compute({key: row for key, row in missing.items() if key not in self.computed}, algorithm, rest_length_m)
+        return {name: stored[key] if key in stored else self.computed[key].row for name, key in keys.items()}
 
     def log(self, signal: SignalRow) -> Log:
         """Read a signal's samples."""
-        samples = self.store.samples(signal.store_path, [BODY_HEIGHT, LEG_LENGTH])
-        gaps = tuple(
-            (gap.start_s, gap.length_s) for gap in gaps_of(self.connection, signal.uid) if gap.kind in SAMPLES_MISSING
-        )
-        return Log(samples["time"], samples[BODY_HEIGHT], samples.get(LEG_LENGTH), gaps)
+        return _read(self.store, signal, gaps_by_signal(self.connection, [signal.uid])[signal.uid])
 
-    def _find(self, signal: SignalRow, algorithm: str, rest_length_m: float, key: str) -> DetectionRow:
-        detection = detect(self.log(signal), algorithm, rest_length_m)
-        self.computed[key] = (signal, detection)
-        values, jumps = detection_rows(detection, signal.sha256)
-        return DetectionRow(
-            uid=values["uid"],
-            key=key,
-            algorithm=algorithm,
-            version=detection.version,
-            signal_uid=signal.uid,
-            signal_sha256=signal.sha256,
-            jumps=tuple(_jump_of(row, found.flags) for row, found in zip(jumps, detection.found.jumps, strict=True)),
-        )
+    def _compute(self, missing: Mapping[str, SignalRow], algorithm: str, rest_length_m: float) -> None:
+        """Find the jumps of logs side by side; the database is asked from this thread only."""
+        gaps = gaps_by_signal(self.connection, [signal.uid for signal in missing.values()])
+
+        def find(signal: SignalRow) -> Detection:
+            return detect(_read(self.store, signal, gaps[signal.uid]), algorithm, rest_length_m)
+
+        with ThreadPoolExecutor(LOGS_AT_ONCE) as pool:
+            made = pool.map(find, missing.values())
+            for (key, signal), detection in zip(missing.items(), made, strict=True):
+                self.progress(f"finding jumps ({algorithm}) in {signal.run_name}")
+                self.computed[key] = _found(key, signal, detection)
 
 
 def keep_detections(connection: sa.Connection, detections: Detections) -> None:
     """Store what was found anew, in a writing transaction."""
-    for signal, detection in detections.computed.values():
-        values, jumps = detection_rows(detection, signal.sha256)
-        add_detection(connection, signal.uid, values, jumps)
+    add_detections(connection, [found.new for found in detections.computed.values()])
+
+
+def _read(store: Store, signal: SignalRow, gaps: Sequence[GapRow]) -> Log:
+    samples = store.samples(signal.store_path, [BODY_HEIGHT, LEG_LENGTH])
+    missing = tuple((gap.start_s, gap.length_s) for gap in gaps if gap.kind in SAMPLES_MISSING)
+    return Log(samples["time"], samples[BODY_HEIGHT], samples.get(LEG_LENGTH), missing)
+
+
+def _found(key: str, signal: SignalRow, detection: Detection) -> Found:
+    values, jumps = detection_rows(detection, signal.sha256)
+    row = DetectionRow(
+        uid=values["uid"],
+        key=key,
+        algorithm=detection.algorithm,
+        version=detection.version,
+        signal_uid=signal.uid,
+        signal_sha256=signal.sha256,
+        jumps=tuple(_jump_of(row, found.flags) for row, found in zip(jumps, detection.found.jumps, strict=True)),
+    )
+    return Found(NewDetection(signal.uid, values, jumps), row)
 
 
 def _jump_of(row: Mapping[str, Any], flags: Sequence[str]) -> JumpRow:

@@ -15,7 +15,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.journal import canonical
-from data_schema.queries.results import InputRow, NumberRow, ResultRow, add_result, renew, results_by_key
+from data_schema.queries.results import InputRow, NumberRow, ResultRow, add_results, renew, results_by_key
 from data_schema.vocabulary import Undefined
 
 
@@ -87,8 +87,7 @@ class Workbench:
         """Return the wanted results in order."""
         keys = [request.key for request in requests]
         unknown = [key for key in keys if key not in self.computed and key not in self.reused]
-        for start in range(0, len(unknown), 500):
-            self.reused |= results_by_key(self.connection, unknown[start : start + 500])
+        self.reused |= results_by_key(self.connection, unknown)
         for key, request in zip(keys, requests, strict=True):
             if key not in self.reused and key not in self.computed:
                 self.computed[key] = _row(key, request, request.compute())
@@ -102,25 +101,8 @@ class Workbench:
 def keep(connection: sa.Connection, bench: Workbench) -> int:
     """Store what a workbench computed, in a writing transaction; returns how many results are new."""
     stored = results_by_key(connection, list(bench.computed))
-    for key, row in bench.computed.items():
-        if key not in stored:
-            add_result(
-                connection,
-                {
-                    "uid": row.uid,
-                    "kind": row.kind,
-                    "scope_json": row.scope_json,
-                    "key": key,
-                    "algorithm": row.algorithm,
-                    "version": row.version,
-                    "payload_json": row.payload_json,
-                },
-                [{name: getattr(number, name) for name in NumberRow.__slots__} for number in row.numbers],
-                row.inputs,
-            )
-    for key, row in (bench.reused | stored).items():
-        if row.stale:
-            renew(connection, key)
+    add_results(connection, [row for key, row in bench.computed.items() if key not in stored])
+    renew(connection, [row for row in (bench.reused | stored).values() if row.stale])
     return len(bench.computed) - len(stored)
 
 

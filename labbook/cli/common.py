@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, is_dataclass
@@ -27,12 +28,14 @@ WhereOption = Annotated[
 
 
 def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
-    """Print `data` as JSON, or the lines for people."""
+    """Print `data` as JSON, or the lines for people; a reader who has seen enough (`| head`) is no error."""
     if as_json:
-        typer.echo(json.dumps(plain(data), ensure_ascii=False, indent=2, allow_nan=False))
-        return
-    for line in lines:
-        typer.echo(line)
+        lines = [json.dumps(plain(data), ensure_ascii=False, indent=2, allow_nan=False)]
+    try:
+        for line in lines:
+            typer.echo(line)
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def plain(value: Any) -> Any:

@@ -69,10 +69,11 @@ def summary_line(outcomes: Sequence[FileOutcome], dry_run: bool) -> str:
 
 
 def _finding(finding: Finding) -> str:
-    place = "" if finding.line is None else f"line {finding.line}"
-    if finding.count > 1 and place:
-        place += f" and {finding.count - 1} more"
-    place = f" ({place})" if place else ""
+    line = "" if finding.line is None else f"line {finding.line}"
+    if finding.count > 1 and line:
+        line += f" and {finding.count - 1} more"
+    column = "" if finding.column is None else f"column {finding.column!r}"
+    place = f" ({', '.join(filter(None, (column, line)))})" if column or line else ""
     return f"{finding.severity}: {finding.rule}{place}: {finding.message}"
 
 

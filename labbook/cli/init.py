@@ -31,6 +31,9 @@ def init(
     make_book(folder, person)
     emit(
         {"book": str(folder.resolve())},
-        [f"made the book {folder}.", f"Next: describe the study in {folder / 'labbook.toml'}, then `labbook plan`."],
+        [
+            f"made the book {folder.resolve()}.",
+            f"Next: describe the study in {folder / 'labbook.toml'}, then `labbook plan`.",
+        ],
         as_json,
     )

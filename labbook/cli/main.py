@@ -57,31 +57,46 @@ for module in (
     rebuild,
 ):
     module.register(app)
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as shells have it."""
+
 for name, group in (("runs", runs), ("jumps", jumps), ("db", db)):
     app.add_typer(group.app, name=name)
 
 
 def run() -> None:
-    """Run the command line: a `LabbookError` becomes its sentence and exit code, `--debug` shows where it arose."""
+    """Run the command line: what a user caused becomes its sentence and exit code, `--debug` shows where it arose."""
     debug = "--debug" in sys.argv
     arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
     try:
-        app(arguments)
-    except LabbookError as error:
+        code = app(arguments, standalone_mode=False)
+    except (LabbookError, OSError, typer.TyperException, typer.Abort) as error:
         if debug:
             raise
-        if "--json" in arguments:
-            typer.echo(json.dumps({"error": str(error), "exit_code": error.exit_code}, ensure_ascii=False))
-        typer.echo(f"labbook: {error}", err=True)
-        sys.exit(error.exit_code)
-    except BrokenPipeError:
-        sys.stderr.close()
-        sys.exit(0)
-    except OSError as error:
-        if debug:
-            raise
-        where = f" {error.filename}" if error.filename else ""
-        typer.echo(
-            f"labbook: {error.strerror or error}{where}: check the path, its permissions and the disk.", err=True
-        )
-        sys.exit(2)
+        sentence, code = explained(error)
+        if sentence:
+            if "--json" in arguments:
+                typer.echo(json.dumps({"error": sentence, "exit_code": code}, ensure_ascii=False))
+            typer.echo(f"labbook: {sentence}", err=True)
+    if code == INTERRUPTED:
+        typer.echo("labbook: interrupted; what was finished before is kept, what was not is left out.", err=True)
+    sys.exit(code or 0)
+
+
+def explained(error: Exception) -> tuple[str, int]:
+    """Return the sentence that tells a user what went wrong and what to do, and the exit code."""
+    match error:
+        case LabbookError():
+            return str(error), error.exit_code
+        case OSError():
+            where = f" {error.filename}" if error.filename else ""
+            return f"{error.strerror or error}{where}: check the path, its permissions and the disk.", 2
+        case typer.TyperException():
+            command = getattr(getattr(error, "ctx", None), "command_path", "labbook")
+            said = " ".join(error.format_message().split()).rstrip(".")
+            if not said:
+                return "", 2  # a group without a command has shown its help instead
+            end = "" if said.endswith("?") else "."
+            return f"{said[0].lower()}{said[1:]}{end} See `{command} --help` for its use, with an example.", 2
+        case _:
+            return "no answer was given, so nothing was done: answer, or give it as an option.", 2

@@ -44,7 +44,7 @@ def run_demo(
 
 
 def make_demo_book(folder: Path, campaign: Campaign, full: bool, step: Callable[[str], None], clock: Stopwatch) -> Path:
-    """Write a campaign's files, ingest them into a new book, and correct the typing error; returns the book's folder."""
+    """Write a campaign's files, ingest them into a new book, correct the typing error; returns the book's folder."""
     if folder.exists() and any(folder.iterdir()):
         raise UsageError(f"{folder} is not empty: name a new folder for the demonstration.")
     write_campaign(campaign, folder, full=full, progress=lambda done, total: step(f"writing file {done} of {total}"))

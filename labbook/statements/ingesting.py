@@ -10,7 +10,7 @@ from data_schema.queries import imports
 from data_schema.queries.facts import find_uid, insert_fact
 from data_schema.queries.people import config_in_force
 from data_schema.queries.results import mark_stale
-from data_schema.queries.signals import add_detection
+from data_schema.queries.signals import NewDetection, add_detections
 from data_schema.vocabulary import FileRole, IngestStatus
 from ingest.model import Finding, ReadFile, SignalPart
 from labbook.analysis.detecting import detection_rows
@@ -155,7 +155,7 @@ def _add_signal(
     )
     if stored.detection is not None:
         values, jumps = detection_rows(stored.detection, stored.sha256)
-        add_detection(scene.connection, uid, values, jumps)
+        add_detections(scene.connection, [NewDetection(uid, values, jumps)])
 
 
 def _add_charges(scene: Scene, file_uid: str, read: ReadFile) -> list[str]:

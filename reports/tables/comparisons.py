@@ -118,10 +118,12 @@ def _test_cells(test: SignificanceTest | None, degrees: int = 1) -> tuple[Cell, 
 def _tests(content: ReportContent, quantity: Quantity, name: str) -> Table:
     comparisons = [c for c in content.comparisons if c.quantity is quantity]
     slug = unit_slug(_STORED_UNITS[quantity])
+    brown_forsythe = _test_columns("Brown-Forsythe F", "brown_forsythe", 2)
+    spread_tested = any(comparison.brown_forsythe is not None for comparison in comparisons)
     columns = (
         _COMPARISON,
         *_test_columns("F", "f", 2),
-        *_test_columns("Brown-Forsythe F", "brown_forsythe", 2),
+        *(replace(column, shown=spread_tested) for column in brown_forsythe),
         Column("chosen", ("test",), numeric=False),
         *_test_columns("t", "t"),
         *_test_columns("Welch t", "welch"),
@@ -143,9 +145,10 @@ def _tests(content: ReportContent, quantity: Quantity, name: str) -> Table:
         )
         for comparison, first, block in _placed(content, comparisons)
     )
+    beside = ", and Brown and Forsythe's test beside F" if spread_tested else ""
     caption = (
         f"Tests of the comparisons of {quantity} on run means: the F-test for equal variances chooses Student's or "
-        "Welch's t; Welch's stands beside it always, and Brown and Forsythe's test beside F."
+        f"Welch's t; Welch's stands beside it always{beside}."
     )
     return Table(name, caption, columns, rows)
 

@@ -82,13 +82,22 @@ def test_the_page_asks_nothing_of_the_network(html):
 
 def test_every_number_and_id_of_the_tables_is_on_the_page(content, html):
     text = text_of(html)
-    for source in content.provenance:
-        assert source.id in text
     for name in ("headlines", "joules_by_condition", "apex_by_condition", "comparisons_joules", "tests_apex", "anovas"):
         table = TABLES[name].make(content)
         for row in table.rows:
             for cell in table.cells(row)[1:]:
                 assert cell.text.replace("\u00a0", " ") in text
+
+
+def test_the_page_traces_the_numbers_it_shows_and_the_file_all(content, written, html):
+    page = Checker(html)
+    linked = {target.removeprefix("#why-") for target in page.targets if target.startswith("#why-")}
+    listed = {identity.removeprefix("why-") for identity in page.ids if identity.startswith("why-")}
+    assert linked == listed
+    assert content.claims[0].provenance[0] in listed
+    assert {condition.joules.mean.provenance for condition in content.conditions} <= listed
+    lines = (written.page.parent / "tables" / "provenance.csv").read_text().splitlines()[1:]
+    assert {line.split(",")[0] for line in lines} == {source.id for source in content.provenance} > listed
 
 
 def test_the_headline_opens_the_page(content, html):

@@ -1,0 +1,200 @@
+"""Both engines as labbook sets them up: what is set is so, what half happened did not, and who waits for whom."""
+
+from __future__ import annotations
+
+import sqlite3
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+from sqlalchemy.exc import OperationalError
+
+from data_schema.engine import postgres_engine, reading, sqlite_engine, writing
+from data_schema.errors import BookBusy, BookDamaged, UsageError
+from tests.helpers.databases import ENGINES, make_empty_sqlite
+from tests.helpers.postgres import Cluster
+
+PERSON = "INSERT INTO person (uid, name, initials) VALUES ('{0}', '{0}', '{0}')"
+
+
+@pytest.fixture
+def sqlite_path(tmp_path: Path) -> Path:
+    path = tmp_path / "labbook.db"
+    make_empty_sqlite(path)
+    return path
+
+
+@pytest.fixture(params=ENGINES)
+def impatient(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[sa.Engine, sa.Engine]]:
+    """Two engines on one database with all tables, that wait for each other for a twentieth of a second."""
+    if request.param == "sqlite":
+        path = tmp_path / "labbook.db"
+        path.write_bytes(request.getfixturevalue("migrated_sqlite").read_bytes())
+        engines = [sqlite_engine(path, busy_timeout_s=0.05) for _ in range(2)]
+        name = None
+    else:
+        cluster: Cluster = request.getfixturevalue("cluster")
+        name = cluster.fresh(request.getfixturevalue("migrated_template"))
+        engines = [postgres_engine(cluster.url(name), busy_timeout_s=0.05) for _ in range(2)]
+    yield engines[0], engines[1]
+    for engine in engines:
+        engine.dispose()
+    if name is not None:
+        cluster.drop(name)
+
+
+def people(connection: sa.Connection) -> int:
+    return int(connection.exec_driver_sql("SELECT count(*) FROM person").scalar_one())
+
+
+def test_every_connection_has_the_settings(sqlite_path: Path) -> None:
+    engine = sqlite_engine(sqlite_path)
+    with engine.connect() as first, engine.connect() as second:
+        for connection in (first, second):
+            found = {
+                name: connection.exec_driver_sql(f"PRAGMA {name}").scalar_one()
+                for name in ("journal_mode", "synchronous", "foreign_keys", "recursive_triggers", "busy_timeout")
+            }
+            assert found == {
+                "journal_mode": "wal",
+                "synchronous": 2,
+                "foreign_keys": 1,
+                "recursive_triggers": 1,
+                "busy_timeout": 10_000,
+            }
+    engine.dispose()
+
+
+def test_a_setting_that_cannot_be_made_is_an_error(tmp_path: Path) -> None:
+    """Another program holds the file in the old journal mode, so that write-ahead logging cannot be switched on."""
+    path = tmp_path / "labbook.db"
+    with closing(sqlite3.connect(path, isolation_level=None)) as other:
+        other.executescript("CREATE TABLE t (a); BEGIN IMMEDIATE; INSERT INTO t VALUES (1)")
+        engine = sqlite_engine(path, busy_timeout_s=0.05)
+        with pytest.raises(BookBusy), reading(engine):
+            pass
+        engine.dispose()
+
+
+def test_a_missing_file_is_not_made(tmp_path: Path) -> None:
+    engine = sqlite_engine(tmp_path / "labbook.db")
+    with pytest.raises(BookDamaged, match="unable to open"), reading(engine):
+        pass
+    engine.dispose()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_that_is_no_database_is_damage_with_the_way_out(tmp_path: Path) -> None:
+    path = tmp_path / "labbook.db"
+    path.write_bytes(b"not a database " * 1000)
+    engine = sqlite_engine(path)
+    with pytest.raises(BookDamaged, match="labbook rebuild"), reading(engine):
+        pass
+    engine.dispose()
+
+
+def test_what_is_not_postgresql_is_refused() -> None:
+    for url in ("mysql://host/name", "sqlite:///x.db", "nonsense"):
+        with pytest.raises(UsageError, match=r"postgresql\+psycopg://"):
+            postgres_engine(url)
+
+
+def test_a_server_that_does_not_answer_is_a_sentence(tmp_path: Path) -> None:
+    engine = postgres_engine(f"postgresql+psycopg://labbook@/nothing?host={tmp_path}")
+    with pytest.raises(BookDamaged, match="did not answer"), reading(engine):
+        pass
+    engine.dispose()
+
+
+def test_tables_made_in_a_failed_transaction_do_not_stay(empty_engine: sa.Engine) -> None:
+    def half() -> None:
+        with empty_engine.begin() as connection:
+            connection.exec_driver_sql("CREATE TABLE half (a INTEGER)")
+            connection.exec_driver_sql("INSERT INTO half VALUES (1)")
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        half()
+    with reading(empty_engine) as connection:
+        assert sa.inspect(connection).get_table_names() == []
+
+
+def test_the_driver_alone_would_leave_them(tmp_path: Path) -> None:
+    """The trap itself: in the driver's own mode a rollback keeps the table, which is why BEGIN is ours."""
+    with closing(sqlite3.connect(tmp_path / "labbook.db")) as connection:
+        connection.execute("CREATE TABLE half (a INTEGER)")
+        connection.rollback()
+        assert connection.execute("SELECT name FROM sqlite_master").fetchall() == [("half",)]
+
+
+def test_a_reader_that_becomes_a_writer_fails_whatever_the_timeout(migrated_sqlite: Path, tmp_path: Path) -> None:
+    """The trap itself: a deferred transaction that has read, when another has written meanwhile."""
+    path = tmp_path / "labbook.db"
+    path.write_bytes(migrated_sqlite.read_bytes())
+    engine = sqlite_engine(path, busy_timeout_s=3600)
+    with engine.connect() as deferred, deferred.begin():
+        people(deferred)
+        with writing(engine) as connection:
+            connection.exec_driver_sql(PERSON.format("first"))
+        with pytest.raises(OperationalError, match="locked"):
+            deferred.exec_driver_sql(PERSON.format("second"))
+    engine.dispose()
+
+
+def test_a_writer_waits_for_the_other_and_sees_what_it_wrote(engine: sa.Engine) -> None:
+    seen: list[int] = []
+
+    def second() -> None:
+        with writing(engine) as connection:
+            seen.append(people(connection))
+            connection.exec_driver_sql(PERSON.format("second"))
+
+    thread = threading.Thread(target=second)
+    with writing(engine) as connection:
+        assert people(connection) == 0
+        thread.start()
+        time.sleep(0.1)
+        connection.exec_driver_sql(PERSON.format("first"))
+    thread.join()
+    assert seen == [1]
+    with reading(engine) as connection:
+        assert people(connection) == 2
+
+
+def test_a_writer_that_waits_too_long_gets_a_sentence(impatient: tuple[sa.Engine, sa.Engine]) -> None:
+    first, second = impatient
+    with writing(first) as connection:
+        connection.exec_driver_sql(PERSON.format("first"))
+        with pytest.raises(BookBusy, match="another program is writing to the book") as caught, writing(second):
+            pass
+        assert caught.value.exit_code == 3
+        with reading(second) as reader:  # a reader never waits
+            assert people(reader) == 0
+    with writing(second) as connection:
+        assert people(connection) == 1
+
+
+def test_a_reader_sees_one_state_to_its_end(engine: sa.Engine) -> None:
+    with reading(engine) as reader:
+        assert people(reader) == 0
+        with writing(engine) as connection:
+            connection.exec_driver_sql(PERSON.format("meanwhile"))
+        assert people(reader) == 0
+    with reading(engine) as reader:
+        assert people(reader) == 1
+
+
+def test_a_failed_writer_leaves_nothing(engine: sa.Engine) -> None:
+    def fail() -> None:
+        with writing(engine) as connection:
+            connection.exec_driver_sql(PERSON.format("nobody"))
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    with reading(engine) as connection:
+        assert people(connection) == 0

@@ -1,0 +1,154 @@
+"""Bertec text exports: columns, plates, sign, axes, arrival times; all synthetic, after published columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from ingest.model import Declarations, ReadFile, SignalPart
+from ingest.read import read_file
+from tests.ingest.synthetic import bertec_acquire, text
+
+
+def read(data: bytes, declared: Declarations | None = None) -> ReadFile:
+    return read_file(data, declared or Declarations())
+
+
+def only_part(result: ReadFile) -> SignalPart:
+    assert not result.refused, result.findings
+    (part,) = result.parts
+    return part
+
+
+def values(part: SignalPart) -> dict[str, np.ndarray]:
+    return {channel.name: channel.values for channel in part.channels}
+
+
+def rules(result: ReadFile) -> set[str]:
+    return {finding.rule for finding in result.findings}
+
+
+def test_acquire_is_recognised_and_its_units_are_marked_as_assumed() -> None:
+    result = read(bertec_acquire())
+    part = only_part(result)
+    assert (result.format, result.role, part.part) == ("bertec_text", "force", "force")
+    assert part.rate_hz == pytest.approx(1000 / 1.00002, rel=1e-9)
+    force = next(channel for channel in part.channels if channel.name == "force_z")
+    assert (force.unit, force.source_name) == ("N", "Fz")
+    assert any("Bertec" in sentence for sentence in force.assumed)
+    assert "unit_assumed" in rules(result)
+
+
+def test_force_is_the_upward_reaction_and_the_frame_stays_right_handed() -> None:
+    stored = values(only_part(read(bertec_acquire())))
+    loaded = stored["force_z"] > 40
+    assert np.count_nonzero(loaded) == 800
+    # z down to z up is half a turn about x: the relations of moment, force and position hold in the stored frame.
+    for cop, ratio in (
+        ("cop_x", -stored["moment_y"] / stored["force_z"]),
+        ("cop_y", stored["moment_x"] / stored["force_z"]),
+    ):
+        assert stored[cop][loaded] == pytest.approx(ratio[loaded], abs=1e-3)
+    assert np.median(stored["force_x"]) == pytest.approx(6.0, abs=0.2)  # written -6, force on the plate
+
+
+@pytest.mark.parametrize("load_n", [60.0, -60.0])
+def test_the_load_is_positive_whatever_the_file_says(load_n: float) -> None:
+    result = read(bertec_acquire(load_n=load_n))
+    stored = values(only_part(result))
+    assert np.median(stored["force_z"][:400]) == pytest.approx(60.0, abs=0.5)
+    assert ("force_sign_flipped" in rules(result)) is (load_n < 0)
+
+
+def test_a_second_plate_has_channels_of_its_own() -> None:
+    stored = values(only_part(read(bertec_acquire(plates=2))))
+    assert {"force_z", "force_z_2", "moment_x_2", "cop_y_2"} <= stored.keys()
+    assert "duplicate_column" not in rules(read(bertec_acquire(plates=2)))
+
+
+def table(data: bytes) -> list[list[str]]:
+    return [line.split(",") for line in data.decode().split()]
+
+
+def rewritten(change: Callable[[list[str]], list[str]]) -> bytes:
+    head, *rows = table(bertec_acquire())
+    return text(",".join(head), [",".join(change(row)) for row in rows])
+
+
+def test_a_unit_in_the_header_stands_above_the_makers() -> None:
+    data = rewritten(lambda row: [*row[:6], f"{float(row[6]) / 1000:.7f}", *row[7:]]).replace(b"Fz", b"Fz [kN]")
+    assert np.median(values(only_part(read(data)))["force_z"][:400]) == pytest.approx(60.0, abs=0.5)
+
+
+def test_newton_millimetres_taken_for_newton_metres_are_refused() -> None:
+    result = read(rewritten(lambda row: [*row[:7], *(f"{1000 * float(cell):.3f}" for cell in row[7:10]), *row[10:]]))
+    assert result.refused
+    assert "moment_unit_implausible" in rules(result)
+
+
+def test_load_on_the_wrong_axis_is_noted() -> None:
+    assert "force_axes_suspect" in rules(read(bertec_acquire().replace(b"Fx,Fy,Fz", b"Fz,Fy,Fx")))
+
+
+def test_drift_of_the_unloaded_plate_is_noted() -> None:
+    rows = [
+        [*row[:6], f"{float(row[6]) - 60 * (n % 1000 < 400) + n / 200:.4f}", *row[7:]]
+        for n, row in enumerate(table(bertec_acquire())[1:])
+    ]
+    head = table(bertec_acquire())[0]
+    assert "force_zero_drift" in rules(read(text(",".join(head), [",".join(row) for row in rows])))
+
+
+def test_a_balance_plate_is_read_once_the_unit_of_its_time_is_said() -> None:
+    columns = (1, 6, 7, 8, 10, 11)
+    head, *rows = [[row[column] for column in columns] for row in table(bertec_acquire())]
+    data = text("Time," + ",".join(head[1:]), [",".join(row) for row in rows])
+    assert "time_unit_missing" in rules(read(data))
+    part = only_part(read(data, Declarations(time_unit="ms")))
+    assert set(values(part)) == {"force_z", "moment_x", "moment_y", "cop_x", "cop_y"}
+
+
+SDK_HEADER = "Timestamp;" + ";".join(
+    f"{quantity}{plate}" for plate in (1, 2) for quantity in ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+)
+SDK_HEADER += ";Copx1;Copy1;Copxy1;Copx2;Copy2;Copxy2"
+
+
+def sdk(stamp: Callable[[int], str], cop_scale: float, n: int = 2000) -> bytes:
+    """A log of a program on the SDK: `;`, empty columns, CRLF, no final newline."""
+    noise = np.random.default_rng(3).normal(0, 2, n)
+    rows = []
+    for number in range(n):
+        fz = (600.0 if number % 1000 < 400 else 0.0) + noise[number]
+        plate = [0.0, 0.0, fz, 0.05 * fz, -0.1 * fz, 0.0]
+        cop = f"{0.1 * cop_scale:.5f};{0.05 * abs(cop_scale):.5f};" if fz > 20 else "0;0;"
+        rows.append(f"{stamp(number)};" + ";".join(f"{value:.4f}" for value in plate * 2) + f";{cop};{cop}")
+    return "\r\n".join([SDK_HEADER, *rows]).encode()
+
+
+def test_sdk_log_with_seconds() -> None:
+    result = read(sdk(lambda number: f"{number / 1000:.3f}", 1.0))
+    part = only_part(result)
+    assert part.rate_hz == pytest.approx(1000.0)
+    assert {"empty_column", "no_final_newline"} <= rules(result)
+    assert values(part)["cop_x_2"][0] == pytest.approx(0.1)
+
+
+def test_sdk_log_with_arrival_times_counts_samples_and_fits_the_centre_of_pressure() -> None:
+    first = 133_500_000_000_000_000
+    result = read(sdk(lambda number: str(first + (number - number % 8) * 10_000), -1000.0))
+    part = only_part(result)
+    assert "arrival_times" in rules(result)
+    assert np.array_equal(part.time_s, np.arange(2000) / 1000.0)
+    assert part.start_utc == "2024-01-17T21:20:00.000000Z"
+    assert values(part)["cop_x"][0] == pytest.approx(0.1)  # written in mm with the other sign
+    assert "cop_fitted" in rules(result)
+
+
+def test_arrival_times_of_another_rate_are_refused() -> None:
+    first = 133_500_000_000_000_000
+    result = read(sdk(lambda number: str(first + (number - number % 8) * 20_000), 1.0))
+    assert result.refused
+    assert "rate_contradicts" in rules(result)

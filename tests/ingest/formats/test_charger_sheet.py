@@ -1,0 +1,149 @@
+"""Hand-kept charger sheets: spellings, units, decimal signs, modes, unfinished rows; all synthetic."""
+
+from __future__ import annotations
+
+import pytest
+
+from ingest.model import ColumnDeclaration, Declarations, ReadFile
+from ingest.read import read_file
+from tests.ingest.synthetic import SHEET
+
+
+def read(text: str, declared: Declarations | None = None) -> ReadFile:
+    return read_file(text.encode(), declared or Declarations(time_zone="America/New_York"))
+
+
+def rules(result: ReadFile) -> set[str]:
+    return {finding.rule for finding in result.findings}
+
+
+def test_labbooks_own_sheet() -> None:
+    result = read(SHEET)
+    assert (result.format, result.role, result.findings) == ("charger_sheet", "charge", ())
+    first, _, third = result.charges
+    assert (first.row_number, first.stated_run, first.stated_pack) == (1, "r001", "A")
+    assert (first.charge_mah, first.resolution_mah, first.end_voltage_v) == (461.0, 1.0, 16.8)
+    assert (first.duration_s, third.duration_s) == (750.0, 750.0)  # 12.5 and 12:30
+    assert first.mode == "charge"
+
+
+@pytest.mark.parametrize(
+    "sheet",
+    [
+        "Run;Charge (Ah);Duration [min];End V (mV);Battery\nr001;0,461;12,5;16800;A\n",
+        "experiment\tCharge mAh\ttime (s)\tvoltage [V]\tpack id\nr001\t461\t750\t16.8\tA\n",
+        "Charger sheet of June\n\nrun no,charge,time,v end,lipo\nr001,461 mAh,12.5 min,16.8 V,A\n",
+        "#run,mAh,minutes,end_voltage,pack,remarks\nr001,461,0:12:30,16.8,A,\"warm, but fine\"\n",
+        'run,mAh,minutes,end_voltage,pack\nr001,"461,0","12,5","16,8",A\n',
+        "run|mah_in|hours|volts|accu\nr001|461|0:12:30|16.8|A\n".replace("mah_in", "mAh in"),
+    ],
+)  # fmt: skip
+def test_other_spellings_units_and_signs_say_the_same(sheet: str) -> None:
+    result = read(sheet)
+    assert not result.refused, result.findings
+    (charge,) = result.charges
+    assert (charge.stated_run, charge.stated_pack) == ("r001", "A")
+    assert charge.charge_mah == pytest.approx(461.0)
+    assert charge.duration_s == pytest.approx(750.0)
+    assert charge.end_voltage_v == pytest.approx(16.8)
+
+
+def test_a_sheet_without_units_is_asked_for_each() -> None:
+    result = read("run,charge,duration,voltage\nr1,461,12,16.8\n")
+    messages = [
+        finding.message for finding in result.findings if finding.rule == "unit_missing" and finding.severity == "file"
+    ]
+    assert len(messages) == 3
+    assert '--column "charge=charge:mAh"' in messages[0]
+
+
+def test_declared_columns_complete_a_header() -> None:
+    declared = Declarations(columns={"what": ColumnDeclaration("charge", "Ah"), "no": ColumnDeclaration("run")})
+    (charge,) = read("no,what\n7,0.461\n", declared).charges
+    assert (charge.stated_run, charge.charge_mah) == ("7", pytest.approx(461.0))
+
+
+def test_the_resolution_is_that_of_the_finest_reading() -> None:
+    result = read("run,Ah\nr1,0.47\nr2,0.461\n")
+    assert [charge.resolution_mah for charge in result.charges] == [pytest.approx(1.0)] * 2
+
+
+@pytest.mark.parametrize(
+    ("row", "rule"),
+    [
+        ("r9,-461,charge", "charge_sign"),
+        ("r9,-461,", "charge_sign"),
+        ("r9,461,fast", "mode_unknown"),
+        ("r9,ERR,charge", "not_a_number"),
+        ("r9,461 V,charge", "unit_differs"),
+        ("r9,999999,charge", "out_of_range"),
+        ("r9,1.234,charge", "thousands_separator"),
+        ('r9,"1,234",charge', "thousands_separator"),
+        ("r9,461,charge,more", "ragged_row"),
+        ('r9,"461,charge', "quote_unbalanced"),
+    ],
+)
+def test_a_row_that_cannot_be_read_is_left_out_and_named(row: str, rule: str) -> None:
+    rows = [f"r{number},461,charge" for number in range(200)]
+    result = read("\n".join(["run,mAh,mode", *rows[:100], row, *rows[100:]]) + "\n")
+    (finding,) = [finding for finding in result.findings if finding.severity == "row"]
+    assert (finding.rule, finding.line, finding.count) == (rule, 102, 1)
+    assert (result.rows_kept, result.rows_rejected, result.refused) == (200, 1, False)
+
+
+def test_all_that_is_wrong_in_a_row_is_reported() -> None:
+    result = read("run,mAh,minutes,end_voltage,mode\nr1,ERR,x,1680,fast\n")
+    assert {"not_a_number", "out_of_range", "mode_unknown", "no_rows_kept"} <= rules(result)
+
+
+def test_a_discharge_may_be_negative_and_is_stored_positive() -> None:
+    (charge,) = read("run,mAh,mode\nr1,-461,Discharge\n").charges
+    assert (charge.charge_mah, charge.mode) == (461.0, "discharge")
+
+
+def test_totals_comments_and_rows_not_filled_in_are_no_recharges() -> None:
+    result = read("run,mAh,pack\nr1,461,A\n# battery B is new\nr2,,B\n,,\n\nTotal,461,\n")
+    assert (len(result.charges), result.rows_read, result.refused) == (1, 1, False)
+    assert {"summary_row", "row_not_filled", "comment_line"} <= rules(result)
+
+
+def test_a_decimal_comma_that_may_group_thousands_is_asked_for() -> None:
+    sheet = "run;mAh\nr1;1,234\nr2;2,345\n"
+    assert "decimal_sign_unclear" in rules(read(sheet))
+    assert "thousands_separator" in rules(read(sheet, Declarations(decimal_sign=",")))
+
+
+def test_a_decimal_comma_between_commas_is_refused() -> None:
+    result = read("run,mAh,minutes,end_voltage\nr1,461,12,5,16,8\n")
+    assert result.refused
+    assert "ragged_row" in rules(result)
+
+
+def test_times_are_local_to_the_book() -> None:
+    result = read("run,mAh,ended\nr1,461,2021-06-05 14:30\nr2,461,05/06/2021 14:30\nr3,461,2021-11-07 01:30\n")
+    first, second, third = result.charges
+    assert (first.ended_utc, first.ended_original) == ("2021-06-05T18:30:00.000000Z", "2021-06-05 14:30")
+    assert (second.ended_utc, second.ended_original) == (None, "05/06/2021 14:30")
+    assert third.ended_utc is None
+
+
+def test_a_sheet_cut_while_being_written_loses_its_last_row() -> None:
+    result = read(SHEET[: SHEET.rindex(",16.81")])
+    assert "last_line_cut" in rules(result)
+    assert len(result.charges) == 2
+
+
+def test_a_run_with_two_recharges_keeps_both() -> None:
+    result = read("run,mAh\nr1,461\nr1,20\n")
+    assert len(result.charges) == 2
+    assert "run_repeated" in rules(result)
+
+
+def test_cells_that_a_spreadsheet_would_run_stay_plain_text() -> None:
+    (charge,) = read("run,mAh\n=cmd|'/c calc'!A0,461\n").charges
+    assert charge.stated_run == "=cmd|'/c calc'!A0"
+
+
+def test_a_log_with_a_charge_column_is_no_sheet() -> None:
+    rows = "\n".join(f"{1000 * second},{second},{16.0 + second / 1000:.3f}" for second in range(100))
+    assert read(f"time [ms],charge [mAh],battery [V]\n{rows}\n").format == "delimited_log"

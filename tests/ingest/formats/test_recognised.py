@@ -1,0 +1,49 @@
+"""Formats that are known and not read: told by content, refused with what to do instead."""
+
+from __future__ import annotations
+
+import gzip
+import struct
+
+import pytest
+
+from ingest.formats.recognised import RECOGNISED
+from ingest.model import Declarations
+from ingest.read import read_file
+
+BEGINNINGS = {
+    "c3d": b"\x02\x50" + bytes(510),
+    "xlsx": b"PK\x03\x04" + bytes(60),
+    "xls": b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(60),
+    "gzip": gzip.compress(b"time,height\n"),
+    "pdf": b"%PDF-1.7\n",
+    "image": b"\x89PNG\r\n\x1a\n" + bytes(60),
+    "video": b"\0\0\0\x18ftypmp42" + bytes(60),
+    "mat": b"MATLAB 5.0 MAT-file" + bytes(200),
+    "minitaur_log": b"t,r,p,y,mo\nIfffB\n\xaa\xbb" + bytes(200),
+    "amti_bsf": struct.pack("<ii", 105, 968) + bytes(1000),
+    "cortex_forces": b"[Force Data]\r\nNumberOfForcePlates=1\r\n",
+    "bioware": b"BioWare Version 5.3.2.9 Export\r\n",
+    "forcedecks": b"ForceDecks Raw Data Export,1.0,\r\n",
+    "qualisys_tsv": b"NO_OF_SAMPLES\t1000\r\n",
+    "vicon_csv": b"Devices\r\n1000\r\n",
+    "logview": b"$N$;charger\r\n$C$;Temp 1 [C,T]\r\n",
+}
+
+
+def test_every_signature_has_a_beginning_here() -> None:
+    assert BEGINNINGS.keys() == {known.name for known in RECOGNISED}
+
+
+@pytest.mark.parametrize("name", BEGINNINGS)
+def test_it_is_recognised_and_refused_with_what_to_do(name: str) -> None:
+    result = read_file(BEGINNINGS[name], Declarations())
+    assert (result.format, result.refused) == (name, True)
+    (finding,) = result.findings
+    assert finding.rule == "format_not_read"
+    assert finding.message.startswith("This is a")
+    assert finding.message.count(":") == 1
+
+
+def test_the_second_minitaur_layout() -> None:
+    assert read_file(b"/1/<I30h32B/t1I,pos8h\n\xaa\xbb" + bytes(100), Declarations()).format == "minitaur_log"
