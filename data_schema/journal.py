@@ -13,6 +13,7 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
+from io import FileIO
 from pathlib import Path
 from typing import Any, Self
 
@@ -65,7 +66,7 @@ class Entry:
             raise BookDamaged(
                 f"a journal line cannot be read ({error}): {text[:80]!r}; restore it from a backup."
             ) from error
-        if entry.hash != stated:
+        if entry.hash != stated or entry.line != text:
             raise BookDamaged(
                 f"journal entry {entry.seq} was changed after it was written (its hash does not fit): restore "
                 "journal.jsonl from a backup."
@@ -120,10 +121,10 @@ def insert(connection: sa.Connection, entry: Entry) -> None:
 
 
 def stored(connection: sa.Connection) -> Iterator[Entry]:
-    """Read all entries of the database in order."""
+    """Read all entries of the database in order; raises `BookDamaged` at one that is not what was written."""
     query = sa.select(journal, person.c.name.label("person_name")).join(person).order_by(journal.c.seq)
     for row in connection.execute(query):
-        yield Entry(
+        entry = Entry(
             seq=row.seq,
             at_utc=row.at_utc,
             person=row.person_name,
@@ -135,6 +136,12 @@ def stored(connection: sa.Connection) -> Iterator[Entry]:
             reason=row.reason,
             prev_hash=row.prev_hash,
         )
+        if entry.hash != row.hash:
+            raise BookDamaged(
+                f"journal entry {entry.seq} of the database was changed after it was written (its hash does not fit): "
+                "run `labbook rebuild` to make the database anew from journal.jsonl."
+            )
+        yield entry
 
 
 class JournalFile:
@@ -165,19 +172,21 @@ class JournalFile:
         return Entry.from_line(lines[-1]) if lines else None
 
     def append(self, entries: list[Entry]) -> None:
-        """Write entries at the end and sync them to the disk; a cut-off last line is removed first."""
-        with self.path.open("r+b") as handle:
+        """Write entries at the end and sync them to the disk, all or none; a cut-off last line is removed first."""
+        lines = "".join(entry.line + "\n" for entry in entries).encode()
+        with self.path.open("r+b", buffering=0) as handle:
+            if not _ends_with_newline(handle):
+                handle.seek(0)
+                handle.truncate(handle.read().rfind(b"\n") + 1)
             end = handle.seek(0, os.SEEK_END)
-            if end:
-                handle.seek(max(0, end - (1 << 24)))
-                start = handle.tell()
-                kept = start + handle.read().rfind(b"\n") + 1
-                if kept != end:
-                    handle.truncate(kept)
-                handle.seek(0, os.SEEK_END)
-            handle.write("".join(entry.line + "\n" for entry in entries).encode())
-            handle.flush()
-            os.fsync(handle.fileno())
+            try:
+                written = 0
+                while written < len(lines):
+                    written += handle.write(lines[written:])
+                os.fsync(handle.fileno())
+            except BaseException:
+                handle.truncate(end)
+                raise
 
     def _complete_lines(self, last_bytes: int | None = None) -> list[str]:
         try:
@@ -196,4 +205,18 @@ class JournalFile:
             if first < 0 or data.count(b"\n") < 2:
                 return self._complete_lines()
             data = data[first + 1 :]
-        return data[: data.rfind(b"\n") + 1].decode().split("\n")[:-1]
+        try:
+            return data[: data.rfind(b"\n") + 1].decode().split("\n")[:-1]
+        except UnicodeDecodeError as error:
+            raise BookDamaged(
+                f"{self.path} is not the text that was written (byte {error.start + start}): restore it from a backup, "
+                "or write it anew from the database with `labbook rebuild --journal`."
+            ) from error
+
+
+def _ends_with_newline(handle: FileIO) -> bool:
+    """Look at the last byte; an empty file has no cut-off line."""
+    if handle.seek(0, os.SEEK_END) == 0:
+        return True
+    handle.seek(-1, os.SEEK_END)
+    return handle.read(1) == b"\n"

@@ -19,6 +19,9 @@ _CLOCK = re.compile(
     rb"(?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?|\d{4}-\d\d-\d\d(?:[ T]\d\d:\d\d)?"
 )
 
+COMMENT_STARTS = (b"#", b"%", b"//")
+"""With which lines of remarks begin."""
+
 INFINITY = float("inf")
 NAN = float("nan")
 

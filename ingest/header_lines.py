@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ingest.cells import is_number
+from ingest.cells import COMMENT_STARTS, is_number
 from ingest.delimiters import Row, Split
 from ingest.findings import FILE, FindingCollector
 from ingest.header_cells import is_unit
@@ -24,7 +24,7 @@ def find_header(split: Split) -> HeaderLines:
     """Find names and units above the data.
 
     Among the lines that have as many cells as the data and no number, the names are those that differ most among
-    themselves (a line of run titles repeats one word).
+    themselves (a line of run titles repeats one word); of one column, the line next to the data that is no comment.
     """
     above: list[Row] = []
     for row in split.head:
@@ -34,10 +34,16 @@ def find_header(split: Split) -> HeaderLines:
             above.append(row)
     if not above:
         return HeaderLines(None, None, _has_trailing(split, None))
-    names = max(above, key=lambda row: len(set(row.cells)))
+    nearest_first = above[::-1] if split.width == 1 else above
+    names = max(nearest_first, key=_looks_like_names)
     below = [row for row in above if row.line.start > names.line.start]
     units = next((row for row in below if _is_units_row(row.cells)), None)
     return HeaderLines(names, units, _has_trailing(split, names))
+
+
+def _looks_like_names(row: Row) -> tuple[int, bool, bool]:
+    comment = row.line.content.startswith(COMMENT_STARTS)
+    return len(set(row.cells)), not comment, not _is_units_row(row.cells)
 
 
 def _fits(row: Row, split: Split) -> bool:

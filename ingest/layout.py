@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from enum import StrEnum
 
-from ingest.cells import COMMA_NUMBER, NUMBER, is_clock, is_grouped, is_missing, is_number
+from ingest.cells import COMMA_NUMBER, COMMENT_STARTS, NUMBER, is_clock, is_grouped, is_missing, is_number
 from ingest.delimiters import Row, Split, best_split
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.header_cells import strip_comment
@@ -18,7 +18,6 @@ from ingest.model import Declarations
 from ingest.text import Line, TextSource
 
 WIDEST = 4096
-COMMENT_STARTS = (b"#", b"%", b"//")
 
 _UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _LONG_INTEGER = re.compile(rb"[+-]?\d{16,18}")

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ingest.cells import INFINITY, CellFault, is_missing, is_number, parse_cell, split_cells
+from ingest.cells import COMMENT_STARTS, INFINITY, CellFault, is_missing, is_number, parse_cell, split_cells
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.layout import COMMENT_STARTS, CellKind, Layout
-from ingest.logical_lines import logical_line
+from ingest.layout import CellKind, Layout
+from ingest.logical_lines import logical_line, physical_line
 from ingest.table import Block, Column, Wanted
 from ingest.text import LONGEST_LINE, TextSource
 
@@ -124,11 +124,19 @@ def read_lines(
     first_line, first_ordinal = line, ordinal
     position, piece_end, stop = span
     while position < piece_end:
-        logical = logical_line(source.data, position, stop, layout.delimiter)
+        logical = logical_line(source.data, position, stop)
+        if logical.spanned > 1 and not _is_whole_row(logical.content, layout):
+            # Two rows with a forgotten quote each are no row with a quoted line end.
+            logical = physical_line(source.data, position, stop)
         ordinal += _read_line(reader, logical.content, line, ordinal)
         position = logical.end
         line += logical.spanned
     return reader.block(first_line, first_ordinal), position, line
+
+
+def _is_whole_row(content: bytes, layout: Layout) -> bool:
+    cells = split_cells(content, layout.delimiter)
+    return cells is not None and layout.width <= len(cells) <= layout.width + 1
 
 
 def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:

@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ingest.cells import split_cells
 from ingest.text import MOST_QUOTED_LINES
 
 _LINE = re.compile(rb"([^\r\n]*)(?:\r\n|\n|\r|\Z)")
@@ -20,33 +19,32 @@ class LogicalLine(NamedTuple):
     spanned: int
 
 
-def logical_line(data: bytes, position: int, stop: int, delimiter: bytes) -> LogicalLine:
+def logical_line(data: bytes, position: int, stop: int) -> LogicalLine:
     """Return the line at `position`, with those that an open quote takes in; a quote never closed takes none."""
-    content, end = _physical(data, position, stop)
-    if b'"' not in content:
-        return LogicalLine(content, end, 1)
-    joined, joined_end = content, end
+    first = physical_line(data, position, stop)
+    joined, joined_end = first.content, first.end
     for spanned in range(1, MOST_QUOTED_LINES + 1):
-        if split_cells(joined, delimiter) is not None:
+        if joined.count(b'"') % 2 == 0:
             return LogicalLine(joined, joined_end, spanned)
         if joined_end >= stop:
             break
-        following, joined_end = _physical(data, joined_end, stop)
-        joined += b" " + following
-    return LogicalLine(content, end, 1)
+        following = physical_line(data, joined_end, stop)
+        joined, joined_end = joined + b" " + following.content, following.end
+    return first
 
 
-def numbered_lines(data: bytes, start: int, delimiter: bytes) -> Iterator[tuple[int, bytes]]:
+def numbered_lines(data: bytes, start: int) -> Iterator[tuple[int, bytes]]:
     """Yield the number (from 1, counted from `start`) and the content of every line."""
     position, number = start, 1
     while position < len(data):
-        line = logical_line(data, position, len(data), delimiter)
+        line = logical_line(data, position, len(data))
         yield number, line.content
         position, number = line.end, number + line.spanned
 
 
-def _physical(data: bytes, position: int, stop: int) -> tuple[bytes, int]:
+def physical_line(data: bytes, position: int, stop: int) -> LogicalLine:
+    """Return the line at `position` whatever quotes it holds."""
     match = _LINE.match(data, position, stop)
     if match is None:  # the pattern also matches nothing, at the end
-        return b"", stop
-    return match[1], match.end()
+        return LogicalLine(b"", stop, 1)
+    return LogicalLine(match[1], match.end(), 1)

@@ -6,11 +6,13 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.imports import FileRow, charge_of_row, find_files, imported_names, links_of_file
 from data_schema.vocabulary import Action
 from labbook.desk import Desk, Statement
-from labbook.naming import run_named
+from labbook.naming import refuse_empty, run_named
 
 
 def assign(desk: Desk, what: str, run_name: str, why: str | None) -> str:
     """State the assignment; returns the sentence that says what was done."""
+    if why is not None:
+        refuse_empty("--why", why)
     run = run_named(desk.connection, run_name)
     name, mark, row_text = what.rpartition("#")
     if mark and row_text.isdigit():

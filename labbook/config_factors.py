@@ -53,7 +53,7 @@ def read_gains(top: TableReader, factors: Mapping[str, FactorSettings]) -> dict[
 
 def _factor(table: TableReader) -> FactorSettings:
     kind = table.word("kind", FactorKind)
-    unit = table.optional_text("unit")
+    title, unit = table.optional_text("title"), table.optional_text("unit")
     levels = tuple(_number_levels(table) if kind is FactorKind.NUMBER else _label_levels(table))
     labels = [level.label for level in levels]
     if not table.value("levels"):
@@ -68,7 +68,7 @@ def _factor(table: TableReader) -> FactorSettings:
         given = str(control) if number is None else number_label(number)
         control = table.known("control", given, labels, "level") if labels else None
     table.finish()
-    return FactorSettings(kind, unit, levels, control)
+    return FactorSettings(kind, title, unit, levels, control)
 
 
 def _number_levels(table: TableReader) -> Iterable[LevelSettings]:

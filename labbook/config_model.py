@@ -38,9 +38,10 @@ class LevelSettings:
 
 @dataclass(frozen=True, slots=True)
 class FactorSettings:
-    """`[factors.NAME]`; `control` is the label of the level that makes a condition a control."""
+    """`[factors.NAME]`; `title` is its name in text, `control` the label of the level that makes a condition a control."""
 
     kind: FactorKind
+    title: str | None
     unit: str | None
     levels: tuple[LevelSettings, ...]
     control: str | None

@@ -33,10 +33,12 @@ PERSON = INITIALS
 
 #[factors.k_gain]
 #kind = "number"
+#title = "extension stiffness"
 #levels = [300, 400]
 
 #[factors.b_ad_gain]
 #kind = "number"
+#title = "active-damping coefficient"
 #levels = [0, 50, 100, 150, 200, 250]
 #control = 0
 

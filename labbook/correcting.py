@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import datetime
 import math
+import zoneinfo
 from collections.abc import Mapping, Sequence
+from enum import StrEnum
 from typing import Any
 
 import sqlalchemy as sa
@@ -13,17 +15,23 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.facts import FACTS, find_uid
 from data_schema.queries.runs import RunRow
 from data_schema.tables.base import Real
-from data_schema.vocabulary import Action, RunState
+from data_schema.vocabulary import Action, ChargeMode, RunKind, RunState, StudyKind
 from labbook.book import Book
 from labbook.desk import Desk, Statement
-from labbook.naming import ensure_condition, ensure_day, named_uid, old_values, run_named, study_of
+from labbook.naming import ensure_condition, ensure_day, named_uid, old_values, refuse_empty, run_named, study_of
 
 _EQUIPMENT = ("robot", "battery", "instrument")
+_WORDS: Mapping[tuple[str, str], type[StrEnum]] = {
+    ("run", "kind"): RunKind,
+    ("study", "kind"): StudyKind,
+    ("charge", "mode"): ChargeMode,
+}
 _FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number"}
 
 
 def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why: str) -> dict[str, tuple[Any, Any]]:
     """State corrections of one row; returns (old, new) by column. Results downstream are marked stale."""
+    refuse_empty("--why", why)
     given = _assignments(assignments)
     kind, uid, run = _target(desk.connection, target)
     new: dict[str, Any] = {}
@@ -47,6 +55,7 @@ def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why
 
 def void(desk: Desk, name: str, reason: str) -> None:
     """State that a run does not count; it stays in the book with everything that belongs to it."""
+    refuse_empty("--reason", reason)
     run = run_named(desk.connection, name)
     if run.state is RunState.VOID:
         raise UsageError(f"run {name} is void already: the journal keeps who said so and why (`labbook show {name}`).")
@@ -92,7 +101,31 @@ def _column(book: Book, desk: Desk, kind: str, name: str, text: str) -> dict[str
         return {name: ensure_day(desk, study_of(desk.connection).uid, _date(text))}
     if name == "run":
         return {name: None if text == "none" else run_named(desk.connection, text).uid}
-    return {name: _number(name, text, column) if not isinstance(column.type, sa.Text) else text}
+    return {name: _text(kind, text, column) if isinstance(column.type, sa.Text) else _number(name, text, column)}
+
+
+def _text(kind: str, text: str, column: sa.Column[Any]) -> str | None:
+    """Read what is stored as text: words of a closed list, time zones and instants are held to what they mean."""
+    if not text:
+        if column.nullable:
+            return None
+        raise UsageError(f"{column.name}= is empty: every {kind} needs its {column.name}.")
+    words = _WORDS.get((kind, column.name))
+    if words is not None and text not in tuple(words):
+        raise unknown_name(f"{column.name} of a {kind}", text, words)
+    if column.name == "time_zone" and text not in zoneinfo.available_timezones():
+        raise unknown_name("time zone", text, zoneinfo.available_timezones())
+    return _instant(column.name, text) if column.name.endswith("_utc") else text
+
+
+def _instant(name: str, text: str) -> str:
+    try:
+        moment = datetime.datetime.fromisoformat(text)
+    except ValueError:
+        moment = None
+    if moment is None or moment.tzinfo is None:
+        raise UsageError(f"{name}={text} is no instant: write it with its zone, as 2021-06-01T14:30:00Z.")
+    return moment.astimezone(datetime.UTC).isoformat().replace("+00:00", "Z")
 
 
 def _number(name: str, text: str, column: sa.Column[Any]) -> float | int:

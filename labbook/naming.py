@@ -32,6 +32,12 @@ def run_named(connection: sa.Connection, name: str) -> RunRow:
     return rows[name]
 
 
+def refuse_empty(option: str, text: str) -> None:
+    """Raise `UsageError` for a reason that says nothing: the journal keeps it for those who come later."""
+    if not text.strip():
+        raise UsageError(f"{option} is empty: say it in a few words, the journal keeps them.")
+
+
 def named_uid(connection: sa.Connection, kind: str, name: str, known: Mapping[str, Any]) -> str:
     """Return the uid of a robot, battery or instrument that labbook.toml names."""
     uid = find_uid(connection, kind, name=name)

@@ -72,7 +72,7 @@ def _make_and_keep(
 ) -> tuple[MadeReport, int, int]:
     """Compute without a lock, then keep; begin again if somebody stated something meanwhile."""
     for _attempt in range(ATTEMPTS):
-        made_at = now_utc()
+        made_at = now_utc().split(".")[0] + "Z"
         with book.reading() as connection:
             seen = journal.head(connection)
             made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)

@@ -36,7 +36,7 @@ def state_charge(
     )
     if charge_mah > most:
         raise UsageError(
-            f"{charge_mah:g} mAh is more than pack {run.battery} can take ({most:g} mAh): check the number and its unit."
+            f"{charge_mah:g} mAh is more than pack {run.battery} can take ({most:g} mAh): check number and unit."
         )
     if charges_by_run(desk.connection).get(run.uid):
         raise UsageError(

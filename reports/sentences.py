@@ -114,10 +114,10 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
         return Claim(f"The savings{where} are {reason}.", _ids(comparison))
     places = places_of(savings)
     size = with_unit(value_text(abs(savings.value), places), savings.unit)
-    low_high = interval_text(savings)
+    interval = interval_text(savings)
+    counts = f"n{EQUALS}{comparison.n_control} control and {comparison.n_treatment} treatment runs"
     evidence = (
-        f"{level_text(savings)} {low_high}; n{EQUALS}{comparison.n_control} control and "
-        f"{comparison.n_treatment} treatment runs; {significance_text(comparison.welch)}"
+        f"{level_text(savings)} {interval}; {counts}; {significance_text(comparison.welch)}" if interval else counts
     )
     shown = _excludes_zero(savings)
     if shown is None:
@@ -134,16 +134,18 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
 
 def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say how a quantity differed between control and treatment, and whether zero lies in the interval."""
-    difference = as_shown(comparison.difference)
+    difference = as_shown(comparison.welch_difference)
     where = _where(content, comparison)
     what = "The apex" if comparison.quantity is Quantity.APEX else "The energy of a jump"
     if isinstance(difference.value, Undefined):
         return Claim(f"{what}{where}: the difference is {value_text(difference.value)}.", (difference.provenance,))
     comparative = "higher" if difference.value >= 0 else "lower"
-    size = with_unit(value_text(abs(difference.value), places_of(comparison.difference)), difference.unit)
+    size = with_unit(value_text(abs(difference.value), places_of(comparison.welch_difference)), difference.unit)
+    interval = interval_text(comparison.welch_difference)
     evidence = (
-        f"{level_text(difference)} of the difference {interval_text(comparison.difference)}; "
-        f"{significance_text(comparison.welch)}"
+        f"{level_text(difference)} of the difference {interval}; {significance_text(comparison.welch)}"
+        if interval
+        else f"{comparison.n_control} control and {comparison.n_treatment} treatment runs are too few for an interval"
     )
     verdict = {True: "", False: ", which the interval does not tell from zero", None: ""}[_excludes_zero(difference)]
     lead = f"{what} was {size} {comparative} under active damping{where}{verdict}"

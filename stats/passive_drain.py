@@ -70,6 +70,16 @@ class PassiveDrain:
         """Standard error of the intercept."""
         return math.sqrt(self.covariance[0][0])
 
+    def slope_ci_mah_s(self, level: float = 0.95) -> tuple[float, float]:
+        """Student's interval of the slope."""
+        half = t_quantile(as_level("level", level), self.df) * self.slope_se_mah_s
+        return self.slope_mah_s - half, self.slope_mah_s + half
+
+    def intercept_ci_mah(self, level: float = 0.95) -> tuple[float, float]:
+        """Student's interval of the intercept."""
+        half = t_quantile(as_level("level", level), self.df) * self.intercept_se_mah
+        return self.intercept_mah - half, self.intercept_mah + half
+
     def at(self, duration_s: float, level: float = 0.95) -> DrainEstimate:
         """Return the passive charge over `duration_s` with the uncertainty of the line there.
 

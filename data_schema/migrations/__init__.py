@@ -1,6 +1,7 @@
 """How the database changes from one labbook to the next: Alembic, from the first table on.
 
-`revision()` says where a database stands, `upgrade()` brings it to the newest; neither is ever called by opening.
+`current()` says where a database stands, `upgrade()` brings it to the newest; neither is ever called by opening.
+`versions` names another folder of migrations than labbook's own.
 """
 
 from __future__ import annotations
@@ -13,24 +14,20 @@ from alembic.config import Config
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 
-
-def _configuration() -> Config:
-    configuration = Config()
-    configuration.set_main_option("script_location", str(Path(__file__).parent).replace("%", "%%"))
-    configuration.set_main_option("path_separator", "os")
-    return configuration
+VERSIONS = Path(__file__).parent / "versions"
 
 
-def newest() -> str:
+def newest(versions: Path = VERSIONS) -> str:
     """Return the revision that this labbook writes."""
-    revision = ScriptDirectory.from_config(_configuration()).get_current_head()
+    revision = ScriptDirectory.from_config(_configuration(versions)).get_current_head()
     assert revision is not None, "there is a first migration"  # noqa: S101
     return revision
 
 
-def known(revision: str) -> bool:
+def known(revision: str, versions: Path = VERSIONS) -> bool:
     """Tell whether this labbook has the migration that a database says it has."""
-    return revision in {script.revision for script in ScriptDirectory.from_config(_configuration()).walk_revisions()}
+    scripts = ScriptDirectory.from_config(_configuration(versions)).walk_revisions()
+    return revision in {script.revision for script in scripts}
 
 
 def current(connection: sa.Connection) -> str | None:
@@ -38,8 +35,34 @@ def current(connection: sa.Connection) -> str | None:
     return MigrationContext.configure(connection).get_current_revision()
 
 
-def upgrade(connection: sa.Connection) -> None:
-    """Run all migrations that are missing, inside the transaction of `connection`."""
-    configuration = _configuration()
+def upgrade(connection: sa.Connection, versions: Path = VERSIONS) -> None:
+    """Run all migrations that are missing, inside the transaction of `connection`.
+
+    On SQLite a table that is rebuilt loses its triggers without a word; those are made again.
+    """
+    configuration = _configuration(versions)
     configuration.attributes["connection"] = connection
+    before = _triggers(connection)
     command.upgrade(configuration, "head")
+    for name in before.keys() - _triggers(connection).keys():
+        connection.exec_driver_sql(before[name])
+
+
+def _configuration(versions: Path) -> Config:
+    configuration = Config()
+    configuration.set_main_option("script_location", _literal(Path(__file__).parent))
+    configuration.set_main_option("path_separator", "newline")
+    configuration.set_main_option("version_locations", _literal(versions))
+    return configuration
+
+
+def _literal(path: Path) -> str:
+    return str(path).replace("%", "%%")
+
+
+def _triggers(connection: sa.Connection) -> dict[str, str]:
+    """Return the SQL of every trigger on SQLite, where its table is still there."""
+    if connection.dialect.name != "sqlite":
+        return {}
+    rows = connection.exec_driver_sql("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'")
+    return {row.name: row.sql for row in rows}

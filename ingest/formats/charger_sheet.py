@@ -65,7 +65,7 @@ def _rows(
     width = len(header.cells)
     fewest = width
     unended = source.data[-1:] not in (b"\r", b"\n", b"\x1a")
-    below = [row for row in numbered_lines(source.data, source.start, header.delimiter) if row[0] > header.line]
+    below = [row for row in numbered_lines(source.data, source.start) if row[0] > header.line]
     for line, content in below:
         raw = split_cells(content.strip(b"\x1a"), header.delimiter)
         if unended and line == below[-1][0] and raw:

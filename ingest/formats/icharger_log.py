@@ -100,7 +100,7 @@ def _procedures(head: Head, findings: FindingCollector) -> tuple[list[_Procedure
     open_by_channel: dict[int, _Procedure] = {}
     rows_read = rejected = 0
     data, start = (head.data, 0) if head.source is None else (head.source.data, head.source.start)
-    for number, content in numbered_lines(data, start, b";"):
+    for number, content in numbered_lines(data, start):
         record = content.strip(b"\0\x1a \t")
         if not record:
             continue

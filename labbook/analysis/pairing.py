@@ -14,8 +14,8 @@ from labbook.config import Configuration
 
 EACH = "each level against the control"
 POOLED = "all levels pooled against the control"
-ACROSS = "pooled across {factor}"
-BETWEEN = "between levels of {factor}"
+ACROSS = "pooled across the {factor}"
+BETWEEN = "between levels of the {factor}"
 
 
 def swept_factor(configuration: Configuration) -> str | None:

@@ -56,13 +56,19 @@ def _outcome(evidence: Evidence, duration_s: float | None) -> Outcome:
                 for name, unit in (("slope", "mAh/min"), ("intercept", "mAh"), ("r_squared", "1"), ("at_run", "mAh"))
             )
         )
+    low, high = drain.slope_ci_mah_s()
+    from_low, from_high = drain.intercept_ci_mah()
     line = (
         NewNumber(
-            "slope", drain.slope_mah_s * MAH_MIN, "mAh/min", drain.slope_se_mah_s * MAH_MIN, df=drain.df, n=drain.n
+            "slope", drain.slope_mah_s * MAH_MIN, "mAh/min", drain.slope_se_mah_s * MAH_MIN, ci_low=low * MAH_MIN,
+            ci_high=high * MAH_MIN, ci_level=0.95, df=drain.df, n=drain.n,
         ),
-        NewNumber("intercept", drain.intercept_mah, "mAh", drain.intercept_se_mah, df=drain.df, n=drain.n),
+        NewNumber(
+            "intercept", drain.intercept_mah, "mAh", drain.intercept_se_mah, ci_low=from_low, ci_high=from_high,
+            ci_level=0.95, df=drain.df, n=drain.n,
+        ),
         NewNumber("r_squared", drain.r_squared, "1", n=drain.n),
-    )
+    )  # fmt: skip
     if duration_s is None:
         none = Undefined("the protocol states no run duration")
         return Outcome((*line, NewNumber("at_run", none, "mAh")))

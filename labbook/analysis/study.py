@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 
 from data_schema.queries.results import ResultRow
 from labbook.analysis import pairing
+from labbook.analysis.budget import budget
 from labbook.analysis.comparing import Pair, analyse_variance, compare
 from labbook.analysis.conditions import ConditionValues, condition_values, run_numbers
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence
+from labbook.analysis.packs import pack_deviations
 from labbook.analysis.passive_drain import passive_drain
 from labbook.analysis.run_apexes import ApexVariant, RunApexes, as_protocol, run_apexes, without_exclusions
 from labbook.analysis.run_energy import RunEnergies, run_energies
@@ -62,6 +64,8 @@ class StudyAnalysis:
     compared: list[Compared]
     anovas: list[VarianceAnalysed]
     varied: list[Varied]
+    packs: dict[str, ResultRow]
+    budget: ResultRow | None
 
 
 def analyse(
@@ -80,7 +84,9 @@ def analyse(
     )
     heights = condition_values(bench, run_numbers(evidence.runs, apexes.results, Quantity.APEX), Quantity.APEX, scope)
     swept = pairing.swept_factor(evidence.configuration)
-    analysis = StudyAnalysis(evidence, drain, energies, apexes, swept, joules, heights, [], [], [])
+    packs = pack_deviations(bench, joules, scope)
+    of_a_joule = budget(bench, evidence, drain, joules, scope)
+    analysis = StudyAnalysis(evidence, drain, energies, apexes, swept, joules, heights, [], [], [], packs, of_a_joule)
     if swept is None:
         return analysis
     compared = [

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Sequence
+from typing import NoReturn
 
 import typer
 
@@ -30,12 +32,16 @@ from labbook.cli import (
     why,
 )
 
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as shells have it."""
+
 app = typer.Typer(
     name="labbook",
     help="The lab notebook of a robotics lab that counts: raw instrument files in, a traceable report out.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Every command takes --debug, which shows where an error arose.",
 )
 
 for module in (
@@ -57,19 +63,17 @@ for module in (
     rebuild,
 ):
     module.register(app)
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as shells have it."""
-
 for name, group in (("runs", runs), ("jumps", jumps), ("db", db)):
     app.add_typer(group.app, name=name)
 
 
-def run() -> None:
+def run(words: Sequence[str] | None = None) -> NoReturn:
     """Run the command line: what a user caused becomes its sentence and exit code, `--debug` shows where it arose."""
-    debug = "--debug" in sys.argv
-    arguments = [argument for argument in sys.argv[1:] if argument != "--debug"]
+    given = sys.argv[1:] if words is None else words
+    debug = "--debug" in given
+    arguments = [argument for argument in given if argument != "--debug"]
     try:
-        code = app(arguments, standalone_mode=False)
+        code = app(arguments, prog_name="labbook", standalone_mode=False)
     except (LabbookError, OSError, typer.TyperException, typer.Abort) as error:
         if debug:
             raise

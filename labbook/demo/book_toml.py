@@ -31,10 +31,12 @@ levels = {{ {feet} }}
 
 [factors.k_gain]
 kind = "number"
+title = "extension stiffness"
 levels = {k_gains}
 
 [factors.b_ad_gain]
 kind = "number"
+title = "active-damping coefficient"
 levels = {ad_gains}
 control = {control}
 

@@ -6,6 +6,7 @@ import json
 
 from labbook.analysis import pairing
 from labbook.analysis.study import Compared, StudyAnalysis
+from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown
 from reports.content import Anova, Comparison, Quantity, Sensitivity, Variant
 
@@ -13,7 +14,16 @@ from reports.content import Anova, Comparison, Quantity, Sensitivity, Variant
 def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
     """Return all comparisons; the pooled one with the largest savings is the headline."""
     best = headline(analysis)
-    return tuple(_comparison(item, shown, headline=item is best) for item in analysis.compared)
+    return tuple(_comparison(item, shown, _family(analysis, item), headline=item is best) for item in analysis.compared)
+
+
+def _family(analysis: StudyAnalysis, item: Compared) -> str:
+    """Name a family of comparisons with the factors' titles in place of their names."""
+    for name in analysis.evidence.configuration.factors:
+        for pattern in (pairing.ACROSS, pairing.BETWEEN):
+            if item.pair.family == pattern.format(factor=name):
+                return pattern.format(factor=factor_title(analysis, name))
+    return item.pair.family
 
 
 def headline(analysis: StudyAnalysis) -> Compared | None:
@@ -68,7 +78,7 @@ def _savings(item: Compared) -> float | None:
     return next(number.value for number in item.result.numbers if number.name == "savings")
 
 
-def _comparison(item: Compared, shown: Shown, *, headline: bool) -> Comparison:
+def _comparison(item: Compared, shown: Shown, family: str, *, headline: bool) -> Comparison:
     payload = json.loads(item.result.payload_json)
     n_a, n_b = payload["n_a"], payload["n_b"]
     return Comparison(
@@ -86,6 +96,6 @@ def _comparison(item: Compared, shown: Shown, *, headline: bool) -> Comparison:
         savings=shown.number(item.result, "savings")
         if item.pair.with_savings and item.quantity is Quantity.JOULES
         else None,
-        family=item.pair.family,
+        family=family,
         headline=headline,
     )

@@ -29,7 +29,7 @@ def build_content(
     """Fill a report's content; `shown` collects the numbers that it shows."""
     evidence = analysis.evidence
     detector = evidence.configuration.protocol.detector
-    items, note = drain.budget(analysis)
+    items, note = drain.budget(analysis, shown)
     compared = comparisons.comparisons(analysis, shown)
     bare = ReportContent(
         title=f"Report on {evidence.study.name}",
@@ -50,7 +50,7 @@ def build_content(
         drain=drain.drain_fit(analysis, shown),
         budget=items,
         budget_note=note,
-        order=course.order(analysis),
+        order=course.order(analysis, shown),
         sensitivity=comparisons.sensitivity(analysis, shown),
         methods=methods.methods(analysis),
         limitations=methods.limitations(analysis),

@@ -10,8 +10,9 @@ from data_schema.queries.runs import PlannedRow, RunRow
 from data_schema.vocabulary import CheckKind, RunKind, RunState
 from labbook.analysis.conditions import RunNumber
 from labbook.analysis.study import StudyAnalysis
-from reports.content import Day, Flow, Number, Order, PackMean, RunPoint
-from stats.summary import describe
+from labbook.presenting.design import factor_title
+from labbook.presenting.numbers import Shown
+from reports.content import Day, Flow, Order, PackMean, RunPoint
 
 
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
@@ -45,6 +46,11 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
         for run in jump_runs
         if run.uid not in used
     )
+    excluded.update(
+        f"{run.kind} run"
+        for run in selected
+        if run.kind not in (RunKind.JUMPS, RunKind.IDLE) and run.state is not RunState.VOID
+    )
     judged = [item for judgement in analysis.apexes.judgements.values() for item in judgement.jumps]
     jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
     return Flow(
@@ -61,23 +67,15 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
     )
 
 
-def order(analysis: StudyAnalysis) -> Order:
+def order(analysis: StudyAnalysis, shown: Shown) -> Order:
     """Set every run's joules against its position in the day and its pack, as deviations from its condition."""
-    points = []
-    deviations: dict[str, list[float]] = {}
-    for condition in analysis.joules:
-        mean = sum(condition.values) / len(condition.values)
-        for item in condition.runs:
-            points.append(_point(item, item.value - mean))
-            deviations.setdefault(item.run.battery, []).append(item.value - mean)
-    packs = []
-    for pack, values in sorted(deviations.items()):
-        about = describe(values)
-        mean_deviation = Number(
-            about.mean, "J", about.se, ci_low=about.ci_low, ci_high=about.ci_high, ci_level=about.level, n=about.n
-        )
-        packs.append(PackMean(pack, mean_deviation))
-    return Order(tuple(points), tuple(packs), None, tuple(confounded_with_day(analysis)))
+    points = [
+        _point(item, item.value - sum(condition.values) / len(condition.values))
+        for condition in analysis.joules
+        for item in condition.runs
+    ]
+    packs = tuple(PackMean(pack, shown.number(row, "deviation")) for pack, row in analysis.packs.items())
+    return Order(tuple(points), packs, None, tuple(confounded_with_day(analysis)))
 
 
 def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
@@ -94,15 +92,15 @@ def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
             continue
         share = "every day" if single == len(days_of) else f"{single} of {len(days_of)} days"
         sentences.append(
-            f"On {share} all runs had one level of {factor.name}: differences between its levels are confounded with "
-            "differences between days."
+            f"On {share} all runs had one level of the {factor_title(analysis, factor.name)}: differences between its "
+            "levels are confounded with differences between days."
         )
     if analysis.swept:
         without = sum(not any(run.is_control for run in of_day) for of_day in days_of.values())
         if without:
             sentences.append(
-                f"{without} of {len(days_of)} days have no control run: on these, {analysis.swept} is confounded with "
-                "the day."
+                f"{without} of {len(days_of)} days have no control run: on these, the "
+                f"{factor_title(analysis, analysis.swept)} is confounded with the day."
             )
     return sentences
 

@@ -20,7 +20,7 @@ def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
         shown.append(
             Factor(
                 name=row.name,
-                title=row.name.replace("_", " "),
+                title=factor_title(analysis, row.name),
                 symbol=gain.symbol if gain else "",
                 unit=gain.unit if gain else "",
                 slope=gain.slope if gain else None,
@@ -30,6 +30,11 @@ def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
             )
         )
     return tuple(shown)
+
+
+def factor_title(analysis: StudyAnalysis, name: str) -> str:
+    """Return what a factor is called in text: its title in labbook.toml, or its name."""
+    return analysis.evidence.configuration.factors[name].title or name.replace("_", " ")
 
 
 def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+from collections.abc import Mapping
+
 import numpy as np
 
 from data_schema.vocabulary import Undefined
@@ -10,7 +13,6 @@ from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.methods import drain_sentence
 from labbook.presenting.numbers import Shown
 from reports.content import BudgetItem, DrainFit, IdlePoint
-from stats.energy import EnergyBudget, energy_budget
 
 LINE_POINTS = 61
 
@@ -41,32 +43,20 @@ def drain_fit(analysis: StudyAnalysis, shown: Shown) -> DrainFit | None:
     )
 
 
-def budget(analysis: StudyAnalysis) -> tuple[tuple[BudgetItem, ...], str]:
+def budget(analysis: StudyAnalysis, shown: Shown) -> tuple[tuple[BudgetItem, ...], str]:
     """Return where the uncertainty of one run's joules comes from, for the condition with the most runs."""
-    drain = fitted(analysis.evidence)
-    if not analysis.joules or isinstance(drain, Undefined):
+    row = analysis.budget
+    if row is None:
         return (), ""
-    condition = max(analysis.joules, key=lambda item: len(item.runs))
-    durations = [item.run.duration_s or 0.0 for item in condition.runs]
-    found: EnergyBudget = energy_budget(
-        condition.values,
-        [item.run.jumps_made for item in condition.runs],
-        reference_voltage_v=analysis.evidence.study.reference_voltage_v,
-        drain_se_mah=drain.at(sum(durations) / len(durations)).se,
-        resolution_mah=analysis.evidence.configuration.protocol.charger_resolution_mah,
-    )
+    payload = json.loads(row.payload_json)
     items = [
-        BudgetItem(
-            term.name,
-            term.one_run_j,
-            term.shared,
-            " and ".join(
-                note
-                for note, holds in (("contained in the scatter", term.in_scatter), ("assumed", term.assumed))
-                if holds
-            ),
-        )
-        for term in found.terms
+        BudgetItem(term["name"], shown.value(row, term["name"]), term["shared"], _budget_note(term))
+        for term in payload["terms"]
     ]
-    items.append(BudgetItem("one run in all", found.total_one_run_j, shared=False, total=True))
-    return tuple(items), f"Condition {condition.key}, {found.sentence()}"
+    items.append(BudgetItem("one run in all", shown.value(row, "one run in all"), shared=False, total=True))
+    return tuple(items), f"Condition {json.loads(row.scope_json)['condition']}. {payload['sentence']}"
+
+
+def _budget_note(term: Mapping[str, bool]) -> str:
+    notes = [("contained in the scatter", term["in_scatter"]), ("assumed", term["assumed"])]
+    return " and ".join(note for note, holds in notes if holds)

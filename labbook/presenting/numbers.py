@@ -20,7 +20,7 @@ class Shown:
     def number(self, row: ResultRow, name: str) -> Number:
         """Return a number of a result with its provenance id."""
         item = number(row, name)
-        self.sources[item.uid] = Provenance(item.uid, f"{name} of {row.kind} ({_scope(row)})", len(row.inputs))
+        self.sources[item.uid] = Provenance(item.uid, f"{name.replace('_', ' ')}, {_scope(row)}", len(row.inputs))
         undefined = Undefined(item.undefined_reason or "")
         return Number(
             value=_value(item),
@@ -57,5 +57,6 @@ def _df(item: NumberRow) -> Value:
 
 
 def _scope(row: ResultRow) -> str:
+    """Say what a result is about in a few words; the family of a comparison is in its label already."""
     scope = json.loads(row.scope_json)
-    return ", ".join(f"{name}: {value}" for name, value in scope.items() if value != "")
+    return "; ".join(str(value) for name, value in scope.items() if value != "" and name != "family")

@@ -18,7 +18,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
 from labbook.cli.main import run
 
@@ -44,15 +43,9 @@ def labbook(*words: str | Path, at: Path) -> Answer:
     """Give a command in this process, in the folder `at`, as from a script: nobody sits at a terminal."""
     out, err = io.StringIO(), io.StringIO()
     code: object = 0
-    with (
-        contextlib.chdir(at),
-        contextlib.redirect_stdout(out),
-        contextlib.redirect_stderr(err),
-        mock.patch.object(sys, "argv", ["labbook", *map(str, words)]),
-        mock.patch.object(sys, "stdin", io.StringIO()),
-    ):
+    with contextlib.chdir(at), contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
-            run()
+            run([str(word) for word in words])
         except SystemExit as end:
             code = end.code
     return Answer(code if isinstance(code, int) else 0, out.getvalue(), err.getvalue())

@@ -50,6 +50,13 @@ TEXT = [
         600,
     ),
     Case("unbalanced quote", with_row('166,"0.42,0.2,400'), False, "quote_unbalanced", 599),
+    Case(
+        "unbalanced quotes in two rows",
+        text(LOG_HEADER, [f'"{row}' if n in (50, 52) else row for n, row in enumerate(ROWS)]),
+        False,
+        "quote_unbalanced",
+        598,
+    ),
     Case("header again inside", with_row(LOG_HEADER), False, "header_repeated", 599),
     Case(
         "header on every page",

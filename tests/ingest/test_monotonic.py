@@ -26,7 +26,9 @@ def order(seconds: list[float]) -> tuple[Order, list[str]]:
 def test_what_is_kept_always_increases_within_its_segment(seconds: list[float]) -> None:
     found, _ = order(seconds)
     rows = np.flatnonzero(found.keep)
-    for start, stop in zip(found.starts, [*found.starts[1:], len(seconds)], strict=True):
+    assert bool(found.starts) == bool(rows.size)
+    stops = [*found.starts[1:], len(seconds)] if found.starts else []
+    for start, stop in zip(found.starts, stops, strict=True):
         inside = rows[(rows >= start) & (rows < stop)]
         assert (np.diff(np.array(seconds)[inside]) > 0).all()
 
@@ -54,7 +56,7 @@ def test_a_reboot_begins_a_segment() -> None:
 
 
 def test_a_32_bit_counter_is_counted_on() -> None:
-    ticks = (np.arange(100) * 3333.0 + 2**32 - 50_000) % 2**32
+    ticks = np.asarray((np.arange(100) * 3333.0 + 2**32 - 50_000) % 2**32, dtype=np.float64)
     unwrapped = unwrap(ticks, FindingCollector(), block(100), "time")
     assert np.array_equal(np.diff(unwrapped), np.full(99, 3333.0))
 

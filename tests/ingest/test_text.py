@@ -65,5 +65,7 @@ def test_the_start_of_a_recording_is_read_with_its_zone() -> None:
 
 def test_the_rate_in_the_header_serves_a_file_without_time() -> None:
     heights = [row.split(",")[1] for row in robot_rows(50)]
-    (part,) = read_file(b"# rate: 333 Hz\n" + text("height [m]", heights), Declarations()).parts
-    assert part.rate_hz == 333.0
+    for header in ("height [m]", "height\nm"):
+        (part,) = read_file(b"# rate: 333 Hz\n" + text(header, heights), Declarations()).parts
+        assert part.rate_hz == 333.0
+        assert part.channels[0].name == "body_height"

@@ -60,7 +60,8 @@ def test_a_sheet_without_units_is_asked_for_each() -> None:
 def test_declared_columns_complete_a_header() -> None:
     declared = Declarations(columns={"what": ColumnDeclaration("charge", "Ah"), "no": ColumnDeclaration("run")})
     (charge,) = read("no,what\n7,0.461\n", declared).charges
-    assert (charge.stated_run, charge.charge_mah) == ("7", pytest.approx(461.0))
+    assert charge.stated_run == "7"
+    assert charge.charge_mah == pytest.approx(461.0)
 
 
 def test_the_resolution_is_that_of_the_finest_reading() -> None:
@@ -78,7 +79,6 @@ def test_the_resolution_is_that_of_the_finest_reading() -> None:
         ("r9,461 V,charge", "unit_differs"),
         ("r9,999999,charge", "out_of_range"),
         ("r9,1.234,charge", "thousands_separator"),
-        ('r9,"1,234",charge', "thousands_separator"),
         ("r9,461,charge,more", "ragged_row"),
         ('r9,"461,charge', "quote_unbalanced"),
     ],

@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer.main
+
+from labbook.cli.main import app
+from tests.cli.shell import good, labbook, process
+
+ROOT: Any = typer.main.get_command(app)
+
+
+def paths(command: Any = ROOT, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    """Every command with the words that call it; groups too."""
+    yield above, command
+    for name, below in getattr(command, "commands", {}).items():
+        yield from paths(below, (*above, name))
+
+
+ALL = list(paths())
+COMMANDS = [(words, command) for words, command in ALL if not hasattr(command, "commands")]
+
+
+def ids(items: list[tuple[tuple[str, ...], Any]]) -> list[str]:
+    return [" ".join(words) or "labbook" for words, _command in items]
+
+
+@pytest.mark.parametrize(("words", "command"), ALL, ids=ids(ALL))
+def test_help_fits_80_columns_and_explains_everything(words: tuple[str, ...], command: Any, tmp_path: Path) -> None:
+    shown = good(labbook(*words, "--help", at=tmp_path)).out
+    assert max(map(len, shown.splitlines())) <= 80
+    assert "…" not in shown
+    if command is not ROOT:
+        assert all(parameter.help for parameter in command.params)
+    if not hasattr(command, "commands"):
+        assert f"Example: labbook {' '.join(words)}" in " ".join(shown.split())
+
+
+@pytest.mark.parametrize(("words", "command"), COMMANDS, ids=ids(COMMANDS))
+def test_every_command_speaks_json(words: tuple[str, ...], command: Any) -> None:
+    assert "--json" in [option for parameter in command.params for option in parameter.opts]
+
+
+@pytest.mark.parametrize(("words", "command"), COMMANDS, ids=ids(COMMANDS))
+def test_examples_name_options_that_exist(words: tuple[str, ...], command: Any) -> None:
+    example = re.search(r"Example: (.*)", command.help, re.DOTALL)
+    assert example is not None
+    known = {option for parameter in command.params for option in parameter.opts} | {"--foot"}
+    assert set(re.findall(r"--[a-z-]+", example[1])) <= known
+
+
+@pytest.mark.parametrize("words", [(), ("runs",), ("jumps",), ("db",)], ids=lambda words: " ".join(words) or "labbook")
+def test_a_group_without_a_command_shows_its_help(words: tuple[str, ...], tmp_path: Path) -> None:
+    shown = labbook(*words, at=tmp_path)
+    assert shown.code == 2
+    assert "Usage: labbook" in shown.out + shown.err
+    assert "Commands" in shown.out + shown.err
+
+
+def test_help_works_in_a_process_of_its_own(tmp_path: Path) -> None:
+    shown = process("--help", at=tmp_path)
+    assert shown.code == 0
+    assert "ingest" in shown.out
+    assert "--debug" in shown.out
+    assert max(map(len, shown.out.splitlines())) <= 80

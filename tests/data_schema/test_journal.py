@@ -1,0 +1,249 @@
+"""The journal: every statement comes back as it was made, and no change of what was written goes unseen."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sqlalchemy as sa
+from hypothesis import given
+from hypothesis import strategies as st
+
+from data_schema import journal
+from data_schema.engine import reading, writing
+from data_schema.errors import BookDamaged
+from data_schema.journal import GENESIS, Entry, JournalFile, canonical, chained
+from data_schema.tables.people import journal as table
+from data_schema.vocabulary import Action
+from tests.helpers.journals import chain, entry, renumbered, write_all
+
+TEXT = st.text(st.characters(exclude_categories=["Cs"]))
+PLAIN = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | TEXT,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXT, inner, max_size=3),
+    max_leaves=6,
+)
+SAID = st.fixed_dictionaries(
+    {
+        "at_utc": TEXT,
+        "person": st.sampled_from(["Ada Nwosu", "Ben Ode", "Zoë Ł"]),
+        "action": st.sampled_from(Action),
+        "entity_kind": TEXT,
+        "entity_uid": TEXT,
+        "old": st.none() | st.dictionaries(TEXT, PLAIN, max_size=3),
+        "new": st.none() | st.dictionaries(TEXT, PLAIN, max_size=3),
+        "reason": st.none() | TEXT,
+    }
+)
+CHAINS = st.lists(SAID, min_size=2, max_size=6).map(chain)
+
+
+@pytest.fixture(scope="module")
+def mirror(tmp_path_factory: pytest.TempPathFactory) -> JournalFile:
+    return JournalFile(tmp_path_factory.mktemp("journal") / "journal.jsonl")
+
+
+def written(mirror: JournalFile, entries: list[Entry]) -> bytes:
+    mirror.path.write_bytes(b"")
+    mirror.append(entries)
+    return mirror.path.read_bytes()
+
+
+# --- lines
+
+
+@given(SAID, st.integers(1, 2**62))
+def test_an_entry_comes_back_from_its_line(said: dict[str, Any], seq: int) -> None:
+    one = entry(seq, GENESIS, **said)
+    back = Entry.from_line(one.line)
+    assert back == one
+    assert back.line == one.line
+    assert "\n" not in one.line
+
+
+@given(CHAINS)
+def test_entries_come_back_from_the_file(mirror: JournalFile, entries: list[Entry]) -> None:
+    written(mirror, entries[:1])
+    mirror.append(entries[1:])
+    assert list(mirror.entries()) == entries
+    assert mirror.last() == entries[-1]
+    assert all(mirror.tail(seq) == entries[seq:] for seq in range(len(entries) + 1))
+
+
+def test_entries_come_back_from_the_database(engine: sa.Engine) -> None:
+    said = [
+        {"old": {"foot": "small"}, "new": {"foot": "large"}, "reason": 'typed "wrong"; DROP TABLE'},
+        {"new": None, "person": "Zoë Ł", "action": Action.DECIDE},
+        {"new": {"a": 0.1 + 0.2, "b": [1, None, True, 2**53 + 1], "c": {"d": "ünïcode \u2028\n\\"}}, "old": {}},
+    ]
+    entries = chain(said)
+    with writing(engine) as connection:
+        assert journal.head(connection) == (0, GENESIS)
+        write_all(connection, entries)
+    with reading(engine) as connection:
+        assert list(chained(journal.stored(connection))) == entries
+        assert journal.head(connection) == (3, entries[-1].hash)
+
+
+@given(PLAIN)
+def test_canonical_text_is_the_same_for_equal_values(value: Any) -> None:
+    assert canonical(json.loads(canonical(value))) == canonical(value)
+
+
+def test_canonical_text_knows_no_nan() -> None:
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        canonical({"height": float("nan")})
+
+
+# --- the chain
+
+
+@given(CHAINS, st.data())
+def test_a_changed_byte_is_seen(mirror: JournalFile, entries: list[Entry], data: st.DataObject) -> None:
+    content = bytearray(written(mirror, entries))
+    place = data.draw(st.integers(0, len(content) - 2), "place")  # without the last newline that is a cut-off line
+    content[place] ^= data.draw(st.integers(1, 255), "flipped bits")
+    mirror.path.write_bytes(content)
+    with pytest.raises(BookDamaged):
+        list(mirror.entries())
+
+
+@given(CHAINS, st.data())
+def test_a_removed_line_is_seen(mirror: JournalFile, entries: list[Entry], data: st.DataObject) -> None:
+    lines = written(mirror, entries).splitlines(keepends=True)
+    del lines[data.draw(st.integers(0, len(lines) - 2), "line")]
+    mirror.path.write_bytes(b"".join(lines))
+    with pytest.raises(BookDamaged, match="a line is missing"):
+        list(mirror.entries())
+
+
+@given(CHAINS, st.data())
+def test_swapped_lines_are_seen(mirror: JournalFile, entries: list[Entry], data: st.DataObject) -> None:
+    lines = written(mirror, entries).splitlines(keepends=True)
+    first, second = data.draw(st.lists(st.integers(0, len(lines) - 1), min_size=2, max_size=2, unique=True))
+    lines[first], lines[second] = lines[second], lines[first]
+    mirror.path.write_bytes(b"".join(lines))
+    with pytest.raises(BookDamaged):
+        list(mirror.entries())
+
+
+@given(CHAINS, st.data())
+def test_a_line_forged_with_its_own_hash_is_seen_by_the_next(entries: list[Entry], data: st.DataObject) -> None:
+    place = data.draw(st.integers(0, len(entries) - 2), "line")
+    forged = list(entries)
+    forged[place] = entry(place + 1, entries[place].prev_hash, reason="forged", at_utc="never")
+    with pytest.raises(BookDamaged, match=f"entry {place + 2} does not follow entry {place + 1}"):
+        list(chained(iter(forged)))
+
+
+@given(CHAINS)
+def test_a_journal_forged_whole_ends_in_another_hash(entries: list[Entry]) -> None:
+    """Whoever has the last hash, in the database or on paper, sees it."""
+    forged = renumbered([entry(1, GENESIS, reason="forged"), *entries[1:]])
+    assert list(chained(iter(forged))) == forged
+    assert forged[-1].hash != entries[-1].hash
+
+
+def test_a_row_changed_in_the_database_is_seen_though_it_is_the_last(engine: sa.Engine) -> None:
+    entries = chain([{}, {}])
+    forged = entry(2, entries[0].hash, reason="forged")
+    with writing(engine) as connection:
+        write_all(connection, entries[:1])
+        journal.insert(connection, forged)
+        row = connection.execute(sa.select(table).where(table.c.seq == 2)).mappings().one()
+        assert row["hash"] == forged.hash
+    with writing(engine) as connection:
+        # what a foreign program would leave: other words under the hash of the first
+        connection.execute(table.insert().values({**row, "id": 3, "seq": 3, "hash": entries[1].hash}))
+    with reading(engine) as connection, pytest.raises(BookDamaged, match=r"entry 3 of the database was changed"):
+        list(journal.stored(connection))
+
+
+# --- the file
+
+
+@given(CHAINS, st.data())
+def test_a_cut_off_last_line_does_not_count_and_is_written_again(
+    mirror: JournalFile, entries: list[Entry], data: st.DataObject
+) -> None:
+    whole = written(mirror, entries)
+    before = len(written(mirror, entries[:-1]))
+    cut = data.draw(st.integers(before, len(whole) - 1), "bytes left")
+    mirror.path.write_bytes(whole[:cut])
+    assert list(mirror.entries()) == entries[:-1]
+    assert mirror.last() == entries[-2]
+    mirror.append(entries[-1:])
+    assert mirror.path.read_bytes() == whole
+
+
+def test_a_long_journal_is_read_from_its_end(mirror: JournalFile) -> None:
+    long = {"text": "x" * 3000}
+    entries = chain([{"new": long} for _ in range(1000)])
+    assert len(written(mirror, entries)) > 3 << 20
+    assert mirror.last() == entries[-1]
+    assert mirror.tail(990) == entries[990:]
+    assert mirror.tail(10) == entries[10:]
+    assert mirror.tail(1000) == []
+    assert all(after.prev_hash == before.hash for before, after in pairwise(mirror.entries()))
+
+
+def test_one_line_longer_than_the_end_that_is_read(mirror: JournalFile) -> None:
+    entries = chain([{}, {"new": {"text": "x" * (3 << 20)}}])
+    written(mirror, entries)
+    assert mirror.last() == entries[-1]
+    assert mirror.tail(1) == entries[1:]
+    assert mirror.tail(0) == entries
+
+
+def test_a_missing_file_is_damage_with_the_way_out(tmp_path: Path) -> None:
+    with pytest.raises(BookDamaged, match="labbook rebuild --journal"):
+        JournalFile(tmp_path / "journal.jsonl").last()
+
+
+def test_bytes_that_are_no_text_are_damage(mirror: JournalFile) -> None:
+    content = written(mirror, chain([{}, {}]))
+    mirror.path.write_bytes(content.replace(b"remark", b"re\xffark", 1))
+    with pytest.raises(BookDamaged, match="is not the text that was written"):
+        list(mirror.entries())
+
+
+FULL_DISK = """
+import resource, sys
+from pathlib import Path
+from data_schema.journal import JournalFile
+from tests.helpers.journals import chain
+
+mirror, entries = JournalFile(Path(sys.argv[1])), chain([{}] * 5)
+mirror.append(entries[:2])
+room = mirror.path.stat().st_size + len(entries[2].line) + 10
+resource.setrlimit(resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
+try:
+    mirror.append(entries[2:])
+except OSError as error:
+    print(error.strerror)
+assert list(mirror.entries()) == entries[:2]
+resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+mirror.append(entries[2:])
+assert list(mirror.entries()) == entries
+"""
+
+
+@pytest.mark.skipif(
+    resource.getrlimit(resource.RLIMIT_FSIZE)[1] != resource.RLIM_INFINITY, reason="the size of files is limited here"
+)
+def test_entries_that_do_not_fit_on_the_disk_leave_none_of_them(tmp_path: Path) -> None:
+    path = tmp_path / "journal.jsonl"
+    path.touch()
+    root = Path(__file__).parents[2]
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    done = subprocess.run(
+        [sys.executable, "-c", FULL_DISK, str(path)], capture_output=True, text=True, check=False, env=environment
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "File too large\n", "")
