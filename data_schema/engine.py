@@ -72,14 +72,17 @@ def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.E
 @contextlib.contextmanager
 def writing(engine: sa.Engine) -> Iterator[sa.Connection]:
     """Run one writing transaction, alone; committed at the end, rolled back on any error."""
-    with (
-        translated(),
-        engine.connect().execution_options(labbook_writes=True) as connection,
-        connection.begin(),
-    ):
-        if engine.dialect.name == "postgresql":
-            connection.execute(sa.text("LOCK TABLE journal IN SHARE ROW EXCLUSIVE MODE"))
+    with translated(), engine.connect().execution_options(labbook_writes=True) as connection, alone(connection):
         yield connection
+
+
+@contextlib.contextmanager
+def alone(connection: sa.Connection) -> Iterator[None]:
+    """Begin a transaction in which nobody else writes; on SQLite the option `labbook_writes` sees to that."""
+    with connection.begin():
+        if connection.dialect.name == "postgresql":
+            connection.execute(sa.text("LOCK TABLE journal IN SHARE ROW EXCLUSIVE MODE"))
+        yield
 
 
 @contextlib.contextmanager
@@ -109,6 +112,11 @@ def translated() -> Iterator[None]:
         if "readonly" in text or "unable to open" in text:
             raise BookDamaged(
                 f"the database cannot be written ({error.orig}): check the permissions of the book's folder."
+            ) from error
+        if isinstance(error.orig, sqlite3.Error):
+            raise BookDamaged(
+                f"the database does not hold what labbook put there ({error.orig}): keep the file, and run `labbook "
+                "rebuild` to make it anew from the raw copies and the journal."
             ) from error
         raise BookDamaged(f"the database did not answer: {str(error.orig).strip()}; check that it runs.") from error
     except DBAPIError as error:

@@ -42,31 +42,41 @@ class Book:
         return reading(self.engine)
 
     @contextlib.contextmanager
-    def desk(self, person: str | None) -> Iterator[Desk]:
-        """Open a writing transaction for one person; first takes over what labbook.toml proposes anew."""
+    def desk(self, person: str | None, *, correcting: bool = False) -> Iterator[Desk]:
+        """Open a writing transaction for one person; first takes over what labbook.toml proposes anew.
+
+        `correcting` is for statements that may settle what labbook.toml and the book disagree about.
+        """
         speaker = self.speaker(person)
         with desk_of(self.engine, self.store, self.mirror, speaker) as desk:
-            propose(desk, self.configuration)
+            propose(desk, self.configuration, correcting=correcting)
             yield desk
+            if correcting:
+                propose(desk, self.configuration, correcting=True)
 
     def speaker(self, person: str | None) -> str:
         """Return who speaks: the person named by name or initials, or the only one there is."""
-        people = self.configuration.people
-        if person is None:
-            if len(people) == 1:
-                return next(iter(people))
-            raise UsageError(
-                f"a statement needs a person and this book has {len(people)}: add --as with one of "
-                f"{', '.join(repr(name) for name in people)}."
-            )
-        for name, initials in people.items():
-            if person in (name, initials):
-                return name
-        raise unknown_name("person", person, people, "New people are added under [people] in labbook.toml.")
+        return speaker_of(self.configuration, person)
 
     def close(self) -> None:
         """Give the database connections back."""
         self.engine.dispose()
+
+
+def speaker_of(configuration: Configuration, person: str | None) -> str:
+    """Return whom a name or initials mean; None means the only one there is."""
+    people = configuration.people
+    if person is None:
+        if len(people) == 1:
+            return next(iter(people))
+        raise UsageError(
+            f"a statement needs a person and this book has {len(people)}: add --as with one of "
+            f"{', '.join(repr(name) for name in people)}."
+        )
+    for name, initials in people.items():
+        if person in (name, initials):
+            return name
+    raise unknown_name("person", person, people, "New people are added under [people] in labbook.toml.")
 
 
 @contextlib.contextmanager
@@ -140,7 +150,7 @@ def journal_path(folder: Path, configuration: Configuration) -> Path:
     return store_of(folder, configuration).root / JOURNAL
 
 
-def check_revision(engine: sa.Engine) -> None:
+def check_revision(engine: sa.Engine, versions: Path = migrations.VERSIONS) -> None:
     """Refuse a database that is not labbook's, is older, or is newer, with the next command to give."""
     with reading(engine) as connection:
         tables = set(sa.inspect(connection).get_table_names())
@@ -151,11 +161,12 @@ def check_revision(engine: sa.Engine) -> None:
             f"the database {shown(engine)} {what}: make a book with `labbook init DIR`, or point [database] url in "
             "labbook.toml to the right one."
         )
-    if revision == migrations.newest():
+    newest = migrations.newest(versions)
+    if revision == newest:
         return
-    if migrations.known(revision):
+    if migrations.known(revision, versions):
         raise BookVersion(
-            f"the database {shown(engine)} has revision {revision}, this labbook writes {migrations.newest()}: run "
+            f"the database {shown(engine)} has revision {revision}, this labbook writes {newest}: run "
             "`labbook db upgrade` (it makes a backup first)."
         )
     raise BookVersion(

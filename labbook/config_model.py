@@ -38,7 +38,7 @@ class LevelSettings:
 
 @dataclass(frozen=True, slots=True)
 class FactorSettings:
-    """`[factors.NAME]`; `title` is its name in text, `control` the label of the level that makes a condition a control."""
+    """`[factors.NAME]`; `title` is its name in text, `control` the label of the level that controls have."""
 
     kind: FactorKind
     title: str | None

@@ -18,7 +18,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.engine import writing
-from data_schema.errors import BookDamaged
+from data_schema.errors import BookDamaged, InputRefused
 from data_schema.journal import Entry, JournalFile
 from data_schema.vocabulary import Action
 from ingest.store import Store
@@ -54,6 +54,7 @@ class Desk:
 
     def state(self, statement: Statement) -> Entry:
         """Apply one statement and put it into the journal; raises a `LabbookError` when it cannot be accepted."""
+        refuse_no_text([statement.old, statement.new, statement.reason])
         if self.entries:
             seq, previous = self.entries[-1].seq, self.entries[-1].hash
         else:
@@ -79,6 +80,23 @@ class Desk:
         uid = new_uid()
         self.state(Statement(Action.DECLARE, entity, uid, new=values))
         return uid
+
+
+def refuse_no_text(said: object) -> None:
+    """Raise `InputRefused` for texts that no journal can hold: bytes that are not UTF-8, and NUL."""
+    if isinstance(said, Mapping):
+        said = [*said.keys(), *said.values()]
+    if isinstance(said, list | tuple):
+        for part in said:
+            refuse_no_text(part)
+    elif isinstance(said, str) and ("\0" in said or _surrogates(said)):
+        shown = said.encode("utf-8", "backslashreplace").decode().replace("\0", "\\0")
+        raise InputRefused(f"'{shown}' holds a byte that is not text: write it in UTF-8 and without NUL.")
+
+
+def _surrogates(text: str) -> bool:
+    """Tell whether a text holds bytes that the terminal could not decode."""
+    return any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
 def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: object = None) -> list[tuple[str, str]]:

@@ -5,6 +5,7 @@ The file is read once; what is hashed, parsed and kept are the same bytes, whate
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -57,12 +58,12 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)
     if first is not None:
-        return FileOutcome(str(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None)
+        return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None)
     options = dict(request.options or {})
     if request.dry_run:
         read = read_file(data, declarations(book.configuration, options))
         status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
-        return FileOutcome(str(path), sha256, status, read, (), None, None)
+        return FileOutcome(readable(path), sha256, status, read, (), None, None)
     prepared = read_and_store(book.store, data, sha256, book.configuration, options)
     return _stored(book, path, request, prepared, run_uid, options)
 
@@ -99,15 +100,22 @@ def _the_books_own(path: Path, book_folder: Path) -> bool:
 
 def read_bytes(path: Path) -> bytes:
     """Read a file whole; raises `InputRefused` when it is no regular file."""
+    if not path.exists():
+        raise InputRefused(f"{path} does not exist: check the name.")
     if not path.is_file():
         raise InputRefused(f"{path} is not a regular file: name a file or a folder of files.")
     return path.read_bytes()
 
 
+def readable(path: Path) -> str:
+    """Return a path as text; bytes of its name that are not UTF-8 are written as `\\xf6`."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
 def stated_run(book: Book, path: Path) -> str | None:
     """Return the run that a file's name states, by the pattern in labbook.toml."""
     pattern = book.configuration.files.run_pattern
-    found = re.search(pattern, path.name) if pattern else None
+    found = re.search(pattern, readable(Path(path.name))) if pattern else None
     return found.group("run") if found else None
 
 
@@ -134,7 +142,7 @@ def _stored(
     new: dict[str, Any] = {
         "sha256": sha256,
         "n_bytes": prepared.n_bytes,
-        "original_name": path.name,
+        "original_name": readable(Path(path.name)),
         "modified_utc": datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds"),
         "options": options,
         "stated_run": stated_run(book, path),
@@ -142,13 +150,13 @@ def _stored(
     with book.desk(request.person) as desk:
         first = first_import(desk.connection, sha256)  # another program may have been faster
         if first is not None:
-            return FileOutcome(str(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None)
+            return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None)
         if read.refused:
             _refuse(desk, new, read)
-            return FileOutcome(str(path), sha256, IngestStatus.REFUSED, read, (), None, None)
+            return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
         desk.state(Statement(Action.INGEST, "ingest", new_uid(), new={**new, "run": run_uid}, prepared=prepared))
         runs = runs_of_file(desk.connection, sha256)
-    return FileOutcome(str(path), sha256, IngestStatus.IMPORTED, read, runs, None, prepared)
+    return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, prepared)
 
 
 def _refuse(desk: Desk, new: dict[str, Any], read: ReadFile) -> None:

@@ -13,7 +13,16 @@ from data_schema import migrations
 from data_schema.engine import reading, sqlite_engine
 from data_schema.errors import UsageError
 from ingest.store import sync_folder
-from labbook.book import CONFIGURATION, DATABASE, engine_of, journal_path, open_book, read_configuration, shown
+from labbook.book import (
+    CONFIGURATION,
+    DATABASE,
+    engine_of,
+    journal_path,
+    open_book,
+    read_configuration,
+    shown,
+    speaker_of,
+)
 from labbook.config import Configuration, template
 
 
@@ -29,6 +38,7 @@ def make_book(folder: Path, person: str | None) -> None:
             raise UsageError("a new book needs a person: add --as NAME.")
         path.write_text(template(folder.resolve().name, person), encoding="utf-8")
     configuration = read_configuration(folder)
+    speaker_of(configuration, person)  # before anything is made that a wrong name would leave behind
     refuse_existing(folder, configuration)
     mirror = journal_path(folder, configuration)
     mirror.parent.mkdir(parents=True, exist_ok=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from zoneinfo import ZoneInfo
@@ -11,8 +12,9 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.runs import list_runs, planned_runs
 from data_schema.vocabulary import PlanMethod, RunKind
 from labbook.book import Book
+from labbook.config import Configuration
 from labbook.desk import Desk, now_utc
-from labbook.naming import ensure_condition, study_of
+from labbook.naming import condition_key, ensure_condition, study_of
 from labbook.plan import Plan, PlannedRun, draw_plan
 from labbook.run_sheet import run_names, write_run_sheet
 from labbook.run_sheet_print import format_run_sheet_for_print
@@ -76,7 +78,11 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     )
     if not request.dry_run:
         with book.desk(person) as desk:
-            _state(desk, book, drawn, names)
+            entries = [
+                PlannedEntry(name, run.day, run.block, None if run.condition is None else dict(run.condition))
+                for name, run in zip(names, drawn.runs, strict=True)
+            ]
+            state_plan(desk, configuration, drawn.seed, drawn.method, entries)
     page = request.out.with_suffix(".html")
     request.out.write_text(sheet, encoding="utf-8")
     page.write_text(printed, encoding="utf-8")
@@ -90,23 +96,30 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     )
 
 
-def _state(desk: Desk, book: Book, drawn: Plan, names: tuple[str, ...]) -> None:
+@dataclass(frozen=True, slots=True)
+class PlannedEntry:
+    """One run of a plan as it is stated; `levels` is None for an idle run."""
+
+    name: str
+    day: int
+    block: str
+    levels: Mapping[str, str] | None
+
+
+def state_plan(
+    desk: Desk, configuration: Configuration, seed: int, method: PlanMethod, entries: Sequence[PlannedEntry]
+) -> None:
+    """State a plan and its runs in order, making the conditions that it needs."""
     study_uid = study_of(desk.connection).uid
-    conditions = {
-        run.condition: ensure_condition(desk, book.configuration, study_uid, dict(run.condition))
-        for run in drawn.runs
-        if run.condition is not None
-    }
-    runs = [
-        {
-            "name": name,
-            "day_number": run.day,
-            "block": run.block,
-            "condition": conditions[run.condition] if run.condition is not None else None,
-        }
-        for name, run in zip(names, drawn.runs, strict=True)
-    ]
-    desk.declare("plan", study=study_uid, seed=drawn.seed, method=str(drawn.method), created_utc=now_utc(), runs=runs)
+    conditions: dict[str, str] = {}
+    runs = []
+    for entry in entries:
+        key = None if entry.levels is None else condition_key(entry.levels)
+        if entry.levels is not None and key not in conditions:
+            conditions[str(key)] = ensure_condition(desk, configuration, study_uid, entry.levels)
+        condition = None if key is None else conditions[key]
+        runs.append({"name": entry.name, "day_number": entry.day, "block": entry.block, "condition": condition})
+    desk.declare("plan", study=study_uid, seed=seed, method=str(method), created_utc=now_utc(), runs=runs)
 
 
 def _is_control(drawn: Plan, run: PlannedRun) -> bool:

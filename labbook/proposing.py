@@ -1,42 +1,81 @@
 """labbook.toml proposes, the book decides: what the file adds is stated, what it changes in use is refused.
 
 The tables, through the journal, are the one truth. Additions (a person, a level, a pack) become statements of whoever
-gives the next command. A change to a fact that stands already is refused with the `labbook correct` that would make it.
+gives the next command; so do changes while the book is still being described, before its first day, plan or file. A
+later change to a fact that stands is refused with the `labbook correct` that would make it.
 """
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any
+
+import sqlalchemy as sa
 
 from data_schema.errors import InputRefused
 from data_schema.journal import canonical
+from data_schema.queries.days import day_uids
 from data_schema.queries.facts import find_uid, read_fact
+from data_schema.queries.imports import imported_names
 from data_schema.queries.people import config_in_force, person_uid
-from data_schema.queries.runs import the_study
+from data_schema.queries.runs import planned_runs, the_study
+from data_schema.vocabulary import Action
 from labbook.config import Configuration
-from labbook.desk import Desk, now_utc
+from labbook.desk import Desk, Statement, now_utc
 
 
-def propose(desk: Desk, configuration: Configuration) -> None:
-    """Take over what the configuration adds; raises `InputRefused` when it contradicts what stands."""
+def propose(desk: Desk, configuration: Configuration, *, correcting: bool = False) -> None:
+    """Take over what the configuration adds; raises `InputRefused` when it contradicts what stands.
+
+    With `correcting`, contradictions are left to the correction that is being stated, and to the next command.
+    """
     in_force = config_in_force(desk.connection)
-    if in_force is not None and in_force[0] == configuration.sha256:
+    if in_force is not None and in_force.sha256 == configuration.sha256:
         return
     for name in sorted(configuration.people, key=lambda name: name != desk.person):
         if person_uid(desk.connection, name) is None:
             desk.declare("person", name=name, initials=configuration.people[name])
-    desk.declare("config", sha256=configuration.sha256, text=configuration.text, read_utc=now_utc())
-    changes: list[str] = []
+    changes: list[_Change] = []
     for kind, label, identity, values in _proposed(desk, configuration):
-        uid = find_uid(desk.connection, kind, **identity)
+        uid = _standing(desk.connection, kind, identity)
         if uid is None:
-            _refuse_second_study(desk, kind, label)
             desk.declare(kind, **identity, **values)
         else:
-            changes += _differences(kind, label, read_fact(desk.connection, kind, uid, values), values)
-    if changes:
-        raise InputRefused("\n".join(changes))
+            changes += _differences(desk.connection, kind, label, uid, {**identity, **values})
+    if changes and _in_use(desk.connection):
+        if correcting:
+            return
+        raise InputRefused("\n".join(change.sentence for change in changes))
+    for change in changes:
+        new, old = {change.field: change.proposed}, {change.field: change.standing}
+        reason = "labbook.toml was changed before anything was measured"
+        desk.state(Statement(Action.CORRECT, change.kind, change.uid, new=new, old=old, reason=reason))
+    desk.declare("config", sha256=configuration.sha256, text=configuration.text, read_utc=now_utc())
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """A fact that labbook.toml states otherwise than the book."""
+
+    kind: str
+    label: str
+    uid: str
+    field: str
+    standing: Any
+    proposed: Any
+
+    @property
+    def sentence(self) -> str:
+        remedy = "give it another name"
+        if self.kind != "level":
+            assignment = shlex.quote(f"{self.field}={self.proposed}")
+            remedy = f'state the change with `labbook correct {self.label} {assignment} --why "..."`'
+        return (
+            f"labbook.toml says {self.label} {self.field} = {self.proposed}, the book says {self.standing}: set it "
+            f"back, or {remedy}."
+        )
 
 
 def _proposed(desk: Desk, configuration: Configuration) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
@@ -53,7 +92,7 @@ def _proposed(desk: Desk, configuration: Configuration) -> Iterator[tuple[str, s
             "time_zone": study.time_zone,
         },
     )
-    study_uid = find_uid(desk.connection, "study", name=study.name)
+    study_uid = _standing(desk.connection, "study", {})
     for name, factor in configuration.factors.items():
         yield "factor", name, {"study": study_uid, "name": name}, {"kind": str(factor.kind), "unit": factor.unit}
         factor_uid = find_uid(desk.connection, "factor", study=study_uid, name=name)
@@ -79,20 +118,27 @@ def _proposed(desk: Desk, configuration: Configuration) -> Iterator[tuple[str, s
         yield "instrument", f"instrument:{name}", {"name": name}, values
 
 
-def _refuse_second_study(desk: Desk, kind: str, name: str) -> None:
-    """A book is about one study; another name is a renamed study or another book."""
-    standing = the_study(desk.connection) if kind == "study" else None
-    if standing is not None:
-        raise InputRefused(
-            f"labbook.toml calls the study {name!r}, the book calls it {standing.name!r}: set the old name again, or "
-            "make another book with `labbook init`."
-        )
+def _standing(connection: sa.Connection, kind: str, identity: Mapping[str, Any]) -> str | None:
+    """Return the uid of what is proposed where it stands already; a book has one study, whatever it is called."""
+    if kind == "study":
+        study = the_study(connection)
+        return None if study is None else study.uid
+    return find_uid(connection, kind, **identity)
 
 
-def _differences(kind: str, label: str, standing: Mapping[str, Any], proposed: Mapping[str, Any]) -> list[str]:
+def _differences(
+    connection: sa.Connection, kind: str, label: str, uid: str, proposed: Mapping[str, Any]
+) -> list[_Change]:
+    if kind == "factor":
+        return []
+    standing = read_fact(connection, kind, uid, proposed)
     return [
-        f"labbook.toml says {label} {field} = {value}, the book says {standing[field]}: set it back, or state the "
-        f'change with `labbook correct {label} {field}={value} --why "..."`.'
+        _Change(kind, label, uid, field, standing[field], value)
         for field, value in proposed.items()
-        if standing[field] != value and kind != "factor"
+        if standing[field] != value
     ]
+
+
+def _in_use(connection: sa.Connection) -> bool:
+    """Tell whether the book's description has been built on: a day, a plan or a file."""
+    return bool(day_uids(connection) or planned_runs(connection) or imported_names(connection))

@@ -7,19 +7,20 @@ rows that it had, every reference points somewhere, and the file is whole; other
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import sqlite3
-from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
 import sqlalchemy as sa
+from sqlalchemy.exc import DBAPIError
 
 from data_schema import migrations
-from data_schema.engine import reading, translated
+from data_schema.engine import alone, reading, translated
 from data_schema.errors import BookDamaged, BookVersion, UsageError
-from labbook.book import DATABASE, shown
+from labbook.book import DATABASE, check_revision
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,27 +32,32 @@ class Upgrade:
     backup: Path | None
 
 
-def upgrade_database(folder: Path, engine: sa.Engine) -> Upgrade:
+def upgrade_database(folder: Path, engine: sa.Engine, versions: Path = migrations.VERSIONS) -> Upgrade:
     """Bring the database to this labbook's revision; does nothing when it is there already."""
     with reading(engine) as connection:
         before = migrations.current(connection)
-    if before is None or not migrations.known(before):
-        raise BookVersion(
-            f"the database {shown(engine)} has revision {before}, which this labbook does not know: install the "
-            "labbook that made it with `pip install --upgrade robot-labbook`."
-        )
-    after = migrations.newest()
+    if before is None or not migrations.known(before, versions):
+        check_revision(engine, versions)  # says whose database it is, and what to do
+    assert before is not None  # noqa: S101 - or it would have been refused
+    after = migrations.newest(versions)
     if before == after:
         return Upgrade(before, after, None)
     backup = back_up(folder, before) if engine.dialect.name == "sqlite" else None
-    migrate_checked(engine)
+    try:
+        migrate_checked(engine, versions)
+    except DBAPIError as error:
+        raise BookVersion(
+            f"the upgrade from {before} to {after} failed ({str(error.orig).strip()}) and nothing was changed: go on "
+            "with the labbook that made the database, and report this."
+        ) from error
     return Upgrade(before, after, backup)
 
 
 def back_up(folder: Path, revision: str) -> Path:
     """Copy the SQLite database through its own backup; refuses when the disk has not twice its size free."""
     source = folder / DATABASE
-    size = sum(path.stat().st_size for path in folder.glob(f"{DATABASE}*") if path.is_file())
+    pieces = [source, source.with_name(f"{DATABASE}-wal")]
+    size = sum(path.stat().st_size for path in pieces if path.exists())
     free = shutil.disk_usage(folder).free
     if free < 2 * size:
         raise UsageError(
@@ -60,7 +66,7 @@ def back_up(folder: Path, revision: str) -> Path:
         )
     stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
     target = folder / f"{DATABASE}.{revision}.{stamp}.backup"
-    with closing(sqlite3.connect(source)) as origin, closing(sqlite3.connect(target)) as copy:
+    with contextlib.closing(sqlite3.connect(source)) as origin, contextlib.closing(sqlite3.connect(target)) as copy:
         origin.backup(copy)
         verdict = copy.execute("PRAGMA integrity_check").fetchone()[0]
     if verdict != "ok":
@@ -68,16 +74,18 @@ def back_up(folder: Path, revision: str) -> Path:
     return target
 
 
-def migrate_checked(engine: sa.Engine) -> None:
+def migrate_checked(engine: sa.Engine, versions: Path = migrations.VERSIONS) -> None:
     """Run the missing migrations; rolls back when a row was lost or a reference broken."""
     sqlite = engine.dialect.name == "sqlite"
-    with translated(), engine.connect().execution_options(labbook_writes=True) as connection:
+    with engine.connect().execution_options(labbook_writes=True) as connection:
         if sqlite:
             _foreign_keys(connection, "OFF")
         try:
-            with connection.begin():
+            with contextlib.ExitStack() as transaction:
+                with translated():
+                    transaction.enter_context(alone(connection))
                 before = count_rows(connection)
-                migrations.upgrade(connection)
+                migrations.upgrade(connection, versions)
                 _check(connection, before, sqlite)
         finally:
             if sqlite:
@@ -107,7 +115,9 @@ def _check(connection: sa.Connection, before: dict[str, int], sqlite: bool) -> N
 
 
 def _foreign_keys(connection: sa.Connection, state: str) -> None:
-    """Switch enforcement outside any transaction: inside one, SQLite ignores the order."""
+    """Switch enforcement outside any transaction: inside one, SQLite ignores the order without a word."""
     driver = connection.connection.driver_connection
     assert isinstance(driver, sqlite3.Connection)  # noqa: S101
     driver.execute(f"PRAGMA foreign_keys = {state}")
+    if driver.execute("PRAGMA foreign_keys").fetchone()[0] != (state == "ON"):
+        raise BookDamaged(f"SQLite did not switch foreign keys {state}: nothing was changed, try again.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, sqlite_engine
+from tests.helpers.books import SmallBook, small_book
 from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate
 from tests.helpers.postgres import Cluster, NoServer, running_cluster
 
@@ -50,6 +52,28 @@ def migrated_sqlite(tmp_path_factory: pytest.TempPathFactory) -> Path:
     migrate(engine)
     engine.dispose()
     return path
+
+
+@pytest.fixture(scope="session")
+def postgres_book(cluster: Cluster, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished small book on the PostgreSQL database `book`, kept as `finished_book`: both are to be copied."""
+    folder = tmp_path_factory.mktemp("postgres-book")
+    cluster.make("book")
+    small_book(folder, database_url=cluster.url("book"))
+    cluster.make("finished_book", "book")
+    return folder
+
+
+@pytest.fixture(params=ENGINES)
+def book(request: pytest.FixtureRequest, tmp_path: Path) -> SmallBook:
+    """A finished small book of the test's own, once on SQLite and once on PostgreSQL."""
+    if request.param == "sqlite":
+        return small_book(tmp_path)
+    shutil.copytree(request.getfixturevalue("postgres_book"), tmp_path, dirs_exist_ok=True)
+    cluster: Cluster = request.getfixturevalue("cluster")
+    cluster.drop("book")
+    cluster.make("book", "finished_book")
+    return SmallBook(tmp_path / "book", tmp_path / "instruments")
 
 
 @pytest.fixture(params=ENGINES)

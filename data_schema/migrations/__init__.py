@@ -44,8 +44,10 @@ def upgrade(connection: sa.Connection, versions: Path = VERSIONS) -> None:
     configuration.attributes["connection"] = connection
     before = _triggers(connection)
     command.upgrade(configuration, "head")
-    for name in before.keys() - _triggers(connection).keys():
-        connection.exec_driver_sql(before[name])
+    after, tables = _triggers(connection), sa.inspect(connection).get_table_names()
+    for name, (table, statement) in before.items():
+        if name not in after and table in tables:
+            connection.exec_driver_sql(statement)
 
 
 def _configuration(versions: Path) -> Config:
@@ -60,9 +62,9 @@ def _literal(path: Path) -> str:
     return str(path).replace("%", "%%")
 
 
-def _triggers(connection: sa.Connection) -> dict[str, str]:
-    """Return the SQL of every trigger on SQLite, where its table is still there."""
+def _triggers(connection: sa.Connection) -> dict[str, tuple[str, str]]:
+    """Return table and SQL of every trigger by name; on PostgreSQL none, where no table is ever rebuilt."""
     if connection.dialect.name != "sqlite":
         return {}
-    rows = connection.exec_driver_sql("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'")
-    return {row.name: row.sql for row in rows}
+    rows = connection.exec_driver_sql("SELECT name, tbl_name, sql FROM sqlite_master WHERE type = 'trigger'")
+    return {row.name: (row.tbl_name, row.sql) for row in rows}

@@ -45,7 +45,7 @@ def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     row = _with_keys(connection, table, values)
     try:
         done = connection.execute(table.insert().values(uid=uid, **row))
-    except (sa.exc.IntegrityError, sa.exc.StatementError) as error:
+    except (sa.exc.StatementError, OverflowError) as error:
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {_why(error)}.") from error
     key = done.inserted_primary_key
     assert key is not None  # noqa: S101 - every fact has a private key
@@ -58,7 +58,7 @@ def update_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     row = _with_keys(connection, table, values)
     try:
         changed = connection.execute(table.update().where(table.c.uid == uid).values(**row)).rowcount
-    except (sa.exc.IntegrityError, sa.exc.StatementError) as error:
+    except (sa.exc.StatementError, OverflowError) as error:
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {_why(error)}.") from error
     if changed != 1:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
@@ -123,9 +123,9 @@ def _shown(values: Mapping[str, Any]) -> str:
     return ", ".join(f"{name}={value}" for name, value in values.items())
 
 
-def _why(error: sa.exc.StatementError) -> str:
+def _why(error: sa.exc.StatementError | OverflowError) -> str:
     """Name the broken rule: constraints are named after what they demand."""
-    text = str(error.orig or error).strip().splitlines()[0]
+    text = str(getattr(error, "orig", None) or error).strip().splitlines()[0]
     return text.replace("CHECK constraint failed:", "it breaks the rule").replace(
         "UNIQUE constraint failed:", "there is one already, by"
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import sqlalchemy as sa
 
 from data_schema.tables.people import config, person
@@ -19,7 +21,17 @@ def people(connection: sa.Connection) -> dict[str, str]:
     return {row.name: row.initials for row in rows}
 
 
-def config_in_force(connection: sa.Connection) -> tuple[str, str] | None:
-    """Return (sha256, text) of the newest configuration; None before the first."""
-    row = connection.execute(sa.select(config.c.sha256, config.c.text).order_by(config.c.id.desc()).limit(1)).first()
-    return (row.sha256, row.text) if row else None
+@dataclass(frozen=True, slots=True)
+class ConfigRow:
+    """A configuration as labbook.toml stood when it was taken over; an earlier text may be taken over again."""
+
+    uid: str
+    sha256: str
+    text: str
+
+
+def config_in_force(connection: sa.Connection) -> ConfigRow | None:
+    """Return the newest configuration; None before the first."""
+    newest = sa.select(config.c.uid, config.c.sha256, config.c.text).order_by(config.c.id.desc()).limit(1)
+    row = connection.execute(newest).first()
+    return ConfigRow(*row) if row else None

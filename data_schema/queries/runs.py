@@ -115,6 +115,11 @@ _LISTED = (
 )
 
 
+# A book has thousands of runs, and looking a word up costs a tenth of asking the enumeration for it.
+_KINDS = {str(kind): kind for kind in RunKind}
+_STATES = {str(state): state for state in RunState}
+
+
 def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = None) -> list[RunRow]:
     """List runs by day and position, all of them or those that fulfil `where` (see `where_columns`)."""
     query = (
@@ -133,14 +138,14 @@ def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = 
     nothing: dict[str, str] = {}
     return [
         RunRow(
-            uid, name, RunKind(kind), RunState(state), date, position, condition_uid, key or "", bool(control),
+            uid, name, _KINDS[kind], _STATES[state], date, position, condition_uid, key or "", bool(control),
             levels.get(condition_id, nothing), robot_name, robot_uid, pack, started, duration_s, jumps_made, starts,
             planned is not None,
         )
         for (
             uid, name, kind, state, date, position, condition_id, condition_uid, key, control, robot_name, robot_uid,
             pack, started, duration_s, jumps_made, starts, planned,
-        ) in connection.execute(query)
+        ) in connection.execute(query).all()
     ]  # fmt: skip
 
 

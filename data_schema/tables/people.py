@@ -45,7 +45,7 @@ config = table(
     "config",
     key_column(),
     uid_column(),
-    text_column("sha256", unique=True),
+    text_column("sha256"),
     text_column("text"),
     text_column("read_utc"),
 )

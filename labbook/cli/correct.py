@@ -29,7 +29,7 @@ def correct(
     from labbook.book import opened
     from labbook.correcting import correct as state_correction
 
-    with opened(book) as opened_book, opened_book.desk(person) as desk:
+    with opened(book) as opened_book, opened_book.desk(person, correcting=True) as desk:
         changed = state_correction(opened_book, desk, target, fields, why)
         stale = desk.stale
     lines = [f"{target}: {', '.join(fields)}."]

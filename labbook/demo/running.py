@@ -5,18 +5,19 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from data_schema.vocabulary import CheckKind
+from data_schema.vocabulary import CheckKind, PlanMethod
 from labbook.book import CONFIGURATION, Book, opened
 from labbook.correcting import correct
 from labbook.day_checks import state_check
 from labbook.demo.files import write_campaign
-from labbook.demo.records import Campaign
+from labbook.demo.records import Campaign, DemoRun
 from labbook.ingesting import IngestRequest, files_of, ingest_file
 from labbook.making import make_book
+from labbook.planning import PlannedEntry, state_plan
 from labbook.report_command import write
 from labbook.runs_importing import import_runs
 
@@ -77,11 +78,22 @@ class Stopwatch:
 
 
 def _state_runs(book: Book, campaign: Campaign, sheet: Path) -> None:
+    dates = sorted({run.date for run in campaign.runs})
+    entries = [PlannedEntry(run.name, dates.index(run.date) + 1, _block(run), _levels(run)) for run in campaign.runs]
     with book.desk(None) as desk:
+        state_plan(desk, book.configuration, campaign.seed, PlanMethod.BLOCKED, entries)
         import_runs(book, desk, sheet.read_text(encoding="utf-8"), str(sheet))
-        for date in sorted({run.date.isoformat() for run in campaign.runs}):
+        for date in dates:
             for kind in (CheckKind.RAIL_ANGLE, CheckKind.LUBRICATION):
-                state_check(desk, book.configuration, kind, None, None, passed=True, day=date)
+                state_check(desk, book.configuration, kind, None, None, passed=True, day=date.isoformat())
+
+
+def _block(run: DemoRun) -> str:
+    return "" if run.condition is None else f"{run.condition.foot} {run.condition.k_gain}"
+
+
+def _levels(run: DemoRun) -> dict[str, str] | None:
+    return None if run.condition is None else {name: str(level) for name, level in asdict(run.condition).items()}
 
 
 def _ingest(book: Book, folder: Path, step: Callable[[str], None]) -> Counter[str]:

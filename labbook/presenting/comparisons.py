@@ -8,7 +8,8 @@ from labbook.analysis import pairing
 from labbook.analysis.study import Compared, StudyAnalysis
 from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown
-from reports.content import Anova, Comparison, Quantity, Sensitivity, Variant
+from reports.content import Anova, Comparison, Quantity, ReportContent, Sensitivity, Variant
+from reports.sentences import levels_name
 
 
 def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
@@ -48,8 +49,8 @@ def anovas(analysis: StudyAnalysis, shown: Shown) -> tuple[Anova, ...]:
     return tuple(found)
 
 
-def sensitivity(analysis: StudyAnalysis, shown: Shown) -> tuple[Sensitivity, ...]:
-    """Return every pooled headline with its recomputations."""
+def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tuple[Sensitivity, ...]:
+    """Return every pooled headline with its recomputations; `content` knows what groups are called."""
     found = []
     for item in analysis.compared:
         if item.pair.family != pairing.POOLED:
@@ -58,7 +59,7 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown) -> tuple[Sensitivity, ...
         found.append(
             Sensitivity(
                 f"{'savings' if item.quantity is Quantity.JOULES else 'difference of apex height'}, "
-                f"{pairing.group_label(item.pair.group)}",
+                f"{levels_name(content, item.pair.group)}",
                 shown.number(item.result, name),
                 tuple(
                     Variant(varied.variant, shown.number(varied.result, name))

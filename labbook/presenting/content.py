@@ -51,12 +51,16 @@ def build_content(
         budget=items,
         budget_note=note,
         order=course.order(analysis, shown),
-        sensitivity=comparisons.sensitivity(analysis, shown),
         methods=methods.methods(analysis),
         limitations=methods.limitations(analysis),
         assumed=methods.assumed(analysis),
     )
-    return replace(bare, claims=_claims(bare, compared), provenance=tuple(shown.sources.values()))
+    return replace(
+        bare,
+        sensitivity=comparisons.sensitivity(analysis, shown, bare),
+        claims=_claims(bare, compared),
+        provenance=tuple(shown.sources.values()),
+    )
 
 
 def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Claim, ...]:

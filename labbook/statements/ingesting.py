@@ -69,7 +69,7 @@ def configuration_in_force(scene: Scene) -> Configuration:
     """Return the configuration under which the book stands at this point of its journal."""
     row = config_in_force(scene.connection)
     assert row is not None, "a configuration is declared before any file is read"  # noqa: S101
-    return parse_configuration(row[1], "the book's configuration")
+    return parse_configuration(row.text, "the book's configuration")
 
 
 def _read_again(scene: Scene, new: Mapping[str, Any]) -> PreparedImport:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from data_schema.journal import Entry, canonical
-from data_schema.queries.facts import find_uid, insert_fact
+from data_schema.queries.facts import insert_fact
 from data_schema.queries.people import config_in_force
 from labbook.config import parse_configuration
 from labbook.reporting import MadeReport, keep_report, make_report
@@ -15,16 +15,15 @@ def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
     new = entry.new or {}
     row = config_in_force(scene.connection)
     assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
-    sha256, text = row
     if isinstance(prepared, MadeReport):
         made = prepared
     else:
-        configuration = parse_configuration(text, "the book's configuration")
+        configuration = parse_configuration(row.text, "the book's configuration")
         made = make_report(scene.connection, scene.store, configuration, where=new["where"], made_at=new["made_at"])
     values = {
         "options_json": canonical({"where": new["where"]}),
         "as_of_utc": new["made_at"],
-        "config": find_uid(scene.connection, "config", sha256=sha256),
+        "config": row.uid,
         "made_utc": new["made_at"],
     }
     insert_fact(scene.connection, "report", entry.entity_uid, values)

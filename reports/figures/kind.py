@@ -51,5 +51,5 @@ def pdf_bytes(figure: Figure) -> bytes:
 def _written(figure: Figure, suffix: str, metadata: dict[str, str | None]) -> bytes:
     with publication_style(), io.BytesIO() as stream:
         figure.savefig(stream, format=suffix, metadata=metadata)
-        figure.set_layout_engine("none")  # laid out once: the second format has the first one's positions
+        figure.set_layout_engine(None)  # laid out once: the second format has the first one's positions
         return stream.getvalue()

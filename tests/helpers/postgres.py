@@ -37,14 +37,18 @@ class Cluster:
         return f"postgresql+psycopg://{ROLE}@/{database}?host={self.socket_folder}"
 
     def fresh(self, template: str = "template0") -> str:
-        """Make a database and return its name."""
+        """Make a database of a new name, and return the name."""
         name = f"test_{next(self._numbers)}"
-        self._order(f'CREATE DATABASE "{name}" TEMPLATE "{template}" STRATEGY file_copy')
+        self.make(name, template)
         return name
+
+    def make(self, name: str, template: str = "template0") -> None:
+        """Make a database that is empty, or a copy of another to which nobody is connected."""
+        self._order(f'CREATE DATABASE "{name}" TEMPLATE "{template}" STRATEGY file_copy')
 
     def drop(self, database: str) -> None:
         """Remove a database, whoever is still connected to it."""
-        self._order(f'DROP DATABASE "{database}" WITH (FORCE)')
+        self._order(f'DROP DATABASE IF EXISTS "{database}" WITH (FORCE)')
 
     def _order(self, statement: str) -> None:
         with psycopg.connect(host=str(self.socket_folder), user=ROLE, dbname="postgres", autocommit=True) as connection:

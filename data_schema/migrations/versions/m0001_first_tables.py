@@ -54,7 +54,6 @@ def upgrade() -> None:
         sa.Column("text", TEXT, nullable=False),
         sa.Column("read_utc", TEXT, nullable=False),
         sa.PrimaryKeyConstraint("id", name=op.f("pk_config")),
-        sa.UniqueConstraint("sha256", name=op.f("uq_config_sha256")),
         sa.UniqueConstraint("uid", name=op.f("uq_config_uid")),
         sqlite_strict=True,
     )

@@ -1,0 +1,47 @@
+"""What the numbers were measured on."""
+
+from __future__ import annotations
+
+import datetime as dt
+import importlib.metadata
+import os
+import platform
+import sqlite3
+from pathlib import Path
+
+LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "SQLAlchemy", "matplotlib", "typer")
+
+
+def described() -> list[tuple[str, str]]:
+    """Return the machine as (name, value) pairs."""
+    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in LIBRARIES)
+    return [
+        ("date", f"{dt.datetime.now(dt.UTC):%Y-%m-%d}"),
+        ("processor", _processor()),
+        ("cores", str(os.cpu_count())),
+        ("memory", f"{os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES') / 2**30:.0f} GiB"),
+        ("system", f"{_system()}, kernel {platform.release()}"),
+        ("Python", f"{platform.python_implementation()} {platform.python_version()}"),
+        ("libraries", f"{versions}, SQLite {sqlite3.sqlite_version}"),
+    ]
+
+
+def load() -> float:
+    """Return the load of the last minute: processes that wanted a core."""
+    return os.getloadavg()[0]
+
+
+def _processor() -> str:
+    info = Path("/proc/cpuinfo")
+    if info.exists():
+        for line in info.read_text(encoding="utf-8").splitlines():
+            if line.startswith("model name"):
+                return line.split(":", 1)[1].strip()
+    return platform.processor() or platform.machine()
+
+
+def _system() -> str:
+    try:
+        return platform.freedesktop_os_release()["PRETTY_NAME"]
+    except OSError:
+        return platform.platform(terse=True)

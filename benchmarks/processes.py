@@ -1,0 +1,57 @@
+"""Whole processes: their wall time, processor time and peak of resident memory."""
+
+from __future__ import annotations
+
+import re
+import resource
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+LOOK_EVERY_S = 0.02
+LABBOOK = Path(sys.executable).with_name("labbook")
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessRun:
+    """How a process went; `peak_mb` is None where /proc does not tell. `output` is what it printed."""
+
+    wall_s: float
+    cpu_s: float
+    peak_mb: float | None
+    output: str
+
+
+def run_process(command: Sequence[str | Path]) -> ProcessRun:
+    """Run a command to its end and measure all of it; raises when it fails.
+
+    The peak is the system's own high-water mark (VmHWM), read until the process ends: the one that wait4 gives begins
+    at the size of the process that started it.
+    """
+    before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        peak = None
+        while True:
+            peak = _high_water_mb(process.pid) or peak
+            try:
+                output, _ = process.communicate(timeout=LOOK_EVERY_S)
+                break
+            except subprocess.TimeoutExpired:
+                continue
+    wall_s, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_CHILDREN)
+    if process.returncode:
+        raise RuntimeError(f"{' '.join(map(str, command))} ended with {process.returncode}")
+    cpu_s = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return ProcessRun(wall_s, cpu_s, peak, output)
+
+
+def _high_water_mb(pid: int) -> float | None:
+    try:
+        status = Path(f"/proc/{pid}/status").read_text(encoding="utf-8")
+    except OSError:
+        return None
+    found = re.search(r"VmHWM:\s+(\d+) kB", status)
+    return int(found.group(1)) / 1000 if found else None

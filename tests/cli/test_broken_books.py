@@ -1,0 +1,245 @@
+"""A book that is not there, not finished, damaged, or another labbook's: said in one sentence, nothing made worse."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import sqlite3
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.helpers.books import SmallBook
+
+READING = ("runs list", "runs inbox", "today", "show r001", "jumps list r001", "why 0123", "plot r001", "db status")
+WRITING = ("note r001 x", "ingest labbook.toml", "void r001 --reason x", "report", "plan --seed 1", "check rail_angle")
+
+
+def execute(database: Path, *statements: str) -> None:
+    with contextlib.closing(sqlite3.connect(database)) as connection:
+        for statement in statements:
+            connection.execute(statement)
+        connection.commit()
+
+
+@pytest.mark.parametrize("words", [*READING, *WRITING, "db upgrade", "rebuild"])
+def test_where_no_book_is_it_says_how_to_make_one(words: str, tmp_path: Path) -> None:
+    refused(labbook(*words.split(), at=tmp_path), 2, "no book", "--book DIR", "labbook init DIR")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_book_is_found_from_a_folder_inside_it_and_by_name(whole: SmallBook, tmp_path: Path) -> None:
+    inside = whole.folder / "notes" / "2021"
+    inside.mkdir(parents=True)
+    expected = good(labbook("runs", "list", at=whole.folder)).out
+    assert good(labbook("runs", "list", at=inside)).out == expected
+    assert good(labbook("runs", "list", "--book", whole.folder, at=tmp_path)).out == expected
+
+
+def test_making_a_book_needs_a_person_and_leaves_nothing_without_one(tmp_path: Path) -> None:
+    refused(labbook("init", "mybook", at=tmp_path), 2, "missing option '--as'", "labbook init --help")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_new_book_is_described_first_and_then_only_corrected(tmp_path: Path) -> None:
+    good(labbook("init", "mybook", "--as", "Ada Nwosu", at=tmp_path))
+    book = tmp_path / "mybook"
+    toml = book / "labbook.toml"
+    described = toml.read_text().replace('name = "mybook"', 'name = "granular bed"').replace("= 15.4", "= 16.8")
+    toml.write_text(described)
+    good(labbook("check", "rail_angle", at=book))
+    assert rows(book, "SELECT name, reference_voltage_v FROM study") == [("granular bed", 16.8)]
+    toml.write_text(described.replace("= 16.8", "= 15.4").replace('"granular bed"', '"soft bed"'))
+    with unchanged(book):
+        answer = labbook("check", "lubrication", at=book)
+        refused(answer, 2, "labbook correct study 'name=soft bed'", "labbook correct study reference_voltage_v=15.4")
+    good(labbook("correct", "study", "name=soft bed", "--why", "clearer", at=book))
+    refused(labbook("check", "lubrication", at=book), 2, "reference_voltage_v=15.4")
+    good(labbook("correct", "study", "reference_voltage_v=15.4", "--why", "typed wrong", at=book))
+    good(labbook("check", "lubrication", at=book))
+    assert rows(book, "SELECT name, reference_voltage_v FROM study") == [("soft bed", 15.4)]
+
+
+def test_level_in_use_cannot_change_its_meaning(whole: SmallBook) -> None:
+    whole.toml.write_text(whole.toml.read_text().replace("radius_m = 0.038", "radius_m = 0.039"))
+    with unchanged(whole.folder):
+        refused(labbook("note", "r001", "x", at=whole.folder), 2, "foot=small", "0.039", "set it back")
+        good(labbook("runs", "list", at=whole.folder))
+
+
+def test_every_fault_of_the_configuration_is_told_at_once(whole: SmallBook) -> None:
+    text = whole.toml.read_text()
+    broken = text.replace('kind = "bed"', 'kind = "bad"').replace("jumps_nominal = 25", "jumps_nominal = 0")
+    broken = broken.replace('"America/New_York"', '"America/NewYork"').replace("detector", "detectr")
+    whole.toml.write_text(broken)
+    with unchanged(whole.folder):
+        for words in ("runs list", "note r001 x", "db status", "rebuild"):
+            answer = labbook(*words.split(), at=whole.folder)
+            refused(answer, 2, "labbook.toml has 4 faults", "'bed'", "jumps_nominal", "America/New_York", "detector")
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        (b"[study\nname = 'x'", "is not TOML"),
+        (b"[study]\nname = '\xe9'", "is not UTF-8 text (byte 16)"),
+        (b"", "study"),
+        (b"\xef\xbb\xbf[study]\n", "labbook.toml"),
+    ],
+    ids=["not TOML", "not UTF-8", "empty", "with a byte order mark"],
+)
+def test_configuration_that_cannot_be_read(content: bytes, said: str, whole: SmallBook) -> None:
+    whole.toml.write_bytes(content)
+    with unchanged(whole.folder):
+        refused(labbook("runs", "list", at=whole.folder), 2, said)
+
+
+def test_configuration_that_is_a_folder_is_no_book(tmp_path: Path) -> None:
+    (tmp_path / "labbook.toml").mkdir()
+    refused(labbook("runs", "list", at=tmp_path), 2, "no book")
+
+
+def test_missing_database_is_named_with_the_command_that_makes_it(whole: SmallBook) -> None:
+    kept = rows(whole.folder, "SELECT name FROM run ORDER BY name")
+    for piece in whole.folder.glob("labbook.db*"):
+        piece.unlink()
+    for words in (*READING, *WRITING, "db upgrade"):
+        refused(labbook(*words.split(), at=whole.folder), 2, "labbook.db is missing", "labbook rebuild")
+    assert not whole.database.exists()
+    good(labbook("rebuild", at=whole.folder))
+    assert rows(whole.folder, "SELECT name FROM run ORDER BY name") == kept
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("UPDATE alembic_version SET version_num = '9999'", ("9999", "newer labbook", "pip install --upgrade")),
+        ("DROP TABLE journal", ("was not made by labbook",)),
+        ("DELETE FROM alembic_version", ("was not made by labbook",)),
+    ],
+    ids=["newer", "without journal", "without revision"],
+)
+def test_database_of_another_making_is_refused(statement: str, said: tuple[str, ...], whole: SmallBook) -> None:
+    execute(whole.database, "PRAGMA foreign_keys = off", statement)
+    with unchanged(whole.folder):
+        for words in ("runs list", "note r001 x", "ingest labbook.toml"):
+            refused(labbook(*words.split(), at=whole.folder), 3, *said)
+
+
+def test_database_of_another_program_or_empty_is_refused(whole: SmallBook) -> None:
+    for piece in whole.folder.glob("labbook.db*"):
+        piece.unlink()
+    whole.database.touch()
+    refused(labbook("runs", "list", at=whole.folder), 3, "is empty", "labbook init")
+    execute(whole.database, "CREATE TABLE songs (title TEXT)")
+    with unchanged(whole.folder):
+        refused(labbook("note", "r001", "x", at=whole.folder), 3, "was not made by labbook (it holds songs)")
+        refused(labbook("db", "upgrade", at=whole.folder), 3, "revision")
+
+
+@pytest.mark.parametrize("where", ["header", "pages", "end"])
+def test_damaged_database_is_told_and_left_to_rebuild(where: str, whole: SmallBook) -> None:
+    size = whole.database.stat().st_size
+    with whole.database.open("r+b") as handle:
+        if where == "header":
+            handle.write(b"not a database at all")
+        elif where == "pages":
+            handle.seek(4096)
+            handle.write(b"\xa5" * (size // 2))
+        else:
+            handle.truncate(size // 2)
+    with unchanged(whole.folder):
+        for words in ("runs list", "note r001 x", "report"):
+            refused(labbook(*words.split(), at=whole.folder), 3, "database", "labbook rebuild")
+    damaged = whole.database.read_bytes()
+    good(labbook("rebuild", at=whole.folder))
+    assert len(rows(whole.folder, "SELECT uid FROM run")) == 16
+    (aside,) = whole.folder.glob("labbook.db.before-rebuild.*Z")
+    assert aside.read_bytes() == damaged
+
+
+def test_damaged_raw_copy_is_told_and_the_database_stays(whole: SmallBook) -> None:
+    (victim, *_others) = sorted((whole.folder / "raw").rglob("*.zst"))
+    victim.chmod(0o644)
+    victim.write_bytes(b"\x28\xb5\x2f\xfd" + bytes(100))
+    with unchanged(whole.folder):
+        refused(labbook("rebuild", at=whole.folder), 3, f"raw/{victim.parent.name}/{victim.name}", "backup")
+        good(labbook("runs", "list", at=whole.folder))
+
+
+def test_missing_raw_copy_is_told_and_the_database_stays(whole: SmallBook) -> None:
+    (victim, *_others) = sorted((whole.folder / "raw").rglob("*.zst"))
+    victim.unlink()
+    with unchanged(whole.folder):
+        refused(labbook("rebuild", at=whole.folder), 3, victim.name, "cannot be read")
+
+
+def test_missing_samples_are_told_and_come_back_with_rebuild(whole: SmallBook) -> None:
+    before = sorted((whole.folder / "signals").rglob("*.parquet"))
+    shutil.rmtree(whole.folder / "signals")
+    with unchanged(whole.folder):
+        refused(labbook("plot", "r001", at=whole.folder), 3, "signals/", "labbook rebuild")
+        good(labbook("jumps", "list", "r001", at=whole.folder))
+    good(labbook("rebuild", at=whole.folder))
+    assert sorted((whole.folder / "signals").rglob("*.parquet")) == before
+    good(labbook("plot", "r001", at=whole.folder))
+
+
+def test_journal_that_is_gone_or_short_is_written_anew_from_the_database(whole: SmallBook) -> None:
+    good(labbook("note", "r001", "first", at=whole.folder))
+    text = whole.journal.read_text()
+    for left in (None, "", "".join(text.splitlines(keepends=True)[:-1])):
+        whole.journal.unlink()
+        if left is not None:
+            whole.journal.write_text(left)
+        with unchanged(whole.folder):
+            refused(labbook("note", "r001", "x", at=whole.folder), 3, "journal.jsonl", "labbook rebuild --journal")
+            good(labbook("show", "r001", at=whole.folder))
+        good(labbook("rebuild", "--journal", at=whole.folder))
+        assert whole.journal.read_text() == text
+    good(labbook("note", "r001", "second", at=whole.folder))
+
+
+def test_journal_that_was_changed_is_told(whole: SmallBook) -> None:
+    good(labbook("note", "r001", "left rail squeaked", at=whole.folder))
+    whole.journal.write_text(whole.journal.read_text().replace("left rail squeaked", "right rail squeaked"))
+    with unchanged(whole.folder):
+        refused(labbook("note", "r001", "x", at=whole.folder), 3, "was changed after it was written", "backup")
+        refused(labbook("rebuild", at=whole.folder), 3, "was changed after it was written")
+
+
+def test_journals_of_two_books_are_not_mixed(whole: SmallBook, tmp_path: Path) -> None:
+    good(labbook("init", "other", "--as", "Ada", at=tmp_path))
+    shutil.copy(tmp_path / "other" / "journal.jsonl", whole.journal)
+    with unchanged(whole.folder):
+        refused(labbook("note", "r001", "x", at=whole.folder), 3, "journal.jsonl")
+        refused(labbook("rebuild", "--journal", at=whole.folder), 3, "entries that the database does not have")
+
+
+def test_last_line_cut_by_a_crash_is_no_damage(whole: SmallBook) -> None:
+    with whole.journal.open("a") as handle:
+        handle.write('{"action":"note","at_utc":"2021')
+    good(labbook("note", "r001", "after the crash", at=whole.folder))
+    assert "after the crash" in labbook("show", "r001", at=whole.folder).out
+    good(labbook("rebuild", at=whole.folder))
+
+
+def test_statement_that_reached_the_journal_but_not_the_database_is_taken_over(whole: SmallBook) -> None:
+    copy = whole.folder.with_name("before")
+    shutil.copytree(whole.folder, copy)
+    good(labbook("note", "r001", "said before the power cut", at=whole.folder))
+    shutil.copy(whole.journal, copy / "journal.jsonl")
+    good(labbook("note", "r002", "said after it", at=copy))
+    assert "said before the power cut" in labbook("show", "r001", at=copy).out
+
+
+def test_empty_book_answers_every_question(fresh: SmallBook) -> None:
+    with unchanged(fresh.folder):
+        assert good(labbook("runs", "list", at=fresh.folder)).out == "no runs.\n"
+        assert good(labbook("runs", "inbox", at=fresh.folder)).out == "the inbox is empty.\n"
+        assert "0 runs" in good(labbook("today", at=fresh.folder)).out
+        assert "revision" in good(labbook("db", "status", at=fresh.folder)).out
+        assert "nothing to do" in good(labbook("db", "upgrade", at=fresh.folder)).out
+        refused(labbook("show", "r001", at=fresh.folder), 2, "there is no run yet")
+        refused(labbook("why", "0123", at=fresh.folder), 2, "0123")

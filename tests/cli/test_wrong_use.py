@@ -1,0 +1,185 @@
+"""What a new user gets wrong: one sentence with what to do, the right exit code, and nothing lost or changed."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import Contents, contents, good, labbook, refused
+from tests.helpers.books import SmallBook, small_book
+
+WRONG_WORDS = {
+    "no such command": ("inget x.csv", "no such command 'inget'", "'ingest'", "`labbook --help`"),
+    "no such command of a group": ("runs lst", "no such command 'lst'", "'list'", "`labbook runs --help`"),
+    "no such option": (
+        "runs list --were foot=small",
+        "no such option: --were",
+        "--where",
+        "`labbook runs list --help`",
+    ),
+    "argument missing": ("show", "missing argument 'run'", "`labbook show --help`"),
+    "option missing": ("void r001", "missing option '--reason'", "`labbook void --help`"),
+    "option without value": ("note r001 x --as", "'--as' requires an argument", "--help"),
+    "number expected": ("check rail_angle --value steep", "invalid value for '--value'", "valid number"),
+    "jump number expected": ("jumps reject r001 first --reason misfire", "invalid value for 'NUMBER...'", "integer"),
+    "group without command": ("db status extra", "unexpected extra argument", "`labbook db status --help`"),
+}
+
+UNKNOWN_NAMES = {
+    "person": ("note r001 x --as Ida", "'Ida' is not a known person", "'Ada Nwosu'", "[people]"),
+    "run": ("show r0001", "'r0001' is not a known run", "'r001'", "`labbook runs list`"),
+    "run to correct": ("correct r99 foot=large --why x", "'r99' is not a known run"),
+    "run to void": ("void r99 --reason x", "'r99' is not a known run"),
+    "run of jumps": ("jumps list r99", "'r99' is not a known run"),
+    "run to plot": ("plot r99", "'r99' is not a known run"),
+    "run of a charge": ("charge r99 120", "'r99' is not a known run"),
+    "run for a file": ("ingest ../instruments/logs --run r99", "'r99' is not a known run", "`labbook runs import`"),
+    "factor in --where": ("runs list --where feet=small", "'feet' is not a known", "character 1", "'foot'"),
+    "level in --where": ("runs list --where foot=smal", "'smal' is not a known level of foot", "'small'"),
+    "state in --where": ("runs list --where state=viod", "'viod'", "'void'"),
+    "factor as option": ("report --fot small", "'--fot' is not a known option", "'--foot'"),
+    "level as option": ("report --foot tiny", "'tiny' is not a known level of foot", "'large', 'small'"),
+    "factor to correct": ("correct r001 fot=large --why x", "'fot' is not a known field of a run", "'foot'"),
+    "field to correct": ("correct r001 duration=720 --why x", "'duration'", "'duration_s'"),
+    "level to correct": ("correct r001 foot=huge --why x", "'huge'", "'large', 'small'", "[factors.foot]"),
+    "pack to correct": ("correct r001 battery=Z --why x", "'Z' is not a known battery", "'A', 'B', 'C'"),
+    "kind to correct": ("correct r001 kind=jump --why x", "'jump'", "'jumps'"),
+    "zone to correct": ("correct study time_zone=America/NewYork --why x", "did you mean 'America/New_York'"),
+    "robot": ("correct robot:hoper body_mass_kg=2 --why x", "there is no robot 'hoper'"),
+    "check": ("check rail", "'rail' is not a known check", "'rail_angle'"),
+    "reason": ("jumps reject r001 1 --reason misfired", "'misfired' is not a known reason", "'misfire'"),
+    "imported file": ("assign r01.csv r001", "'r01.csv' is not a known imported file", "did you mean 'r0"),
+    "provenance id": ("why 0123456789ab", "'0123456789ab'", "copy the whole id"),
+    "plan method": ("plan --seed 1 --method random", "'random' is not a known method", "'randomised'"),
+    "encoding": ("ingest new.csv --encoding utf8000", "--encoding 'utf8000' is not known", "cp1252"),
+}
+
+BAD_VALUES = {
+    "day": ("today --day tomorrow", "--day 'tomorrow' is not a date", "2021-06-01"),
+    "day that never was": ("check rail_angle --day 2021-02-30", "'2021-02-30' is not a date"),
+    "start": ("plan --seed 1 --start 1/6/2021", "--start '1/6/2021' is not a date", "2021-06-01"),
+    "day in --where": ("runs list --where day>=2021-13-01", "'2021-13-01'", "is not a date"),
+    "--where without end": ('runs list --where "foot="', "character 6", "foot=small"),
+    "--where with SQL": ('runs list --where "run=1; DROP TABLE run"', "character 6"),
+    "--where empty brackets": ("runs list --where ()", "character 2"),
+    "--where order of a label": ("runs list --where foot>small", "has no order"),
+    "option without level": ("report --foot", "'--foot' is not understood", "--foot small"),
+    "correction without value": ("correct r001 foot --why x", "'foot' is not a correction", "FIELD=VALUE"),
+    "correction to the same": ("correct r001 foot=small --why x", "says that already"),
+    "number": ("correct r001 duration_s=long --why x", "duration_s=long is not a number"),
+    "whole number": ("correct r001 jumps_made=2.5 --why x", "whole number"),
+    "finite number": ("correct r001 duration_s=inf --why x", "finite number"),
+    "impossible number": ("correct r001 jumps_made=-3 --why x", "jumps_made=-3", "jumps_counted"),
+    "name of another": ("correct r001 name=r002 --why x", "r002", "there is one already"),
+    "empty name": ("correct r001 name= --why x", "name= is empty"),
+    "instant": ("correct r001 started_utc=noon --why x", "started_utc=noon", "2021-06-01T14:30:00Z"),
+    "no reason": ('correct r001 foot=large --why " "', "--why is empty"),
+    "no reason to void": ('void r001 --reason ""', "--reason is empty"),
+    "empty note": ('note r001 " "', "the note is empty"),
+    "jump that is not there": ("jumps reject r001 40 --reason misfire", "no jump 40", "`labbook jumps list r001`"),
+    "run without log": ("jumps list r007", "run r007 has no log", "`labbook show r007`"),
+    "run without log to plot": ("plot r007", "run r007 has no log"),
+    "form of a plot": ("plot r001 --out r001.jpeg", ".png, .svg, .pdf"),
+    "folder of a plot": ("plot r001 --out nowhere/r001.png", "nowhere/r001.png"),
+    "jump to plot": ("plot r001 --jump 40", "no jump 40"),
+    "plan of nothing": ("plan --seed 1 --n 0", "0 runs per condition"),
+    "days too short": ("plan --seed 1 --per-day 1", "1"),
+    "sheet that is there": ("plan --seed 1 --out ../instruments/runs.csv", "runs.csv exists", "--out"),
+    "second charge": ("charge r001 120", "has a charge already", "labbook correct charge:"),
+    "charge of nothing": ("charge r001 0", "above 0"),
+    "charge no pack takes": ("charge r001 90000", "90000 mAh is more than pack"),
+    "file assigned already": ("assign r001.csv r001", "belongs to run r001 already"),
+    "file moved without why": ("assign r001.csv r002", "belongs to run r001", "add --why"),
+    "rate": ("ingest new.csv --rate -300", "--rate -300", "for example 300"),
+    "rate of nothing": ("ingest new.csv --rate nan", "--rate nan"),
+    "unit without column": ("ingest new.csv --unit ms", "--unit 'ms'", "time=ms"),
+    "column without channel": ("ingest new.csv --column h", "--column 'h'", "h=body_height:mm"),
+    "decimal sign": ("ingest new.csv --decimal ;", "--decimal ';'"),
+    "finished book": ("init . --as Ada", "holds a book already"),
+    "demo over files": ("demo .", "is not empty"),
+}
+
+FILES = {
+    "no file": ("ingest nope.csv", "nope.csv does not exist"),
+    "one of several missing": ("ingest ../instruments/logs/r001.csv nope.csv", "nope.csv does not exist"),
+    "folder without files": ("ingest ../empty", "there is no file in ../empty"),
+    "no run sheet": ("runs import nope.csv", "nope.csv"),
+    "folder as run sheet": ("runs import ../instruments", "is not a regular file"),
+    "run sheet not UTF-8": ("runs import ../latin.csv", "is not UTF-8 text (byte 3)", "save it as CSV in UTF-8"),
+    "run sheet empty": ("runs import ../nothing.csv", "is empty", "labbook plan"),
+    "log as run sheet": ("runs import ../instruments/logs/r001.csv", "'run' is missing"),
+    "pipe as file": ("ingest ../pipe", "is not a regular file"),
+    "pipe as run sheet": ("runs import ../pipe", "is not a regular file"),
+}
+
+CASES = {**WRONG_WORDS, **UNKNOWN_NAMES, **BAD_VALUES, **FILES}
+
+
+@pytest.fixture(scope="module")
+def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
+    above = tmp_path_factory.mktemp("wrong")
+    made = small_book(above)
+    (above / "empty").mkdir()
+    (above / "latin.csv").write_bytes(b"run\xe9\n")
+    (above / "nothing.csv").touch()
+    (made.folder / "new.csv").write_text("t,h\n1,2\n2,3\n")
+    os.mkfifo(above / "pipe")
+    return made
+
+
+@pytest.fixture(scope="module")
+def before(book: SmallBook) -> Contents:
+    return contents(book.folder)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_wrong_use_is_told_in_one_sentence_and_changes_nothing(case: str, book: SmallBook, before: Contents) -> None:
+    words, *said = CASES[case]
+    refused(labbook(*shlex.split(words), at=book.folder), 2, *said)
+    assert contents(book.folder) == before
+
+
+@pytest.mark.parametrize("words", ["show r0001", "runs lst", "note r001", "today --day never"])
+def test_programs_get_the_sentence_as_json_too(words: str, book: SmallBook) -> None:
+    answer = labbook(*words.split(), "--json", at=book.folder)
+    assert answer.code == 2
+    assert answer.json["exit_code"] == 2
+    assert answer.err == f"labbook: {answer.json['error']}\n"
+
+
+def test_debug_shows_where_an_error_arose(book: SmallBook) -> None:
+    with pytest.raises(Exception, match="not a known run"):
+        labbook("show", "r0001", "--debug", at=book.folder)
+    good(labbook("show", "r001", "--debug", at=book.folder))
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "note r001 x",
+        "check rail_angle",
+        "ingest new.csv",
+        "plan --seed 1",
+        "report",
+        "charge r001 3",
+        "void r1 --reason x",
+    ],
+)
+def test_statement_without_a_person_is_refused_where_several_may_speak(words: str, tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False, two_people=True)
+    (made.folder / "new.csv").write_text("t,h\n1,2\n")
+    before = contents(made.folder)
+    refused(labbook(*words.split(), at=made.folder), 2, "a statement needs a person", "--as", "'Ben Ode'")
+    assert contents(made.folder) == before
+
+
+def test_who_speaks_can_come_from_the_environment_by_initials(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = small_book(tmp_path, ingested=False, two_people=True)
+    monkeypatch.setenv("LABBOOK_AS", "BO")
+    good(labbook("note", "r001", "left rail squeaked", at=made.folder))
+    assert "note by Ben Ode" in labbook("show", "r001", at=made.folder).out
+    good(labbook("note", "r001", "oiled", "--as", "Ada Nwosu", at=made.folder))
+    assert "note by Ada Nwosu" in labbook("show", "r001", at=made.folder).out

@@ -1,0 +1,41 @@
+"""Statements for tests, and what a book holds of all that was said."""
+
+from __future__ import annotations
+
+from data_schema import journal
+from data_schema.journal import Entry
+from data_schema.vocabulary import Action
+from labbook.book import Book
+from labbook.desk import Desk, Statement, new_uid
+from labbook.naming import run_named
+
+
+def note(desk: Desk, text: str, run: str = "r001") -> Entry:
+    """State a remark on a run."""
+    target = run_named(desk.connection, run).uid
+    new = {"target_kind": "run", "target_uid": target, "text": text}
+    return desk.state(Statement(Action.NOTE, "note", new_uid(), new=new))
+
+
+def notes(book: Book) -> list[str]:
+    """All remarks in the table, in their order."""
+    with book.reading() as connection:
+        return list(connection.exec_driver_sql("SELECT text FROM note ORDER BY id").scalars())
+
+
+def in_table(book: Book) -> list[Entry]:
+    """The journal as the database has it, its chain verified."""
+    with book.reading() as connection:
+        return list(journal.chained(journal.stored(connection)))
+
+
+def in_file(book: Book) -> list[Entry]:
+    """The journal as the file has it, its chain verified."""
+    return list(book.mirror.entries())
+
+
+def said_alike(book: Book) -> list[Entry]:
+    """The journal, after checking that table and file tell the same."""
+    entries = in_table(book)
+    assert in_file(book) == entries
+    return entries
