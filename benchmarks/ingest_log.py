@@ -108,7 +108,7 @@ def _levels(data: bytes, say: Callable[[str], None]) -> Table:
     """Show why the raw copy is compressed at the level it is."""
     say("zstd levels")
     codecs = {f"level {level}": pa.Codec("zstd", compression_level=level) for level in (1, 3, 9)}
-    works = {name: Work(lambda _, codec=codec: codec.compress(data)) for name, codec in codecs.items()}
+    works = {name: Work(codec.compress, lambda: data) for name, codec in codecs.items()}
     times = in_turns(works, 5)
     sizes = {name: len(codec.compress(data)) / len(data) for name, codec in codecs.items()}
     first = f"level {RAW_COMPRESSION_LEVEL}"

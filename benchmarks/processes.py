@@ -54,4 +54,4 @@ def _high_water_mb(pid: int) -> float | None:
     except OSError:
         return None
     found = re.search(r"VmHWM:\s+(\d+) kB", status)
-    return int(found.group(1)) / 1000 if found else None
+    return int(found.group(1)) * 1024 / 1e6 if found else None

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 
 from benchmarks.timing import Times
 
@@ -63,7 +63,6 @@ class Benchmark:
 
     name: str
     measure: Callable[[Callable[[str], None]], Section]
-    needs: str = field(default="")
 
 
 def times_table(times: dict[str, Times], peer: str, shows: str) -> Table:
@@ -79,11 +78,6 @@ def times_table(times: dict[str, Times], peer: str, shows: str) -> Table:
 def milliseconds(seconds: float) -> str:
     """Return a time as text, in ms."""
     return _short(seconds * 1e3)
-
-
-def listed(words: Sequence[str]) -> str:
-    """Join words to "a, b and c"."""
-    return ", ".join(words[:-1]) + " and " + words[-1] if len(words) > 1 else "".join(words)
 
 
 def _short(value: float) -> str:

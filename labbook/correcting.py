@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import json
 import math
 import zoneinfo
 from collections.abc import Mapping, Sequence
@@ -12,21 +13,23 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
+from data_schema.journal import canonical
 from data_schema.queries.facts import FACTS, find_uid
-from data_schema.queries.runs import RunRow
+from data_schema.queries.runs import RunRow, factors
 from data_schema.tables.base import Real
-from data_schema.vocabulary import Action, ChargeMode, RunKind, RunState, StudyKind
+from data_schema.vocabulary import Action, ChargeMode, FactorKind, RunKind, RunState, StudyKind
 from labbook.book import Book
 from labbook.desk import Desk, Statement
 from labbook.naming import ensure_condition, ensure_day, named_uid, old_values, refuse_empty, run_named, study_of
 
-_EQUIPMENT = ("robot", "battery", "instrument")
+_NAMED = ("robot", "battery", "instrument", "factor")
 _WORDS: Mapping[tuple[str, str], type[StrEnum]] = {
     ("run", "kind"): RunKind,
     ("study", "kind"): StudyKind,
+    ("factor", "kind"): FactorKind,
     ("charge", "mode"): ChargeMode,
 }
-_FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number"}
+_FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number", "factor", "label"}
 
 
 def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why: str) -> dict[str, tuple[Any, Any]]:
@@ -78,21 +81,31 @@ def _target(connection: sa.Connection, target: str) -> tuple[str, str, RunRow | 
     kind, colon, name = target.partition(":")
     if target == "study":
         return "study", study_of(connection).uid, None
-    if colon and kind in (*_EQUIPMENT, "charge"):
+    if colon and kind in (*_NAMED, "charge"):
         uid = find_uid(connection, kind, **({"uid": name} if kind == "charge" else {"name": name}))
         if uid is None:
             raise UsageError(f"there is no {kind} {name!r}: look it up with `labbook show RUN` or in labbook.toml.")
         return kind, uid, None
+    if colon and kind == "level":
+        return "level", _level(connection, name), None
     run = run_named(connection, target)
     return "run", run.uid, run
 
 
+def _level(connection: sa.Connection, name: str) -> str:
+    known = {f"{factor.name}={level.label}": level.uid for factor in factors(connection) for level in factor.levels}
+    if name not in known:
+        raise unknown_name("level", name, known, "Write it as level:FACTOR=LABEL.")
+    return known[name]
+
+
 def _column(book: Book, desk: Desk, kind: str, name: str, text: str) -> dict[str, Any]:
     table = FACTS[kind]
-    allowed = [column.name for column in table.c if column.name not in _FIXED]
+    fixed = _FIXED | ({"name"} if kind == "factor" else set())  # it stands in the names of conditions
+    allowed = [column.name for column in table.c if column.name not in fixed]
     if name not in allowed:
-        factors = list(book.configuration.factors) if kind == "run" else []
-        raise unknown_name(f"field of a {kind}", name, [*factors, *allowed])
+        of_study = list(book.configuration.factors) if kind == "run" else []
+        raise unknown_name(f"field of a {kind}", name, [*of_study, *allowed])
     column = table.c[name]
     if name in ("robot", "battery"):
         known: Mapping[str, Any] = getattr(book.configuration, {"battery": "batteries"}.get(name, f"{name}s"))
@@ -115,7 +128,16 @@ def _text(kind: str, text: str, column: sa.Column[Any]) -> str | None:
         raise unknown_name(f"{column.name} of a {kind}", text, words)
     if column.name == "time_zone" and text not in zoneinfo.available_timezones():
         raise unknown_name("time zone", text, zoneinfo.available_timezones())
+    if column.name.endswith("_json"):
+        return _json(column.name, text)
     return _instant(column.name, text) if column.name.endswith("_utc") else text
+
+
+def _json(name: str, text: str) -> str:
+    try:
+        return canonical(json.loads(text))
+    except ValueError:
+        raise UsageError(f'{name}={text} is not JSON: write it as {name}={{"radius_m":0.038}}.') from None
 
 
 def _instant(name: str, text: str) -> str:

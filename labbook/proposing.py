@@ -68,14 +68,16 @@ class _Change:
 
     @property
     def sentence(self) -> str:
-        remedy = "give it another name"
-        if self.kind != "level":
-            assignment = shlex.quote(f"{self.field}={self.proposed}")
-            remedy = f'state the change with `labbook correct {self.label} {assignment} --why "..."`'
+        assignment = f"{self.field}={'' if self.proposed is None else self.proposed}"
+        command = f"labbook correct {shlex.quote(self.label)} {shlex.quote(assignment)}"
         return (
-            f"labbook.toml says {self.label} {self.field} = {self.proposed}, the book says {self.standing}: set it "
-            f"back, or {remedy}."
+            f"labbook.toml says {self.label} {self.field} = {_shown(self.proposed)}, the book says "
+            f'{_shown(self.standing)}: set it back, or state the change with `{command} --why "..."`.'
         )
+
+
+def _shown(value: Any) -> str:
+    return "nothing" if value is None else str(value)
 
 
 def _proposed(desk: Desk, configuration: Configuration) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
@@ -94,12 +96,17 @@ def _proposed(desk: Desk, configuration: Configuration) -> Iterator[tuple[str, s
     )
     study_uid = _standing(desk.connection, "study", {})
     for name, factor in configuration.factors.items():
-        yield "factor", name, {"study": study_uid, "name": name}, {"kind": str(factor.kind), "unit": factor.unit}
+        yield (
+            "factor",
+            f"factor:{name}",
+            {"study": study_uid, "name": name},
+            {"kind": str(factor.kind), "unit": factor.unit},
+        )
         factor_uid = find_uid(desk.connection, "factor", study=study_uid, name=name)
         for level in factor.levels:
             yield (
                 "level",
-                f"{name}={level.label}",
+                f"level:{name}={level.label}",
                 {"factor": factor_uid, "label": level.label},
                 {"value": level.value, "attributes_json": canonical(dict(level.attributes))},
             )
@@ -129,8 +136,6 @@ def _standing(connection: sa.Connection, kind: str, identity: Mapping[str, Any])
 def _differences(
     connection: sa.Connection, kind: str, label: str, uid: str, proposed: Mapping[str, Any]
 ) -> list[_Change]:
-    if kind == "factor":
-        return []
     standing = read_fact(connection, kind, uid, proposed)
     return [
         _Change(kind, label, uid, field, standing[field], value)

@@ -6,7 +6,10 @@ old one only when it is complete; the old one is renamed, never deleted.
 
 from __future__ import annotations
 
+import contextlib
+import os
 import secrets
+import sqlite3
 from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -14,12 +17,12 @@ from pathlib import Path
 
 import sqlalchemy as sa
 
-from data_schema import journal
+from data_schema import journal, migrations
 from data_schema.engine import reading, sqlite_engine, writing
-from data_schema.errors import BookDamaged, UsageError
+from data_schema.errors import BookBusy, BookDamaged, UsageError
 from data_schema.journal import Entry, JournalFile
 from ingest.store import Store, sync_folder
-from labbook.book import DATABASE, engine_of, journal_path, open_book, read_configuration, store_of
+from labbook.book import DATABASE, check_revision, engine_of, journal_path, open_book, read_configuration, store_of
 from labbook.config import Configuration
 from labbook.desk import apply
 from labbook.making import make_database, make_sqlite
@@ -49,26 +52,36 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
 
 
 def rewrite_journal(folder: Path) -> int:
-    """Write journal.jsonl anew from the database, where the file was lost or cut; returns the number of entries."""
+    """Write journal.jsonl anew from the database, where the file was lost, cut or damaged; returns how many entries.
+
+    A file that was damaged is kept beside the new one.
+    """
     configuration = read_configuration(folder)
     path = journal_path(folder, configuration)
     engine = engine_of(folder, configuration)
     try:
-        with reading(engine) as connection:
+        check_revision(engine)
+        with writing(engine) as connection:  # alone, so that nobody appends to the old file meanwhile
             entries = list(journal.chained(journal.stored(connection)))
+            _replace_journal(path, entries)
     finally:
         engine.dispose()
+    return len(entries)
+
+
+def _replace_journal(path: Path, entries: list[Entry]) -> None:
     known = _known(path)
-    if len(known) > len(entries) or known != [entry.hash for entry in entries[: len(known)]]:
+    if known is not None and known != [entry.hash for entry in entries[: len(known)]]:
         raise BookDamaged(
             f"{path} holds entries that the database does not have: keep both, and restore the right one from a backup."
         )
     fresh = JournalFile(path.with_name(f".{path.name}.{secrets.token_hex(4)}"))
     fresh.path.touch()
     fresh.append(entries)
+    if known is None:
+        path.rename(path.with_name(f"{path.name}.before-rebuild.{_stamp()}"))
     fresh.path.rename(path)
     sync_folder(path.parent)
-    return len(entries)
 
 
 def replay(engine: sa.Engine, store: Store, entries: list[Entry], step: Callable[[str], None]) -> None:
@@ -76,61 +89,103 @@ def replay(engine: sa.Engine, store: Store, entries: list[Entry], step: Callable
     for entry in entries:
         with writing(engine) as connection:
             apply(connection, store, entry)
-        step(f"{entry.seq}/{len(entries)} {entry.action} {entry.entity_kind}")
+        step(f"{entry.seq}/{entries[-1].seq} {entry.action} {entry.entity_kind}")
 
 
-def _known(path: Path) -> list[str]:
+def _known(path: Path) -> list[str] | None:
+    """Return the hashes in a journal file; None where it is damaged."""
     if not path.exists():
         return []
     try:
         return [entry.hash for entry in JournalFile(path).entries()]
     except BookDamaged:
-        return []
+        return None
+
+
+def _stamp() -> str:
+    return datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
 
 
 def _rebuild_sqlite(folder: Path, store: Store, entries: list[Entry], step: Callable[[str], None]) -> Rebuilt:
+    _remove_leftovers(folder)
+    _fold_in(folder / DATABASE)
     fresh = folder / f".{DATABASE}.rebuild.{secrets.token_hex(4)}"
     try:
         make_sqlite(fresh)
         engine = sqlite_engine(fresh)
         try:
             replay(engine, store, entries, step)
-            with engine.connect() as connection:
-                connection.exec_driver_sql("COMMIT")
-                connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
         finally:
             engine.dispose()
+        _fold_in(folder / DATABASE)
         old = _set_aside(folder)
         fresh.rename(folder / DATABASE)
         sync_folder(folder)
     finally:
-        for leftover in folder.glob(f"{fresh.name}*"):
-            leftover.unlink()
+        _remove_leftovers(folder)
     open_book(folder).close()
     return Rebuilt(len(entries), old)
 
 
-def _set_aside(folder: Path) -> str | None:
-    path = folder / DATABASE
+def _remove_leftovers(folder: Path) -> None:
+    """Remove databases that were never finished, of this rebuild or of one that was interrupted."""
+    for leftover in folder.glob(f".*{DATABASE}.*"):
+        leftover.unlink()
+
+
+def _fold_in(path: Path) -> None:
+    """Bring the write-ahead log of the old database into its one file; refused while others have it open.
+
+    A log that was left beside the new database would be read as belonging to it.
+    """
     if not path.exists():
-        return None
-    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-    old = f"{DATABASE}.before-rebuild.{stamp}"
-    for suffix in ("-wal", "-shm", ""):
+        return
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as connection:
+        try:
+            connection.execute("PRAGMA journal_mode = delete")
+        except sqlite3.OperationalError as error:
+            raise BookBusy(f"another program has {path} open: close it and run `labbook rebuild` again.") from error
+        except sqlite3.DatabaseError:
+            return  # damaged: what can be read of it does not matter, it is made anew
+
+
+def _set_aside(folder: Path) -> str | None:
+    """Give the old database another name; what is left of its log goes with it, also where the file itself is gone."""
+    path = folder / DATABASE
+    old = f"{DATABASE}.before-rebuild.{_stamp()}"
+    for suffix in ("-wal", "-shm"):
         piece = folder / f"{DATABASE}{suffix}"
         if piece.exists():
             piece.rename(folder / f"{old}{suffix}")
+    if not path.exists():
+        return None
+    try:
+        os.link(path, folder / old)  # so that at no moment there is none
+    except OSError:
+        path.rename(folder / old)
     return old
 
 
 def _rebuild_postgres(
     folder: Path, configuration: Configuration, store: Store, entries: list[Entry], step: Callable[[str], None]
 ) -> Rebuilt:
-    """PostgreSQL: into an empty database only; dropping a shared one is its owner's business."""
-    make_database(folder, configuration)
+    """PostgreSQL: into an empty database, or one whose rebuild was interrupted; any other is its owner's business."""
     engine = engine_of(folder, configuration)
     try:
-        replay(engine, store, entries, step)
+        done = _entries_there(engine, entries)
+        if done is None:
+            make_database(folder, configuration)
+        replay(engine, store, entries[done or 0 :], step)
     finally:
         engine.dispose()
     return Rebuilt(len(entries), None)
+
+
+def _entries_there(engine: sa.Engine, entries: list[Entry]) -> int | None:
+    """Return how many entries an interrupted rebuild has applied; None for any other database."""
+    with reading(engine) as connection:
+        if migrations.current(connection) != migrations.newest():
+            return None
+        seq, last_hash = journal.head(connection)
+    begun = seq < len(entries) and last_hash == (entries[seq - 1].hash if seq else journal.GENESIS)
+    return seq if begun else None

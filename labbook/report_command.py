@@ -54,7 +54,7 @@ def write(
     """Analyse, state that the report was made, keep what was computed, write the page."""
     with book.desk(person):
         pass  # takes over what labbook.toml adds before anything is computed
-    made, new, reused = _make_and_keep(book, where, person, step)
+    made = state_report(book, where, person, step)
     folder = out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
     step("writing the page")
     paths = write_report(made.content, folder)
@@ -62,15 +62,13 @@ def write(
         page=str(paths.page),
         folder=str(folder),
         claims=tuple(claim.text for claim in made.content.claims),
-        results_computed=new,
-        results_reused=reused,
+        results_computed=len(made.bench.computed),
+        results_reused=len(made.bench.reused),
     )
 
 
-def _make_and_keep(
-    book: Book, where: str | None, person: str | None, step: Callable[[str], None]
-) -> tuple[MadeReport, int, int]:
-    """Compute without a lock, then keep; begin again if somebody stated something meanwhile."""
+def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
+    """Compute without a lock, then state and keep; begin again if somebody stated something meanwhile."""
     for _attempt in range(ATTEMPTS):
         made_at = now_utc().split(".")[0] + "Z"
         with book.reading() as connection:
@@ -81,5 +79,5 @@ def _make_and_keep(
                 continue
             new = {"where": where, "made_at": made_at}
             desk.state(Statement(Action.REPORT, "report", new_uid(), new=new, prepared=made))
-            return made, len(made.bench.computed), len(made.bench.reused)
+            return made
     raise UsageError("others keep writing to the book: try the report again when they have finished.")

@@ -11,6 +11,7 @@ import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, sqlite_engine
 from tests.helpers.books import SmallBook, small_book
+from tests.helpers.commands import Commands, running_commands
 from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate
 from tests.helpers.postgres import Cluster, NoServer, running_cluster
 
@@ -114,3 +115,10 @@ def database_url(request: pytest.FixtureRequest) -> str | None:
         return None
     url: str = request.getfixturevalue("postgres_url")
     return url
+
+
+@pytest.fixture(scope="session")
+def commands() -> Iterator[Commands]:
+    """Real processes of the command line, quickly started."""
+    with running_commands() as running:
+        yield running

@@ -46,6 +46,7 @@ def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     try:
         done = connection.execute(table.insert().values(uid=uid, **row))
     except (sa.exc.StatementError, OverflowError) as error:
+        _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {_why(error)}.") from error
     key = done.inserted_primary_key
     assert key is not None  # noqa: S101 - every fact has a private key
@@ -59,6 +60,7 @@ def update_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     try:
         changed = connection.execute(table.update().where(table.c.uid == uid).values(**row)).rowcount
     except (sa.exc.StatementError, OverflowError) as error:
+        _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {_why(error)}.") from error
     if changed != 1:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
@@ -121,6 +123,12 @@ def _shown(values: Mapping[str, Any]) -> str:
         if values.get(name):
             return str(values[name])
     return ", ".join(f"{name}={value}" for name, value in values.items())
+
+
+def _pass_on_trouble(error: Exception) -> None:
+    """Raise again what is not about the values: locks, rights, a full disk, damage."""
+    if isinstance(error, sa.exc.OperationalError) or type(error) is sa.exc.DatabaseError:
+        raise error
 
 
 def _why(error: sa.exc.StatementError | OverflowError) -> str:

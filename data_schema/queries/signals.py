@@ -146,8 +146,8 @@ def gaps_by_signal(connection: sa.Connection, signal_uids: Sequence[str]) -> dic
             .where(signal.c.uid.in_(some))
             .order_by(gap.c.signal, gap.c.start_s)
         )
-        for uid, *numbers, kind in connection.execute(query):
-            found[uid].append(GapRow(*numbers, GapKind(kind)))
+        for row in connection.execute(query):
+            found[row[0]].append(GapRow(*row[1:5], GapKind(row[5])))
     return {uid: tuple(gaps) for uid, gaps in found.items()}
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
+from labbook.analysis.facts import condition_input
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, number, rests_on_result
 from reports.numbers import Quantity
 from stats.shared_error import describe_shared
@@ -78,7 +79,7 @@ def condition_values(
         Request(
             ALGORITHM,
             {"quantity": str(quantity), "condition": key, **scope},
-            tuple(rests_on_result(item.run.name, item.result) for item in items),
+            (condition_input(items[0].run), *(rests_on_result(item.run.name, item.result) for item in items)),
             {},
             lambda items=items: _outcome(items, quantity),  # type: ignore[misc]
         )

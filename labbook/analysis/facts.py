@@ -36,5 +36,5 @@ def decision_input(decision: DecisionRow) -> InputRow:
 
 
 def condition_input(run: RunRow) -> InputRow:
-    """Name the condition of a run."""
+    """Name the condition of a run: a summary rests on it, also before another run joins it."""
     return rests_on("condition", "condition", run.condition_uid or "", run.condition_key)

@@ -39,6 +39,11 @@ class Judgement:
         """The jumps that count."""
         return tuple(item.jump for item in self.jumps if item.excluded is None)
 
+    @property
+    def in_force(self) -> tuple[DecisionRow, ...]:
+        """The verdicts that stand: taken back or overruled ones say nothing any more."""
+        return (*(item.decision for item in self.jumps if item.decision is not None), *self.waiting)
+
 
 @dataclass(frozen=True, slots=True)
 class Rules:

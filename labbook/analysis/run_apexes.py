@@ -10,7 +10,7 @@ from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import DetectionRow, SignalRow
 from labbook.analysis.detecting import rest_length_m
 from labbook.analysis.detections import Detections
-from labbook.analysis.facts import condition_input, decision_input, run_input, signal_input
+from labbook.analysis.facts import decision_input, run_input, signal_input
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.judging import Judgement, Rules, judge
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
@@ -74,9 +74,9 @@ def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, var
     for uid, detection in found.items():
         decisions = evidence.decisions.get(detection.signal_sha256, []) if variant.heed_decisions else []
         judgements[uid] = judge(detection, decisions, variant.rules)
-        inputs = [run_input(runs[uid]), condition_input(runs[uid]), signal_input(logs[uid])]
+        inputs = [run_input(runs[uid]), signal_input(logs[uid])]
         inputs.append(InputRow("detection", "detection", detection.uid, detection.key))
-        inputs += [decision_input(decision) for decision in decisions]
+        inputs += [decision_input(decision) for decision in judgements[uid].in_force]
         requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs))
     return RunApexes(dict(zip(requests, bench.ensure(list(requests.values())), strict=True)), judgements, missing)
 

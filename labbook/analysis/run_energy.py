@@ -9,7 +9,7 @@ from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, Undefined
-from labbook.analysis.facts import charge_input, condition_input, run_input
+from labbook.analysis.facts import charge_input, run_input
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import fitted
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on, rests_on_result
@@ -69,7 +69,6 @@ def _request(
         (
             run_input(run),
             charge_input(charge),
-            condition_input(run),
             rests_on_result("drain", drain_row),
             rests_on("voltage", "study", evidence.study.uid, repr(voltage_v)),
         ),

@@ -1,7 +1,5 @@
 """`labbook assign`: a file, or a row of a charger sheet, belongs to a run."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`labbook charge`: what the charger's display said, typed in."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

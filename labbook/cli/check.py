@@ -1,7 +1,5 @@
 """`labbook check`: the checks before a day's first run."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

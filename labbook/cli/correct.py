@@ -1,7 +1,5 @@
 """`labbook correct`: a fact was wrong."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`labbook db`: the database itself."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import typer

@@ -1,7 +1,5 @@
 """`labbook demo`: a whole campaign to try everything on."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

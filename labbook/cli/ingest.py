@@ -1,7 +1,5 @@
 """`labbook ingest`: take instruments' files into the book."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`labbook init`: make a book."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

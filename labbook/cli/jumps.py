@@ -1,7 +1,5 @@
 """`labbook jumps`: see what was found in a run, reject or accept jumps."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,4 +1,8 @@
-"""The command `labbook`: its commands, one file each, and how errors become sentences and exit codes."""
+"""The command `labbook`: its commands, one file each, and how errors become sentences and exit codes.
+
+The commands' files leave out `from __future__ import annotations`: Typer would compile every annotation of every
+command from text whenever labbook starts, which takes a tenth of the start.
+"""
 
 from __future__ import annotations
 

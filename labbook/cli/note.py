@@ -1,7 +1,5 @@
 """`labbook note`: a remark on a run."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`labbook plan`: the order of the experiments."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

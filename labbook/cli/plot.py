@@ -1,7 +1,5 @@
 """`labbook plot`: a run's log as a picture."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`labbook rebuild`: the database anew from raw copies and journal."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

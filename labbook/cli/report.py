@@ -1,7 +1,5 @@
 """`labbook report`: from the book to one page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """`labbook runs`: list, import, inbox."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

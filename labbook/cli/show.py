@@ -1,7 +1,5 @@
 """`labbook show`: everything the book knows of a run."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

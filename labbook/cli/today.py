@@ -1,7 +1,5 @@
 """`labbook today`: what is still to do."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -1,7 +1,5 @@
 """`labbook void`: a run does not count."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

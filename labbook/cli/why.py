@@ -1,7 +1,5 @@
 """`labbook why`: where a number came from."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import typer

@@ -135,7 +135,7 @@ def test_database_of_another_program_or_empty_is_refused(whole: SmallBook) -> No
     execute(whole.database, "CREATE TABLE songs (title TEXT)")
     with unchanged(whole.folder):
         refused(labbook("note", "r001", "x", at=whole.folder), 3, "was not made by labbook (it holds songs)")
-        refused(labbook("db", "upgrade", at=whole.folder), 3, "revision")
+        refused(labbook("db", "upgrade", at=whole.folder), 3, "was not made by labbook")
 
 
 @pytest.mark.parametrize("where", ["header", "pages", "end"])

@@ -98,7 +98,7 @@ BAD_VALUES = {
     "unit without column": ("ingest new.csv --unit ms", "--unit 'ms'", "time=ms"),
     "column without channel": ("ingest new.csv --column h", "--column 'h'", "h=body_height:mm"),
     "decimal sign": ("ingest new.csv --decimal ;", "--decimal ';'"),
-    "finished book": ("init . --as Ada", "holds a book already"),
+    "finished book": ("init . --as AN", "holds a book already"),
     "demo over files": ("demo .", "is not empty"),
 }
 

@@ -39,17 +39,18 @@ def all_rows(engine: sa.Engine) -> dict[str, Rows]:
     return found
 
 
-def all_rows_by_name(engine: sa.Engine) -> dict[str, set[tuple[Any, ...]]]:
-    """Every row of every table without private keys: references are the uids of what they refer to."""
+def all_rows_by_name(engine: sa.Engine) -> dict[str, Rows]:
+    """Every row of every table without private keys: references are uids; in an order that knows no keys either."""
     found = {}
     with engine.connect() as connection:
         names = {table.name: _names(connection, table) for table in METADATA.sorted_tables if "uid" in table.c}
         for table in METADATA.sorted_tables:
             rows = connection.execute(_in_order(table)).mappings()
-            found[table.name] = {
+            outside = [
                 tuple(_outside(column, row[column.name], names) for column in table.c if column.name != "id")
                 for row in rows
-            }
+            ]
+            found[table.name] = sorted(outside, key=repr)
     return found
 
 
@@ -58,7 +59,7 @@ def _in_order(table: sa.Table) -> sa.Select[Any]:
 
 
 def _names(connection: sa.Connection, table: sa.Table) -> Mapping[int, str]:
-    return dict(connection.execute(sa.select(table.c.id, table.c.uid)).tuples().all())
+    return {row.id: row.uid for row in connection.execute(sa.select(table.c.id, table.c.uid))}
 
 
 def _outside(column: sa.Column[Any], value: Any, names: Mapping[str, Mapping[int, str]]) -> Any:

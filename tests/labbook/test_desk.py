@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +15,8 @@ from data_schema.errors import BookDamaged, InputRefused, LabbookError, UsageErr
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.people import config_in_force
 from data_schema.vocabulary import Action, Verdict
-from labbook.book import Book, opened
+from labbook.book import Book
+from labbook.cli.main import app
 from labbook.correcting import correct, void
 from labbook.day_checks import state_check
 from labbook.desk import Desk, Statement, new_uid
@@ -213,14 +215,12 @@ def test_a_file_behind_the_database_is_refused_and_written_anew(book: SmallBook,
 
 def test_the_file_of_another_book_is_refused(book: SmallBook, tmp_path: Path) -> None:
     other = small_book(tmp_path / "other")
-    own = book.journal.read_bytes()
     with book.open() as standing, other.open() as stranger:
-        for said in range(3):  # of the same length, longer, and then cut to be longer by one
-            with stranger.desk(ADA) as desk:
-                note(desk, f"elsewhere {said}")
+        for desk_of in (standing, stranger, stranger):
+            with desk_of.desk(ADA) as desk:
+                note(desk, "said in one book only")
         lines = other.journal.read_bytes().splitlines(keepends=True)
-        length = len(own.splitlines())
-        for foreign in (lines[:length], lines[: length + 1]):
+        for foreign in (lines[:-1], lines):  # as long as our own, and longer
             book.journal.write_bytes(b"".join(foreign))
 
             def speak() -> None:
@@ -309,15 +309,18 @@ CHANGES: list[tuple[str, str, str, str, object]] = [
     ('name = "granular bed (synthetic)"', 'name = "sand; \\"wet\\" $HOME"', "study", "name", 'sand; "wet" $HOME'),
     ("body_mass_kg = 1.8", "body_mass_kg = 1.9", "robot", "body_mass_kg", 1.9),
     ("[batteries.A]\ncells = 4", "[batteries.A]\ncells = 6", "battery", "cells", 6),
+    ('[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "m m"', "factor", "unit", "m m"),
+    ("radius_m = 0.038", "radius_m = 0.0385", "level", "attributes_json", '{"radius_m":0.0385}'),
 ]
+
+
+NAMED = {"robot": {"name": "hopper"}, "battery": {"name": "A"}, "factor": {"name": "foot"}, "level": {"label": "small"}}
 
 
 @pytest.mark.parametrize(("old", "new", "kind", "field", "value"), CHANGES, ids=[change[3] for change in CHANGES])
 def test_a_contradiction_is_refused_with_the_command_that_settles_it(
     book: SmallBook, old: str, new: str, kind: str, field: str, value: object
 ) -> None:
-    from labbook.cli.main import app
-
     rewritten(book, old, new)
     rewritten(book, "[files]", PACK_D)  # an addition waits with the contradiction
     with book.open() as standing:
@@ -335,8 +338,7 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
         assert words[:2] == ["labbook", "correct"]
         app([*words[1:], "--book", str(book.folder)], standalone_mode=False)
         with standing.reading() as connection:
-            name = {"study": standing.configuration.study.name, "robot": "hopper", "battery": "A"}[kind]
-            uid = find_uid(connection, kind, name=name)
+            uid = find_uid(connection, kind, **NAMED.get(kind, {}))
             assert uid is not None
             assert read_fact(connection, kind, uid, [field]) == {field: value}
             in_force = config_in_force(connection)
@@ -348,6 +350,24 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
         with standing.desk(ADA) as desk:
             note(desk, "settled")
         assert said_alike(standing)[-1].entity_kind == "note"
+
+
+def test_what_is_no_longer_said_is_settled_with_an_empty_value(book: SmallBook) -> None:
+    plain = book.toml.read_text()
+    with_unit = plain.replace('[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
+    for text, assignment in ((with_unit, "unit=mm"), (plain, "unit=")):
+        book.toml.write_text(text)
+        with book.open() as standing:
+
+            def speak(standing: Book = standing) -> None:
+                with standing.desk(ADA) as desk:
+                    note(desk, "unsettled")
+
+            with pytest.raises(InputRefused, match=f"`labbook correct factor:foot {assignment} --why"):
+                speak()
+            with standing.desk(ADA, correcting=True) as desk:
+                correct(standing, desk, "factor:foot", [assignment], "no radius meant")
+            speak()
 
 
 def test_several_contradictions_are_settled_one_after_another(book: SmallBook) -> None:
@@ -399,8 +419,8 @@ def test_an_earlier_configuration_can_come_into_force_again(book: SmallBook) -> 
 
 
 def test_a_factor_is_not_silently_another(book: SmallBook) -> None:
-    rewritten(book, '[factors.k_gain]\nkind = "number"', '[factors.k_gain]\nkind = "label"')
-    with book.open() as standing, pytest.raises(InputRefused, match="k_gain"), standing.desk(ADA):
+    rewritten(book, '[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
+    with book.open() as standing, pytest.raises(InputRefused, match="factor:foot unit"), standing.desk(ADA):
         pytest.fail("a desk opened on a contradiction")
 
 
@@ -408,8 +428,6 @@ def test_a_factor_is_not_silently_another(book: SmallBook) -> None:
 
 
 def test_a_file_whose_name_is_not_utf8_is_ingested_under_a_readable_one(book: SmallBook) -> None:
-    import os
-
     with book.open() as standing:
         path = Path(os.fsdecode(os.fsencode(book.instruments) + b"/gr\xf6\xdfe.csv"))
         path.write_bytes(book.log("r001").read_bytes() + b"\n")

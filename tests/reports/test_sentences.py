@@ -84,14 +84,14 @@ def test_no_more_is_claimed_than_the_interval_shows(content, headline, changes, 
 
 def test_a_difference_in_height(content):
     apex = next(c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX)
-    shown = dataclasses.replace(apex.difference, value=0.0022, se=0.0004, ci_low=0.0014, ci_high=0.003)
-    claim = difference_claim(content, dataclasses.replace(apex, difference=shown))
+    shown = dataclasses.replace(apex.welch_difference, value=0.0022, se=0.0004, ci_low=0.0014, ci_high=0.003)
+    claim = difference_claim(content, dataclasses.replace(apex, welch_difference=shown))
     assert plain(claim.text).startswith("The apex was 2.20 mm higher under active damping with the small foot")
     unsure = dataclasses.replace(shown, ci_low=-0.001, ci_high=0.0054)
-    claim = difference_claim(content, dataclasses.replace(apex, difference=unsure))
+    claim = difference_claim(content, dataclasses.replace(apex, welch_difference=unsure))
     assert "does not tell from zero" in claim.text
     nothing = dataclasses.replace(shown, value=Undefined("one run only"))
-    claim = difference_claim(content, dataclasses.replace(apex, difference=nothing))
+    claim = difference_claim(content, dataclasses.replace(apex, welch_difference=nothing))
     assert "undefined: one run only" in claim.text
 
 

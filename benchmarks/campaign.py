@@ -1,0 +1,163 @@
+"""The demonstration as a whole: making it, ingesting it, and analysis and report of all its runs."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sqlite3
+import tempfile
+from collections.abc import Callable
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.processes import LABBOOK, ProcessRun, run_process
+from benchmarks.section import Benchmark, Budget, Section, Table
+from labbook.book import DATABASE
+
+REPEATS = 2
+RESULTS = ("report_item", "report", "prediction", "result_input", "result_number", "result")
+DERIVED = (*RESULTS, "jump", "detection")
+"""What analyses store, in an order in which it can be removed."""
+_LAP = re.compile(r"(?P<what>.+) \((?P<seconds>[\d.]+) s\)")
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """What one size of the demonstration took; `counts` of rows, and of samples."""
+
+    demo: ProcessRun
+    analysis: ProcessRun
+    with_detections: ProcessRun
+    again: ProcessRun
+    counts: dict[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """One size of the demonstration: how to ask for it, the space it needs, and its budgets."""
+
+    title: str
+    options: tuple[str, ...]
+    disk_gb: float
+    logs: str
+    budgets: Callable[[Taken | None, str], tuple[Budget, ...]]
+    """Of what was taken, or None and why nothing was."""
+
+
+def measure(size: Size, say: Callable[[str], None]) -> Section:
+    """Run `labbook demo`, then `labbook report` with nothing derived, with detections, and with everything there."""
+    with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
+        if shutil.disk_usage(name).free < size.disk_gb * 1e9:
+            why = f"not enough space for temporary files, {size.disk_gb:g} GB are needed"
+            return Section(size.title, f"Not measured: {why}.", size.budgets(None, why), ())
+        taken = _take(size, Path(name), say)
+    laps = [found.groupdict() for line in taken.demo.output.splitlines() if (found := _LAP.fullmatch(line))]
+    stages = tuple((_without_folder(lap["what"]), lap["seconds"]) for lap in laps)
+    counts = taken.counts
+    return Section(
+        size.title,
+        f"`labbook {' '.join(('demo', *size.options, 'DIR'))}`, a whole process: {counts['run']} runs, "
+        f"{counts['signal']} signals with {counts['samples'] / 1e6:.1f} million samples, {size.logs}. Then everything "
+        "derived is removed from its database (detections with their jumps, results, reports) and `labbook report` "
+        "run, again a whole process: it reads every log from Parquet, finds the jumps with both detectors, computes, "
+        "stores every result, draws and writes. What is not in it: writing the logs and ingesting them. The shortest "
+        f"of {REPEATS}.",
+        size.budgets(taken, ""),
+        (Table(("stage of `labbook demo`", "s"), stages, _demo_shows(taken)), _reports_table(taken)),
+    )
+
+
+def _take(size: Size, folder: Path, say: Callable[[str], None]) -> Taken:
+    say(f"labbook {' '.join(('demo', *size.options))}")
+    demo = run_process([LABBOOK, "demo", *size.options, folder / "demo"])
+    shutil.rmtree(folder / "demo" / "instruments")
+    book = folder / "demo" / "book"
+    counts = _counts(book / DATABASE)
+    report: list[str | Path] = [LABBOOK, "report", "--book", book, "--out", folder / "report"]
+    analysis, with_detections, again = [], [], []
+    for turn in range(1, REPEATS + 1):
+        say(f"labbook report with nothing derived, {turn} of {REPEATS}")
+        _remove(book / DATABASE, DERIVED)
+        analysis.append(run_process(report))
+        say(f"labbook report with every detection, {turn} of {REPEATS}")
+        _remove(book / DATABASE, RESULTS)
+        with_detections.append(run_process(report))
+        say(f"labbook report a second time, {turn} of {REPEATS}")
+        again.append(run_process(report))
+    return Taken(demo, _shortest(analysis), _shortest(with_detections), _shortest(again), counts)
+
+
+def _shortest(runs: list[ProcessRun]) -> ProcessRun:
+    return min(runs, key=lambda run: run.wall_s)
+
+
+def _default_budgets(taken: Taken | None, why: str) -> tuple[Budget, ...]:
+    wall_s = None if taken is None else taken.demo.wall_s
+    return (Budget("`labbook demo DIR`, all of it", 120.0, "s", wall_s, why=why),)
+
+
+def _full_budgets(taken: Taken | None, why: str) -> tuple[Budget, ...]:
+    wall_s, peak_mb = (None, None) if taken is None else (taken.analysis.wall_s, taken.analysis.peak_mb)
+    unknown = why or "this system does not tell a process's peak of memory"
+    return (
+        Budget("analysis and report of the full campaign", 60.0, "s", wall_s, why=why),
+        Budget("its peak of resident memory", 2000.0, "MB", peak_mb, why=unknown),
+    )
+
+
+def _demo_shows(taken: Taken) -> str:
+    return (
+        f"{taken.demo.wall_s:.0f} s of wall time and {taken.demo.cpu_s:.0f} s of processor time in all, at most "
+        f"{taken.demo.peak_mb or 0:.0f} MB."
+    )
+
+
+def _reports_table(taken: Taken) -> Table:
+    rows = (
+        ("nothing derived: both detectors over all logs", taken.analysis),
+        ("every detection is stored", taken.with_detections),
+        ("a second time: every result is stored", taken.again),
+    )
+    jumps_s = taken.analysis.wall_s - taken.with_detections.wall_s
+    results_s = taken.with_detections.wall_s - taken.again.wall_s
+    return Table(
+        ("`labbook report`, whole process", "wall, s", "processor, s", "peak, MB"),
+        tuple(
+            (name, f"{run.wall_s:.1f}", f"{run.cpu_s:.1f}", "" if run.peak_mb is None else f"{run.peak_mb:.0f}")
+            for name, run in rows
+        ),
+        f"Reading the logs and finding the jumps takes {jumps_s:.1f} s, computing and storing the "
+        f"{taken.counts['result']} results {results_s:.1f} s; the rest is starting, gathering, and above all drawing "
+        "each figure at two widths as SVG and PDF, which a second report does again.",
+    )
+
+
+def _counts(database: Path) -> dict[str, int]:
+    with closing(sqlite3.connect(database)) as connection:
+        found = {
+            table: int(connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0])
+            for table in ("run", "signal", "result")
+        }
+        found["samples"] = int(connection.execute("SELECT sum(n_samples) FROM signal").fetchone()[0])
+    return found
+
+
+def _remove(database: Path, tables: tuple[str, ...]) -> None:
+    with closing(sqlite3.connect(database)) as connection, connection:
+        for table in tables:
+            connection.execute(f"DELETE FROM {table}")
+
+
+def _without_folder(what: str) -> str:
+    """Leave out where a stage put things: the folder is a temporary one."""
+    return re.sub(r"( to)? /\S+", "", what)
+
+
+DEFAULT = Size("The demonstration", (), 1.5, "logs of about 80 seconds", _default_budgets)
+FULL = Size("The full campaign", ("--full",), 7.0, "logs of 12 minutes", _full_budgets)
+
+BENCHMARKS = (
+    Benchmark("demonstration", lambda say: measure(DEFAULT, say)),
+    Benchmark("campaign", lambda say: measure(FULL, say)),
+)

@@ -1,0 +1,19 @@
+"""All benchmarks in the order of the document."""
+
+from __future__ import annotations
+
+from benchmarks import campaign, channel_back, help_start, ingest_log, ingest_stages, runs_list, small_files
+from benchmarks.section import Benchmark
+
+BENCHMARKS: dict[str, Benchmark] = {
+    benchmark.name: benchmark
+    for benchmark in (
+        ingest_log.BENCHMARK,
+        ingest_stages.BENCHMARK,
+        small_files.BENCHMARK,
+        channel_back.BENCHMARK,
+        runs_list.BENCHMARK,
+        help_start.BENCHMARK,
+        *campaign.BENCHMARKS,
+    )
+}

@@ -1,0 +1,18 @@
+"""Every kind of result that is stored, in one list: what is checked of one is checked of all."""
+
+from __future__ import annotations
+
+from labbook.analysis import budget, comparing, conditions, packs, passive_drain, run_apexes, run_energy
+from labbook.analysis.workbench import Algorithm
+
+ALGORITHMS: tuple[Algorithm, ...] = (
+    passive_drain.ALGORITHM,
+    run_energy.ALGORITHM,
+    run_apexes.ALGORITHM,
+    conditions.ALGORITHM,
+    packs.ALGORITHM,
+    budget.ALGORITHM,
+    comparing.COMPARISON,
+    comparing.ANOVA,
+)
+"""The registry: a new kind of result is a new file and a line here."""

@@ -1,0 +1,135 @@
+"""To which run a file belongs: by flag, by its name, by the charger sheet, by hand; and what waits until then."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.helpers.books import SmallBook
+
+LINKS = "SELECT run.name FROM run_file JOIN run ON run_file.run = run.id ORDER BY run.name"
+CHARGES = "SELECT charge.row_number, run.name FROM charge LEFT JOIN run ON charge.run = run.id ORDER BY row_number"
+
+
+@pytest.fixture
+def nameless(stated: SmallBook, tmp_path: Path) -> Path:
+    """A log of run r001 whose name says nothing."""
+    path = tmp_path / "LOG0007.csv"
+    shutil.copy(stated.log("r001"), path)
+    return path
+
+
+@pytest.fixture
+def charges(tmp_path: Path) -> Path:
+    """A charger sheet of which one row names a run, one a run that is not stated, one none."""
+    path = tmp_path / "charges.csv"
+    path.write_text("run,mAh,minutes,end_voltage,pack\nr001,150,12,16.8,A\nr900,151,12,16.8,B\n,152,12,16.8,C\n")
+    return path
+
+
+def test_flag_names_the_run(stated: SmallBook, nameless: Path) -> None:
+    (item,) = good(labbook("ingest", nameless, "--run", "r001", "--json", at=stated.folder)).json
+    assert item["runs"] == ["r001"]
+    assert rows(stated.folder, LINKS) == [("r001",)]
+
+
+def test_file_name_names_the_run_and_the_rig_hears_at_once_how_it_was(stated: SmallBook) -> None:
+    for sheet in sorted((stated.instruments / "charger").iterdir()):
+        good(labbook("ingest", sheet, at=stated.folder))
+    answer = good(labbook("ingest", stated.log("r003"), at=stated.folder))
+    line = next(line for line in answer.out.splitlines() if line.startswith("  run r003:"))
+    assert "3 of 3 jumps found" in line
+    assert "J a jump" in line
+    assert rows(stated.folder, LINKS) == [("r003",)]
+
+
+def test_flag_wins_over_the_name(stated: SmallBook) -> None:
+    good(labbook("ingest", stated.log("r003"), "--run", "r001", at=stated.folder))
+    assert rows(stated.folder, LINKS) == [("r001",)]
+
+
+def test_charger_sheet_names_its_runs_row_by_row(stated: SmallBook, charges: Path) -> None:
+    (item,) = good(labbook("ingest", charges, "--json", at=stated.folder)).json
+    assert item["runs"] == ["r001"]
+    assert rows(stated.folder, CHARGES) == [(1, "r001"), (2, None), (3, None)]
+    inbox = good(labbook("runs", "inbox", "--json", at=stated.folder)).json
+    assert [(entry["what"], entry["name"], entry["stated_run"]) for entry in inbox] == [
+        ("charge", "charges.csv#2", "r900"),
+        ("charge", "charges.csv#3", None),
+    ]
+    good(labbook("assign", "charges.csv#3", "r002", at=stated.folder))
+    assert rows(stated.folder, CHARGES) == [(1, "r001"), (2, None), (3, "r002")]
+    listed = good(labbook("runs", "inbox", at=stated.folder)).out
+    assert "charges.csv#2" in listed
+    assert "charges.csv#3" not in listed
+    refused(labbook("assign", "charges.csv#9", "r002", at=stated.folder), 2, "no charge 9", "`labbook runs inbox`")
+
+
+def test_unknown_run_waits_in_the_inbox_and_is_used_once_assigned(stated: SmallBook, nameless: Path) -> None:
+    answer = good(labbook("ingest", nameless, at=stated.folder))
+    assert "no run yet (`labbook runs inbox`)" in answer.out
+    assert "LOG0007.csv" in good(labbook("runs", "inbox", at=stated.folder)).out
+    assert "in the inbox: 1" in good(labbook("today", at=stated.folder)).out
+    with unchanged(stated.folder):
+        refused(labbook("jumps", "list", "r001", at=stated.folder), 2, "run r001 has no log")
+        assert "LOG0007" not in good(labbook("show", "r001", at=stated.folder)).out
+    said = good(labbook("assign", "LOG0007.csv", "r001", at=stated.folder)).out
+    assert said == "LOG0007.csv belongs to run r001 now.\n"
+    assert good(labbook("runs", "inbox", at=stated.folder)).out == "the inbox is empty.\n"
+    assert len(good(labbook("jumps", "list", "r001", "--json", at=stated.folder)).json["jumps"]) == 3
+    assert "LOG0007.csv" in good(labbook("show", "r001", at=stated.folder)).out
+
+
+def test_files_of_one_name_are_told_apart_by_their_uid(stated: SmallBook, tmp_path: Path) -> None:
+    for run, folder in (("r001", "a"), ("r002", "b")):
+        (tmp_path / folder).mkdir()
+        shutil.copy(stated.log(run), tmp_path / folder / "log.csv")
+        good(labbook("ingest", tmp_path / folder / "log.csv", at=stated.folder))
+    uids = [uid for (uid,) in rows(stated.folder, "SELECT uid FROM file ORDER BY id")]
+    with unchanged(stated.folder):
+        refused(labbook("assign", "log.csv", "r001", at=stated.folder), 2, "2 imported files", *uids)
+    good(labbook("assign", uids[0], "r001", at=stated.folder))
+    assert rows(stated.folder, LINKS) == [("r001",)]
+
+
+def test_moving_a_file_or_a_charge_needs_a_reason_and_keeps_the_old_run(
+    stated: SmallBook, nameless: Path, charges: Path
+) -> None:
+    good(labbook("ingest", nameless, "--run", "r002", at=stated.folder))
+    good(labbook("ingest", charges, at=stated.folder))
+    with unchanged(stated.folder):
+        refused(labbook("assign", "LOG0007.csv", "r001", at=stated.folder), 2, "belongs to run r002", "--why")
+        refused(labbook("assign", "LOG0007.csv", "r001", "--why", " ", at=stated.folder), 2, "--why is empty")
+        refused(labbook("assign", "charges.csv#1", "r002", at=stated.folder), 2, "another run", "--why")
+    moved = good(labbook("assign", "LOG0007.csv", "r001", "--why", "wrong card", at=stated.folder))
+    assert moved.out == "LOG0007.csv moved to run r001.\n"
+    good(labbook("assign", "charges.csv#1", "r002", "--why", "read a line too low", at=stated.folder))
+    assert rows(stated.folder, LINKS) == [("r001",)]
+    assert rows(stated.folder, CHARGES)[0] == (1, "r002")
+    said = rows(stated.folder, "SELECT reason, old_json IS NOT NULL FROM journal WHERE action = 'correct'")
+    assert said == [("wrong card", 1), ("read a line too low", 1)]
+
+
+def test_files_and_charges_that_came_before_their_run_sheet_find_their_runs(fresh: SmallBook) -> None:
+    good(labbook("ingest", fresh.instruments / "logs", fresh.instruments / "charger", at=fresh.folder))
+    waiting = good(labbook("runs", "inbox", "--json", at=fresh.folder)).json
+    assert len(waiting) == 12 + 16
+    good(labbook("runs", "import", fresh.instruments / "runs.csv", at=fresh.folder))
+    assert good(labbook("runs", "inbox", "--json", at=fresh.folder)).json == []
+    assert len(rows(fresh.folder, LINKS)) == 12
+    assert all(run for _row, run in rows(fresh.folder, CHARGES))
+    assert len(good(labbook("jumps", "list", "r014", "--json", at=fresh.folder)).json["jumps"]) == 3
+
+
+def test_typed_charge_stands_in_for_a_sheet(stated: SmallBook) -> None:
+    said = good(
+        labbook("charge", "r001", "151", "--minutes", "12", "--end-voltage", "15.4", "--json", at=stated.folder)
+    )
+    uid = said.json["charge"]
+    assert "151 mAh" in good(labbook("show", "r001", at=stated.folder)).out
+    good(labbook("correct", f"charge:{uid}", "charge_mah=161", "--why", "misread the display", at=stated.folder))
+    shown = good(labbook("show", "r001", at=stated.folder)).out
+    assert "161 mAh" in shown

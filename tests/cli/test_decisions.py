@@ -1,0 +1,147 @@
+"""What a person says afterwards: verdicts on jumps, corrections, void runs, notes; and looking at a run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.helpers.books import SmallBook
+
+
+def jumps(book: SmallBook, run: str) -> list[dict[str, Any]]:
+    found: list[dict[str, Any]] = good(labbook("jumps", "list", run, "--json", at=book.folder)).json["jumps"]
+    return found
+
+
+def counting(book: SmallBook, run: str) -> list[int]:
+    return [item["jump"]["number"] for item in jumps(book, run) if item["excluded"] is None]
+
+
+def test_verdicts_are_rows_that_are_only_added_and_can_be_taken_back(whole: SmallBook) -> None:
+    before = counting(whole, "r001")
+    assert 2 in before
+    raw = rows(whole.folder, "SELECT * FROM jump ORDER BY id")
+    said = good(labbook("jumps", "reject", "r001", "2", "--reason", "touched_by_hand", at=whole.folder)).out
+    assert said.startswith("r001: reject 2; ")
+    assert counting(whole, "r001") == [number for number in before if number != 2]
+    assert "no: touched_by_hand" in good(labbook("jumps", "list", "r001", at=whole.folder)).out.replace(
+        "rejected (touched_by_hand)", "touched_by_hand"
+    )
+    good(labbook("jumps", "accept", "r001", "2", "--note", "looked again", at=whole.folder))
+    assert counting(whole, "r001") == before
+    good(labbook("jumps", "reject", "r001", "1", "2", "--reason", "misfire", at=whole.folder))
+    assert counting(whole, "r001") == [number for number in before if number > 2]
+    good(labbook("jumps", "clear", "r001", "1", "2", at=whole.folder))
+    assert counting(whole, "r001") == before
+    verdicts = rows(whole.folder, "SELECT verdict, reason_code, note FROM decision ORDER BY id")
+    assert verdicts == [
+        ("reject", "touched_by_hand", None),
+        ("accept", "looks_right", "looked again"),
+        ("reject", "misfire", None),
+        ("reject", "misfire", None),
+        ("clear", "other", None),
+        ("clear", "other", None),
+    ]
+    assert rows(whole.folder, "SELECT * FROM jump ORDER BY id") == raw
+
+
+def test_all_verdicts_of_one_command_or_none(whole: SmallBook) -> None:
+    with unchanged(whole.folder):
+        refused(labbook("jumps", "reject", "r001", "1", "77", "--reason", "misfire", at=whole.folder), 2, "no jump 77")
+
+
+def test_correction_keeps_the_old_value_and_who_said_why(whole: SmallBook) -> None:
+    done = good(labbook("correct", "r002", "foot=large", "--why", "typed wrong", "--json", at=whole.folder)).json
+    assert set(done["changed"]) == {"condition"}
+    shown = good(labbook("show", "r002", at=whole.folder)).out
+    assert "condition: foot=large k_gain=400 b_ad_gain=100" in shown
+    ((action, person, reason, old, new),) = rows(
+        whole.folder,
+        "SELECT action, person.name, reason, old_json, new_json FROM journal JOIN person ON person = person.id "
+        "ORDER BY seq DESC LIMIT 1",
+    )
+    assert (action, person, reason) == ("correct", "Ada Nwosu", "typed wrong")
+    assert old != new
+    assert "typed wrong" in shown
+    several = ("correct", "r002", "duration_s=700", "jumps_made=2", "battery=C", "day=2021-06-15", "--why", "x")
+    changed = good(labbook(*several, "--json", at=whole.folder)).json["changed"]
+    assert set(changed) == {"duration_s", "jumps_made", "battery", "day"}
+    assert changed["duration_s"] == [720, 700]
+    assert "battery C" in good(labbook("show", "r002", at=whole.folder)).out
+
+
+@pytest.mark.parametrize(
+    ("target", "field"),
+    [
+        ("study", "reference_voltage_v=16.8"),
+        ("robot:hopper", "body_mass_kg=1.9"),
+        ("battery:A", "capacity_mah=6000"),
+        ("r001", "started_utc=2021-06-14T09:31:00-04:00"),
+        ("r001", "name=r101"),
+    ],
+)
+def test_everything_that_was_stated_can_be_corrected(target: str, field: str, whole: SmallBook) -> None:
+    good(labbook("correct", target, field, "--why", "measured again", at=whole.folder))
+    with unchanged(whole.folder):
+        refused(
+            labbook("correct", target.replace("r001", _now(field)), field, "--why", "x", at=whole.folder), 2, "already"
+        )
+
+
+def _now(field: str) -> str:
+    return "r101" if field == "name=r101" else "r001"
+
+
+def test_void_run_stays_with_its_files_and_cannot_be_voided_twice(whole: SmallBook) -> None:
+    good(labbook("void", "r003", "--reason", "foot came loose", at=whole.folder))
+    shown = good(labbook("show", "r003", at=whole.folder)).out
+    assert "(jumps, void)" in shown
+    assert "foot came loose" in shown
+    assert "file r003.csv" in shown
+    with unchanged(whole.folder):
+        refused(labbook("void", "r003", "--reason", "again", at=whole.folder), 2, "r003 is void already")
+
+
+def test_notes_are_kept_word_for_word(whole: SmallBook) -> None:
+    text = "left rail “squeaked” $1 <b> 50 % – größer\nsecond line"
+    good(labbook("note", "r001", text, at=whole.folder))
+    assert rows(whole.folder, "SELECT text FROM note ORDER BY id DESC LIMIT 1") == [(text,)]
+    assert good(labbook("show", "r001", "--json", at=whole.folder)).json["notes"][-1]["text"] == text
+
+
+def test_show_tells_all_that_belongs_to_a_run(whole: SmallBook) -> None:
+    shown = good(labbook("show", "r001", at=whole.folder)).out
+    for part in (
+        "run r001 (jumps, complete) on 2021-06-14, position 1",
+        "foot=small k_gain=400 b_ad_gain=0 (control)",
+        "robot hopper, battery A, 1 start, 3 jumps made",
+        "file r001.csv (log",
+        "body_height",
+        "mAh",
+        "note by Ada Nwosu",
+        "Ada Nwosu: declare",
+    ):
+        assert part in shown
+    found = good(labbook("show", "r001", "--json", at=whole.folder)).json
+    assert found["run"]["levels"] == {"foot": "small", "k_gain": "400", "b_ad_gain": "0"}
+    assert found["files"][0]["name"] == "r001.csv"
+
+
+@pytest.mark.parametrize(("ending", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+def test_plot_makes_a_picture_in_the_form_asked_for(
+    ending: str, start: bytes, whole: SmallBook, tmp_path: Path
+) -> None:
+    out = tmp_path / f"picture.{ending}"
+    with unchanged(whole.folder):
+        done = good(labbook("plot", "r001", "--jump", "2", "--out", out, "--json", at=whole.folder)).json
+    assert done == {"run": "r001", "figure": str(out)}
+    assert out.read_bytes().startswith(start)
+    assert out.stat().st_size > 5000
+
+
+def test_plot_is_named_after_its_run(whole: SmallBook, tmp_path: Path) -> None:
+    good(labbook("plot", "r001", "--book", whole.folder, at=tmp_path))
+    assert (tmp_path / "r001.png").exists()

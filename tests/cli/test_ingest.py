@@ -1,0 +1,206 @@
+"""The contract of `labbook ingest`: copies, duplicates, refusals, batches, what programs get."""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from pathlib import Path
+
+import pyarrow as pa
+import pytest
+
+from tests.cli.shell import Answer, contents, good, labbook, rows, unchanged
+from tests.helpers.books import SmallBook
+from tests.ingest.synthetic import SHEET, bertec_acquire, icharger_rows, robot_log, twenty_faults
+
+KEYS = {
+    "status", "format", "runs", "rows_read", "rows_kept", "rows_rejected", "channels", "findings", "sha256",
+    "file", "first_import",
+}  # fmt: skip
+CHANNEL_KEYS = {"name", "unit", "rate_hz", "n"}
+FINDING_KEYS = {"severity", "rule", "line", "column", "count", "message", "more_lines", "value"}
+FILES = {
+    "log.csv": robot_log(),
+    "plate.txt": bertec_acquire(),
+    "charges.csv": SHEET.encode(),
+    "charger.txt": ("\n".join(icharger_rows()) + "\n").encode(),
+}
+
+
+def sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def kept(book: Path, data: bytes) -> bytes:
+    """The raw copy of a file's bytes, as they come out of the store."""
+    digest = sha256(data)
+    with pa.input_stream(str(book / "raw" / digest[:2] / f"{digest}.zst"), compression="zstd") as stream:
+        copy: bytes = stream.read()
+    return copy
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder as an instrument leaves it: files of four kinds, one of them in a folder below, and a hidden one."""
+    folder = tmp_path / "from the rig"
+    (folder / "charger").mkdir(parents=True)
+    for name, data in FILES.items():
+        (folder / ("charger" if name.startswith("charge") else ".") / name).write_bytes(data)
+    (folder / ".DS_Store").write_bytes(b"\0\1\2")
+    return folder
+
+
+def test_folder_is_copied_byte_for_byte_and_summed_up_in_one_line(fresh: SmallBook, folder: Path) -> None:
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    answer = good(labbook("ingest", folder, at=fresh.folder))
+    assert answer.out.splitlines()[-1] == "4 files: 4 imported, 0 there already, 0 refused."
+    for data in FILES.values():
+        assert kept(fresh.folder, data) == data
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+    assert rows(fresh.folder, "SELECT sha256, n_bytes FROM file ORDER BY sha256") == sorted(
+        (sha256(data), len(data)) for data in FILES.values()
+    )
+
+
+def test_json_has_the_promised_keys_and_the_truth(fresh: SmallBook, folder: Path) -> None:
+    found = good(labbook("ingest", folder, "--json", at=fresh.folder)).json
+    by_name = {Path(item["file"]).name: item for item in found}
+    assert set(by_name) == set(FILES)
+    for name, item in by_name.items():
+        assert set(item) == KEYS
+        assert item["status"] == "imported"
+        assert item["sha256"] == sha256(FILES[name])
+        assert item["rows_read"] == item["rows_kept"] + item["rows_rejected"]
+        assert all(set(channel) == CHANNEL_KEYS for channel in item["channels"])
+        assert all(set(finding) == FINDING_KEYS for finding in item["findings"])
+    assert {name: item["format"] for name, item in by_name.items()} == {
+        "log.csv": "delimited_log",
+        "plate.txt": "bertec_text",
+        "charges.csv": "charger_sheet",
+        "charger.txt": "icharger_log",
+    }
+    height = by_name["log.csv"]["channels"][0]
+    assert (height["name"], height["unit"], height["n"]) == ("body_height", "m", 600)
+    assert height["rate_hz"] == pytest.approx(300.0, rel=0.01)
+    assert by_name["charges.csv"]["rows_kept"] == 3
+    assert by_name["charges.csv"]["channels"] == []
+
+
+def test_dry_run_says_the_same_and_writes_nothing(fresh: SmallBook, folder: Path) -> None:
+    with unchanged(fresh.folder):
+        tried = good(labbook("ingest", folder, "--dry-run", at=fresh.folder))
+        tried_json = good(labbook("ingest", folder, "--dry-run", "--json", at=fresh.folder)).json
+    assert "4 would be imported" in tried.out
+    assert good(labbook("ingest", folder, "--json", at=fresh.folder)).json == tried_json
+
+
+def test_same_bytes_again_are_one_calm_line_and_change_nothing(fresh: SmallBook, folder: Path) -> None:
+    good(labbook("ingest", folder, at=fresh.folder))
+    shutil.copy(folder / "log.csv", folder / "copy of log (2).csv")
+    (folder / "log.csv").touch()
+    with unchanged(fresh.folder):
+        again = good(labbook("ingest", folder / "log.csv", at=fresh.folder))
+        renamed = good(labbook("ingest", folder / "copy of log (2).csv", at=fresh.folder))
+        found = good(labbook("ingest", folder, "--json", at=fresh.folder)).json
+    for answer in (again, renamed):
+        line, summary = answer.out.splitlines()
+        assert "imported before, as log.csv by Ada Nwosu on 20" in line
+        assert summary == "1 file: 0 imported, 1 there already, 0 refused."
+    assert [item["status"] for item in found] == ["duplicate"] * 5
+    first = next(item["first_import"] for item in found if item["file"].endswith("(2).csv"))
+    assert (first["original_name"], first["person"]) == ("log.csv", "Ada Nwosu")
+    assert set(found[0]) == KEYS
+
+
+def test_same_file_twice_in_one_command_is_imported_once(fresh: SmallBook, folder: Path) -> None:
+    shutil.copy(folder / "log.csv", folder / "other.csv")
+    named_twice = [folder / "log.csv", folder / "log.csv", folder / "other.csv"]
+    found = good(labbook("ingest", *named_twice, "--json", at=fresh.folder)).json
+    assert [item["status"] for item in found] == ["imported", "duplicate"]
+
+
+def test_one_refused_file_leaves_the_others_imported_and_ends_with_2(fresh: SmallBook, folder: Path) -> None:
+    (folder / "photo.jpg").write_bytes(b"\xff\xd8\xff\xe0" + bytes(range(256)) * 4)
+    (folder / "empty.csv").touch()
+    answer = labbook("ingest", folder, at=fresh.folder)
+    assert answer.code == 2
+    assert answer.err == ""
+    assert answer.out.splitlines()[-1] == "6 files: 4 imported, 0 there already, 2 refused."
+    assert "photo.jpg: refused" in answer.out
+    assert "file_empty" in answer.out
+    assert rows(fresh.folder, "SELECT count(*) FROM file") == [(4,)]
+    with unchanged(fresh.folder):
+        again = labbook("ingest", folder, at=fresh.folder)
+    assert again.code == 2
+    assert again.out.splitlines()[-1] == "6 files: 0 imported, 4 there already, 2 refused."
+
+
+def test_files_by_name_and_folders_mix(fresh: SmallBook, folder: Path) -> None:
+    answer = good(labbook("ingest", folder / "log.csv", folder / "charger", at=fresh.folder))
+    assert answer.out.splitlines()[-1] == "3 files: 3 imported, 0 there already, 0 refused."
+
+
+def test_a_folder_with_the_book_in_it_gives_the_instruments_files_only(fresh: SmallBook, folder: Path) -> None:
+    shutil.copytree(folder, fresh.folder / "data")
+    found = good(labbook("ingest", ".", "--json", at=fresh.folder)).json
+    assert {Path(item["file"]).name for item in found} == set(FILES)
+
+
+def twenty(folder: Path) -> Path:
+    path = folder / "faults.csv"
+    path.write_bytes(twenty_faults()[0])
+    return path
+
+
+def test_twenty_faults_are_all_found_at_once_and_nothing_is_stored(fresh: SmallBook, tmp_path: Path) -> None:
+    path, expected = twenty(tmp_path), twenty_faults()[1]
+    assert len(expected) >= 20
+    before = contents(fresh.folder).files
+    answer = labbook("ingest", path, "--json", at=fresh.folder)
+    assert answer.code == 2
+    (item,) = answer.json
+    assert item["status"] == "refused"
+    assert expected <= {finding["rule"] for finding in item["findings"]}
+    assert all(finding["message"].endswith((".", "?")) for finding in item["findings"])
+    assert all(len(finding["more_lines"]) <= 20 for finding in item["findings"])
+    places = [(finding["rule"], finding["column"]) for finding in item["findings"]]
+    assert len(places) == len(set(places)), "one a rule and column"
+    assert rows(fresh.folder, "SELECT count(*) FROM file") == [(0,)]
+    assert rows(fresh.folder, "SELECT count(*) FROM signal") == [(0,)]
+    after = contents(fresh.folder).files
+    assert {name for name in after if after[name] != before.get(name)} == {"journal.jsonl"}
+
+
+def test_refused_file_leaves_one_row_with_its_findings_and_the_second_time_none(
+    fresh: SmallBook, tmp_path: Path
+) -> None:
+    path = twenty(tmp_path)
+    answer = labbook("ingest", path, at=fresh.folder)
+    assert answer.code == 2
+    expected = twenty_faults()[1]
+    for rule in expected:
+        assert rule in answer.out
+    assert rows(fresh.folder, "SELECT status, original_name, sha256, file FROM ingest") == [
+        ("refused", "faults.csv", sha256(path.read_bytes()), None)
+    ]
+    assert expected <= {rule for (rule,) in rows(fresh.folder, "SELECT rule FROM finding")}
+    with unchanged(fresh.folder):
+        assert labbook("ingest", path, at=fresh.folder).code == 2
+        path.rename(path.with_name("renamed.csv"))
+        assert labbook("ingest", path.with_name("renamed.csv"), at=fresh.folder).code == 2
+
+
+def test_findings_name_their_column_and_lines(fresh: SmallBook, tmp_path: Path) -> None:
+    path = twenty(tmp_path)
+    answer: Answer = labbook("ingest", path, at=fresh.folder)
+    assert "not_a_number (column 'height [m]', line " in answer.out.replace("height [m] (2)", "height [m]")
+
+
+def test_the_book_can_be_rebuilt_after_imports_and_refusals(fresh: SmallBook, folder: Path) -> None:
+    twenty(folder)
+    assert labbook("ingest", folder, at=fresh.folder).code == 2
+    before = contents(fresh.folder)
+    good(labbook("rebuild", at=fresh.folder))
+    after = contents(fresh.folder)
+    assert sorted(after.rows) == sorted(before.rows)
+    assert after.files == before.files

@@ -1,0 +1,159 @@
+"""What a file does not say is asked for, by flag, by profile, or at a terminal; never assumed."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import LABBOOK, environment, good, labbook, rows, unchanged
+from tests.helpers.books import SmallBook
+from tests.ingest.synthetic import robot_rows
+
+
+def without_time(folder: Path) -> Path:
+    """A log of heights without a time column."""
+    path = folder / "no_time.csv"
+    path.write_text("height [m],leg_length [m]\n" + "".join(f"{row.split(',', 1)[1][:17]}\n" for row in robot_rows()))
+    return path
+
+
+def without_time_unit(folder: Path) -> Path:
+    """A log whose time column has no unit."""
+    path = folder / "no_unit.csv"
+    path.write_text("time,height [m]\n" + "".join(",".join(row.split(",")[:2]) + "\n" for row in robot_rows()))
+    return path
+
+
+def rate_of(book: SmallBook) -> float:
+    ((rate_hz,),) = rows(book.folder, "SELECT rate_hz FROM signal")
+    return float(rate_hz)
+
+
+def test_rate_is_asked_for_by_its_flag_and_works_with_it(fresh: SmallBook, tmp_path: Path) -> None:
+    path = without_time(tmp_path)
+    answer = labbook("ingest", path, at=fresh.folder)
+    assert answer.code == 2
+    assert "rate_missing" in answer.out
+    assert "`--rate 300`" in answer.out
+    assert rows(fresh.folder, "SELECT count(*) FROM signal") == [(0,)]
+    good(labbook("ingest", path, "--rate", "300", at=fresh.folder))
+    assert rate_of(fresh) == 300.0
+
+
+@pytest.mark.parametrize(
+    "said", [("--unit", "time=ms"), ("--column", "time=time:ms")], ids=["by unit", "by column and unit"]
+)
+def test_time_unit_is_asked_for_by_its_flag_and_works_with_it(
+    said: tuple[str, str], fresh: SmallBook, tmp_path: Path
+) -> None:
+    path = without_time_unit(tmp_path)
+    answer = labbook("ingest", path, at=fresh.folder)
+    assert answer.code == 2
+    assert "time_unit_missing" in answer.out
+    assert "--unit" in answer.out
+    good(labbook("ingest", path, *said, at=fresh.folder))
+    assert rate_of(fresh) == pytest.approx(300.0, rel=0.01)
+
+
+def test_stated_rate_that_the_time_stamps_contradict_is_refused(fresh: SmallBook, tmp_path: Path) -> None:
+    path = without_time_unit(tmp_path)
+    answer = labbook("ingest", path, "--unit", "time=ms", "--rate", "1000", at=fresh.folder)
+    assert answer.code == 2
+    assert "rate_contradicts" in answer.out
+
+
+def test_columns_are_named_and_converted_by_flags(fresh: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "foreign.csv"
+    path.write_text("t;h\n" + "".join(f"{3 * i};{420 + i % 7},5\n" for i in range(300)))
+    said = ["--column", "t=time:ms", "--column", "h=body_height:mm", "--decimal", ","]
+    (item,) = good(labbook("ingest", path, *said, "--json", at=fresh.folder)).json
+    assert [(channel["name"], channel["unit"]) for channel in item["channels"]] == [("body_height", "m")]
+    sources = rows(fresh.folder, "SELECT source_name, source_unit, scale FROM channel")
+    assert sources == [("h", "mm", pytest.approx(0.001))]
+
+
+def test_profile_of_the_book_reads_a_foreign_logger(fresh: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "foreign.csv"
+    path.write_text("tick,hgt,left\n" + "".join(f"{5 * i},{-420 - i % 7},{i}\n" for i in range(300)))
+    assert labbook("ingest", path, at=fresh.folder).code == 2
+    profile = """
+[profiles.serial_logger]
+recognise = ["tick", "left"]
+time = { column = "tick", unit = "ms" }
+columns = { "left" = { channel = "left_encoder", unit = "1" }, "hgt" = { channel = "body_height", unit = "mm", sign = -1 } }
+"""
+    with fresh.toml.open("a") as toml:
+        toml.write(profile)
+    (item,) = good(labbook("ingest", path, "--json", at=fresh.folder)).json
+    assert {channel["name"] for channel in item["channels"]} == {"body_height", "left_encoder"}
+    assert rate_of(fresh) == pytest.approx(200.0)
+    assert rows(fresh.folder, "SELECT scale, sign FROM channel WHERE name = 'body_height'") == [(0.001, -1)]
+
+
+def test_profile_of_a_logger_without_time_gives_its_rate(fresh: SmallBook, tmp_path: Path) -> None:
+    path = without_time(tmp_path)
+    with fresh.toml.open("a") as toml:
+        toml.write('\n[profiles.string_pot]\nrecognise = ["height"]\nrate_hz = 333\n')
+    good(labbook("ingest", path, at=fresh.folder))
+    assert rate_of(fresh) == 333.0
+
+
+def at_a_terminal(book: SmallBook, path: Path, typed: str) -> tuple[int, str, str]:
+    """Ingest with a person at the terminal who types; returns exit code, standard output, and what was asked."""
+    person, terminal = pty.openpty()
+    asked = b""
+    with subprocess.Popen(
+        [LABBOOK, "ingest", path],
+        cwd=book.folder,
+        env=environment(TERM="dumb"),
+        stdin=terminal,
+        stdout=subprocess.PIPE,
+        stderr=terminal,
+        start_new_session=True,
+    ) as running:
+        os.close(terminal)
+        os.write(person, typed.encode())
+        assert running.stdout is not None
+        out = running.stdout.read().decode()
+        while True:
+            try:
+                piece = os.read(person, 4096)
+            except OSError:  # the terminal is closed
+                break
+            if not piece:
+                break
+            asked += piece
+        code = running.wait(timeout=60)
+    os.close(person)
+    return code, out, asked.decode()
+
+
+def test_at_a_terminal_the_person_is_asked(fresh: SmallBook, tmp_path: Path) -> None:
+    code, out, asked = at_a_terminal(fresh, without_time_unit(tmp_path), "ms\n")
+    assert "unit of time" in asked
+    assert code == 0, out
+    assert "1 imported" in out
+    assert rate_of(fresh) == pytest.approx(300.0, rel=0.01)
+    good(labbook("rebuild", at=fresh.folder))
+    assert rate_of(fresh) == pytest.approx(300.0, rel=0.01)
+
+
+def test_no_answer_at_a_terminal_stores_nothing(fresh: SmallBook, tmp_path: Path) -> None:
+    code, out, asked = at_a_terminal(fresh, without_time(tmp_path), "\x04")
+    assert "samples a second" in asked
+    assert code == 2
+    assert "labbook: no answer was given" in asked
+    assert "Traceback" not in asked + out
+    assert rows(fresh.folder, "SELECT count(*) FROM file") == [(0,)]
+
+
+def test_programs_are_never_asked(fresh: SmallBook, tmp_path: Path) -> None:
+    path = without_time_unit(tmp_path)
+    with unchanged(fresh.folder):
+        (item,) = labbook("ingest", path, "--json", "--dry-run", at=fresh.folder).json
+    assert item["status"] == "refused"
+    assert any(finding["rule"] == "time_unit_missing" and finding["column"] == "time" for finding in item["findings"])

@@ -1,0 +1,215 @@
+"""What only a process of its own meets: a closed pipe, Ctrl-C, another writer, a disk that refuses, missing rights."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from data_schema import engine as engines
+from tests.cli.shell import LABBOOK, contents, environment, good, labbook, process, refused, rows, unchanged
+from tests.helpers.books import SmallBook, small_book
+
+NOBODY = 65534
+
+
+@pytest.fixture
+def open_to_all() -> Iterator[Path]:
+    """A folder that users other than the one who tests can reach."""
+    folder = Path(tempfile.mkdtemp(prefix="labbook-open-"))
+    folder.chmod(0o755)
+    yield folder
+    shutil.rmtree(folder)
+
+
+def test_ingest_report_and_errors_work_as_installed(stated: SmallBook) -> None:
+    done = process("ingest", stated.log("r001"), at=stated.folder)
+    assert done.code == 0
+    assert "3 of 3 jumps found" in done.out
+    assert done.err == ""
+    refused(process("shw", at=stated.folder), 2, "no such command 'shw'")
+    with stated.database.open("r+b") as handle:
+        handle.write(b"not a database at all")
+    refused(process("show", "r001", at=stated.folder), 3, "labbook rebuild")
+
+
+def test_reader_that_has_seen_enough_is_no_error(whole: SmallBook) -> None:
+    listing = subprocess.Popen(
+        [LABBOOK, "jumps", "list", "r001"],
+        cwd=whole.folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert listing.stdout is not None
+    listing.stdout.close()  # `| head -0`: nobody reads what comes
+    _nothing, said = listing.communicate(timeout=60)
+    assert said == b""
+    assert listing.returncode == 0
+
+
+def test_output_to_a_full_disk_is_told(whole: SmallBook) -> None:
+    with Path("/dev/full").open("w") as full, unchanged(whole.folder):
+        done = subprocess.run(
+            [LABBOOK, "runs", "list"], cwd=whole.folder, stdout=full, stderr=subprocess.PIPE, check=False, timeout=60
+        )
+    assert done.returncode == 2
+    assert done.stderr.startswith(b"labbook: No space left on device")
+    assert b"Traceback" not in done.stderr
+
+
+def test_ctrl_c_keeps_whole_files_and_the_same_command_goes_on(stated: SmallBook) -> None:
+    running = subprocess.Popen(
+        [LABBOOK, "ingest", str(stated.instruments / "logs"), "--json"],
+        cwd=stated.folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler) and None,
+    )
+    deadline = time.monotonic() + 60
+    while not rows(stated.folder, "SELECT uid FROM file") and time.monotonic() < deadline:
+        time.sleep(0.002)
+    running.send_signal(signal.SIGINT)
+    out, err = running.communicate(timeout=60)
+    kept = len(rows(stated.folder, "SELECT uid FROM file"))
+    assert running.returncode == 130
+    assert out == ""
+    assert err.startswith("labbook: interrupted")
+    assert 1 <= kept < 12
+    assert rows(stated.folder, "SELECT count(*) FROM ingest") == [(kept,)]
+    assert rows(stated.folder, "SELECT count(DISTINCT file) FROM signal") == [(kept,)]
+    assert rows(stated.folder, "PRAGMA integrity_check") == [("ok",)]
+    assert not list(stated.folder.rglob(".*"))
+    again = good(labbook("ingest", stated.instruments / "logs", "--json", at=stated.folder)).json
+    assert [item["status"] for item in again] == ["duplicate"] * kept + ["imported"] * (12 - kept)
+    assert rows(stated.folder, "SELECT count(*) FROM file") == [(12,)]
+
+
+LOCK = """
+import sqlite3, sys
+connection = sqlite3.connect(sys.argv[1], isolation_level=None)
+connection.execute("BEGIN IMMEDIATE")
+print("locked", flush=True)
+sys.stdin.read()
+"""
+
+
+def test_another_writer_makes_the_book_busy_and_reading_goes_on(
+    stated: SmallBook, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = engines.sqlite_engine.__kwdefaults__
+    assert settings is not None
+    monkeypatch.setitem(settings, "busy_timeout_s", 0.1)
+    with subprocess.Popen(
+        [sys.executable, "-c", LOCK, stated.database], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as other:
+        assert other.stdout is not None
+        assert other.stdin is not None
+        assert other.stdout.readline() == "locked\n"
+        with unchanged(stated.folder):
+            for words in ("note r001 x", "void r001 --reason x", "check rail_angle", "assign a r001"):
+                refused(labbook(*words.split(), at=stated.folder), 3, "another program", "try again")
+            assert "r001" in good(labbook("runs", "list", at=stated.folder)).out
+        refused(labbook("ingest", stated.log("r001"), at=stated.folder), 3, "another program", "try again")
+        assert rows(stated.folder, "SELECT count(*) FROM ingest") == [(0,)]
+        other.stdin.close()
+    good(labbook("ingest", stated.log("r001"), at=stated.folder))
+
+
+@contextlib.contextmanager
+def without_rights() -> Iterator[None]:
+    """Be somebody who may read what all may read, and write nothing."""
+    os.setegid(NOBODY)
+    os.seteuid(NOBODY)
+    try:
+        yield
+    finally:
+        os.seteuid(0)
+        os.setegid(0)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody without rights")
+def test_book_that_may_only_be_read_is_said_to_be_so(open_to_all: Path) -> None:
+    book = small_book(open_to_all, ingested=False)
+    open_to_all.chmod(0o755)
+    secret = open_to_all / "secret.csv"
+    secret.write_text("t,h\n")
+    secret.chmod(0o000)
+    for words in (["note", "r001", "x"], ["ingest", book.log("r001")]):
+        good(labbook(*words, at=book.folder))  # as its owner
+    for path in (book.folder, *book.folder.rglob("*")):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    with unchanged(book.folder), without_rights():
+        for statement in ("note r001 x", "void r001 --reason x", "correct r001 foot=large --why x"):
+            refused(labbook(*statement.split(), at=book.folder), 3, "cannot be written", "permissions of the book's")
+        refused(labbook("ingest", book.log("r002"), at=book.folder), 2, "Permission denied", "check the path")
+    for path in (book.folder, *book.folder.rglob("*")):
+        path.chmod(0o777 if path.is_dir() else 0o666)
+    with without_rights():
+        refused(labbook("ingest", secret, at=book.folder), 2, "Permission denied", "secret.csv")
+        good(labbook("ingest", book.log("r002"), at=book.folder))
+
+
+def _no_file_above(n_bytes: int) -> None:
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, n_bytes))
+
+
+def test_disk_that_takes_no_copy_leaves_the_book_as_it_was(stated: SmallBook) -> None:
+    with unchanged(stated.folder):
+        answer = process("ingest", stated.log("r001"), at=stated.folder, preexec_fn=lambda: _no_file_above(20_000))
+        assert answer.code in (2, 3)
+        assert answer.out == ""
+        assert answer.err.startswith("labbook: ")
+        assert "disk" in answer.err
+        assert "Traceback" not in answer.err
+    assert not list(stated.folder.rglob(".*"))
+    good(labbook("ingest", stated.log("r001"), at=stated.folder))
+
+
+def test_disk_that_takes_no_journal_line_leaves_the_book_as_it_was(stated: SmallBook) -> None:
+    size = stated.journal.stat().st_size
+    before = contents(stated.folder)
+    answer = process("note", "r001", "x" * 5000, at=stated.folder, preexec_fn=lambda: _no_file_above(size + 1000))
+    assert answer.code in (2, 3)
+    assert answer.err.startswith("labbook: ")
+    assert "Traceback" not in answer.err
+    assert contents(stated.folder).rows == before.rows
+    good(labbook("note", "r001", "after making room", at=stated.folder))
+    assert "xxx" not in labbook("show", "r001", at=stated.folder).out
+    good(labbook("rebuild", at=stated.folder))
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can make a small disk")
+def test_full_disk_leaves_the_book_as_it_was(open_to_all: Path) -> None:
+    disk = open_to_all / "disk"
+    disk.mkdir()
+    if subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=8M", "none", disk], capture_output=True, check=False
+    ).returncode:
+        pytest.skip("no disk can be mounted here")
+    try:
+        book = small_book(disk, ingested=False)
+        with (disk / "ballast").open("wb") as ballast:
+            ballast.write(bytes(shutil.disk_usage(disk).free - 40_960))
+        before = contents(book.folder)
+        answer = labbook("ingest", book.log("r001"), at=book.folder)
+        assert answer.code in (2, 3)
+        assert answer.err.startswith("labbook: ")
+        assert contents(book.folder) == before
+        (disk / "ballast").unlink()
+        good(labbook("ingest", book.log("r001"), at=book.folder))
+    finally:
+        subprocess.run(["umount", disk], check=True)

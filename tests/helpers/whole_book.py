@@ -1,0 +1,76 @@
+"""A small book in which everything has happened that people and instruments do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from labbook.assigning import assign
+from labbook.book import Book
+from labbook.correcting import correct, void
+from labbook.day_checks import state_check
+from labbook.ingesting import IngestRequest, ingest_file
+from labbook.jump_review import decide
+from labbook.planning import PlanRequest, make_plan
+from labbook.report_command import state_report
+from labbook.runs_importing import import_runs
+from labbook.typed_charge import state_charge
+from tests.helpers.books import ADA, BEN, DAYS, SmallBook, ingest_all, small_book
+from tests.helpers.statements import note
+
+UNNAMED = "log of the morning.csv"
+PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[files]"
+UNREADABLE = b"%PDF-1.7 not a log at all\n"
+
+
+def whole_book(folder: Path, database_url: str | None = None) -> SmallBook:
+    """Make one: planned, ingested, assigned, noted, judged, reported, corrected and reported again."""
+    made = small_book(folder, runs=False, ingested=False, two_people=True, database_url=database_url)
+    with made.open() as book:
+        _measure_and_report(made, book)
+    text = made.toml.read_text(encoding="utf-8").replace("exclude_first_jumps = 0", "exclude_first_jumps = 1")
+    made.toml.write_text(text.replace("[files]", PACK_D), encoding="utf-8")
+    with made.open() as book:
+        _change_and_report_again(book)
+    return made
+
+
+def _measure_and_report(made: SmallBook, book: Book) -> None:
+    strays = made.instruments / "strays"
+    strays.mkdir()
+    unnamed, unreadable = strays / UNNAMED, strays / "scan.pdf"
+    made.log("r001").rename(unnamed)
+    unreadable.write_bytes(UNREADABLE)
+    sheet = made.instruments / "charger" / f"{DAYS[0]}.csv"
+    lines = sheet.read_text().splitlines(keepends=True)
+    sheet.write_text("".join(line for line in lines if not line.startswith("r006,")))  # forgotten, typed in below
+    make_plan(book, PlanRequest(7, 2, 8, "randomised", "2021-06-21", True, strays / "plan.csv", False), BEN)
+    ingest_file(book, made.log("r002"), IngestRequest(person=ADA))  # before its run is known
+    ingest_file(book, unnamed, IngestRequest(person=BEN))
+    ingest_file(book, unreadable, IngestRequest(person=BEN))
+    with book.desk(ADA) as desk:
+        import_runs(book, desk, (made.instruments / "runs.csv").read_text(), "runs.csv")
+        state_check(desk, book.configuration, "rail_angle", 0.4, "deg", True, "2021-06-14")
+        state_check(desk, book.configuration, "lubrication", None, None, False, "2021-06-16")
+    ingest_all(book, made.instruments)
+    with book.desk(BEN) as desk:
+        assign(desk, UNNAMED, "r001", None)
+        note(desk, "left rail squeaked — ÄÖÜ", "r003")
+        void(desk, "r006", "foot came loose")
+        state_charge(desk, book.configuration, "r006", 120.0, 12.0, 16.7)
+    with book.desk(ADA) as desk:
+        decide(book, desk, "r002", [1], "reject", "touched_by_hand", "saw it")
+        decide(book, desk, "r003", [1, 2], "reject", "misfire", None)
+        decide(book, desk, "r003", [2], "clear", "other", None)
+        decide(book, desk, "r004", [3], "accept", "looks_right", None)
+    state_report(book, None, ADA, lambda _step: None)
+
+
+def _change_and_report_again(book: Book) -> None:
+    with book.desk(BEN) as desk:
+        correct(book, desk, "r004", ["foot=large", "duration_s=722"], "typed wrong")
+        assign(desk, UNNAMED, "r002", "mixed up")
+    state_report(book, "foot=small", BEN, lambda _step: None)
+    with book.desk(BEN) as desk:
+        correct(book, desk, "r004", ["foot=small"], "typed right the first time")
+        assign(desk, UNNAMED, "r001", "not mixed up after all")
+    state_report(book, None, BEN, lambda _step: None)

@@ -1,0 +1,69 @@
+"""The store gives back what it was given, whatever a column is like and however it is encoded for that."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from ingest.model import ChannelData, FloatArray, SignalPart
+from ingest.store import Store, signal_sha256
+
+N = 20_000
+
+
+def part(*columns: FloatArray) -> SignalPart:
+    """Channels c0, c1, ... at 300 Hz."""
+    channels = tuple(
+        ChannelData(f"c{number}", "m", "", None, 1.0, 0.0, 1, (), values) for number, values in enumerate(columns)
+    )
+    return SignalPart("log", np.arange(len(columns[0])) / 300, 300.0, None, None, channels, ())
+
+
+def encodings(path: Path) -> dict[str, set[str]]:
+    """The encodings of each column of a file."""
+    group = pq.ParquetFile(path).metadata.row_group(0)
+    columns = [group.column(number) for number in range(group.num_columns)]
+    return {column.path_in_schema: set(column.encodings) for column in columns}
+
+
+@given(columns=st.integers(0, 200).flatmap(lambda n: st.lists(arrays(np.float64, n), min_size=1, max_size=4)))
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_samples_come_back_bit_by_bit(tmp_path: Path, columns: list[FloatArray]) -> None:
+    store, kept = Store(tmp_path), part(*columns)
+    sha256, path = store.put_signal(kept)
+    found = store.samples(path, [channel.name for channel in kept.channels])
+    assert list(found) == ["time", *(channel.name for channel in kept.channels)]
+    for channel in kept.channels:
+        assert found[channel.name].tobytes() == channel.values.tobytes()
+    assert sha256 == signal_sha256(kept)
+    assert store.put_signal(kept) == (sha256, path)
+
+
+@pytest.mark.parametrize("n", [2, 100, N])
+def test_each_kind_of_column_has_its_own_encoding(tmp_path: Path, n: int) -> None:
+    chance = np.random.default_rng(1)
+    held, steps = np.full(n, 400.0), np.round(chance.normal(0.3, 0.1, n), 1)
+    noise, counter = chance.normal(size=n), np.arange(n, dtype=np.float64)
+    store = Store(tmp_path)
+    _, path = store.put_signal(part(held, steps, noise, counter))
+    found = encodings(tmp_path / path)
+    assert "BYTE_STREAM_SPLIT" in found["time [s]"]
+    assert "BYTE_STREAM_SPLIT" in found["c3 [m]"]
+    assert not found["c2 [m]"] & {"RLE_DICTIONARY"} or n == 2
+    if n > 2:
+        assert "RLE_DICTIONARY" in found["c0 [m]"]
+        assert "RLE_DICTIONARY" in found["c1 [m]"]
+
+
+def test_a_few_decimals_take_less_space_than_noise(tmp_path: Path) -> None:
+    chance = np.random.default_rng(1)
+    noise = chance.normal(0.3, 0.001, N)
+    store = Store(tmp_path)
+    sizes = [(tmp_path / store.put_signal(part(values))[1]).stat().st_size for values in (noise, np.round(noise, 6))]
+    assert sizes[1] < 0.5 * sizes[0]
