@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
 
 from benchmarks.section import Budget, Section, Table
@@ -66,10 +67,14 @@ def _budgets_text(budgets: Sequence[tuple[Section, Budget]]) -> str:
 
 
 def _section_text(section: Section, load: float) -> str:
-    parts = [f"## {section.title}\n\nLoad at its start: {load:.1f}.\n", section.measured + "\n"]
-    parts += [f"- {verdict_line(budget)}" for budget in section.budgets]
+    parts = [f"## {section.title}", f"Load at its start: {load:.1f}.", _filled(section.measured)]
     if section.budgets:
-        parts[-1] += "\n"
+        parts.append("\n".join(f"- {verdict_line(budget)}" for budget in section.budgets))
     for table in section.tables:
-        parts += [table_text(table), table.shows + "\n"]
-    return "\n".join(parts)
+        parts += [table_text(table).rstrip("\n"), _filled(table.shows)]
+    return "\n\n".join(parts)
+
+
+def _filled(text: str) -> str:
+    """Break prose into lines; names of commands stay whole."""
+    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False)

@@ -18,7 +18,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.engine import writing
-from data_schema.errors import BookDamaged, InputRefused
+from data_schema.errors import BookDamaged, BookError, InputRefused
 from data_schema.journal import Entry, JournalFile
 from data_schema.vocabulary import Action
 from ingest.store import Store
@@ -109,12 +109,22 @@ def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: objec
 @contextlib.contextmanager
 def desk_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -> Iterator[Desk]:
     """Open a desk: catch up with the journal file, let statements be made, sync the file, commit."""
-    with writing(engine) as connection:
-        catch_up(connection, store, mirror)
-        desk = Desk(connection, store, person)
-        yield desk
-        if desk.entries:
-            mirror.append(desk.entries)
+    written = False
+    try:
+        with writing(engine) as connection:
+            catch_up(connection, store, mirror)
+            desk = Desk(connection, store, person)
+            yield desk
+            if desk.entries:
+                mirror.append(desk.entries)
+                written = True
+    except BookError as error:
+        if not written:
+            raise
+        # whether the database kept it is not known for sure; the file is never taken back, for it must not be behind
+        raise type(error)(
+            f"{error} What was said stands in journal.jsonl already: do not say it again, the next command applies it."
+        ) from error
 
 
 def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> int:

@@ -18,9 +18,9 @@ from data_schema.journal import canonical
 from data_schema.queries.facts import find_uid
 from data_schema.queries.imports import FirstImport, first_import, refused_before, runs_of_file
 from data_schema.queries.runs import list_runs
-from data_schema.vocabulary import Action, IngestStatus
-from ingest.model import ReadFile
-from ingest.read import read_file
+from data_schema.vocabulary import Action, IngestStatus, Severity
+from ingest.model import Finding, ReadFile
+from ingest.read import UNKNOWN, read_file
 from labbook.book import CONFIGURATION, DATABASE, JOURNAL, Book
 from labbook.desk import Desk, Statement, new_uid
 from labbook.importing import PreparedImport, declarations, read_and_store, sha256_of
@@ -52,7 +52,10 @@ class FileOutcome:
 
 def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     """Ingest one file; raises only for wrong use, a file that cannot be read comes back refused."""
-    data = read_bytes(path)
+    try:
+        data, modified_s = path.read_bytes(), path.stat().st_mtime
+    except OSError as error:
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error), (), None, None)
     sha256 = sha256_of(data)
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
@@ -65,7 +68,8 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
         return FileOutcome(readable(path), sha256, status, read, (), None, None)
     prepared = read_and_store(book.store, data, sha256, book.configuration, options)
-    return _stored(book, path, request, prepared, run_uid, options)
+    modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
+    return _stored(book, path, request, prepared, run_uid, options, modified_utc)
 
 
 def files_of(paths: Sequence[Path], book_folder: Path) -> list[Path]:
@@ -75,6 +79,7 @@ def files_of(paths: Sequence[Path], book_folder: Path) -> list[Path]:
         if not path.exists():
             raise InputRefused(f"{path} does not exist: check the name.")
         if not path.is_dir():
+            refuse_special(path)
             found.append(path)
             continue
         inside = sorted(item for item in path.rglob("*") if item.is_file() and not _hidden(item, path))
@@ -102,9 +107,20 @@ def read_bytes(path: Path) -> bytes:
     """Read a file whole; raises `InputRefused` when it is no regular file."""
     if not path.exists():
         raise InputRefused(f"{path} does not exist: check the name.")
+    refuse_special(path)
+    return path.read_bytes()
+
+
+def refuse_special(path: Path) -> None:
+    """Raise `InputRefused` for a pipe, a device or a folder, before anything waits for its end."""
     if not path.is_file():
         raise InputRefused(f"{path} is not a regular file: name a file or a folder of files.")
-    return path.read_bytes()
+
+
+def _unreadable(error: OSError) -> ReadFile:
+    message = f"The file cannot be read ({error.strerror}): check its permissions, and that it is still there."
+    finding = Finding(Severity.FILE, "file_unreadable", message, None, None, None, 1, ())
+    return ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0)
 
 
 def readable(path: Path) -> str:
@@ -137,13 +153,14 @@ def _stored(
     prepared: PreparedImport,
     run_uid: str | None,
     options: dict[str, Any],
+    modified_utc: str,
 ) -> FileOutcome:
     read, sha256 = prepared.read, prepared.sha256
     new: dict[str, Any] = {
         "sha256": sha256,
         "n_bytes": prepared.n_bytes,
         "original_name": readable(Path(path.name)),
-        "modified_utc": datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds"),
+        "modified_utc": modified_utc,
         "options": options,
         "stated_run": stated_run(book, path),
     }

@@ -57,6 +57,8 @@ def _is_minitaur(head: Head) -> bool:
     return head.data.startswith(b"/1/<") or _is_minitaur_old(head)
 
 
+_RUN_SHEET = r"run[,;\t]date[,;\t]position[,;\t]kind\b"
+
 _SIGNATURES = (
     _Signature("c3d", "a C3D motion file", "export its force plates as text, one sample a line", _is_c3d),
     _Signature("xlsx", "an Excel workbook or zip archive", "save as CSV, or unpack", _magic(b"PK\3\4", b"PK\5\6")),
@@ -73,6 +75,7 @@ _SIGNATURES = (
     _Signature("forcedecks", "a VALD ForceDecks export", _TEXT, _first_line(r"ForceDecks Raw")),
     _Signature("qualisys_tsv", "a Qualisys force file", _TEXT, _first_line(r"NO_OF_SAMPLES\t")),
     _Signature("vicon_csv", "a Vicon Nexus export", _TEXT, _first_line(r"Devices\s*$")),
+    _Signature("run_sheet", "a run sheet", "state its runs with `labbook runs import`", _first_line(_RUN_SHEET)),
     _Signature("logview", "a LogView recording", "export it as CSV with units", _any_line(r"\$[NCTFV]\$;")),
 )  # fmt: skip
 

@@ -1,7 +1,9 @@
 """`labbook ingest`: take instruments' files into the book."""
 
+import contextlib
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -53,7 +55,8 @@ def ingest(
         if not dry_run:
             opened_book.speaker(person)
         files = files_of(paths, opened_book.folder)
-        with progress("ingesting", len(files), shown=len(files) > 1 and not as_json) as step:
+        many = len(files) > 1 and not as_json
+        with finished_first(outcomes, shown=many), progress("ingesting", len(files), shown=many) as step:
             for path in files:
                 request = IngestRequest(run, options, dry_run, person)
                 outcome = ingest_file(opened_book, path, request)
@@ -68,3 +71,13 @@ def ingest(
     emit([outcome_json(outcome) for outcome, _lines in outcomes], lines, as_json)
     if any(outcome.status == "refused" for outcome, _lines in outcomes):
         raise typer.Exit(2)
+
+
+@contextlib.contextmanager
+def finished_first(outcomes: list[tuple[Any, list[str]]], shown: bool) -> Iterator[None]:
+    """Where work ends before its end, say first what was finished."""
+    try:
+        yield
+    except BaseException:
+        emit(None, [line for _outcome, of_file in outcomes if shown for line in of_file], as_json=False)
+        raise

@@ -33,7 +33,7 @@ def absent(content: ReportContent) -> str | None:
     """Give the reason where no condition has an energy."""
     if has_quantity(content, Quantity.JOULES):
         return None
-    return "No run of this selection has a charge record, so there are no joules a jump."
+    return "No run of this selection has joules a jump: that takes a charge after it and idle runs for the drain."
 
 
 JOULES_BY_DAMPING = FigureKind("joules_by_damping", "Energy of a jump", draw, caption, alternative, absent)

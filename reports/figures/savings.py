@@ -108,7 +108,7 @@ def absent(content: ReportContent) -> str | None:
     """Give the reason where nothing was compared with a control."""
     if any(comparison.savings is not None for comparison in content.comparisons):
         return None
-    return "This selection has no control with a treatment to compare, so there are no savings."
+    return "This selection has no joules of both a control and a treatment to compare, so there are no savings."
 
 
 SAVINGS = FigureKind("savings", "Savings", draw, caption, alternative, absent)

@@ -11,6 +11,7 @@ import io
 import json
 import os
 import re
+import resource
 import sqlite3
 import subprocess
 import sys
@@ -130,3 +131,14 @@ def rows(book: Path, query: str) -> list[tuple[Any, ...]]:
     """Ask a book's database."""
     with contextlib.closing(sqlite3.connect(f"file:{book / 'labbook.db'}?mode=ro", uri=True)) as connection:
         return connection.execute(query).fetchall()
+
+
+@contextlib.contextmanager
+def no_file_above(n_bytes: int) -> Iterator[None]:
+    """Let the system refuse to write beyond so many bytes of any file."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))

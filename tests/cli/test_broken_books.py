@@ -29,12 +29,12 @@ def test_where_no_book_is_it_says_how_to_make_one(words: str, tmp_path: Path) ->
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_book_is_found_from_a_folder_inside_it_and_by_name(whole: SmallBook, tmp_path: Path) -> None:
-    inside = whole.folder / "notes" / "2021"
+def test_a_book_is_found_from_a_folder_inside_it_and_by_name(stated: SmallBook, tmp_path: Path) -> None:
+    inside = stated.folder / "notes" / "2021"
     inside.mkdir(parents=True)
-    expected = good(labbook("runs", "list", at=whole.folder)).out
+    expected = good(labbook("runs", "list", at=stated.folder)).out
     assert good(labbook("runs", "list", at=inside)).out == expected
-    assert good(labbook("runs", "list", "--book", whole.folder, at=tmp_path)).out == expected
+    assert good(labbook("runs", "list", "--book", stated.folder, at=tmp_path)).out == expected
 
 
 def test_making_a_book_needs_a_person_and_leaves_nothing_without_one(tmp_path: Path) -> None:
@@ -61,21 +61,21 @@ def test_a_new_book_is_described_first_and_then_only_corrected(tmp_path: Path) -
     assert rows(book, "SELECT name, reference_voltage_v FROM study") == [("soft bed", 15.4)]
 
 
-def test_level_in_use_cannot_change_its_meaning(whole: SmallBook) -> None:
-    whole.toml.write_text(whole.toml.read_text().replace("radius_m = 0.038", "radius_m = 0.039"))
-    with unchanged(whole.folder):
-        refused(labbook("note", "r001", "x", at=whole.folder), 2, "foot=small", "0.039", "set it back")
-        good(labbook("runs", "list", at=whole.folder))
+def test_level_in_use_cannot_change_its_meaning(stated: SmallBook) -> None:
+    stated.toml.write_text(stated.toml.read_text().replace("radius_m = 0.038", "radius_m = 0.039"))
+    with unchanged(stated.folder):
+        refused(labbook("note", "r001", "x", at=stated.folder), 2, "foot=small", "0.039", "set it back")
+        good(labbook("runs", "list", at=stated.folder))
 
 
-def test_every_fault_of_the_configuration_is_told_at_once(whole: SmallBook) -> None:
-    text = whole.toml.read_text()
+def test_every_fault_of_the_configuration_is_told_at_once(stated: SmallBook) -> None:
+    text = stated.toml.read_text()
     broken = text.replace('kind = "bed"', 'kind = "bad"').replace("jumps_nominal = 25", "jumps_nominal = 0")
     broken = broken.replace('"America/New_York"', '"America/NewYork"').replace("detector", "detectr")
-    whole.toml.write_text(broken)
-    with unchanged(whole.folder):
+    stated.toml.write_text(broken)
+    with unchanged(stated.folder):
         for words in ("runs list", "note r001 x", "db status", "rebuild"):
-            answer = labbook(*words.split(), at=whole.folder)
+            answer = labbook(*words.split(), at=stated.folder)
             refused(answer, 2, "labbook.toml has 4 faults", "'bed'", "jumps_nominal", "America/New_York", "detector")
 
 
@@ -89,10 +89,10 @@ def test_every_fault_of_the_configuration_is_told_at_once(whole: SmallBook) -> N
     ],
     ids=["not TOML", "not UTF-8", "empty", "with a byte order mark"],
 )
-def test_configuration_that_cannot_be_read(content: bytes, said: str, whole: SmallBook) -> None:
-    whole.toml.write_bytes(content)
-    with unchanged(whole.folder):
-        refused(labbook("runs", "list", at=whole.folder), 2, said)
+def test_configuration_that_cannot_be_read(content: bytes, said: str, stated: SmallBook) -> None:
+    stated.toml.write_bytes(content)
+    with unchanged(stated.folder):
+        refused(labbook("runs", "list", at=stated.folder), 2, said)
 
 
 def test_configuration_that_is_a_folder_is_no_book(tmp_path: Path) -> None:
@@ -100,15 +100,15 @@ def test_configuration_that_is_a_folder_is_no_book(tmp_path: Path) -> None:
     refused(labbook("runs", "list", at=tmp_path), 2, "no book")
 
 
-def test_missing_database_is_named_with_the_command_that_makes_it(whole: SmallBook) -> None:
-    kept = rows(whole.folder, "SELECT name FROM run ORDER BY name")
-    for piece in whole.folder.glob("labbook.db*"):
+def test_missing_database_is_named_with_the_command_that_makes_it(stated: SmallBook) -> None:
+    kept = rows(stated.folder, "SELECT name FROM run ORDER BY name")
+    for piece in stated.folder.glob("labbook.db*"):
         piece.unlink()
     for words in (*READING, *WRITING, "db upgrade"):
-        refused(labbook(*words.split(), at=whole.folder), 2, "labbook.db is missing", "labbook rebuild")
-    assert not whole.database.exists()
-    good(labbook("rebuild", at=whole.folder))
-    assert rows(whole.folder, "SELECT name FROM run ORDER BY name") == kept
+        refused(labbook(*words.split(), at=stated.folder), 2, "labbook.db is missing", "labbook rebuild")
+    assert not stated.database.exists()
+    good(labbook("rebuild", at=stated.folder))
+    assert rows(stated.folder, "SELECT name FROM run ORDER BY name") == kept
 
 
 @pytest.mark.parametrize(
@@ -120,28 +120,28 @@ def test_missing_database_is_named_with_the_command_that_makes_it(whole: SmallBo
     ],
     ids=["newer", "without journal", "without revision"],
 )
-def test_database_of_another_making_is_refused(statement: str, said: tuple[str, ...], whole: SmallBook) -> None:
-    execute(whole.database, "PRAGMA foreign_keys = off", statement)
-    with unchanged(whole.folder):
+def test_database_of_another_making_is_refused(statement: str, said: tuple[str, ...], stated: SmallBook) -> None:
+    execute(stated.database, "PRAGMA foreign_keys = off", statement)
+    with unchanged(stated.folder):
         for words in ("runs list", "note r001 x", "ingest labbook.toml"):
-            refused(labbook(*words.split(), at=whole.folder), 3, *said)
+            refused(labbook(*words.split(), at=stated.folder), 3, *said)
 
 
-def test_database_of_another_program_or_empty_is_refused(whole: SmallBook) -> None:
-    for piece in whole.folder.glob("labbook.db*"):
+def test_database_of_another_program_or_empty_is_refused(stated: SmallBook) -> None:
+    for piece in stated.folder.glob("labbook.db*"):
         piece.unlink()
-    whole.database.touch()
-    refused(labbook("runs", "list", at=whole.folder), 3, "is empty", "labbook init")
-    execute(whole.database, "CREATE TABLE songs (title TEXT)")
-    with unchanged(whole.folder):
-        refused(labbook("note", "r001", "x", at=whole.folder), 3, "was not made by labbook (it holds songs)")
-        refused(labbook("db", "upgrade", at=whole.folder), 3, "was not made by labbook")
+    stated.database.touch()
+    refused(labbook("runs", "list", at=stated.folder), 3, "is empty", "labbook init")
+    execute(stated.database, "CREATE TABLE songs (title TEXT)")
+    with unchanged(stated.folder):
+        refused(labbook("note", "r001", "x", at=stated.folder), 3, "was not made by labbook (it holds songs)")
+        refused(labbook("db", "upgrade", at=stated.folder), 3, "was not made by labbook")
 
 
 @pytest.mark.parametrize("where", ["header", "pages", "end"])
-def test_damaged_database_is_told_and_left_to_rebuild(where: str, whole: SmallBook) -> None:
-    size = whole.database.stat().st_size
-    with whole.database.open("r+b") as handle:
+def test_damaged_database_is_told_and_left_to_rebuild(where: str, stated: SmallBook) -> None:
+    size = stated.database.stat().st_size
+    with stated.database.open("r+b") as handle:
         if where == "header":
             handle.write(b"not a database at all")
         elif where == "pages":
@@ -149,13 +149,13 @@ def test_damaged_database_is_told_and_left_to_rebuild(where: str, whole: SmallBo
             handle.write(b"\xa5" * (size // 2))
         else:
             handle.truncate(size // 2)
-    with unchanged(whole.folder):
+    with unchanged(stated.folder):
         for words in ("runs list", "note r001 x", "report"):
-            refused(labbook(*words.split(), at=whole.folder), 3, "database", "labbook rebuild")
-    damaged = whole.database.read_bytes()
-    good(labbook("rebuild", at=whole.folder))
-    assert len(rows(whole.folder, "SELECT uid FROM run")) == 16
-    (aside,) = whole.folder.glob("labbook.db.before-rebuild.*Z")
+            refused(labbook(*words.split(), at=stated.folder), 3, "database", "labbook rebuild")
+    damaged = stated.database.read_bytes()
+    good(labbook("rebuild", at=stated.folder))
+    assert len(rows(stated.folder, "SELECT uid FROM run")) == 16
+    (aside,) = stated.folder.glob("labbook.db.before-rebuild.*Z")
     assert aside.read_bytes() == damaged
 
 
@@ -186,50 +186,50 @@ def test_missing_samples_are_told_and_come_back_with_rebuild(whole: SmallBook) -
     good(labbook("plot", "r001", at=whole.folder))
 
 
-def test_journal_that_is_gone_or_short_is_written_anew_from_the_database(whole: SmallBook) -> None:
-    good(labbook("note", "r001", "first", at=whole.folder))
-    text = whole.journal.read_text()
+def test_journal_that_is_gone_or_short_is_written_anew_from_the_database(stated: SmallBook) -> None:
+    good(labbook("note", "r001", "first", at=stated.folder))
+    text = stated.journal.read_text()
     for left in (None, "", "".join(text.splitlines(keepends=True)[:-1])):
-        whole.journal.unlink()
+        stated.journal.unlink()
         if left is not None:
-            whole.journal.write_text(left)
-        with unchanged(whole.folder):
-            refused(labbook("note", "r001", "x", at=whole.folder), 3, "journal.jsonl", "labbook rebuild --journal")
-            good(labbook("show", "r001", at=whole.folder))
-        good(labbook("rebuild", "--journal", at=whole.folder))
-        assert whole.journal.read_text() == text
-    good(labbook("note", "r001", "second", at=whole.folder))
+            stated.journal.write_text(left)
+        with unchanged(stated.folder):
+            refused(labbook("note", "r001", "x", at=stated.folder), 3, "journal.jsonl", "labbook rebuild --journal")
+            good(labbook("show", "r001", at=stated.folder))
+        good(labbook("rebuild", "--journal", at=stated.folder))
+        assert stated.journal.read_text() == text
+    good(labbook("note", "r001", "second", at=stated.folder))
 
 
-def test_journal_that_was_changed_is_told(whole: SmallBook) -> None:
-    good(labbook("note", "r001", "left rail squeaked", at=whole.folder))
-    whole.journal.write_text(whole.journal.read_text().replace("left rail squeaked", "right rail squeaked"))
-    with unchanged(whole.folder):
-        refused(labbook("note", "r001", "x", at=whole.folder), 3, "was changed after it was written", "backup")
-        refused(labbook("rebuild", at=whole.folder), 3, "was changed after it was written")
+def test_journal_that_was_changed_is_told(stated: SmallBook) -> None:
+    good(labbook("note", "r001", "left rail squeaked", at=stated.folder))
+    stated.journal.write_text(stated.journal.read_text().replace("left rail squeaked", "right rail squeaked"))
+    with unchanged(stated.folder):
+        refused(labbook("note", "r001", "x", at=stated.folder), 3, "was changed after it was written", "backup")
+        refused(labbook("rebuild", at=stated.folder), 3, "was changed after it was written")
 
 
-def test_journals_of_two_books_are_not_mixed(whole: SmallBook, tmp_path: Path) -> None:
+def test_journals_of_two_books_are_not_mixed(stated: SmallBook, tmp_path: Path) -> None:
     good(labbook("init", "other", "--as", "Ada", at=tmp_path))
-    shutil.copy(tmp_path / "other" / "journal.jsonl", whole.journal)
-    with unchanged(whole.folder):
-        refused(labbook("note", "r001", "x", at=whole.folder), 3, "journal.jsonl")
-        refused(labbook("rebuild", "--journal", at=whole.folder), 3, "entries that the database does not have")
+    shutil.copy(tmp_path / "other" / "journal.jsonl", stated.journal)
+    with unchanged(stated.folder):
+        refused(labbook("note", "r001", "x", at=stated.folder), 3, "journal.jsonl")
+        refused(labbook("rebuild", "--journal", at=stated.folder), 3, "entries that the database does not have")
 
 
-def test_last_line_cut_by_a_crash_is_no_damage(whole: SmallBook) -> None:
-    with whole.journal.open("a") as handle:
+def test_last_line_cut_by_a_crash_is_no_damage(stated: SmallBook) -> None:
+    with stated.journal.open("a") as handle:
         handle.write('{"action":"note","at_utc":"2021')
-    good(labbook("note", "r001", "after the crash", at=whole.folder))
-    assert "after the crash" in labbook("show", "r001", at=whole.folder).out
-    good(labbook("rebuild", at=whole.folder))
+    good(labbook("note", "r001", "after the crash", at=stated.folder))
+    assert "after the crash" in labbook("show", "r001", at=stated.folder).out
+    good(labbook("rebuild", at=stated.folder))
 
 
-def test_statement_that_reached_the_journal_but_not_the_database_is_taken_over(whole: SmallBook) -> None:
-    copy = whole.folder.with_name("before")
-    shutil.copytree(whole.folder, copy)
-    good(labbook("note", "r001", "said before the power cut", at=whole.folder))
-    shutil.copy(whole.journal, copy / "journal.jsonl")
+def test_statement_that_reached_the_journal_but_not_the_database_is_taken_over(stated: SmallBook) -> None:
+    copy = stated.folder.with_name("before")
+    shutil.copytree(stated.folder, copy)
+    good(labbook("note", "r001", "said before the power cut", at=stated.folder))
+    shutil.copy(stated.journal, copy / "journal.jsonl")
     good(labbook("note", "r002", "said after it", at=copy))
     assert "said before the power cut" in labbook("show", "r001", at=copy).out
 

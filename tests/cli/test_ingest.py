@@ -9,7 +9,7 @@ from pathlib import Path
 import pyarrow as pa
 import pytest
 
-from tests.cli.shell import Answer, contents, good, labbook, rows, unchanged
+from tests.cli.shell import Answer, contents, good, labbook, no_file_above, rows, unchanged
 from tests.helpers.books import SmallBook
 from tests.ingest.synthetic import SHEET, bertec_acquire, icharger_rows, robot_log, twenty_faults
 
@@ -204,3 +204,17 @@ def test_the_book_can_be_rebuilt_after_imports_and_refusals(fresh: SmallBook, fo
     after = contents(fresh.folder)
     assert sorted(after.rows) == sorted(before.rows)
     assert after.files == before.files
+
+
+def test_batch_that_ends_early_says_first_what_was_finished(fresh: SmallBook, folder: Path, tmp_path: Path) -> None:
+    large = tmp_path / "large.txt"
+    large.write_bytes(bertec_acquire(40_000))
+    with no_file_above(fresh.database.stat().st_size + 50_000):
+        answer = labbook("ingest", folder / "log.csv", large, at=fresh.folder)
+    assert answer.code == 2
+    assert "log.csv: delimited_log, 600 rows kept" in answer.out
+    assert answer.err.startswith("labbook: ")
+    assert "disk" in answer.err
+    assert rows(fresh.folder, "SELECT original_name FROM ingest") == [("log.csv",)]
+    again = good(labbook("ingest", folder / "log.csv", large, at=fresh.folder))
+    assert again.out.endswith("2 files: 1 imported, 1 there already, 0 refused.\n")

@@ -84,7 +84,9 @@ def test_profile_of_the_book_reads_a_foreign_logger(fresh: SmallBook, tmp_path: 
 [profiles.serial_logger]
 recognise = ["tick", "left"]
 time = { column = "tick", unit = "ms" }
-columns = { "left" = { channel = "left_encoder", unit = "1" }, "hgt" = { channel = "body_height", unit = "mm", sign = -1 } }
+[profiles.serial_logger.columns]
+left = { channel = "left_encoder", unit = "1" }
+hgt = { channel = "body_height", unit = "mm", sign = -1 }
 """
     with fresh.toml.open("a") as toml:
         toml.write(profile)
@@ -157,3 +159,24 @@ def test_programs_are_never_asked(fresh: SmallBook, tmp_path: Path) -> None:
         (item,) = labbook("ingest", path, "--json", "--dry-run", at=fresh.folder).json
     assert item["status"] == "refused"
     assert any(finding["rule"] == "time_unit_missing" and finding["column"] == "time" for finding in item["findings"])
+
+
+@pytest.mark.parametrize(
+    ("said", "rule", "remedy"),
+    [
+        (("--unit", "time=parsec"), "time_unit_unknown", "one of s, ms, us"),
+        (("--unit", "tme=ms"), "declared_column_absent", "did you mean 'time'?"),
+        (("--unit", "time=ms", "--unit", "height=kg"), "unit_not_convertible", "for example 'm'"),
+        (("--unit", "time=ms", "--column", "height=body_height:furlong"), "no_rows_kept", "a wrong unit"),
+    ],
+    ids=["unknown unit", "unknown column", "unit of another quantity", "impossible unit"],
+)
+def test_wrong_declaration_is_refused_with_what_is_right(
+    said: tuple[str, ...], rule: str, remedy: str, fresh: SmallBook, tmp_path: Path
+) -> None:
+    with unchanged(fresh.folder):
+        answer = labbook("ingest", without_time_unit(tmp_path), *said, "--dry-run", at=fresh.folder)
+    assert answer.code == 2
+    assert answer.err == ""
+    assert rule in answer.out
+    assert remedy in answer.out

@@ -80,6 +80,18 @@ def test_a_setting_that_cannot_be_made_is_an_error(tmp_path: Path) -> None:
         engine.dispose()
 
 
+def test_a_path_may_hold_any_character(tmp_path: Path) -> None:
+    folder = tmp_path / "100 % sure? #7 ü"
+    folder.mkdir()
+    make_empty_sqlite(folder / "labbook.db")
+    engine = sqlite_engine(folder / "labbook.db")
+    with engine.begin() as connection:
+        connection.exec_driver_sql("CREATE TABLE t (a INTEGER)")
+    engine.dispose()
+    assert [path.name for path in folder.iterdir()] == ["labbook.db"]
+    assert [path.name for path in tmp_path.iterdir()] == [folder.name]
+
+
 def test_a_missing_file_is_not_made(tmp_path: Path) -> None:
     engine = sqlite_engine(tmp_path / "labbook.db")
     with pytest.raises(BookDamaged, match="unable to open"), reading(engine):

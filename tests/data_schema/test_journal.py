@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 import sqlalchemy as sa
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from data_schema import journal
@@ -42,6 +42,7 @@ SAID = st.fixed_dictionaries(
         "reason": st.none() | TEXT,
     }
 )
+FEW = settings(max_examples=40)  # each writes and reads files
 CHAINS = st.lists(SAID, min_size=2, max_size=6).map(chain)
 
 
@@ -68,6 +69,7 @@ def test_an_entry_comes_back_from_its_line(said: dict[str, Any], seq: int) -> No
     assert "\n" not in one.line
 
 
+@FEW
 @given(CHAINS)
 def test_entries_come_back_from_the_file(mirror: JournalFile, entries: list[Entry]) -> None:
     written(mirror, entries[:1])
@@ -78,7 +80,7 @@ def test_entries_come_back_from_the_file(mirror: JournalFile, entries: list[Entr
 
 
 def test_entries_come_back_from_the_database(engine: sa.Engine) -> None:
-    said = [
+    said: list[dict[str, Any]] = [
         {"old": {"foot": "small"}, "new": {"foot": "large"}, "reason": 'typed "wrong"; DROP TABLE'},
         {"new": None, "person": "Zoë Ł", "action": Action.DECIDE},
         {"new": {"a": 0.1 + 0.2, "b": [1, None, True, 2**53 + 1], "c": {"d": "ünïcode \u2028\n\\"}}, "old": {}},
@@ -105,6 +107,7 @@ def test_canonical_text_knows_no_nan() -> None:
 # --- the chain
 
 
+@FEW
 @given(CHAINS, st.data())
 def test_a_changed_byte_is_seen(mirror: JournalFile, entries: list[Entry], data: st.DataObject) -> None:
     content = bytearray(written(mirror, entries))
@@ -115,6 +118,7 @@ def test_a_changed_byte_is_seen(mirror: JournalFile, entries: list[Entry], data:
         list(mirror.entries())
 
 
+@FEW
 @given(CHAINS, st.data())
 def test_a_removed_line_is_seen(mirror: JournalFile, entries: list[Entry], data: st.DataObject) -> None:
     lines = written(mirror, entries).splitlines(keepends=True)
@@ -124,6 +128,7 @@ def test_a_removed_line_is_seen(mirror: JournalFile, entries: list[Entry], data:
         list(mirror.entries())
 
 
+@FEW
 @given(CHAINS, st.data())
 def test_swapped_lines_are_seen(mirror: JournalFile, entries: list[Entry], data: st.DataObject) -> None:
     lines = written(mirror, entries).splitlines(keepends=True)
@@ -134,6 +139,7 @@ def test_swapped_lines_are_seen(mirror: JournalFile, entries: list[Entry], data:
         list(mirror.entries())
 
 
+@FEW
 @given(CHAINS, st.data())
 def test_a_line_forged_with_its_own_hash_is_seen_by_the_next(entries: list[Entry], data: st.DataObject) -> None:
     place = data.draw(st.integers(0, len(entries) - 2), "line")
@@ -169,6 +175,7 @@ def test_a_row_changed_in_the_database_is_seen_though_it_is_the_last(engine: sa.
 # --- the file
 
 
+@FEW
 @given(CHAINS, st.data())
 def test_a_cut_off_last_line_does_not_count_and_is_written_again(
     mirror: JournalFile, entries: list[Entry], data: st.DataObject

@@ -11,7 +11,7 @@ import datetime as dt
 import functools
 import shutil
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -101,7 +101,7 @@ def small_book(
     """
     if database_url is not None:
         return _make(folder, runs, ingested, two_people, database_url)
-    shutil.copytree(_finished(runs, ingested, two_people), folder, dirs_exist_ok=True)
+    shutil.copytree(_finished(runs, ingested, two_people), folder, dirs_exist_ok=True, copy_function=shutil.copyfile)
     return SmallBook(folder / "book", folder / "instruments")
 
 
@@ -166,14 +166,6 @@ def ingest_all(book: Book, instruments: Path, person: str = ADA) -> None:
     """Ingest everything that the instruments wrote."""
     for path in files_of([instruments / "charger", instruments / "logs"], book.folder):
         ingest_file(book, path, IngestRequest(person=person))
-
-
-@contextlib.contextmanager
-def opened_small_book(folder: Path) -> Iterator[tuple[SmallBook, Book]]:
-    """Make a small book and open it."""
-    made = small_book(folder)
-    with made.open() as book:
-        yield made, book
 
 
 _HOLD: list[tempfile.TemporaryDirectory[str]] = []

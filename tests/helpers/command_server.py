@@ -2,7 +2,8 @@
 
 Started by `tests.helpers.commands`: everything is imported once, each command is a fork. Requests and answers are
 lines of JSON. A command can be told to die by SIGKILL right after it has synced its nth file to the disk, or its nth of
-a certain name: the moments that crash safety is about. What labbook does until then is its own doing.
+a certain name: the moments that crash safety is about; or that no file may grow beyond a size, as on a full disk. What
+labbook does until then is its own doing.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import contextlib
 import gc
 import json
 import os
+import resource
 import signal
 import sys
 from pathlib import Path
@@ -64,6 +66,8 @@ def _command(request: dict[str, Any]) -> NoReturn:
     os.dup2(silence, 0)
     os.dup2(output, 1)
     os.dup2(output, 2)
+    if request["largest_file"]:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (request["largest_file"], resource.RLIM_INFINITY))
     if request["die_after_sync"]:
         _die_after_sync(request["die_after_sync"], request["of"])
     code: object = 1

@@ -26,7 +26,7 @@ from labbook.rebuilding import rewrite_journal
 from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.databases import all_rows
 from tests.helpers.folders import contents
-from tests.helpers.journals import chain
+from tests.helpers.journals import entry
 from tests.helpers.statements import in_file, in_table, note, notes, said_alike
 
 SIMPLE = settings(deadline=None, max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -166,9 +166,7 @@ def test_an_entry_that_reached_the_file_only_is_applied_by_the_next_writer(book:
     with book.open() as standing:
         last = said_alike(standing)[-1]
         said = {"target_kind": "run", "target_uid": find_run(standing, "r001"), "text": "cut off"}
-        late = chain([{}])[0].__class__(
-            last.seq + 1, "2021-06-20T10:00:00.000Z", ADA, Action.NOTE, "note", new_uid(), None, said, None, last.hash
-        )
+        late = entry(last.seq + 1, last.hash, new=said)
         standing.mirror.append([late])
         assert "cut off" not in notes(standing)
         with standing.desk(ADA) as desk:
@@ -235,9 +233,7 @@ def test_the_file_of_another_book_is_refused(book: SmallBook, tmp_path: Path) ->
 def test_a_journal_that_knows_more_than_the_database_is_not_overwritten(book: SmallBook) -> None:
     with book.open() as standing:
         last = said_alike(standing)[-1]
-        standing.mirror.append(
-            [chain([{}])[0].__class__(last.seq + 1, "now", ADA, Action.NOTE, "note", "x", None, {}, None, last.hash)]
-        )
+        standing.mirror.append([entry(last.seq + 1, last.hash)])
     before = book.journal.read_bytes()
     with pytest.raises(BookDamaged, match="holds entries that the database does not have"):
         rewrite_journal(book.folder)
@@ -271,14 +267,20 @@ def rewritten(book: SmallBook, old: str, new: str) -> None:
     book.toml.write_text(text.replace(old, new))
 
 
+@pytest.fixture
+def made(tmp_path: Path) -> SmallBook:
+    """A finished book on SQLite: what is compared with labbook.toml does not depend on the engine."""
+    return small_book(tmp_path)
+
+
 PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[files]"
 
 
-def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(book: SmallBook) -> None:
-    rewritten(book, '"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Ben Ode" = "BO"')
-    rewritten(book, "[files]", PACK_D)
-    rewritten(book, "levels = [0, 100]", "levels = [0, 100, 300]")
-    with book.open() as standing:
+def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(made: SmallBook) -> None:
+    rewritten(made, '"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Ben Ode" = "BO"')
+    rewritten(made, "[files]", PACK_D)
+    rewritten(made, "levels = [0, 100]", "levels = [0, 100, 300]")
+    with made.open() as standing:
         before = len(said_alike(standing))
         with standing.desk("BO") as desk:
             note(desk, "first words")
@@ -294,7 +296,7 @@ def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(book: SmallBoo
         with standing.reading() as connection:
             in_force = config_in_force(connection)
             assert in_force is not None
-            assert in_force.text == book.toml.read_text()
+            assert in_force.text == made.toml.read_text()
             assert find_uid(connection, "battery", name="D") is not None
         with standing.desk(ADA):
             pass
@@ -319,11 +321,11 @@ NAMED = {"robot": {"name": "hopper"}, "battery": {"name": "A"}, "factor": {"name
 
 @pytest.mark.parametrize(("old", "new", "kind", "field", "value"), CHANGES, ids=[change[3] for change in CHANGES])
 def test_a_contradiction_is_refused_with_the_command_that_settles_it(
-    book: SmallBook, old: str, new: str, kind: str, field: str, value: object
+    made: SmallBook, old: str, new: str, kind: str, field: str, value: object
 ) -> None:
-    rewritten(book, old, new)
-    rewritten(book, "[files]", PACK_D)  # an addition waits with the contradiction
-    with book.open() as standing:
+    rewritten(made, old, new)
+    rewritten(made, "[files]", PACK_D)  # an addition waits with the contradiction
+    with made.open() as standing:
         before = said_alike(standing)
 
         def speak() -> None:
@@ -336,7 +338,7 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
         command = str(caught.value).split("`")[1].replace('"..."', '"typed wrong"')
         words = shlex.split(command)
         assert words[:2] == ["labbook", "correct"]
-        app([*words[1:], "--book", str(book.folder)], standalone_mode=False)
+        app([*words[1:], "--book", str(made.folder)], standalone_mode=False)
         with standing.reading() as connection:
             uid = find_uid(connection, kind, **NAMED.get(kind, {}))
             assert uid is not None
@@ -352,12 +354,12 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
         assert said_alike(standing)[-1].entity_kind == "note"
 
 
-def test_what_is_no_longer_said_is_settled_with_an_empty_value(book: SmallBook) -> None:
-    plain = book.toml.read_text()
+def test_what_is_no_longer_said_is_settled_with_an_empty_value(made: SmallBook) -> None:
+    plain = made.toml.read_text()
     with_unit = plain.replace('[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
     for text, assignment in ((with_unit, "unit=mm"), (plain, "unit=")):
-        book.toml.write_text(text)
-        with book.open() as standing:
+        made.toml.write_text(text)
+        with made.open() as standing:
 
             def speak(standing: Book = standing) -> None:
                 with standing.desk(ADA) as desk:
@@ -370,10 +372,10 @@ def test_what_is_no_longer_said_is_settled_with_an_empty_value(book: SmallBook) 
             speak()
 
 
-def test_several_contradictions_are_settled_one_after_another(book: SmallBook) -> None:
-    rewritten(book, "reference_voltage_v = 15.4", "reference_voltage_v = 16.8")
-    rewritten(book, "body_mass_kg = 1.8", "body_mass_kg = 1.9")
-    with book.open() as standing:
+def test_several_contradictions_are_settled_one_after_another(made: SmallBook) -> None:
+    rewritten(made, "reference_voltage_v = 15.4", "reference_voltage_v = 16.8")
+    rewritten(made, "body_mass_kg = 1.8", "body_mass_kg = 1.9")
+    with made.open() as standing:
 
         def speak() -> None:
             with standing.desk(ADA) as desk:
@@ -392,23 +394,23 @@ def test_several_contradictions_are_settled_one_after_another(book: SmallBook) -
         said_alike(standing)
 
 
-def test_setting_it_back_settles_it_too(book: SmallBook) -> None:
-    text = book.toml.read_text()
-    book.toml.write_text(text.replace("reference_voltage_v = 15.4", "reference_voltage_v = 16.8"))
-    with book.open() as standing, pytest.raises(InputRefused), standing.desk(ADA):
+def test_setting_it_back_settles_it_too(made: SmallBook) -> None:
+    text = made.toml.read_text()
+    made.toml.write_text(text.replace("reference_voltage_v = 15.4", "reference_voltage_v = 16.8"))
+    with made.open() as standing, pytest.raises(InputRefused), standing.desk(ADA):
         pytest.fail("a desk opened on a contradiction")
-    book.toml.write_text(text)
-    with book.open() as standing, standing.desk(ADA) as desk:
+    made.toml.write_text(text)
+    with made.open() as standing, standing.desk(ADA) as desk:
         note(desk, "as before")
 
 
-def test_an_earlier_configuration_can_come_into_force_again(book: SmallBook) -> None:
+def test_an_earlier_configuration_can_come_into_force_again(made: SmallBook) -> None:
     """Detector changed, reported, changed back: each time the newest text is in force, whatever was before."""
-    robust = book.toml.read_text()
+    robust = made.toml.read_text()
     published = robust.replace('detector = "robust"', 'detector = "published"')
     for text in (published, robust, published, robust):
-        book.toml.write_text(text)
-        with book.open() as standing:
+        made.toml.write_text(text)
+        with made.open() as standing:
             with standing.desk(ADA):
                 pass
             with standing.reading() as connection:
@@ -418,19 +420,19 @@ def test_an_earlier_configuration_can_come_into_force_again(book: SmallBook) -> 
             said_alike(standing)
 
 
-def test_a_factor_is_not_silently_another(book: SmallBook) -> None:
-    rewritten(book, '[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
-    with book.open() as standing, pytest.raises(InputRefused, match="factor:foot unit"), standing.desk(ADA):
+def test_a_factor_is_not_silently_another(made: SmallBook) -> None:
+    rewritten(made, '[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
+    with made.open() as standing, pytest.raises(InputRefused, match="factor:foot unit"), standing.desk(ADA):
         pytest.fail("a desk opened on a contradiction")
 
 
 # --- files with names that are no text
 
 
-def test_a_file_whose_name_is_not_utf8_is_ingested_under_a_readable_one(book: SmallBook) -> None:
-    with book.open() as standing:
-        path = Path(os.fsdecode(os.fsencode(book.instruments) + b"/gr\xf6\xdfe.csv"))
-        path.write_bytes(book.log("r001").read_bytes() + b"\n")
+def test_a_file_whose_name_is_not_utf8_is_ingested_under_a_readable_one(made: SmallBook) -> None:
+    with made.open() as standing:
+        path = Path(os.fsdecode(os.fsencode(made.instruments) + b"/gr\xf6\xdfe.csv"))
+        path.write_bytes(made.log("r001").read_bytes() + b"\n")
         outcome = ingest_file(standing, path, IngestRequest(person=ADA))
         assert outcome.path.endswith("/gr\\xf6\\xdfe.csv")
         (entry,) = in_table(standing)[-1:]

@@ -19,10 +19,10 @@ from sqlalchemy.exc import DBAPIError
 
 from data_schema import migrations
 from data_schema.engine import reading, sqlite_engine, writing
-from data_schema.errors import BookDamaged, BookVersion, UsageError
+from data_schema.errors import BookBusy, BookDamaged, BookVersion, UsageError
 from data_schema.tables import METADATA
 from labbook.book import check_revision, engine_of, read_configuration
-from labbook.upgrading import Upgrade, back_up, count_rows, upgrade_database
+from labbook.upgrading import Upgrade, back_up, count_rows, migrate_checked, upgrade_database
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.databases import Rows, all_rows
 from tests.helpers.schemas import schema_lines
@@ -216,6 +216,29 @@ def test_a_revision_that_is_not_known_is_never_upgraded(old: Old) -> None:
     with pytest.raises(BookVersion, match=r"revision 4711, which this labbook does not know.*newer labbook"):
         old.upgrade()
     assert old.state() == before
+
+
+def test_a_database_that_is_no_book_is_never_upgraded(tmp_path: Path, empty_engine: sa.Engine) -> None:
+    with pytest.raises(BookVersion, match="is empty: make a book with `labbook init DIR`"):
+        upgrade_database(tmp_path, empty_engine)
+    with empty_engine.begin() as connection:
+        connection.exec_driver_sql("CREATE TABLE recipes (name TEXT)")
+    with pytest.raises(BookVersion, match=r"was not made by labbook \(it holds recipes\)"):
+        upgrade_database(tmp_path, empty_engine)
+    with reading(empty_engine) as connection:
+        assert sa.inspect(connection).get_table_names() == ["recipes"]
+    assert list(tmp_path.glob("*.backup")) == []
+
+
+def test_an_upgrade_waits_for_nobody_for_ever(tmp_path: Path) -> None:
+    book = small_book(tmp_path / "lab", ingested=False)
+    engine = sqlite_engine(book.database, busy_timeout_s=0.05)
+    other = sqlite_engine(book.database)
+    with writing(other), pytest.raises(BookBusy, match="another program is writing to the book"):
+        migrate_checked(engine)
+    migrate_checked(engine)
+    engine.dispose()
+    other.dispose()
 
 
 def test_a_copy_of_the_file_alone_loses_what_the_backup_keeps(tmp_path: Path) -> None:

@@ -1,0 +1,73 @@
+"""With `--json` every command prints one JSON document and nothing else."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import typer.main
+
+from labbook.cli.main import app
+from tests.cli.shell import good, labbook
+from tests.helpers.books import SmallBook, small_book
+
+IN_ORDER = {
+    "init": ("init ../other --as Ada", {"book"}),
+    "plan": ("plan --seed 1 --n 2 --per-day 8", {"runs", "days", "controls", "idle", "sheet", "printed"}),
+    "runs import": (
+        "runs import ../instruments/runs.csv",
+        {"stated", "filled_in", "unchanged", "not_made", "remarks"},
+    ),
+    "ingest": ("ingest ../instruments/logs", {"status", "format", "runs", "sha256", "findings", "channels"}),
+    "charge": ("charge r001 112", {"run", "charge", "charge_mah"}),
+    "runs list": ("runs list", {"name", "state", "levels", "day"}),
+    "runs inbox": ("runs inbox", set()),
+    "assign": ("assign nameless.csv r007", {"file", "run", "stale"}),
+    "check": ("check rail_angle", {"day", "kind", "passed"}),
+    "today": ("today", {"day", "planned_not_done", "log_without_charge", "checks_not_made", "inbox"}),
+    "note": ("note r001 'left rail squeaked'", {"run", "text"}),
+    "show": ("show r001", {"run", "files", "signals", "charges", "notes", "history"}),
+    "plot": ("plot r001", {"run", "figure"}),
+    "jumps list": ("jumps list r001", {"run", "signal", "detection", "jumps", "waiting"}),
+    "jumps reject": ("jumps reject r001 1 --reason misfire", {"run", "jumps", "verdict", "stale"}),
+    "jumps accept": ("jumps accept r001 1", {"run", "jumps", "verdict", "stale"}),
+    "jumps clear": ("jumps clear r001 1", {"run", "jumps", "verdict", "stale"}),
+    "correct": ("correct r002 duration_s=700 --why typed", {"target", "changed", "stale"}),
+    "void": ("void r002 --reason 'foot came loose'", {"run", "stale"}),
+    "db status": ("db status", {"database", "revision", "newest", "rows"}),
+    "db upgrade": ("db upgrade", {"before", "after", "backup"}),
+    "rebuild": ("rebuild", {"entries", "old"}),
+}
+ELSEWHERE = {
+    "report": "tests/cli/test_report.py",
+    "why": "tests/cli/test_report.py",
+    "demo": "makes a whole campaign: `make demo` runs it",
+}
+
+
+def commands() -> set[str]:
+    root = typer.main.get_command(app)
+    return {
+        f"{name} {below}".strip()
+        for name, command in getattr(root, "commands", {}).items()
+        for below in getattr(command, "commands", {"": None})
+    }
+
+
+def test_every_command_is_looked_at() -> None:
+    assert commands() == set(IN_ORDER) | set(ELSEWHERE)
+
+
+def test_every_command_prints_one_json_document(tmp_path: Path) -> None:
+    book: SmallBook = small_book(tmp_path, runs=False, ingested=False)
+    (book.folder / "nameless.csv").write_bytes(book.log("r003").read_bytes())
+    book.log("r003").unlink()
+    for name, (words, keys) in IN_ORDER.items():
+        if name == "assign":
+            good(labbook("ingest", "nameless.csv", at=book.folder))
+        found = good(labbook(*shlex.split(words), "--json", at=book.folder)).json
+        if isinstance(found, list):
+            assert all(keys <= set(item) for item in found), name
+            assert found or not keys, name
+        else:
+            assert keys <= set(found), name

@@ -1,0 +1,195 @@
+"""`labbook report` and `labbook why`: the page holds the numbers, and every number leads to the bytes."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import re
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from labbook.book import opened
+from labbook.tracing import trace
+from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.helpers.books import SmallBook, small_book
+
+SELECTED = ("r001", "r002", "r004", "r006", "r009", "r010", "r012", "r014")
+"""The runs of the small foot."""
+
+
+@dataclass(frozen=True)
+class Reported:
+    """A book and the report of its small foot."""
+
+    book: SmallBook
+    out: Path
+    said: dict[str, Any]
+
+    @property
+    def page(self) -> str:
+        return (self.out / "report.html").read_text(encoding="utf-8")
+
+    def table(self, name: str) -> list[dict[str, str]]:
+        return list(csv.DictReader((self.out / "tables" / f"{name}.csv").read_text(encoding="utf-8").splitlines()))
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory: pytest.TempPathFactory) -> Reported:
+    above = tmp_path_factory.mktemp("reported")
+    book = small_book(above)
+    said = good(labbook("report", "--foot", "small", "--out", above / "paper", "--json", at=book.folder)).json
+    return Reported(book, above / "paper", said)
+
+
+def joules_by_hand(book: SmallBook) -> dict[str, float]:
+    """Joules a jump of every jump run, from the instruments' own files (thesis 5.1.4)."""
+    sheet = {row["run"]: row for row in csv.DictReader((book.instruments / "runs.csv").read_text().splitlines())}
+    charge_mah: dict[str, float] = {}
+    for path in sorted((book.instruments / "charger").glob("*.csv")):
+        charge_mah |= {row["run"]: float(row["mAh"]) for row in csv.DictReader(path.read_text().splitlines())}
+    idle = [name for name, row in sheet.items() if row["kind"] == "idle"]
+    slope, intercept = np.polyfit([float(sheet[name]["duration_s"]) for name in idle], [charge_mah[n] for n in idle], 1)
+    return {
+        name: 3.6
+        * 15.4
+        * (charge_mah[name] - float(slope * float(row["duration_s"]) + intercept))
+        / float(row["jumps_made"])
+        for name, row in sheet.items()
+        if row["kind"] == "jumps"
+    }
+
+
+def test_numbers_are_those_of_the_instruments_files(reported: Reported) -> None:
+    joules = joules_by_hand(reported.book)
+    values = {row["run"]: float(row["value"]) for row in reported.table("run_values") if row["unit"] == "J"}
+    assert values == pytest.approx({run: joules[run] for run in SELECTED})
+    control = [joules[run] for run in ("r001", "r006", "r009", "r014")]
+    treated = [joules[run] for run in ("r002", "r004", "r010", "r012")]
+    conditions = {row["b_ad_gain"]: row for row in reported.table("joules_by_condition")}
+    for gain, expected in (("0", control), ("100", treated)):
+        assert float(conditions[gain]["mean_j"]) == pytest.approx(np.mean(expected))
+        assert float(conditions[gain]["sd_j"]) == pytest.approx(np.std(expected, ddof=1))
+        assert int(conditions[gain]["n_runs"]) == 4
+    (headline,) = reported.table("headlines")
+    savings = 1 - np.mean(treated) / np.mean(control)
+    assert float(headline["savings_percent"]) == pytest.approx(100 * savings)
+    assert f"{100 * savings:.1f}\N{NO-BREAK SPACE}%" in reported.said["claims"][0]
+
+
+def test_page_shows_the_claims_the_numbers_and_where_they_come_from(reported: Reported) -> None:
+    text = re.sub(r"<[^>]+>", "", reported.page).replace("\N{NO-BREAK SPACE}", " ")
+    for claim in reported.said["claims"]:
+        assert claim.replace("\N{NO-BREAK SPACE}", " ") in text
+    for row in reported.table("joules_by_condition"):
+        assert f"{float(row['mean_j']):.0f}" in text
+        assert row["provenance"] in text
+    assert "foot=small" in text
+    assert "8 of 8 runs analysed" in text
+    assert "k = 1091 N/m" in text
+    assert "k = 2.56 g + 67.36 N/m" in text
+    assert "Ada Nwosu" in text
+    assert "outside" in text, "12 minutes lies outside the idle runs"
+
+
+def test_page_needs_nothing_beside_itself_and_every_figure_and_table_lies_there(reported: Reported) -> None:
+    page = reported.page
+    assert not re.findall(r"""(?:src|href)=["'](?!#|data:)[^"']*["']""", page)
+    assert "<script" not in page
+    assert page.count("<svg") >= 6
+    assert not re.search(r"\b(nan|None|inf)\b", re.sub(r"<[^>]+>", " ", page))
+    figures = {path.name for path in (reported.out / "figures").iterdir()}
+    assert figures == {f"{Path(name).stem}{ending}" for name in figures for ending in (".svg", ".pdf")}
+    tables = {path.name for path in (reported.out / "tables").iterdir()}
+    assert tables == {f"{Path(name).stem}{ending}" for name in tables for ending in (".csv", ".tex")}
+    for name in ("joules_by_damping", "apex_heights", "passive_drain", "flow"):
+        assert f"{name}.svg" in figures
+
+
+def test_every_provenance_id_of_the_page_leads_to_the_bytes(reported: Reported) -> None:
+    on_page = set(re.findall(r'id="why-([0-9a-f]+)"', reported.page))
+    assert on_page >= set(re.findall(r'href="#why-([0-9a-f]+)"', reported.page))
+    ids = {row["id"] for row in reported.table("provenance")}
+    assert len(ids) > 20
+    assert on_page <= ids
+    files = {
+        hashlib.sha256(path.read_bytes()).hexdigest()
+        for folder in ("logs", "charger")
+        for path in (reported.book.instruments / folder).iterdir()
+    }
+    values = {float(row["mean_j"]) for row in reported.table("joules_by_condition")}
+    with opened(reported.book.folder) as book, book.reading() as connection:
+        for uid in ids:
+            found = trace(connection, uid)
+            assert found.number.uid == uid
+            assert found.shown_in
+            traced = set(re.findall(r"sha256 ([0-9a-f]{64})", str(found.trace)))
+            assert traced
+            assert traced <= files
+            values.discard(found.number.value or 0.0)
+    assert values == set()
+
+
+def test_why_is_told_as_a_tree_and_by_the_beginning_of_an_id(reported: Reported) -> None:
+    uid = reported.table("headlines")[0]["provenance"]
+    found = good(labbook("why", uid, "--json", at=reported.book.folder)).json
+    assert found["number"]["uid"] == uid
+    assert found["trace"]["kind"] == "comparison"
+    told = good(labbook("why", uid, at=reported.book.folder)).out
+    assert told.startswith(f"{uid}: savings = ")
+    assert "passive_drain" in told
+    assert "of file 2021-06-14.csv, sha256 " in told
+    assert good(labbook("why", uid[:10], at=reported.book.folder)).out == told
+    refused(labbook("why", "", at=reported.book.folder), 2, "copy the whole id")
+
+
+def test_second_report_reuses_every_result_and_says_the_same(reported: Reported, tmp_path: Path) -> None:
+    results = rows(reported.book.folder, "SELECT * FROM result ORDER BY id")
+    where = ("report", "--where", "foot=small", "--out", tmp_path / "again", "--json")
+    said = good(labbook(*where, at=reported.book.folder)).json
+    assert (said["results_computed"], said["results_reused"]) == (0, reported.said["results_computed"])
+    assert said["claims"] == reported.said["claims"]
+    assert rows(reported.book.folder, "SELECT * FROM result ORDER BY id") == results
+    for path in sorted((reported.out / "tables").iterdir()):
+        assert (tmp_path / "again" / "tables" / path.name).read_bytes() == path.read_bytes()
+
+
+def test_correction_names_what_it_made_stale_and_no_more(reported: Reported, tmp_path: Path) -> None:
+    book = tmp_path / "book"
+    shutil.copytree(reported.book.folder, book)
+    done = good(labbook("correct", "r001", "jumps_made=2", "--why", "miscounted", "--json", at=book)).json
+    kinds = {kind for kind, _scope in done["stale"]}
+    assert {"run_energy", "condition_summary", "comparison"} <= kinds
+    assert "passive_drain" not in kinds
+    runs = {scope for kind, scope in done["stale"] if kind == "run_energy"}
+    assert runs == {'{"run":"r001"}'}
+    stale = rows(book, "SELECT count(*) FROM result WHERE stale = 1")
+    assert stale == [(len(done["stale"]),)]
+    assert (
+        "stale: an input has changed since"
+        in good(labbook("why", reported.table("headlines")[0]["provenance"], at=book)).out
+    )
+    void = good(labbook("void", "r002", "--reason", "foot came loose", "--json", at=book)).json
+    assert ["run_energy", '{"run":"r002"}'] in void["stale"]
+    reject = good(labbook("jumps", "reject", "r004", "1", "--reason", "misfire", "--json", at=book)).json
+    assert {kind for kind, _scope in reject["stale"]} >= {"run_apexes"}
+    assert "run_energy" not in {kind for kind, _scope in reject["stale"]}
+
+
+def test_folder_that_cannot_be_written_to_is_named(reported: Reported, tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file")
+    results = rows(reported.book.folder, "SELECT * FROM result ORDER BY id")
+    answer = labbook("report", "--foot", "small", "--out", tmp_path / "taken", at=reported.book.folder)
+    refused(answer, 2, "taken", "--out")
+    assert rows(reported.book.folder, "SELECT * FROM result ORDER BY id") == results
+
+
+def test_reading_a_reported_book_changes_nothing(reported: Reported) -> None:
+    with unchanged(reported.book.folder):
+        for words in ("runs list", "today --day 2021-06-14", "show r001", "jumps list r001", "db status", "runs inbox"):
+            good(labbook(*words.split(), at=reported.book.folder))
+            assert good(labbook(*words.split(), "--json", at=reported.book.folder)).json is not None

@@ -1,0 +1,113 @@
+"""Reports of too little: a page with sentences that say what is missing, never a crash, never a number from nothing."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import pytest
+
+from labbook.book import opened
+from labbook.reporting import make_report
+from reports.content import ReportContent
+from reports.figures.kind import draw_figure, svg_bytes
+from reports.figures.registry import FIGURES
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.page import render_page
+from reports.tables.as_csv import csv_bytes
+from reports.tables.as_latex import latex_bytes
+from reports.tables.registry import TABLES
+from tests.cli.shell import good, labbook, rows
+from tests.helpers.books import SmallBook, small_book
+
+ONE_A_CONDITION = "run in (r001, r002, r003, r005)"
+CASES: dict[str, tuple[str | None, str | None, tuple[str, ...]]] = {
+    "no run fulfils it": ("day<2000-01-01", None, ("logs", "charger")),
+    "one condition": ("foot=small and b_ad_gain=0", None, ("logs", "charger")),
+    "no control": ("b_ad_gain=100", None, ("logs", "charger")),
+    "one run a condition": (ONE_A_CONDITION, None, ("logs", "charger")),
+    "no file at all": (None, None, ()),
+    "no charges": (None, None, ("logs",)),
+    "no logs": (None, None, ("charger",)),
+    "no idle runs": (None, "idle", ("charger",)),
+}
+SAYS = {
+    "no run fulfils it": "No run matches this selection.",
+    "one condition": "no joules of both a control and a treatment to compare",
+    "no control": "no joules of both a control and a treatment to compare",
+    "one run a condition": "1 control and 1 treatment runs are too few for an interval",
+    "no file at all": "No run of this selection has a log with jumps in it",
+    "no charges": "No run of this selection has joules a jump: that takes a charge after it",
+    "no logs": "No run of this selection has a log with jumps in it",
+    "no idle runs": "and idle runs for the drain",
+}
+"""A sentence of each page."""
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
+    return small_book(tmp_path_factory.mktemp("selected"))
+
+
+def book_with(folder: Path, left_out: str | None, files: tuple[str, ...]) -> SmallBook:
+    """A small book without the runs of one kind, and with only some of the instruments' files."""
+    book = small_book(folder, runs=False, ingested=False)
+    sheet = book.instruments / "runs.csv"
+    lines = sheet.read_text().splitlines(keepends=True)
+    sheet.write_text("".join(line for line in lines if left_out is None or f",{left_out}," not in line))
+    good(labbook("runs", "import", sheet, at=book.folder))
+    if files:
+        good(labbook("ingest", *(book.instruments / name for name in files), at=book.folder))
+    return book
+
+
+def content_of(book: SmallBook, where: str | None) -> ReportContent:
+    with opened(book.folder) as opened_book, opened_book.reading() as connection:
+        made = make_report(
+            connection, opened_book.store, opened_book.configuration, where=where, made_at="2021-07-01T12:00:00Z"
+        )
+    return made.content
+
+
+def page_of(content: ReportContent, width_in: float) -> str:
+    drawings = {f"{name}.svg": svg_bytes(draw_figure(kind, content, width_in)) for name, kind in FIGURES.items()}
+    tables = {kind.name: kind.make(content) for kind in TABLES.values()}
+    for table in tables.values():
+        latex_bytes(table)
+        cells = [cell for row in csv.reader(csv_bytes(table).decode().splitlines()) for cell in row]
+        assert not {cell.lower() for cell in cells} & {"nan", "inf", "-inf", "none"}
+    return render_page(content, {name: drawings[f"{name}.svg"] for name in FIGURES}, tables)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_report_of_too_little_is_a_page_with_sentences(case: str, whole: SmallBook, tmp_path: Path) -> None:
+    where, left_out, files = CASES[case]
+    book = whole if where is not None else book_with(tmp_path, left_out, files)
+    content = content_of(book, where)
+    page = page_of(content, ONE_COLUMN_IN if len(case) % 2 else TWO_COLUMNS_IN)
+    text = re.sub(r"<style.*?</style>|<svg.*?</svg>", "", page, flags=re.DOTALL)
+    text = re.sub(r"<[^>]+>", " ", text)
+    assert not re.search(r"\b(nan|NaN|None|inf|Undefined)\b", text)
+    assert ("Nothing is claimed from this selection." in text) == (not content.claims)
+    assert all(claim.text.endswith(".") for claim in content.claims)
+    assert SAYS[case] in text
+
+
+def test_void_runs_are_counted_and_left_out(whole: SmallBook, tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    for (name,) in rows(book.folder, "SELECT name FROM run WHERE kind = 'jumps'"):
+        good(labbook("void", name, "--reason", "the rail was bent", at=book.folder))
+    content = content_of(book, None)
+    assert content.flow.runs_analysed == 0
+    assert "12" in page_of(content, TWO_COLUMNS_IN)
+
+
+def test_report_of_an_empty_book_is_written_by_the_command(fresh: SmallBook) -> None:
+    said = good(labbook("report", "--out", "paper", "--json", at=fresh.folder)).json
+    page = (fresh.folder / "paper" / "report.html").read_text(encoding="utf-8")
+    assert page.rstrip().endswith("</html>")
+    assert (said["claims"], said["results_reused"]) == ([], 0)
+    assert "Nothing is claimed" in page
+    assert (fresh.folder / "paper" / "figures" / "joules_by_damping.pdf").read_bytes().startswith(b"%PDF")
+    assert rows(fresh.folder, "SELECT count(*) FROM report") == [(1,)]

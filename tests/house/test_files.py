@@ -1,0 +1,49 @@
+"""One idea a file: none grows beyond reading, all say what they are."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+PROJECT = Path(__file__).parents[2]
+PACKAGES = ("data_schema", "ingest", "labbook", "reports", "simulator", "stats")
+SOURCES = sorted(path for package in PACKAGES for path in (PROJECT / package).rglob("*.py"))
+MOST_LINES = 350
+
+
+def name(path: Path) -> str:
+    return str(path.relative_to(PROJECT))
+
+
+def test_no_file_is_too_long() -> None:
+    long = {
+        name(path): lines
+        for package in PACKAGES
+        for path in (PROJECT / package).rglob("*")
+        if path.suffix in (".py", ".j2", ".css") and "versions" not in path.parts
+        if (lines := len(path.read_text(encoding="utf-8").splitlines())) > MOST_LINES
+    }
+    assert long == {}
+
+
+def test_every_module_says_what_it_is() -> None:
+    silent = [name(path) for path in SOURCES if path.read_text("utf-8") and not documented(path)]
+    assert silent == []
+
+
+def documented(path: Path) -> bool:
+    return ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) is not None
+
+
+def test_nothing_is_left_undone() -> None:
+    marks = ("TO" + "DO", "FIX" + "ME", "XX" + "X")
+    left = [name(path) for path in SOURCES if any(mark in path.read_text(encoding="utf-8") for mark in marks)]
+    assert left == []
+
+
+def test_every_package_has_its_tests() -> None:
+    assert {path.name for path in (PROJECT / "tests").iterdir() if path.is_dir()} >= set(PACKAGES)
+
+
+def test_tests_are_no_packages() -> None:
+    assert list((PROJECT / "tests").rglob("__init__.py")) == []

@@ -1,0 +1,93 @@
+"""What the README and the documents say can be done: commands, options, files and targets exist."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer.main
+
+from labbook.cli.main import app
+
+PROJECT = Path(__file__).parents[2]
+DOCUMENTS = sorted([PROJECT / "README.md", *(PROJECT / "docs").glob("*.md")])
+MADE_LATER = {"docs/performance.md"}
+"""Written by `make bench`."""
+
+
+def commands(path: Path) -> Iterator[list[str]]:
+    """Every `labbook ...` of a document, as words."""
+    text = path.read_text(encoding="utf-8")
+    indented = re.findall(r"^ {4}(labbook .*?)(?:\s+#.*)?$", text, re.MULTILINE)
+    quoted = [" ".join(code.split()) for code in re.findall(r"`(labbook [^`]*)`", text)]
+    for line in [*indented, *quoted]:
+        yield shlex.split(line)[1:]
+
+
+def named(words: list[str]) -> tuple[Any, list[str]]:
+    """The command that words call, and what is left of them; fails where there is none."""
+    command: Any = typer.main.get_command(app)
+    while hasattr(command, "commands") and words and not words[0].startswith("-"):
+        assert words[0] in command.commands, f"there is no command {words[0]!r}"
+        command, words = command.commands[words[0]], words[1:]
+    return command, words
+
+
+def ids(path: Path) -> str:
+    return str(path.relative_to(PROJECT))
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=ids)
+def test_commands_and_their_options_exist(document: Path) -> None:
+    for words in commands(document):
+        if words and words[0].isupper():
+            continue  # `labbook COMMAND --help`
+        command, rest = named(words)
+        known = {option for parameter in command.params for option in parameter.opts}
+        options = {word.split("=")[0] for word in rest if word.startswith("-")}
+        assert options <= known | {"--help", "--debug", "--foot"}, words
+
+
+def test_readme_shows_the_two_commands_and_a_tour() -> None:
+    text = (PROJECT / "README.md").read_text(encoding="utf-8")
+    assert "make demo" in text
+    assert "make test" in text
+    assert len(list(commands(PROJECT / "README.md"))) >= 10
+    assert re.search(r"!\[[^]]+\]\([^)]+\.png\)", text)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=ids)
+def test_links_lead_somewhere(document: Path) -> None:
+    links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", document.read_text(encoding="utf-8"))
+    missing = [
+        link
+        for link in links
+        if not (document.parent / link).exists() and ids((document.parent / link).resolve()) not in MADE_LATER
+    ]
+    assert missing == []
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=ids)
+def test_make_targets_exist(document: Path) -> None:
+    targets = set(re.findall(r"^([a-z]+):", (PROJECT / "Makefile").read_text(), re.MULTILINE))
+    said = re.findall(r"`(?:[A-Z_]+=\S+ )?make ([a-z]+)", document.read_text(encoding="utf-8"))
+    assert set(said) <= targets
+
+
+def test_continuous_integration_runs_what_people_run() -> None:
+    script = PROJECT / ".ci" / "run"
+    assert "make test" in script.read_text()
+    assert script.stat().st_mode & 0o111
+
+
+def test_messages_name_commands_that_exist() -> None:
+    """Every `labbook ...` that a message or docstring tells people to give."""
+    texts = [path.read_text(encoding="utf-8") for path in (PROJECT / "labbook").rglob("*.py")]
+    said = {tuple(words.split()[:2]) for text in texts for words in re.findall(r"`labbook ([a-z][a-z ]*)", text)}
+    assert len(said) > 10
+    for words in said:
+        named(list(words))

@@ -1,0 +1,57 @@
+"""What is installed: exactly the six packages with their templates, and nothing of the tests."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+import tomllib
+import zipfile
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).parents[2]
+PACKAGES = ("data_schema", "ingest", "labbook", "reports", "simulator", "stats")
+
+
+@pytest.mark.skipif(importlib.util.find_spec("hatchling") is None, reason="building the wheel needs hatchling")
+def test_wheel_holds_the_six_packages_whole_and_nothing_else(tmp_path: Path) -> None:
+    code = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
+    built = subprocess.run(
+        [sys.executable, "-c", code, tmp_path], cwd=PROJECT, capture_output=True, text=True, check=True, timeout=60
+    )
+    with zipfile.ZipFile(tmp_path / built.stdout.split()[-1]) as wheel:
+        names = set(wheel.namelist())
+        entry = next(name for name in names if name.endswith("entry_points.txt"))
+        assert "labbook = labbook.cli.main:run" in wheel.read(entry).decode()
+    inside = {name for name in names if ".dist-info/" not in name}
+    there = {
+        str(path.relative_to(PROJECT))
+        for package in PACKAGES
+        for path in (PROJECT / package).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    assert inside == there
+    assert {"reports/templates/report.html.j2", "reports/templates/report.css"} <= inside
+
+
+def test_distribution_is_named_and_its_packages_are_listed_one_by_one() -> None:
+    declared = tomllib.loads((PROJECT / "pyproject.toml").read_text())
+    assert declared["project"]["name"] == "robot-labbook"
+    assert declared["project"]["requires-python"] == ">=3.11"
+    assert tuple(declared["tool"]["hatch"]["build"]["targets"]["wheel"]["packages"]) == PACKAGES
+
+
+def test_everything_that_is_needed_is_pinned() -> None:
+    declared = tomllib.loads((PROJECT / "pyproject.toml").read_text())["project"]
+    needed = [
+        *declared["dependencies"],
+        *(item for extra in declared["optional-dependencies"].values() for item in extra),
+    ]
+    pinned = {
+        line.split("==")[0].lower().replace("_", "-") for line in (PROJECT / "constraints.txt").read_text().split()
+    }
+    for requirement in needed:
+        name = requirement.split(">=")[0].split("[")[0].lower().replace("_", "-")
+        assert name in pinned, f"{name} stands in pyproject.toml and not in constraints.txt"
