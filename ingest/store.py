@@ -56,18 +56,32 @@ class Store:
             )
         return data
 
-    def put_signal(self, part: SignalPart) -> tuple[str, str]:
-        """Keep the samples of one part; returns (SHA-256 of names, units and values, path in the store)."""
+    def restore_raw(self, data: bytes, sha256: str) -> bool:
+        """Put back a raw copy that is missing or was changed; returns whether it had to be."""
+        path = f"raw/{sha256[:2]}/{sha256}.zst"
+        try:
+            self.raw(path, sha256)
+        except BookDamaged:
+            (self.root / path).unlink(missing_ok=True)
+            self.put_raw(data, sha256)
+            return True
+        return False
+
+    def put_signal(self, part: SignalPart, *, anew: bool = False) -> tuple[str, str]:
+        """Keep the samples of one part; returns (SHA-256 of names, units and values, path in the store).
+
+        What is there already is left alone, unless it is to be written `anew` because it may be damaged.
+        """
         sha256 = signal_sha256(part)
         path = f"signals/{sha256[:2]}/{sha256}.parquet"
-        if not (self.root / path).exists():
+        if anew or not (self.root / path).exists():
             self._write(path, lambda handle: write_samples(part, handle))
         return sha256, path
 
     def samples(self, store_path: str, channels: Sequence[str]) -> dict[str, np.ndarray]:
         """Read `time` and the named channels back; each an array of float64, shape (n_samples,)."""
         try:
-            with pq.ParquetFile(self.root / store_path) as source:
+            with pq.ParquetFile(self.root / store_path, page_checksum_verification=True) as source:
                 columns = {name.rsplit(" [", 1)[0]: name for name in source.schema_arrow.names}
                 wanted = {name: columns[name] for name in ("time", *channels) if name in columns}
                 table = source.read(columns=list(wanted.values()))
@@ -129,6 +143,7 @@ def write_samples(part: SignalPart, handle: pa.NativeFile) -> None:
         compression="zstd",
         use_dictionary=[name for name, values in columns.items() if name not in steady and _repeats(values)],
         use_byte_stream_split=steady,
+        write_page_checksum=True,
     )
 
 

@@ -21,13 +21,17 @@ RESERVED_NAMES = frozenset(
 
 
 def read_factors(top: TableReader) -> dict[str, FactorSettings]:
-    """Read every `[factors.NAME]`."""
+    """Read every `[factors.NAME]`; one of them at most names a control."""
     factors: dict[str, FactorSettings] = {}
     for name, table in top.tables("factors"):
         folded = [other.casefold() for other in factors]
         if not name.isidentifier() or name.casefold() in RESERVED_NAMES or name.casefold() in folded:
             table.fault("name", f"{name!r} is no name for a factor, or is taken: use other letters, digits and _.")
-        factors[name] = _factor(table)
+        factor = _factor(table)
+        swept = next((other for other, before in factors.items() if before.control is not None), None)
+        if factor.control is not None and swept is not None:
+            table.fault("control", f"[factors.{swept}] names a control already: keep one, for one factor is swept.")
+        factors[name] = factor
     return factors
 
 

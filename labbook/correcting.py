@@ -67,6 +67,18 @@ def void(desk: Desk, name: str, reason: str) -> None:
     )
 
 
+def unvoid(desk: Desk, name: str, reason: str) -> None:
+    """State that a run counts after all; it is complete where its duration is known, open otherwise."""
+    refuse_empty("--reason", reason)
+    run = run_named(desk.connection, name)
+    if run.state is not RunState.VOID:
+        raise UsageError(f"run {name} is not void: there is nothing to take back.")
+    state = RunState.OPEN if run.duration_s is None else RunState.COMPLETE
+    desk.state(
+        Statement(Action.CORRECT, "run", run.uid, new={"state": str(state)}, old={"state": "void"}, reason=reason)
+    )
+
+
 def _assignments(texts: Sequence[str]) -> dict[str, str]:
     given = {}
     for text in texts:

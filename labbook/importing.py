@@ -45,15 +45,24 @@ def sha256_of(data: bytes) -> str:
 
 
 def read_and_store(
-    store: Store, data: bytes, sha256: str, configuration: Configuration, options: Mapping[str, Any]
+    store: Store,
+    data: bytes,
+    sha256: str,
+    configuration: Configuration,
+    options: Mapping[str, Any],
+    *,
+    anew: bool = False,
 ) -> PreparedImport:
-    """Read a file and keep its copy and samples; a refused file is read only, nothing is kept."""
+    """Read a file and keep its copy and samples; a refused file is read only, nothing is kept.
+
+    `anew` writes samples that are there already once more, because a rebuild must not trust them.
+    """
     read = read_file(data, declarations(configuration, options))
     if read.refused:
         return PreparedImport(sha256, len(data), read, "", ())
     with ThreadPoolExecutor(max_workers=2) as pool:
         raw = pool.submit(store.put_raw, data, sha256)
-        kept = [pool.submit(store.put_signal, part) for part in read.parts]
+        kept = [pool.submit(store.put_signal, part, anew=anew) for part in read.parts]
         detections = [detect_part(part, configuration) for part in read.parts]
         parts = tuple(StoredPart(*done.result(), detection) for done, detection in zip(kept, detections, strict=True))
         return PreparedImport(sha256, len(data), read, raw.result(), parts)

@@ -8,18 +8,28 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import sqlalchemy as sa
+
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.journal import canonical
+from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
-from data_schema.queries.imports import FirstImport, first_import, refused_before, runs_of_file
+from data_schema.queries.imports import (
+    FirstImport,
+    findings_about_runs,
+    first_import,
+    refused_before,
+    runs_of_file,
+)
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, IngestStatus, Severity
-from ingest.model import Finding, ReadFile
+from ingest.model import Finding, ReadFile, SignalPart
 from ingest.read import UNKNOWN, read_file
 from labbook.book import CONFIGURATION, DATABASE, JOURNAL, Book
 from labbook.desk import Desk, Statement, new_uid
@@ -48,6 +58,17 @@ class FileOutcome:
     runs: tuple[str, ...]
     first: FirstImport | None
     prepared: PreparedImport | None
+    raw_restored: bool = False
+
+
+def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
+    """Ingest one file of a batch: what one file is refused for, or the system refuses, does not end the batch."""
+    try:
+        return ingest_file(book, path, request)
+    except InputRefused as error:
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)), (), None, None)
+    except OSError as error:
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error), (), None, None)
 
 
 def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
@@ -61,15 +82,29 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)
     if first is not None:
-        return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None)
+        restored = not request.dry_run and book.store.restore_raw(data, sha256)
+        return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None, restored)
     options = dict(request.options or {})
     if request.dry_run:
         read = read_file(data, declarations(book.configuration, options))
-        status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
-        return FileOutcome(readable(path), sha256, status, read, (), None, None)
+        if read.refused:
+            return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
+        with book.reading() as connection:
+            runs = _runs_meant(connection, request.run or stated_run(book, path), read)
+        return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, None)
     prepared = read_and_store(book.store, data, sha256, book.configuration, options)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
     return _stored(book, path, request, prepared, run_uid, options, modified_utc)
+
+
+def _runs_meant(connection: sa.Connection, of_file: str | None, read: ReadFile) -> tuple[str, ...]:
+    """Return the runs of the book that an import would assign: the file's, and those of its charges that lack one."""
+    meant = {of_file} if of_file and find_uid(connection, "run", name=of_file) else set()
+    for name in {row.stated_run for row in read.charges if row.stated_run}:
+        uid = find_uid(connection, "run", name=name)
+        if uid and not charges_of_run(connection, uid):
+            meant.add(name)
+    return tuple(sorted(meant))
 
 
 def files_of(paths: Sequence[Path], book_folder: Path) -> list[Path]:
@@ -118,8 +153,12 @@ def refuse_special(path: Path) -> None:
 
 
 def _unreadable(error: OSError) -> ReadFile:
-    message = f"The file cannot be read ({error.strerror}): check its permissions, and that it is still there."
-    finding = Finding(Severity.FILE, "file_unreadable", message, None, None, None, 1, ())
+    reason = error.strerror or error
+    return _not_read(f"The file cannot be read and kept ({reason}): check that it is there, its permissions, the disk.")
+
+
+def _not_read(message: str) -> ReadFile:
+    finding = Finding(Severity.FILE, "not_readable", message, None, None, None, 1, ())
     return ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0)
 
 
@@ -171,9 +210,35 @@ def _stored(
         if read.refused:
             _refuse(desk, new, read)
             return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
-        desk.state(Statement(Action.INGEST, "ingest", new_uid(), new={**new, "run": run_uid}, prepared=prepared))
+        uid = new_uid()
+        desk.state(Statement(Action.INGEST, "ingest", uid, new={**new, "run": run_uid}, prepared=prepared))
         runs = runs_of_file(desk.connection, sha256)
+        read = _with_findings_about_runs(desk, uid, read)
     return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, prepared)
+
+
+def without_samples(outcome: FileOutcome) -> FileOutcome:
+    """Let go of a file's samples, which are in the store by now; how many there were is still known."""
+    if outcome.read is None:
+        return outcome
+    read = replace(outcome.read, parts=tuple(_counted(part) for part in outcome.read.parts))
+    prepared = None if outcome.prepared is None else replace(outcome.prepared, read=read)
+    return replace(outcome, read=read, prepared=prepared)
+
+
+def _counted(part: SignalPart) -> SignalPart:
+    nothing = np.broadcast_to(np.float64(0.0), part.time_s.shape)  # a shape without memory behind it
+    channels = tuple(replace(channel, values=nothing) for channel in part.channels)
+    return replace(part, time_s=nothing, channels=channels)
+
+
+def _with_findings_about_runs(desk: Desk, ingest_uid: str, read: ReadFile) -> ReadFile:
+    """Add what only the book could tell: a charge that is known, one that contradicts, jumps that were not found."""
+    added = tuple(
+        Finding(Severity.NOTE, rule, message, None, None, value, 1, ())
+        for rule, message, value in findings_about_runs(desk.connection, ingest_uid)
+    )
+    return replace(read, findings=read.findings + added)
 
 
 def _refuse(desk: Desk, new: dict[str, Any], read: ReadFile) -> None:

@@ -10,8 +10,8 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import DecisionRow, DetectionRow, SignalRow, jump_decisions, signals_of_runs
 from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Verdict
-from labbook.analysis.detecting import BODY_HEIGHT, rest_length_m
-from labbook.analysis.detections import Detections
+from labbook.analysis.detecting import BODY_HEIGHT
+from labbook.analysis.detections import Detections, rest_length_m
 from labbook.analysis.judging import JudgedJump, Rules, anchor_of, judge
 from labbook.analysis.run_apexes import usable_log
 from labbook.book import Book
@@ -43,7 +43,7 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
         raise UsageError(f"run {name} has {log}: `labbook show {name}` lists its files.")
     protocol = book.configuration.protocol
     detections = Detections(connection, book.store)
-    length_m = rest_length_m(book.configuration, run.robot)
+    length_m = rest_length_m(connection, run.robot_uid)
     detection = detections.of({run.uid: log}, protocol.detector, length_m)[run.uid]
     decisions = jump_decisions(connection).get(log.sha256, [])
     judgement = judge(detection, decisions, Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps))

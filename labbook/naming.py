@@ -61,16 +61,15 @@ def ensure_condition(desk: Desk, configuration: Configuration, study_uid: str, l
     """Return the uid of the condition with these levels; raises for a factor or level that does not exist."""
     uids = []
     ordered: dict[str, str] = {}
-    rows = factors(desk.connection)
+    rows = [row for row in factors(desk.connection) if row.name in configuration.factors]
     for name in levels:
         if name not in {row.name for row in rows}:
             raise unknown_name("factor", name, [row.name for row in rows], "Factors are declared in labbook.toml.")
     for row in rows:
+        named = {level.label for level in configuration.factors[row.name].levels}
+        known = {item.label: item.uid for item in row.levels if item.label in named}
         if row.name not in levels:
-            raise UsageError(
-                f"a condition needs a level of {row.name}: give one of {', '.join(item.label for item in row.levels)}."
-            )
-        known = {item.label: item.uid for item in row.levels}
+            raise UsageError(f"a condition needs a level of {row.name}: give one of {', '.join(known)}.")
         label = levels[row.name]
         if label not in known:
             remedy = f"Levels are declared under [factors.{row.name}] in labbook.toml."

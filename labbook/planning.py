@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
-from collections.abc import Mapping, Sequence
+import secrets
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from zoneinfo import ZoneInfo
@@ -76,16 +78,15 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     printed = format_run_sheet_for_print(
         drawn, names, dates, study=configuration.study.name, jumps_nominal=configuration.study.jumps_nominal, **only
     )
-    if not request.dry_run:
-        with book.desk(person) as desk:
-            entries = [
-                PlannedEntry(name, run.day, run.block, None if run.condition is None else dict(run.condition))
-                for name, run in zip(names, drawn.runs, strict=True)
-            ]
-            state_plan(desk, configuration, drawn.seed, drawn.method, entries)
     page = request.out.with_suffix(".html")
-    request.out.write_text(sheet, encoding="utf-8")
-    page.write_text(printed, encoding="utf-8")
+    with _written_beside({request.out: sheet, page: printed}):
+        if not request.dry_run:
+            with book.desk(person) as desk:
+                entries = [
+                    PlannedEntry(name, run.day, run.block, None if run.condition is None else dict(run.condition))
+                    for name, run in zip(names, drawn.runs, strict=True)
+                ]
+                state_plan(desk, configuration, drawn.seed, drawn.method, entries)
     return PlanMade(
         runs=len(drawn.runs),
         days=len(drawn.days),
@@ -94,6 +95,28 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         sheet=str(request.out),
         printed=str(page),
     )
+
+
+@contextlib.contextmanager
+def _written_beside(texts: Mapping[Path, str]) -> Iterator[None]:
+    """Write files under temporary names, let a plan be stated, and only then give them their names.
+
+    What cannot be written is never stated, and what was not stated leaves no file.
+    """
+    temporary = {path.with_name(f".{path.name}.{secrets.token_hex(4)}"): path for path in texts}
+    try:
+        for beside, path in temporary.items():
+            try:
+                beside.write_text(texts[path], encoding="utf-8")
+            except OSError as error:
+                reason = error.strerror or error
+                raise UsageError(f"{path} cannot be written ({reason}): name another file with --out.") from error
+        yield
+        for beside, path in temporary.items():
+            beside.replace(path)
+    finally:
+        for beside in temporary:
+            beside.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,9 @@ later change to a fact that stands is refused with the `labbook correct` that wo
 
 from __future__ import annotations
 
+import re
 import shlex
+import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,24 +18,32 @@ import sqlalchemy as sa
 
 from data_schema.errors import InputRefused
 from data_schema.journal import canonical
+from data_schema.queries.conditions import conditions_by_key
 from data_schema.queries.days import day_uids
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imports import imported_names
 from data_schema.queries.people import config_in_force, person_uid
-from data_schema.queries.runs import planned_runs, the_study
+from data_schema.queries.runs import condition_levels, planned_runs, the_study
 from data_schema.vocabulary import Action
 from labbook.config import Configuration
+from labbook.config_model import number_label
+from labbook.config_reader import as_number
 from labbook.desk import Desk, Statement, now_utc
 
 
 def propose(desk: Desk, configuration: Configuration, *, correcting: bool = False) -> None:
     """Take over what the configuration adds; raises `InputRefused` when it contradicts what stands.
 
-    With `correcting`, contradictions are left to the correction that is being stated, and to the next command.
+    With `correcting`, contradictions are left to the correction that is being stated, and to the next command; factors
+    that no longer fit the book's conditions are refused all the same, for no correction can settle them. The journal
+    keeps the file's text without the database's password, and the hash of the text as it is.
     """
     in_force = config_in_force(desk.connection)
     if in_force is not None and in_force.sha256 == configuration.sha256:
         return
+    faults = [] if in_force is None else _misfits(desk.connection, configuration, in_force.text)
+    if faults:
+        raise InputRefused("\n".join(faults))
     for name in sorted(configuration.people, key=lambda name: name != desk.person):
         if person_uid(desk.connection, name) is None:
             desk.declare("person", name=name, initials=configuration.people[name])
@@ -52,7 +62,12 @@ def propose(desk: Desk, configuration: Configuration, *, correcting: bool = Fals
         new, old = {change.field: change.proposed}, {change.field: change.standing}
         reason = "labbook.toml was changed before anything was measured"
         desk.state(Statement(Action.CORRECT, change.kind, change.uid, new=new, old=old, reason=reason))
-    desk.declare("config", sha256=configuration.sha256, text=configuration.text, read_utc=now_utc())
+    text = _without_password(configuration)
+    desk.declare("config", sha256=configuration.sha256, text=text, read_utc=now_utc())
+
+
+_PASSWORD = re.compile(r"(://[^:/@]*:)[^@]*(?=@)|([?&]\w*password=)[^&]*")
+"""A password in the address of a database, as `user:password@host` or as an option, after what tells it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +157,66 @@ def _differences(
         for field, value in proposed.items()
         if standing[field] != value
     ]
+
+
+def _misfits(connection: sa.Connection, configuration: Configuration, text_in_force: str) -> list[str]:
+    """Say where the file's factors no longer fit the conditions that the book has; what has none may be dropped."""
+    if not conditions_by_key(connection):
+        return []
+    used: dict[str, set[str]] = {}
+    for levels in condition_levels(connection).values():
+        for name, label in levels.items():
+            used.setdefault(name, set()).add(label)
+    proposed = configuration.factors
+    found = [
+        f"the book has conditions with a level of factor {name}, and labbook.toml no longer names it: put "
+        f"[factors.{name}] back as it was."
+        for name in used
+        if name not in proposed
+    ]
+    found += [
+        f"labbook.toml adds factor {name}, and the book has conditions without a level of it: take [factors.{name}] "
+        "out, or make another book for the wider study."
+        for name in proposed
+        if name not in used
+    ]
+    for name in proposed:
+        if name in used:
+            missing = used[name] - {level.label for level in proposed[name].levels}
+            found += [
+                f"the book has conditions with {name}={label}, and labbook.toml no longer names that level: put it "
+                f"back among the levels of [factors.{name}]."
+                for label in sorted(missing)
+            ]
+    before = tomllib.loads(text_in_force).get("factors", {})
+    for name in used.keys() & proposed.keys():
+        stands, control = _control(before.get(name, {})), proposed[name].control
+        if control != stands:
+            found.append(
+                f"labbook.toml says {name} control = {_shown(control)}, the book has conditions under control = "
+                f"{_shown(stands)}: set it back, or make another book for the other comparison."
+            )
+    return found
+
+
+def _control(table: Mapping[str, Any]) -> str | None:
+    given = table.get("control")
+    number = as_number(given)
+    return given if number is None else number_label(number)
+
+
+def _without_password(configuration: Configuration) -> str:
+    """Return the file's text as the journal keeps it: who may read the book need not be let into its database."""
+    url = configuration.database_url
+    if url is None:
+        return configuration.text
+    masked = _PASSWORD.sub(lambda found: f"{found[1] or found[2]}***", url)
+    if masked != url and url not in configuration.text:
+        raise InputRefused(
+            "the url under [database] in labbook.toml is written with backslashes, so that its password cannot be kept "
+            "out of the journal: write the url in single quotes, without them."
+        )
+    return configuration.text.replace(url, masked)
 
 
 def _in_use(connection: sa.Connection) -> bool:

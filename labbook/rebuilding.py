@@ -129,8 +129,9 @@ def _rebuild_sqlite(folder: Path, store: Store, entries: list[Entry], step: Call
 
 def _remove_leftovers(folder: Path) -> None:
     """Remove databases that were never finished, of this rebuild or of one that was interrupted."""
-    for leftover in folder.glob(f".*{DATABASE}.*"):
-        leftover.unlink()
+    for pattern in (f".{DATABASE}.*", f"..{DATABASE}.*"):
+        for leftover in folder.glob(pattern):
+            leftover.unlink()
 
 
 def _fold_in(path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -52,6 +53,8 @@ def write(
     book: Book, where: str | None, out: Path | None, person: str | None, step: Callable[[str], None]
 ) -> WrittenReport:
     """Analyse, state that the report was made, keep what was computed, write the page."""
+    if out is not None:
+        _check_writable(out)
     with book.desk(person):
         pass  # takes over what labbook.toml adds before anything is computed
     made = state_report(book, where, person, step)
@@ -65,6 +68,19 @@ def write(
         results_computed=len(made.bench.computed),
         results_reused=len(made.bench.reused),
     )
+
+
+def _check_writable(folder: Path) -> None:
+    """Make the folder and a file in it, before it is stated that a report was made for it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise UsageError(
+            f"the report cannot be written to {str(folder)!r} ({error.strerror or error}): give a folder that can be "
+            "written, with --out."
+        ) from error
 
 
 def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:

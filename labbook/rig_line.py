@@ -14,7 +14,9 @@ from stats.passive_drain import PassiveDrain
 from stats.summary import describe
 
 LIMIT_SDS = 3.0
-"""Control limits lie three standard deviations from the mean of the condition's other runs (Shewhart 1931)."""
+"""Control limits lie three standard deviations from the mean of the condition's earlier runs (Shewhart 1931)."""
+LIMITS_FROM_RUNS = 5
+"""Fewer earlier runs than this give no limits: their standard deviation is too uncertain."""
 
 
 def rig_lines(prepared: PreparedImport, runs: tuple[str, ...], evidence: Evidence) -> list[str]:
@@ -29,12 +31,17 @@ def _line(run: RunRow, prepared: PreparedImport, evidence: Evidence, drain: Pass
     for stored in prepared.parts:
         if stored.detection is not None:
             found = len(stored.detection.found.jumps)
-            mismatch = "" if found == run.jumps_made else " (!)"
-            parts.append(f"{found} of {run.jumps_made} jumps found{mismatch},")
+            parts.append(f"{found} of {run.jumps_made} jumps found{_mismatch(found, run.jumps_made)},")
     if prepared.parts:
         parts.append(f"{_gaps(prepared.read)},")
     parts.append(_joules(run, evidence, drain))
     return " ".join(parts)
+
+
+def _mismatch(found: int, made: int) -> str:
+    if found == made:
+        return ""
+    return f" ({made - found} missing)" if found < made else f" ({found - made} too many)"
 
 
 def _gaps(read: ReadFile) -> str:
@@ -47,16 +54,20 @@ def _joules(run: RunRow, evidence: Evidence, drain: PassiveDrain | Undefined) ->
     joules = _joules_of(run, evidence, drain)
     if isinstance(joules, str):
         return f"joules unknown: {joules}"
-    others = [
+    now = (run.day, run.position_in_day)
+    earlier = [
         value
         for other in evidence.runs
-        if other.condition_key == run.condition_key and other.uid != run.uid
+        if other.condition_key == run.condition_key and (other.day, other.position_in_day) < now
         for value in [_joules_of(other, evidence, drain)]
         if not isinstance(value, str)
     ]
-    about = describe(others)
-    if isinstance(about.mean, Undefined) or isinstance(about.sd, Undefined):
+    if not earlier:
         return f"{joules:.1f} J a jump, the first of its condition"
+    about = describe(earlier)
+    if about.n < LIMITS_FROM_RUNS or isinstance(about.mean, Undefined) or isinstance(about.sd, Undefined):
+        runs = "run" if about.n == 1 else "runs"
+        return f"{joules:.1f} J a jump, n = {about.n} {runs} so far, no limits yet"
     low, high = about.mean - LIMIT_SDS * about.sd, about.mean + LIMIT_SDS * about.sd
     verdict = "within" if low <= joules <= high else "OUTSIDE"
     return f"{joules:.1f} J a jump, {verdict} the control limits {low:.1f} to {high:.1f} J (n = {about.n})"

@@ -20,7 +20,7 @@ from labbook.config import Configuration
 
 @dataclass(frozen=True, slots=True)
 class ToDo:
-    """What a day needs; runs by name. `planned_not_done` is of the newest plan, whatever its days."""
+    """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days."""
 
     day: str
     runs_done: tuple[str, ...]

@@ -54,7 +54,7 @@ __all__ = [
 
 @dataclass(frozen=True, slots=True)
 class Factor:
-    """A factor of the study; `swept` is the one on the x axis (the active-damping gain).
+    """A factor of the study; `swept` is the one on the x axis (say the active-damping gain).
 
     Where levels are gains, physical = `slope` * gain + `offset` in `unit`; the control's gain stands for 0.
     """
@@ -73,7 +73,7 @@ class Factor:
 class Level:
     """A factor's level in one condition: `label` as the study writes it ("small", "300").
 
-    `value` is physical, in `unit` (foot radius in m, stiffness in N/m, damping in kg/s, 0 for CE); `gain` is
+    `value` is physical, in `unit` (foot radius in m, stiffness in N/m, damping in kg/s, 0 for control); `gain` is
     the controller's number that the value belongs to.
     """
 
@@ -104,7 +104,7 @@ class Summary:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """One level of each factor, in the study's order; `control` marks CE. A quantity not measured is None."""
+    """One level of each factor, in the study's order; `control` marks the control. A quantity not measured is None."""
 
     levels: tuple[Level, ...]
     control: bool

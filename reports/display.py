@@ -91,6 +91,11 @@ def places_of(number: Number) -> int | None:
     return None if spread is None else decimals_for(spread)
 
 
+def _places_of_size(size: float) -> int:
+    """Return the decimals that give a number of this size three significant digits."""
+    return max(0, 2 - math.floor(math.log10(size))) if 0 < size < math.inf else 0
+
+
 def common_places(numbers: Iterable[Number | None], default: int = 2) -> int:
     """Return one number of decimals for a column: that of its median uncertainty."""
     places = [place for number in numbers if number is not None and (place := places_of(number)) is not None]
@@ -103,7 +108,7 @@ def value_text(value: Value | None, places: int | None = None) -> str:
         return DASH
     if isinstance(value, Undefined):
         return f"undefined: {value.reason}"
-    return general_text(value) if places is None else decimal_text(value, places)
+    return general_text(value, 3) if places is None else decimal_text(value, places)
 
 
 def with_unit(text: str, unit: str) -> str:
@@ -120,6 +125,8 @@ def interval_text(number: Number, places: int | None = None, *, unit: bool = Tru
         if isinstance(end, Undefined):
             return f"undefined: {end.reason}"
     places = places_of(number) if places is None else places
+    if places is None:
+        places = _places_of_size(max(abs(end) for end in (shown.ci_low, shown.ci_high) if isinstance(end, int | float)))
     text = f"{value_text(shown.ci_low, places)} to {value_text(shown.ci_high, places)}"
     return with_unit(text, shown.unit) if unit else text
 

@@ -8,7 +8,7 @@ from typing import TypeAlias
 from reports.content import Anova, Condition, ReportContent
 from reports.display import general_text, significance_text
 from reports.numbers import Quantity
-from reports.sentences import count_text, formula_text, levels_name, list_text, title_of
+from reports.sentences import count_text, formula_text, levels_name, list_text, swept_factor, swept_words, title_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +117,8 @@ def _anova_paragraph(content: ReportContent, quantity: Quantity) -> tuple[Paragr
         return ()
     results = [f"{significance_text(anova.test, name=False)} ({_anova_name(content, anova)})" for anova in anovas]
     text = (
-        "Whether the coefficient itself matters is tested by a one-way analysis of variance over the "
-        f"active-damping coefficients, control left out: {list_text(results)}."
+        "Whether the level of the treatment matters is tested by a one-way analysis of variance over the levels "
+        f"of the {swept_words(swept_factor(content)).coefficient}, control left out: {list_text(results)}."
     )
     return (Paragraph(text, tuple(anova.provenance for anova in anovas if anova.provenance)),)
 
@@ -147,12 +147,13 @@ def _measured(content: ReportContent) -> Section:
     parts: list[Part] = []
     if flow.runs_done:
         days = f" on {count_text(len(content.days), 'day')}" if content.days else ""
-        who = f" by {list_text(content.people)}" if content.people else ""
+        who = f" People of the book: {list_text(content.people)}." if content.people else ""
+        made, analysed = ("was" if flow.runs_done == 1 else "were"), ("is" if flow.runs_analysed == 1 else "are")
         parts.append(
             Paragraph(
-                f"{count_text(flow.runs_done, 'run')} of this selection were made{days}{who}; "
-                f"{flow.runs_analysed} are analysed, with {count_text(flow.jumps_analysed, 'jump')} of "
-                f"{flow.jumps_made} made."
+                f"{count_text(flow.runs_done, 'run')} of this selection {made} made{days}; "
+                f"{flow.runs_analysed} {analysed} analysed, with {count_text(flow.jumps_analysed, 'jump')} of "
+                f"{flow.jumps_made} made.{who}"
             )
         )
     parts += [FigureHere("flow"), TableHere("days")]

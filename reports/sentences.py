@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Comparison, Condition, Factor, Level, ReportContent
@@ -24,6 +26,28 @@ from reports.numbers import Number, Quantity
 _MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
 
 
+_ACTIVE_DAMPING = re.compile(r"\bactive|(^|_)ad(_|$)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class SweptWords:
+    """What the treated runs, the control and the swept factor's levels are called in sentences and on axes."""
+
+    treatment: str
+    treatment_short: str
+    control: str
+    control_long: str
+    coefficient: str
+
+
+def swept_words(factor: Factor | None) -> SweptWords:
+    """Return the words for a swept factor: those of active damping only where the factor is one, else neutral ones."""
+    if factor is not None and (_ACTIVE_DAMPING.search(factor.title) or _ACTIVE_DAMPING.search(factor.name)):
+        return SweptWords("active damping", "AD", "CE", "compression-extension (CE)", "active-damping coefficient")
+    coefficient = "condition" if factor is None else title_of(factor).lower()
+    return SweptWords("the treatment", "treatment", "control", "control", coefficient)
+
+
 def title_of(factor: Factor) -> str:
     """Return what a factor's physical values are called: its title, or by its unit where the title is only its name."""
     if factor.slope is not None and factor.title == factor.name.replace("_", " "):
@@ -38,7 +62,8 @@ def formula_text(factor: Factor) -> str:
     sign = "+" if factor.offset >= 0 else MINUS
     slope, offset = general_text(factor.slope, 6), general_text(abs(factor.offset), 6)
     text = f"{factor.symbol} = {slope} g {sign} {offset}".replace(" ", NO_BREAK)
-    zero = f"; gain {factor.control} is CE and stands for 0" if factor.control is not None else ""
+    control = swept_words(factor).control
+    zero = f"; gain {factor.control} is {control} and stands for 0" if factor.control is not None else ""
     return with_unit(text, factor.unit) + zero
 
 
@@ -67,7 +92,7 @@ def levels_name(content: ReportContent, group: Mapping[str, str]) -> str:
 
 
 def _level_names(content: ReportContent, group: Mapping[str, str]) -> list[str]:
-    known = {(level.factor, level.label): level for condition in content.conditions for level in condition.levels}
+    known = _known_levels(content)
     factors = {factor.name: factor for factor in content.factors}
     names = []
     for name, label in group.items():
@@ -76,14 +101,27 @@ def _level_names(content: ReportContent, group: Mapping[str, str]) -> list[str]:
     return names
 
 
+def _known_levels(content: ReportContent) -> dict[tuple[str, str], Level]:
+    return {(level.factor, level.label): level for condition in content.conditions for level in condition.levels}
+
+
 def level_of(content: ReportContent, comparison: Comparison) -> str:
-    """Name the level that a comparison sets against its control: "d = 185.7 kg/s (gain 50)" or "pooled"."""
+    """Name the level that a comparison sets against its control: "d = 185.7 kg/s (gain 50)" or "pooled".
+
+    Between levels of a further factor the level carries its side: "k = 835.4 N/m, treated".
+    """
     swept = swept_factor(content)
     if swept is not None:
         for condition in content.conditions:
             level = condition.level(swept.name)
             if level is not None and level.label == comparison.level and not condition.control:
                 return level_name(swept, level, gain=True)
+    label, _, side = comparison.level.rpartition(", ")
+    known = _known_levels(content)
+    for factor in content.factors:
+        further = None if factor.swept or factor.name in comparison.group else known.get((factor.name, label))
+        if further is not None:
+            return f"{level_name(factor, further)}, {side}"
     return comparison.level
 
 
@@ -107,7 +145,7 @@ def _excludes_zero(number: Number) -> bool | None:
 
 
 def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
-    """Say what active damping saved: value, interval, group, n and the Welch test; no more than they show."""
+    """Say what the treatment saved: value, interval, group, n and the Welch test; no more than they show."""
     savings, where = comparison.savings, _where(content, comparison)
     if savings is None or isinstance(savings.value, Undefined):
         reason = value_text(None if savings is None else savings.value)
@@ -119,16 +157,18 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     evidence = (
         f"{level_text(savings)} {interval}; {counts}; {significance_text(comparison.welch)}" if interval else counts
     )
-    shown = _excludes_zero(savings)
-    if shown is None:
+    shown, treatment = _excludes_zero(savings), sentence_start(swept_words(swept_factor(content)).treatment)
+    if shown is None and savings.value < 0:
+        lead = f"{treatment} cost {size} more energy a jump{where} by the best estimate, which cannot be bounded"
+    elif shown is None:
         lead = f"The savings{where} cannot be bounded: the best estimate is {size}"
     elif not shown:
         sign = MINUS if savings.value < 0 else ""
         lead = f"No difference in energy was shown{where}: the estimated saving is {sign}{size}"
     elif savings.value > 0:
-        lead = f"Active damping saved {size} of the energy of a jump{where}"
+        lead = f"{treatment} saved {size} of the energy of a jump{where}"
     else:
-        lead = f"Active damping cost {size} more energy a jump{where}"
+        lead = f"{treatment} cost {size} more energy a jump{where}"
     return Claim(f"{lead} ({evidence}).", _ids(comparison))
 
 
@@ -148,19 +188,31 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
         else f"{comparison.n_control} control and {comparison.n_treatment} treatment runs are too few for an interval"
     )
     verdict = {True: "", False: ", which the interval does not tell from zero", None: ""}[_excludes_zero(difference)]
-    lead = f"{what} was {size} {comparative} under active damping{where}{verdict}"
+    treatment = swept_words(swept_factor(content)).treatment
+    lead = f"{what} was {size} {comparative} under {treatment}{where}{verdict}"
     return Claim(f"{lead} ({evidence}).", tuple(filter(None, (difference.provenance,))))
 
 
 def _ids(comparison: Comparison) -> tuple[str, ...]:
     savings = comparison.savings
-    ids = (savings.provenance if savings is not None else "", comparison.difference.provenance)
+    ids = (savings.provenance if savings is not None else "", comparison.welch_difference.provenance)
     return tuple(filter(None, ids))
 
 
 def count_text(count: int, noun: str, plural: str = "") -> str:
     """Write a count with its noun: "1 run", "12 runs"."""
     return f"{count}{NO_BREAK}{noun if count == 1 else plural or noun + 's'}"
+
+
+def sentence_start(text: str) -> str:
+    """Write the first letter as a capital and leave the others as they are."""
+    return text[:1].upper() + text[1:]
+
+
+def absence_text(content: ReportContent, what: str) -> str:
+    """Say that something is missing without guessing why: the reasons are in the list of limitations."""
+    reasons = "; the reasons are listed under Limitations" if content.limitations else ""
+    return f"There {what} for this selection{reasons}."
 
 
 def list_text(words: tuple[str, ...] | list[str]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import sqlalchemy as sa
 
@@ -26,7 +27,19 @@ class ChargeOfRun:
 
 def charges_by_run(connection: sa.Connection) -> dict[str, list[ChargeOfRun]]:
     """Return all charges that belong to a run, by the run's uid."""
-    query = (
+    found: dict[str, list[ChargeOfRun]] = {}
+    for row in connection.execute(_of_runs()):
+        found.setdefault(row[1], []).append(ChargeOfRun(*row))
+    return found
+
+
+def charges_of_run(connection: sa.Connection, run_uid: str) -> list[ChargeOfRun]:
+    """Return the charges of one run."""
+    return [ChargeOfRun(*row) for row in connection.execute(_of_runs().where(run.c.uid == run_uid))]
+
+
+def _of_runs() -> sa.Select[Any]:
+    return (
         sa.select(
             charge.c.uid,
             run.c.uid,
@@ -41,7 +54,3 @@ def charges_by_run(connection: sa.Connection) -> dict[str, list[ChargeOfRun]]:
         .outerjoin(battery, charge.c.battery == battery.c.id)
         .order_by(charge.c.id)
     )
-    found: dict[str, list[ChargeOfRun]] = {}
-    for row in connection.execute(query):
-        found.setdefault(row[1], []).append(ChargeOfRun(*row))
-    return found

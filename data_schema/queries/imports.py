@@ -12,7 +12,10 @@ from data_schema.tables.files import file, finding, ingest, run_file
 from data_schema.tables.people import config, person
 from data_schema.tables.runs import charge, run
 from data_schema.tables.signals import channel, gap, signal
-from data_schema.vocabulary import FileState, IngestStatus
+from data_schema.vocabulary import FileRole, FileState, IngestStatus
+
+ABOUT_RUNS = ("charge_known", "charge_contradicts", "jumps_found_not_made")
+"""Rules of findings that only a book can make, because they compare a file with a run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +92,17 @@ def add_findings(connection: sa.Connection, ingest_key: int, rows: Sequence[Mapp
     """Add what the checks found."""
     if rows:
         connection.execute(finding.insert(), [{"ingest": ingest_key, **row} for row in rows])
+
+
+def findings_about_runs(connection: sa.Connection, ingest_uid: str) -> list[tuple[str, str, str | None]]:
+    """Return (rule, message, value) of what a file says against or beside the facts of its runs."""
+    query = (
+        sa.select(finding.c.rule, finding.c.message, finding.c.value)
+        .join(ingest, finding.c.ingest == ingest.c.id)
+        .where(ingest.c.uid == ingest_uid, finding.c.rule.in_(ABOUT_RUNS))
+        .order_by(finding.c.id)
+    )
+    return [(row.rule, row.message, row.value) for row in connection.execute(query)]
 
 
 def add_signal(
@@ -176,14 +190,13 @@ def charge_of_row(connection: sa.Connection, file_uid: str, row_number: int) -> 
 
 
 def inbox(connection: sa.Connection) -> list[InboxItem]:
-    """List the imported files and charge rows whose run is unknown, oldest first."""
+    """List the imported files and charge rows whose run is unknown, oldest first; a charger's file is its charges."""
     with_run = sa.select(run_file.c.file)
-    with_charges = sa.select(charge.c.file).where(charge.c.file.is_not(None))
     files = connection.execute(
         sa.select(ingest.c.original_name, ingest.c.stated_run, file.c.uid, ingest.c.reader, ingest.c.rows_kept)
         .join(file, ingest.c.file == file.c.id)
         .where(ingest.c.status == str(IngestStatus.IMPORTED))
-        .where(file.c.id.not_in(with_run), file.c.id.not_in(with_charges))
+        .where(file.c.id.not_in(with_run), ingest.c.role != str(FileRole.CHARGE))
         .order_by(ingest.c.id)
     )
     items = [

@@ -141,14 +141,14 @@ def _private_keys(connection: sa.Connection, keys: Sequence[str]) -> dict[str, i
 
 def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
     """Mark everything downstream of changed (kind, uid) pairs as stale; returns (kind, scope) of what became so."""
-    pairs = sa.or_(
-        sa.false(),
-        *(sa.and_(result_input.c.input_kind == kind, result_input.c.input_uid == uid) for kind, uid in changed),
-    )
+    return [item for some in in_chunks(changed) for item in _mark_some_stale(connection, some)]
+
+
+def _mark_some_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
     down = (
         sa.select(result.c.id, result.c.uid)
         .join(result_input, result_input.c.result == result.c.id)
-        .where(pairs)
+        .where(sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(changed))
         .cte("down", recursive=True)
     )
     down = down.union(
@@ -156,15 +156,12 @@ def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) ->
         .join(result_input, result_input.c.result == result.c.id)
         .join(down, sa.and_(result_input.c.input_kind == "result", result_input.c.input_uid == down.c.uid))
     )
+    fresh = sa.and_(result.c.id.in_(sa.select(down.c.id)), result.c.stale == 0)
     rows = connection.execute(
-        sa.select(result.c.id, result.c.kind, result.c.scope_json)
-        .where(result.c.id.in_(sa.select(down.c.id)), result.c.stale == 0)
-        .order_by(result.c.id)
+        sa.select(result.c.id, result.c.kind, result.c.scope_json).where(fresh).order_by(result.c.id)
     ).all()
     if rows:
-        connection.execute(
-            result.update().where(result.c.id.in_(sa.select(down.c.id)), result.c.stale == 0).values(stale=1)
-        )
+        connection.execute(result.update().where(fresh).values(stale=1))
     return [(row.kind, row.scope_json) for row in rows]
 
 

@@ -219,8 +219,7 @@ class PlannedRow:
 
 
 def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
-    """List what the newest plan holds, in order."""
-    newest = sa.select(sa.func.max(planned_run.c.plan)).scalar_subquery()
+    """List what all plans hold, in the order in which they were stated."""
     query = (
         sa.select(
             planned_run.c.uid,
@@ -236,7 +235,6 @@ def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
                 run, run.c.planned_run == planned_run.c.id
             )
         )
-        .where(planned_run.c.plan == newest)
-        .order_by(planned_run.c.position)
+        .order_by(planned_run.c.plan, planned_run.c.position)
     )
     return [PlannedRow(*row) for row in connection.execute(query)]

@@ -9,6 +9,7 @@ import sqlalchemy as sa
 
 from data_schema.queries.results import InputRow
 from data_schema.tables.design import condition, study
+from data_schema.tables.equipment import robot
 from data_schema.tables.files import file, ingest
 from data_schema.tables.people import person
 from data_schema.tables.runs import charge, decision, run
@@ -88,6 +89,10 @@ def _decision(uid: str) -> sa.Select[tuple[object, ...]]:
     )
 
 
+def _robot(uid: str) -> sa.Select[tuple[object, ...]]:
+    return sa.select(robot.c.name.label("robot"), robot.c.rest_length_m).where(robot.c.uid == uid)
+
+
 def _condition(uid: str) -> sa.Select[tuple[object, ...]]:
     return sa.select(condition.c.key.label("condition")).where(condition.c.uid == uid)
 
@@ -106,6 +111,7 @@ _QUERIES: dict[str, Callable[[str], sa.Select[tuple[object, ...]]]] = {
     "signal": _signal,
     "detection": _detection,
     "decision": _decision,
+    "robot": _robot,
     "condition": _condition,
     "study": _study,
     "result": _result,

@@ -75,7 +75,7 @@ _SIGNATURES = (
     _Signature("forcedecks", "a VALD ForceDecks export", _TEXT, _first_line(r"ForceDecks Raw")),
     _Signature("qualisys_tsv", "a Qualisys force file", _TEXT, _first_line(r"NO_OF_SAMPLES\t")),
     _Signature("vicon_csv", "a Vicon Nexus export", _TEXT, _first_line(r"Devices\s*$")),
-    _Signature("run_sheet", "a run sheet", "state its runs with `labbook runs import`", _first_line(_RUN_SHEET)),
+    _Signature("run_sheet", "a run sheet", "state its runs with `labbook runs import FILE`", _first_line(_RUN_SHEET)),
     _Signature("logview", "a LogView recording", "export it as CSV with units", _any_line(r"\$[NCTFV]\$;")),
 )  # fmt: skip
 

@@ -9,12 +9,13 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import fitted
+from labbook.analysis.run_energy import usable_charge
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on, rests_on_result
 from stats.energy import energy_budget
 from stats.passive_drain import PassiveDrain
 
 ALGORITHM = Algorithm(
-    "energy_budget", 1, ("labbook.analysis.budget", "stats.energy", "stats.passive_drain", "stats.sums")
+    "energy_budget", 2, ("labbook.analysis.budget", "stats.energy", "stats.passive_drain", "stats.sums")
 )
 
 
@@ -30,7 +31,7 @@ def budget(
     if not conditions or isinstance(drain, Undefined):
         return None
     condition = max(conditions, key=lambda item: len(item.runs))
-    resolution_mah = evidence.configuration.protocol.charger_resolution_mah
+    resolution_mah = _resolution_mah(evidence, condition)
     voltage_v = evidence.study.reference_voltage_v
     return bench.ensure_one(
         Request(
@@ -45,6 +46,12 @@ def budget(
             lambda: _outcome(condition, drain, voltage_v, resolution_mah),
         )
     )
+
+
+def _resolution_mah(evidence: Evidence, condition: ConditionValues) -> float:
+    """Return the coarsest resolution among the charges that the condition's joules rest on."""
+    charges = [usable_charge(item.run, evidence.charges.get(item.run.uid, [])) for item in condition.runs]
+    return max(charge.resolution_mah for charge in charges if not isinstance(charge, str))
 
 
 def _outcome(condition: ConditionValues, drain: PassiveDrain, voltage_v: float, resolution_mah: float) -> Outcome:

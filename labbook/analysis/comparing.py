@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,20 +13,27 @@ from labbook.analysis.conditions import NUMBER_OF, ConditionValues
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on_result
 from reports.numbers import Quantity
 from stats.anova import one_way_anova
+from stats.distributions import t_quantile, t_two_sided_p
 from stats.savings import percent_savings
 from stats.two_sample import compare_two
 
 COMPARISON = Algorithm(
     "comparison",
-    1,
+    2,
     ("labbook.analysis.comparing", "stats.two_sample", "stats.savings", "stats.sums", "stats.distributions"),
 )
-ANOVA = Algorithm("anova", 1, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
+ANOVA = Algorithm("anova", 2, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
+
+LEVEL = 0.95
+"""Level of all intervals."""
 
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two sets of conditions to compare: `a` is the control or the first level, `b` what is compared with it."""
+    """Two sets of conditions to compare: `a` is the control or the first level, `b` what is compared with it.
+
+    Savings are stored where `with_savings` is set and the quantity is joules.
+    """
 
     family: str
     label: str
@@ -48,7 +56,7 @@ def compare(bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: 
                     for role, side in (("a", pair.a), ("b", pair.b))
                     for condition in side
                 ),
-                {"with_savings": pair.with_savings},
+                {"with_savings": _has_savings(pair, quantity)},
                 lambda pair=pair: _compared(pair, quantity),  # type: ignore[misc]
             )
             for pair in pairs
@@ -82,27 +90,79 @@ def _compared(pair: Pair, quantity: Quantity) -> Outcome:
     b = [value for condition in pair.b for value in condition.values]
     unit = NUMBER_OF[quantity][1]
     test = compare_two(b, a)
-    low, high = _interval(test.difference_ci)
-    welch_low, welch_high = _interval(test.welch_ci)
+    shared_se, shared_df = _shared_of_difference(pair)
+    chosen = _widened(test.t, test.df, test.p, test.difference_ci, shared_se, shared_df)
+    welch = _widened(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared_se, shared_df)
+    shown_se = shared_se if quantity is Quantity.JOULES else None
     total = len(a) + len(b)
     numbers = [
         NewNumber("f", test.f, "1", n=total),
         NewNumber("f_p", test.f_p, "1", n=total),
         NewNumber("brown_forsythe_p", test.brown_forsythe_p, "1", n=total),
-        NewNumber("t", test.t, "1", df=test.df, n=total),
-        NewNumber("p", test.p, "1", df=test.df, n=total),
-        NewNumber("difference", test.difference, unit, ci_low=low, ci_high=high, ci_level=0.95, df=test.df, n=total),
-        NewNumber("welch_t", test.welch_t, "1", df=test.welch_df, n=total),
-        NewNumber("welch_p", test.welch_p, "1", df=test.welch_df, n=total),
+        NewNumber("t", chosen.t, "1", df=test.df, n=total),
+        NewNumber("p", chosen.p, "1", df=test.df, n=total),
         NewNumber(
-            "welch_difference", test.difference, unit, ci_low=welch_low, ci_high=welch_high, ci_level=0.95,
-            df=test.welch_df, n=total,
+            "difference", test.difference, unit, shared_se=shown_se, ci_low=chosen.low, ci_high=chosen.high,
+            ci_level=LEVEL, df=test.df, n=total,
+        ),
+        NewNumber("welch_t", welch.t, "1", df=test.welch_df, n=total),
+        NewNumber("welch_p", welch.p, "1", df=test.welch_df, n=total),
+        NewNumber(
+            "welch_difference", test.difference, unit, shared_se=shown_se, ci_low=welch.low, ci_high=welch.high,
+            ci_level=LEVEL, df=test.welch_df, n=total,
         ),
         NewNumber("hedges_g", test.hedges_g, "1", n=total),
     ]  # fmt: skip
-    if pair.with_savings:
+    if _has_savings(pair, quantity):
         numbers.append(_savings(pair, a, b))
     return Outcome(tuple(numbers), {"test": test.test, "n_a": len(a), "n_b": len(b)})
+
+
+@dataclass(frozen=True, slots=True)
+class _Test:
+    t: float | Undefined
+    p: float | Undefined
+    low: float | Undefined
+    high: float | Undefined
+
+
+def _widened(
+    t: float | Undefined,
+    df: float | Undefined,
+    p: float | Undefined,
+    ends: tuple[float, float] | Undefined,
+    shared_se: float,
+    shared_df: float,
+) -> _Test:
+    """Add what the shared error leaves in a difference to its test, in quadrature with the scatter.
+
+    t shrinks by the factor by which the interval grows, so that p is below 0.05 just where zero lies outside.
+    """
+    if isinstance(ends, Undefined) or shared_se == 0.0:
+        return _Test(t, p, *_interval(ends))
+    middle, half = (ends[0] + ends[1]) / 2.0, (ends[1] - ends[0]) / 2.0
+    wide = math.hypot(half, t_quantile(LEVEL, shared_df) * shared_se)
+    if not isinstance(t, Undefined) and not isinstance(df, Undefined):
+        t = t * half / wide
+        p = t_two_sided_p(t, df)
+    return _Test(t, p, middle - wide, middle + wide)
+
+
+def _shared_of_difference(pair: Pair) -> tuple[float, float]:
+    """Return what is left of the shared error in b - a, and its degrees of freedom.
+
+    The drain line shifts both sides alike where runs are equally long and have equally many jumps: it cancels.
+    """
+    a = [item for condition in pair.a for item in condition.runs]
+    b = [item for condition in pair.b for item in condition.runs]
+    se_a, se_b = _mean([item.shared_se for item in a]), _mean([item.shared_se for item in b])
+    if math.isclose(se_a, se_b, rel_tol=1e-9):  # means of equal numbers differ in their last digits
+        return 0.0, math.inf
+    return abs(se_b - se_a), next((item.shared_df for item in [*a, *b] if item.shared_df), math.inf)
+
+
+def _has_savings(pair: Pair, quantity: Quantity) -> bool:
+    return pair.with_savings and quantity is Quantity.JOULES
 
 
 def _savings(pair: Pair, a: Sequence[float], b: Sequence[float]) -> NewNumber:

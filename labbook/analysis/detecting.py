@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -11,15 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.journal import canonical
+from data_schema.queries.signals import GapRow
 from data_schema.vocabulary import GapKind, Undefined
-from ingest.model import SignalPart
+from ingest.model import Gap, SignalPart
 from labbook.config import Configuration
 from stats.apexes import DETECTORS, find_jumps
 from stats.jumps import Jump, Jumps
 
 BODY_HEIGHT = "body_height"
 LEG_LENGTH = "leg_length"
-SAMPLES_MISSING = (GapKind.DROPPED, GapKind.PAUSE, GapKind.REJECTED)
+SAMPLES_MISSING = (GapKind.DROPPED, GapKind.PAUSE, GapKind.REJECTED, GapKind.HELD)
+"""The gaps that a detector heeds: a value that the sensor held is as little a measurement as none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +36,12 @@ class Log:
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """What one detector found, and the settings that it ran with."""
+    """What one detector found, the settings that it ran with, and the gaps it was told of."""
 
     algorithm: str
     version: int
     parameters: Mapping[str, Any]
+    gaps: tuple[tuple[float, float], ...]
     found: Jumps
 
 
@@ -52,7 +55,7 @@ def detect(log: Log, algorithm: str, rest_length_m: float) -> Detection:
         rest_length_m=rest_length_m,
         detector=algorithm,
     )
-    return Detection(algorithm, version(algorithm), settings(algorithm, rest_length_m), found)
+    return Detection(algorithm, version(algorithm), settings(algorithm, rest_length_m), log.gaps, found)
 
 
 def version(algorithm: str) -> int:
@@ -61,34 +64,44 @@ def version(algorithm: str) -> int:
 
 
 def settings(algorithm: str, rest_length_m: float) -> dict[str, Any]:
-    """Return everything that a detection depends on beside the log and the algorithm's version."""
+    """Return everything that a detection depends on beside the log, its gaps and the algorithm's version."""
     return {"rest_length_m": rest_length_m, **asdict(DETECTORS[algorithm].parameters)}
 
 
 def detect_part(part: SignalPart, configuration: Configuration) -> Detection | None:
-    """Find the jumps of a part just read, or None where it holds no body height."""
+    """Find the jumps of a part just read, or None where it holds no body height or the book has no robot yet.
+
+    Whose log it is may not be known yet: the first robot is taken. What is found is used for runs of a robot with that
+    rest length only, for the key of a detection holds the length.
+    """
     channels = {channel.name: channel.values for channel in part.channels}
     if BODY_HEIGHT not in channels or not configuration.robots:
         return None
-    gaps = tuple((gap.start_s, gap.length_s) for gap in part.gaps if gap.kind in SAMPLES_MISSING)
-    log = Log(part.time_s, channels[BODY_HEIGHT], channels.get(LEG_LENGTH), gaps)
-    return detect(log, configuration.protocol.detector, rest_length_m(configuration))
+    log = Log(part.time_s, channels[BODY_HEIGHT], channels.get(LEG_LENGTH), heeded_gaps(part.gaps))
+    first = next(iter(configuration.robots.values()))
+    return detect(log, configuration.protocol.detector, first.rest_length_m)
 
 
-def rest_length_m(configuration: Configuration, robot: str | None = None) -> float:
-    """Return the leg's rest length of a robot; of the first one where none is named."""
-    robots = configuration.robots
-    return (robots[robot] if robot and robot in robots else next(iter(robots.values()))).rest_length_m
+def heeded_gaps(gaps: Iterable[Gap | GapRow]) -> tuple[tuple[float, float], ...]:
+    """Return (start, length) in s of the gaps that a detector heeds, by their start."""
+    return tuple(sorted((float(gap.start_s), float(gap.length_s)) for gap in gaps if gap.kind in SAMPLES_MISSING))
 
 
-def detection_key(signal_sha256: str, algorithm: str, version: int, parameters: Mapping[str, Any]) -> str:
+def detection_key(
+    signal_sha256: str,
+    algorithm: str,
+    version: int,
+    parameters: Mapping[str, Any],
+    gaps: Sequence[tuple[float, float]],
+) -> str:
     """Name a detection after everything it depends on."""
-    return hashlib.sha256(canonical([signal_sha256, algorithm, version, parameters]).encode()).hexdigest()
+    parts = [signal_sha256, algorithm, version, parameters, [list(gap) for gap in gaps]]
+    return hashlib.sha256(canonical(parts).encode()).hexdigest()
 
 
 def detection_rows(detection: Detection, signal_sha256: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
     """Return the columns of a detection's row and of its jumps' rows."""
-    key = detection_key(signal_sha256, detection.algorithm, detection.version, detection.parameters)
+    key = detection_key(signal_sha256, detection.algorithm, detection.version, detection.parameters, detection.gaps)
     values = {
         "uid": key[:16],
         "key": key,

@@ -9,6 +9,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.facts import read_fact
 from data_schema.queries.signals import (
     DetectionRow,
     GapRow,
@@ -23,12 +24,12 @@ from ingest.store import Store
 from labbook.analysis.detecting import (
     BODY_HEIGHT,
     LEG_LENGTH,
-    SAMPLES_MISSING,
     Detection,
     Log,
     detect,
     detection_key,
     detection_rows,
+    heeded_gaps,
     settings,
     version,
 )
@@ -57,21 +58,29 @@ class Detections:
     def of(self, signals: Mapping[str, SignalRow], algorithm: str, rest_length_m: float) -> dict[str, DetectionRow]:
         """Return the detection of each signal, under the same names."""
         parameters = settings(algorithm, rest_length_m)
+        gaps = gaps_by_signal(self.connection, sorted({signal.uid for signal in signals.values()}))
         keys = {
-            name: detection_key(row.sha256, algorithm, version(algorithm), parameters) for name, row in signals.items()
+            name: detection_key(row.sha256, algorithm, version(algorithm), parameters, heeded_gaps(gaps[row.uid]))
+            for name, row in signals.items()
         }
         stored = detections_by_key(self.connection, sorted(set(keys.values()) - self.computed.keys()))
         missing = {keys[name]: row for name, row in signals.items() if keys[name] not in stored}
-        self._compute({key: row for key, row in missing.items() if key not in self.computed}, algorithm, rest_length_m)
+        anew = {key: row for key, row in missing.items() if key not in self.computed}
+        self._compute(anew, gaps, algorithm, rest_length_m)
         return {name: stored[key] if key in stored else self.computed[key].row for name, key in keys.items()}
 
     def log(self, signal: SignalRow) -> Log:
         """Read a signal's samples."""
         return _read(self.store, signal, gaps_by_signal(self.connection, [signal.uid])[signal.uid])
 
-    def _compute(self, missing: Mapping[str, SignalRow], algorithm: str, rest_length_m: float) -> None:
+    def _compute(
+        self,
+        missing: Mapping[str, SignalRow],
+        gaps: Mapping[str, Sequence[GapRow]],
+        algorithm: str,
+        rest_length_m: float,
+    ) -> None:
         """Find the jumps of logs side by side; the database is asked from this thread only."""
-        gaps = gaps_by_signal(self.connection, [signal.uid for signal in missing.values()])
 
         def find(signal: SignalRow) -> Detection:
             return detect(_read(self.store, signal, gaps[signal.uid]), algorithm, rest_length_m)
@@ -83,6 +92,11 @@ class Detections:
                 self.computed[key] = _found(key, signal, detection)
 
 
+def rest_length_m(connection: sa.Connection, robot_uid: str) -> float:
+    """Return the leg's rest length of a robot as the book has it."""
+    return float(read_fact(connection, "robot", robot_uid, ["rest_length_m"])["rest_length_m"])
+
+
 def keep_detections(connection: sa.Connection, detections: Detections) -> None:
     """Store what was found anew, in a writing transaction."""
     add_detections(connection, [found.new for found in detections.computed.values()])
@@ -90,8 +104,7 @@ def keep_detections(connection: sa.Connection, detections: Detections) -> None:
 
 def _read(store: Store, signal: SignalRow, gaps: Sequence[GapRow]) -> Log:
     samples = store.samples(signal.store_path, [BODY_HEIGHT, LEG_LENGTH])
-    missing = tuple((gap.start_s, gap.length_s) for gap in gaps if gap.kind in SAMPLES_MISSING)
-    return Log(samples["time"], samples[BODY_HEIGHT], samples.get(LEG_LENGTH), missing)
+    return Log(samples["time"], samples[BODY_HEIGHT], samples.get(LEG_LENGTH), heeded_gaps(gaps))
 
 
 def _found(key: str, signal: SignalRow, detection: Detection) -> Found:

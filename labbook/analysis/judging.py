@@ -1,8 +1,9 @@
 """Which jumps count: what people decided, matched to the jumps at hand, and what the protocol excludes.
 
 A verdict is tied to a signal and a time, not to a row, so it outlives the detector it was given under. It is matched
-to the jump whose apex lies within half a flight time of its anchor. If the algorithm has changed and the apex moved by
-more than three of its standard errors, or no jump or several match, the verdict waits for a person again.
+to the jump whose apex lies within half a flight time of its anchor, whichever detector found it. If the detector has a
+new version that moves the apex by more than three standard errors, or no jump or several match, the verdict waits for
+a person again, until a later verdict about the same moment settles it.
 """
 
 from __future__ import annotations
@@ -59,6 +60,9 @@ def judge(detection: DetectionRow, decisions: Sequence[DecisionRow], rules: Rule
     waiting: dict[float, DecisionRow] = {}
     for decision in decisions:
         jump = match(detection, decision)
+        half_flight_s = UNKNOWN_FLIGHT_S / 2.0 if jump is None else _half_flight(jump)
+        for anchor_s in [at_s for at_s in waiting if abs(at_s - decision.anchor_s) <= half_flight_s]:
+            del waiting[anchor_s]
         if jump is None:
             waiting[decision.anchor_s] = decision
         elif decision.verdict is Verdict.CLEAR:
@@ -73,17 +77,22 @@ def judge(detection: DetectionRow, decisions: Sequence[DecisionRow], rules: Rule
 
 
 def match(detection: DetectionRow, decision: DecisionRow) -> JumpRow | None:
-    """Return the one jump that a verdict is about, or None when it must be asked again."""
+    """Return the one jump that a verdict is about, or None when it must be asked again.
+
+    Another detector's apex differs by its nature, so only a new version of the same detector calls for a new review.
+    """
     near = [jump for jump in detection.jumps if abs(anchor_of(jump) - decision.anchor_s) <= _half_flight(jump)]
     if len(near) != 1:
         return None
     jump = near[0]
-    if (detection.algorithm, detection.version) == (decision.algorithm, decision.version):
+    if detection.algorithm != decision.algorithm or detection.version == decision.version:
         return jump
     if decision.old_value is None or jump.apex_height_m is None:
         return jump if decision.old_value is None and jump.apex_height_m is None else None
-    moved = abs(jump.apex_height_m - decision.old_value)
-    return jump if moved <= MOVED_STANDARD_ERRORS * (jump.apex_height_se_m or 0.0) else None
+    if jump.apex_height_se_m is None:
+        return jump
+    moved_m = abs(jump.apex_height_m - decision.old_value)
+    return jump if moved_m <= MOVED_STANDARD_ERRORS * jump.apex_height_se_m else None
 
 
 def anchor_of(jump: JumpRow) -> float:

@@ -11,19 +11,21 @@ from labbook.analysis.gathering import Evidence
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
 from stats.passive_drain import PassiveDrain, fit_passive_drain
 
-ALGORITHM = Algorithm("passive_drain", 1, ("labbook.analysis.passive_drain", "stats.passive_drain", "stats.sums"))
+ALGORITHM = Algorithm("passive_drain", 2, ("labbook.analysis.passive_drain", "stats.passive_drain", "stats.sums"))
 MAH_MIN = 60.0
 """mAh/s to mAh/min."""
 
 
 def idle_charges(evidence: Evidence) -> list[tuple[RunRow, ChargeOfRun]]:
     """Return the idle runs that can be fitted: with a duration and exactly one charge."""
-    usable = []
-    for run in evidence.idle:
-        charges = [item for item in evidence.charges.get(run.uid, []) if item.mode == ChargeMode.CHARGE]
-        if run.duration_s is not None and len(charges) == 1:
-            usable.append((run, charges[0]))
-    return usable
+    found = [(run, _usable_charge(run, evidence)) for run in evidence.idle]
+    return [(run, charge) for run, charge in found if not isinstance(charge, str)]
+
+
+def unused_idle(evidence: Evidence) -> list[tuple[RunRow, str]]:
+    """Return the idle runs that cannot be fitted, and why."""
+    found = [(run, _usable_charge(run, evidence)) for run in evidence.idle]
+    return [(run, reason) for run, reason in found if isinstance(reason, str)]
 
 
 def fitted(evidence: Evidence) -> PassiveDrain | Undefined:
@@ -32,19 +34,28 @@ def fitted(evidence: Evidence) -> PassiveDrain | Undefined:
     return fit_passive_drain([run.duration_s or 0.0 for run, _ in idle], [charge.charge_mah for _, charge in idle])
 
 
-def passive_drain(bench: Workbench, evidence: Evidence) -> ResultRow:
-    """Store the drain line and what it gives at the protocol's run duration."""
+def passive_drain(bench: Workbench, evidence: Evidence, variant: str | None = None) -> ResultRow:
+    """Store the drain line and what it gives at the protocol's run duration; `variant` names a recomputation."""
     idle = idle_charges(evidence)
     duration_s = evidence.configuration.protocol.run_duration_s
     return bench.ensure_one(
         Request(
             ALGORITHM,
-            {"study": evidence.study.name},
+            {"study": evidence.study.name} | ({"variant": variant} if variant else {}),
             tuple(item for run, charge in idle for item in (run_input(run), charge_input(charge))),
             {"run_duration_s": duration_s},
             lambda: _outcome(evidence, duration_s),
         )
     )
+
+
+def _usable_charge(run: RunRow, evidence: Evidence) -> ChargeOfRun | str:
+    charges = [item for item in evidence.charges.get(run.uid, []) if item.mode == ChargeMode.CHARGE]
+    if not charges:
+        return "no charge recorded"
+    if len(charges) > 1:
+        return f"{len(charges)} charges recorded"
+    return "no duration recorded" if run.duration_s is None else charges[0]
 
 
 def _outcome(evidence: Evidence, duration_s: float | None) -> Outcome:

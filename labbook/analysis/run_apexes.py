@@ -8,15 +8,14 @@ from dataclasses import dataclass, replace
 from data_schema.queries.results import InputRow, ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import DetectionRow, SignalRow
-from labbook.analysis.detecting import rest_length_m
-from labbook.analysis.detections import Detections
+from labbook.analysis.detections import Detections, rest_length_m
 from labbook.analysis.facts import decision_input, run_input, signal_input
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.judging import Judgement, Rules, judge
-from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
+from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
 from stats.summary import describe
 
-ALGORITHM = Algorithm("run_apexes", 1, ("labbook.analysis.run_apexes", "labbook.analysis.judging", "stats.summary"))
+ALGORITHM = Algorithm("run_apexes", 2, ("labbook.analysis.run_apexes", "labbook.analysis.judging", "stats.summary"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +66,18 @@ def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, var
             missing[run.uid] = log
         else:
             logs[run.uid] = log
-    found = _detected(detections, evidence, logs, variant.detector)
     runs = {run.uid: run for run in evidence.runs}
+    robots = sorted({runs[uid].robot_uid for uid in logs})
+    lengths_m = {robot: rest_length_m(detections.connection, robot) for robot in robots}
+    found = _detected(detections, evidence, logs, lengths_m, variant.detector)
     requests: dict[str, Request] = {}
     judgements: dict[str, Judgement] = {}
     for uid, detection in found.items():
         decisions = evidence.decisions.get(detection.signal_sha256, []) if variant.heed_decisions else []
         judgements[uid] = judge(detection, decisions, variant.rules)
         inputs = [run_input(runs[uid]), signal_input(logs[uid])]
+        robot = runs[uid].robot_uid
+        inputs.append(rests_on("robot", "robot", robot, repr(lengths_m[robot])))
         inputs.append(InputRow("detection", "detection", detection.uid, detection.key))
         inputs += [decision_input(decision) for decision in judgements[uid].in_force]
         requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs))
@@ -82,12 +85,16 @@ def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, var
 
 
 def _detected(
-    detections: Detections, evidence: Evidence, logs: dict[str, SignalRow], detector: str
+    detections: Detections,
+    evidence: Evidence,
+    logs: dict[str, SignalRow],
+    lengths_m: dict[str, float],
+    detector: str,
 ) -> dict[str, DetectionRow]:
     by_length: dict[float, dict[str, SignalRow]] = {}
     for run in evidence.runs:
         if run.uid in logs:
-            by_length.setdefault(rest_length_m(evidence.configuration, run.robot), {})[run.uid] = logs[run.uid]
+            by_length.setdefault(lengths_m[run.robot_uid], {})[run.uid] = logs[run.uid]
     found: dict[str, DetectionRow] = {}
     for length_m, of_length in by_length.items():
         found |= detections.of(of_length, detector, length_m)

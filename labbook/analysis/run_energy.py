@@ -17,7 +17,7 @@ from stats.energy import joules_per_jump, joules_per_mah
 from stats.passive_drain import PassiveDrain
 
 ALGORITHM = Algorithm(
-    "run_energy", 1, ("labbook.analysis.run_energy", "stats.energy", "stats.passive_drain", "stats.sums")
+    "run_energy", 2, ("labbook.analysis.run_energy", "stats.energy", "stats.passive_drain", "stats.sums")
 )
 
 
@@ -43,8 +43,8 @@ def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | str:
     return charged[0]
 
 
-def run_energies(bench: Workbench, evidence: Evidence, drain_row: ResultRow) -> RunEnergies:
-    """Ensure the energy of every selected jump run that has what it takes."""
+def run_energies(bench: Workbench, evidence: Evidence, drain_row: ResultRow, variant: str | None = None) -> RunEnergies:
+    """Ensure the energy of every selected jump run that has what it takes; `variant` names a recomputation."""
     drain = fitted(evidence)
     requests: dict[str, Request] = {}
     missing: dict[str, str] = {}
@@ -55,17 +55,22 @@ def run_energies(bench: Workbench, evidence: Evidence, drain_row: ResultRow) -> 
         elif isinstance(drain, Undefined):
             missing[run.uid] = "no passive-drain fit"
         else:
-            requests[run.uid] = _request(evidence, run, charge, drain, drain_row)
+            requests[run.uid] = _request(evidence, run, charge, drain, drain_row, variant)
     return RunEnergies(dict(zip(requests, bench.ensure(list(requests.values())), strict=True)), missing)
 
 
 def _request(
-    evidence: Evidence, run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, drain_row: ResultRow
+    evidence: Evidence,
+    run: RunRow,
+    charge: ChargeOfRun,
+    drain: PassiveDrain,
+    drain_row: ResultRow,
+    variant: str | None,
 ) -> Request:
     voltage_v = evidence.study.reference_voltage_v
     return Request(
         ALGORITHM,
-        {"run": run.name},
+        {"run": run.name} | ({"variant": variant} if variant else {}),
         (
             run_input(run),
             charge_input(charge),

@@ -109,6 +109,15 @@ def analyse(
     return replace(analysis, compared=compared, anovas=anovas, varied=varied)
 
 
+def without_day(evidence: Evidence, day: str) -> Evidence:
+    """Return the evidence without the jump runs and the idle runs of one day."""
+    return replace(
+        evidence,
+        runs=tuple(run for run in evidence.runs if run.day != day),
+        idle=tuple(run for run in evidence.idle if run.day != day),
+    )
+
+
 def vary(
     bench: Workbench,
     detections: Detections,
@@ -135,9 +144,12 @@ def vary(
     for day in sorted({run.day for run in evidence.runs}):
         label = f"without {day}"
         scope = {"selection": evidence.selection, "variant": label}
-        runs = [run for run in evidence.runs if run.day != day]
-        for quantity, results in ((Quantity.JOULES, energies.results), (Quantity.APEX, apexes.results)):
-            conditions = condition_values(bench, run_numbers(runs, results, quantity), quantity, scope)
+        rest = without_day(evidence, day)
+        # Without an idle run of that day the drain line stays, and with it every run's joules.
+        refit = len(rest.idle) < len(evidence.idle)
+        joules = run_energies(bench, rest, passive_drain(bench, rest, label), label) if refit else energies
+        for quantity, results in ((Quantity.JOULES, joules.results), (Quantity.APEX, apexes.results)):
+            conditions = condition_values(bench, run_numbers(rest.runs, results, quantity), quantity, scope)
             found += _varied(bench, label, pairing.pairs_pooled(conditions, swept), quantity, scope)
     return found
 

@@ -18,7 +18,9 @@ BookOption = Annotated[
 ]
 AsOption = Annotated[
     str | None,
-    typer.Option("--as", metavar="NAME", envvar="LABBOOK_AS", help="Who states this: a name or initials of [people]."),
+    typer.Option(
+        "--as", metavar="NAME", envvar="LABBOOK_AS", help="Who states this: a name or initials that labbook.toml lists."
+    ),
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
 WhereOption = Annotated[
@@ -69,7 +71,7 @@ def progress(what: str, total: int | None, shown: bool) -> Iterator[Callable[[st
     parts = [SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()]
     if total is None:
         parts = [SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()]
-    with Progress(*parts, console=Console(stderr=True), transient=True) as bar:
+    with Progress(*parts, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
         task = bar.add_task(what, total=total)
         yield lambda step: bar.update(task, advance=1, description=step[:40])
 

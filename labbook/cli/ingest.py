@@ -1,9 +1,8 @@
 """`labbook ingest`: take instruments' files into the book."""
 
-import contextlib
-from collections.abc import Iterator
+import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -40,44 +39,45 @@ def ingest(
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007
     """
     from labbook.book import opened
-    from labbook.cli.ingest_lines import outcome_json, outcome_lines, summary_line
+    from labbook.cli.ingest_lines import outcome_json, outcome_lines, rig_lines_of, summary_line
     from labbook.declaring import ask_for, declared_options
     from labbook.ingesting import (
         FileOutcome,
         IngestRequest,
         files_of,
         ingest_file,
+        ingest_file_or_refuse,
+        without_samples,
     )
 
     options = declared_options(rate, unit or [], column or [], encoding, decimal)
-    outcomes: list[tuple[FileOutcome, list[str]]] = []
+    outcomes: list[FileOutcome] = []
     with opened(book) as opened_book:
         if not dry_run:
             opened_book.speaker(person)
         files = files_of(paths, opened_book.folder)
-        many = len(files) > 1 and not as_json
-        with finished_first(outcomes, shown=many), progress("ingesting", len(files), shown=many) as step:
-            for path in files:
-                request = IngestRequest(run, options, dry_run, person)
-                outcome = ingest_file(opened_book, path, request)
-                if asking() and not as_json and len(files) == 1:
-                    said = ask_for(outcome, options)
-                    if said is not None:
-                        outcome = ingest_file(opened_book, path, IngestRequest(run, said, dry_run, person))
-                outcomes.append((outcome, outcome_lines(opened_book, outcome)))
-                step(path.name)
-    lines = [line for _outcome, of_file in outcomes for line in of_file]
-    lines.append(summary_line([outcome for outcome, _lines in outcomes], dry_run))
-    emit([outcome_json(outcome) for outcome, _lines in outcomes], lines, as_json)
-    if any(outcome.status == "refused" for outcome, _lines in outcomes):
+        many = len(files) > 1
+        take = ingest_file_or_refuse if many else ingest_file
+        try:
+            # on a terminal the lines themselves show how far it is
+            with progress("ingesting", len(files), shown=many and (as_json or not sys.stdout.isatty())) as step:
+                for path in files:
+                    outcome = take(opened_book, path, IngestRequest(run, options, dry_run, person))
+                    if asking() and not as_json and not many:
+                        said = ask_for(outcome, options)
+                        if said is not None:
+                            outcome = take(opened_book, path, IngestRequest(run, said, dry_run, person))
+                    outcomes.append(without_samples(outcome))
+                    if not as_json:
+                        emit(None, outcome_lines(outcome, run), as_json=False)
+                    step(path.name)
+            rig = rig_lines_of(opened_book, outcomes)
+            if not as_json:
+                emit(None, [f"  {line}" for of_file in rig for line in of_file], as_json=False)
+        finally:
+            if outcomes and not as_json:
+                emit(None, [summary_line(outcomes, dry_run)], as_json=False)
+    if as_json:
+        emit([outcome_json(*both) for both in zip(outcomes, rig, strict=True)], [], as_json=True)
+    if any(outcome.status == "refused" for outcome in outcomes):
         raise typer.Exit(2)
-
-
-@contextlib.contextmanager
-def finished_first(outcomes: list[tuple[Any, list[str]]], shown: bool) -> Iterator[None]:
-    """Where work ends before its end, say first what was finished."""
-    try:
-        yield
-    except BaseException:
-        emit(None, [line for _outcome, of_file in outcomes if shown for line in of_file], as_json=False)
-        raise

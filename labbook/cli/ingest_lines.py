@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
+from data_schema.queries.imports import FirstImport
 from data_schema.vocabulary import IngestStatus
 from ingest.model import Finding
 from labbook.analysis.gathering import gather
@@ -14,30 +15,50 @@ from labbook.ingesting import FileOutcome
 from labbook.rig_line import rig_lines
 
 
-def outcome_lines(book: Book, outcome: FileOutcome) -> list[str]:
-    """Return the lines for people: what became of the file, its findings, and how its run does."""
+def outcome_lines(outcome: FileOutcome, run: str | None) -> list[str]:
+    """Return the lines for people: what became of the file that was to belong to `run`, and its findings."""
     if outcome.first is not None:
         first = outcome.first
         runs = f" for run {', '.join(first.runs)}" if first.runs else ""
-        return [f"{outcome.path}: imported before{runs}, as {first.original_name} by {first.person} on {first.at_utc}."]
+        line = f"{outcome.path}: imported before{runs}, as {first.original_name} by {first.person} on {first.at_utc}."
+        restored = ["  raw copy restored: the book's own was missing or damaged."] if outcome.raw_restored else []
+        return [line, *restored, *_run_not_heeded(first, run)]
     read = outcome.read
     assert read is not None  # noqa: S101 - only duplicates are not read
     if outcome.status is IngestStatus.REFUSED:
         head = f"{outcome.path}: refused ({read.format}), nothing stored:"
         return [head, *(f"  {_finding(finding)}" for finding in read.findings)]
     where = f"run {', '.join(outcome.runs)}" if outcome.runs else "no run yet (`labbook runs inbox`)"
+    if outcome.runs and outcome.prepared is None:
+        where = f"would belong to {where}"
     rejected = f", {read.rows_rejected} rejected" if read.rows_rejected else ""
     head = f"{outcome.path}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}."
-    lines = [head, *(f"  {_finding(finding)}" for finding in read.findings)]
-    if outcome.prepared is not None and outcome.runs:
-        with book.reading() as connection:
-            evidence = gather(connection, book.configuration, None)
-        lines += [f"  {line}" for line in rig_lines(outcome.prepared, outcome.runs, evidence)]
-    return lines
+    return [head, *(f"  {_finding(finding)}" for finding in read.findings)]
 
 
-def outcome_json(outcome: FileOutcome) -> dict[str, Any]:
-    """Return the record for programs."""
+def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[str]]:
+    """Return how the runs of each file do, when all files are stored: the book is gathered once for all of them."""
+    if not any(outcome.prepared is not None and outcome.runs for outcome in outcomes):
+        return [[] for _outcome in outcomes]
+    with book.reading() as connection:
+        evidence = gather(connection, book.configuration, None)
+    return [
+        [] if outcome.prepared is None else rig_lines(outcome.prepared, outcome.runs, evidence) for outcome in outcomes
+    ]
+
+
+def _run_not_heeded(first: FirstImport, run: str | None) -> list[str]:
+    """Say that `--run` does not move a file that is in the book, and what does."""
+    if run is None or run in first.runs:
+        return []
+    if not first.runs:
+        return [f"  it belongs to no run, and --run was not heeded: `labbook assign {first.original_name} {run}`."]
+    move = f"`labbook assign {first.original_name} {run} --why ...` moves it"
+    return [f"  --run {run} was not heeded, for the file belongs to run {', '.join(first.runs)}: {move}."]
+
+
+def outcome_json(outcome: FileOutcome, rig: Sequence[str]) -> dict[str, Any]:
+    """Return the record for programs; `rig` says how the file's runs do."""
     read = outcome.read
     return {
         "file": outcome.path,
@@ -55,6 +76,8 @@ def outcome_json(outcome: FileOutcome) -> dict[str, Any]:
         ],
         "findings": [_finding_json(finding) for finding in (read.findings if read else ())],
         "first_import": outcome.first,
+        "raw_restored": outcome.raw_restored,
+        "rig": list(rig),
     }
 
 

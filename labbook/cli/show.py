@@ -23,5 +23,5 @@ def show(
     from labbook.run_view import run_view, view_lines
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        found = run_view(connection, run)
+        found = run_view(connection, opened_book.configuration, run)
     emit(found, view_lines(found), as_json)

@@ -14,19 +14,22 @@ def register(app: typer.Typer) -> None:
 
 def void(
     run: Annotated[str, typer.Argument(help="The run.")],
-    reason: Annotated[str, typer.Option("--reason", help="Why it does not count.")],
+    reason: Annotated[str, typer.Option("--reason", help="Why it does not count, or with --undo why it does.")],
+    undo: Annotated[bool, typer.Option("--undo", help="The run counts after all.")] = False,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Declare a run void: it stays in the book with its files, no result uses it, reports count it.
 
-    Example: labbook void r017 --reason "foot came loose"
+    Example: labbook void r017 --reason "foot came loose"; labbook void r017 --undo --reason "it was r018"
     """
     from labbook.book import opened
+    from labbook.correcting import unvoid
     from labbook.correcting import void as state_void
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
-        state_void(desk, run, reason)
+        (unvoid if undo else state_void)(desk, run, reason)
         stale = desk.stale
-    emit({"run": run, "stale": stale}, [f"run {run} is void; {len(stale)} results became stale."], as_json)
+    verdict = "counts again" if undo else "is void"
+    emit({"run": run, "stale": stale}, [f"run {run} {verdict}; {len(stale)} results became stale."], as_json)

@@ -72,11 +72,12 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
 
 
 def _headline_number(quantity: Quantity) -> str:
-    return "savings" if quantity is Quantity.JOULES else "difference"
+    """Name the number that the claim states, with the test and the interval it states."""
+    return "savings" if quantity is Quantity.JOULES else "welch_difference"
 
 
 def _savings(item: Compared) -> float | None:
-    return next(number.value for number in item.result.numbers if number.name == "savings")
+    return next((number.value for number in item.result.numbers if number.name == "savings"), None)
 
 
 def _comparison(item: Compared, shown: Shown, family: str, *, headline: bool) -> Comparison:

@@ -37,7 +37,7 @@ def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> t
 
 
 def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
-    """Count runs and jumps from the plan to the numbers."""
+    """Count runs and jumps from the plan to the numbers; with a selection, planned runs of its conditions only."""
     selected = analysis.evidence.selected
     jump_runs = analysis.evidence.runs
     used = {*analysis.energies.results, *analysis.apexes.results}
@@ -54,7 +54,7 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
     judged = [item for judgement in analysis.apexes.judgements.values() for item in judgement.jumps]
     jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
     return Flow(
-        runs_planned=len(planned) or None,
+        runs_planned=_planned_count(analysis, planned) or None,
         runs_done=len(selected),
         runs_void=sum(run.state is RunState.VOID for run in selected),
         runs_idle=sum(run.kind is RunKind.IDLE and run.state is not RunState.VOID for run in selected),
@@ -65,6 +65,13 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
         jumps_excluded=dict(jumps_excluded),
         jumps_analysed=sum(item.excluded is None for item in judged),
     )
+
+
+def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> int:
+    if not analysis.evidence.selection:
+        return len(planned)
+    conditions = {run.condition_key for run in analysis.evidence.selected}
+    return sum((row.condition_key or "") in conditions for row in planned)
 
 
 def order(analysis: StudyAnalysis, shown: Shown) -> Order:

@@ -15,8 +15,9 @@ from reports.content import Condition, Factor, Level, RunValue, Summary
 def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
     """Return the study's factors with the formulas that turn gains into physical values."""
     shown = []
-    for row in analysis.evidence.factors:
+    for row in _considered(analysis):
         gain = analysis.evidence.configuration.gains.get(row.name)
+        settings = analysis.evidence.configuration.factors.get(row.name)
         shown.append(
             Factor(
                 name=row.name,
@@ -25,7 +26,7 @@ def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
                 unit=gain.unit if gain else "",
                 slope=gain.slope if gain else None,
                 offset=gain.offset if gain else None,
-                control=analysis.evidence.configuration.factors[row.name].control,
+                control=settings.control if settings else None,
                 swept=row.name == analysis.swept,
             )
         )
@@ -34,7 +35,15 @@ def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
 
 def factor_title(analysis: StudyAnalysis, name: str) -> str:
     """Return what a factor is called in text: its title in labbook.toml, or its name."""
-    return analysis.evidence.configuration.factors[name].title or name.replace("_", " ")
+    settings = analysis.evidence.configuration.factors.get(name)
+    return (settings.title if settings else None) or name.replace("_", " ")
+
+
+def _considered(analysis: StudyAnalysis) -> list[FactorRow]:
+    """Leave out what labbook.toml no longer names and no condition has: a name that was mistyped at first."""
+    measured = {name for item in (*analysis.joules, *analysis.apex_heights) for name in item.levels}
+    named = analysis.evidence.configuration.factors.keys() | measured
+    return [row for row in analysis.evidence.factors if row.name in named]
 
 
 def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
+from collections.abc import Iterable, Mapping
 
-from data_schema.vocabulary import Undefined
-from labbook.analysis.passive_drain import fitted
-from labbook.analysis.study import StudyAnalysis
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import ChargeMode, Undefined
+from labbook.analysis.gathering import Evidence
+from labbook.analysis.passive_drain import fitted, unused_idle
+from labbook.analysis.study import StudyAnalysis, without_day
 from labbook.analysis.workbench import number
 from reports.content import Assumed
 from stats.apexes import DETECTORS
+
+LISTED = 8
+"""Runs that a sentence names before it goes on with an ellipsis."""
 
 
 def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
@@ -37,20 +42,40 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     drain = fitted(analysis.evidence)
     if isinstance(drain, Undefined):
         notes.append(f"There is no passive-drain fit ({drain.reason}), so there are no joules a jump.")
-    for cause, runs in Counter(analysis.energies.missing.values()).items():
-        notes.append(f"{runs} run{'s have' if runs > 1 else ' has'} no joules: {cause}.")
-    for cause, runs in Counter(analysis.apexes.missing.values()).items():
-        notes.append(f"{runs} run{'s have' if runs > 1 else ' has'} no apex heights: {cause}.")
+    conflicting = _conflicting(analysis.evidence)
+    if conflicting:
+        notes.append(
+            f"{_count(len(conflicting), 'run has', 'runs have')} conflicting charges "
+            f"({_names(conflicting)}), which are left out: `labbook show RUN` shows them, and `labbook correct "
+            "charge:UID run=none --why ...` settles which one counts."
+        )
+    known = {run.uid for run in conflicting}
+    idle = {run.uid: reason for run, reason in unused_idle(analysis.evidence) if run.uid not in known}
+    for cause, names in _by_cause(idle, analysis.evidence.idle).items():
+        notes.append(
+            f"{_count(len(names), 'idle run is', 'idle runs are')} not in the drain fit: {cause} ({_names(names)})."
+        )
+    for what, missing in (("joules", analysis.energies.missing), ("apex heights", analysis.apexes.missing)):
+        left = {uid: cause for uid, cause in missing.items() if what != "joules" or uid not in known}
+        for cause, names in _by_cause(left, analysis.evidence.runs).items():
+            notes.append(f"{_count(len(names), 'run has', 'runs have')} no {what}: {cause}.")
+    alone = _days_of_the_fit(analysis)
+    if alone:
+        notes.append(
+            f"Without the idle runs of {' or of '.join(alone)} there is no passive-drain fit, so the savings are not "
+            "recomputed without that day."
+        )
     mismatched = jumps_mismatched(analysis)
     if mismatched:
         notes.append(
-            f"In {len(mismatched)} runs the jumps found are not the jumps made ({', '.join(mismatched[:8])}"
-            f"{', ...' if len(mismatched) > 8 else ''}); joules are divided by the jumps made."
+            f"In {_count(len(mismatched), 'run', 'runs')} the jumps found are not the jumps made "
+            f"({_listed(mismatched)}); joules are divided by the jumps made."
         )
     waiting = sum(len(judgement.waiting) for judgement in analysis.apexes.judgements.values())
     if waiting:
         notes.append(
-            f"{waiting} verdicts on jumps fit no jump any more and wait for review (`labbook jumps list RUN`)."
+            f"{_count(waiting, 'verdict on a jump fits no jump', 'verdicts on jumps fit no jump')} any more and "
+            f"{'waits' if waiting == 1 else 'wait'} for review (`labbook jumps list RUN`)."
         )
     notes.append(
         "The charger states what it put in; charge efficiency and the pack's voltage under load are not measured, so "
@@ -86,6 +111,44 @@ def assumed(analysis: StudyAnalysis) -> tuple[Assumed, ...]:
 def drain_sentence(analysis: StudyAnalysis) -> str:
     """Return what the drain line gives at the run duration, and whether that is an extrapolation."""
     return str(json.loads(analysis.drain.payload_json).get("sentence", ""))
+
+
+def _conflicting(evidence: Evidence) -> list[RunRow]:
+    """Return the jump and idle runs with several charges, of which nothing says which one counts."""
+    return [
+        run
+        for run in (*evidence.runs, *evidence.idle)
+        if sum(charge.mode == ChargeMode.CHARGE for charge in evidence.charges.get(run.uid, [])) > 1
+    ]
+
+
+def _days_of_the_fit(analysis: StudyAnalysis) -> list[str]:
+    """Return the days whose idle runs the drain line cannot do without."""
+    evidence = analysis.evidence
+    if not analysis.varied or isinstance(fitted(evidence), Undefined):
+        return []
+    days = sorted({run.day for run in evidence.runs})
+    return [day for day in days if isinstance(fitted(without_day(evidence, day)), Undefined)]
+
+
+def _by_cause(causes: Mapping[str, str], runs: Iterable[RunRow]) -> dict[str, list[RunRow]]:
+    found: dict[str, list[RunRow]] = {}
+    for run in runs:
+        if run.uid in causes:
+            found.setdefault(causes[run.uid], []).append(run)
+    return found
+
+
+def _count(count: int, one: str, several: str) -> str:
+    return f"{count} {one if count == 1 else several}"
+
+
+def _names(runs: Iterable[RunRow]) -> str:
+    return _listed([run.name for run in runs])
+
+
+def _listed(items: list[str]) -> str:
+    return f"{', '.join(items[:LISTED])}{', ...' if len(items) > LISTED else ''}"
 
 
 def _rules(analysis: StudyAnalysis) -> str:

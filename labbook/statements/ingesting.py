@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from data_schema.errors import BookDamaged
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
-from data_schema.queries.facts import find_uid, insert_fact
+from data_schema.queries.charges import ChargeOfRun, charges_of_run
+from data_schema.queries.facts import find_uid, insert_fact, read_fact
 from data_schema.queries.people import config_in_force
 from data_schema.queries.results import mark_stale
 from data_schema.queries.signals import NewDetection, add_detections
-from data_schema.vocabulary import FileRole, IngestStatus
-from ingest.model import Finding, ReadFile, SignalPart
+from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
+from ingest.model import ChargeRow, Finding, ReadFile, SignalPart
 from labbook.analysis.detecting import detection_rows
 from labbook.config import Configuration, parse_configuration
 from labbook.importing import PreparedImport, StoredPart, read_and_store
@@ -33,11 +35,12 @@ def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
     imports.add_findings(scene.connection, ingest_key, [finding_values(finding) for finding in read.findings])
     for part, stored in zip(read.parts, done.parts, strict=True):
         _add_signal(scene, file_key, done.sha256, read, part, stored)
-    touched = _add_charges(scene, file_uid, read)
+    touched = _add_charges(scene, ingest_key, file_uid, read)
     run_uid = new.get("run") or _run_named(scene, new.get("stated_run"))
     if run_uid:
         assign_file(scene, file_uid, run_uid, read.role or FileRole.LOG)
         touched.append(run_uid)
+        imports.add_findings(scene.connection, ingest_key, _jumps_mismatch(scene, run_uid, done))
     return mark_stale(scene.connection, [("run", uid) for uid in touched])
 
 
@@ -73,8 +76,16 @@ def configuration_in_force(scene: Scene) -> Configuration:
 
 
 def _read_again(scene: Scene, new: Mapping[str, Any]) -> PreparedImport:
-    data = scene.store.raw(f"raw/{new['sha256'][:2]}/{new['sha256']}.zst", new["sha256"])
-    return read_and_store(scene.store, data, new["sha256"], configuration_in_force(scene), new["options"])
+    sha256 = new["sha256"]
+    data = scene.store.raw(f"raw/{sha256[:2]}/{sha256}.zst", sha256)
+    done = read_and_store(scene.store, data, sha256, configuration_in_force(scene), new["options"], anew=True)
+    if done.read.refused:
+        raise BookDamaged(
+            f"{new['original_name']} was imported once and is refused by this labbook's {done.read.format} reader, "
+            f"version {done.read.reader_version} ({done.read.findings[0].message}): rebuild with the labbook that "
+            "imported it."
+        )
+    return done
 
 
 def _add_ingest(
@@ -158,32 +169,70 @@ def _add_signal(
         add_detections(scene.connection, [NewDetection(uid, values, jumps)])
 
 
-def _add_charges(scene: Scene, file_uid: str, read: ReadFile) -> list[str]:
+def _add_charges(scene: Scene, ingest_key: int, file_uid: str, read: ReadFile) -> list[str]:
+    """Add a file's charges; returns the runs that got one.
+
+    A hand-kept sheet grows and comes again: a row that a run's charge says already is not a second charge, and one
+    that contradicts it waits in the inbox; both leave a finding.
+    """
     touched = []
     for row in read.charges:
-        uid = derived_uid("charge", file_uid, row.row_number)
-        battery = find_uid(scene.connection, "battery", name=row.stated_pack) if row.stated_pack else None
-        values = {
-            "file": file_uid,
-            "row_number": row.row_number,
-            "run": None,
-            "stated_run": row.stated_run,
-            "battery": battery,
-            "stated_pack": row.stated_pack,
-            "charge_mah": row.charge_mah,
-            "resolution_mah": row.resolution_mah,
-            "duration_s": row.duration_s,
-            "end_voltage_v": row.end_voltage_v,
-            "mode": str(row.mode),
-            "ended_utc": row.ended_utc,
-            "ended_original": row.ended_original,
-        }
-        insert_fact(scene.connection, "charge", uid, values)
         run_uid = _run_named(scene, row.stated_run)
-        if run_uid:
+        standing = charges_of_run(scene.connection, run_uid) if run_uid else []
+        if any(_same_charge(row, charge) for charge in standing):
+            message = f"The charge of run {row.stated_run} is in the book already; this row adds nothing."
+            imports.add_findings(scene.connection, ingest_key, [_charge_finding("charge_known", row, message)])
+            continue
+        uid = derived_uid("charge", file_uid, row.row_number)
+        insert_fact(scene.connection, "charge", uid, _charge_values(scene, file_uid, row))
+        if standing:
+            message = (
+                f"Run {row.stated_run} has a charge of {standing[0].charge_mah:g} mAh (charge:{standing[0].uid}); this "
+                f"row waits in the inbox: correct that charge if it is wrong."
+            )
+            imports.add_findings(scene.connection, ingest_key, [_charge_finding("charge_contradicts", row, message)])
+        elif run_uid:
             assign_charge(scene, uid, run_uid)
             touched.append(run_uid)
     return touched
+
+
+def _same_charge(row: ChargeRow, standing: ChargeOfRun) -> bool:
+    voltages = {row.end_voltage_v, standing.end_voltage_v} - {None}
+    return row.charge_mah == standing.charge_mah and str(row.mode) == standing.mode and len(voltages) < 2
+
+
+def _charge_finding(rule: str, row: ChargeRow, message: str) -> dict[str, Any]:
+    value = f"{row.charge_mah:g} mAh"
+    return finding_values(Finding(Severity.NOTE, rule, message, None, None, value, 1, ()))
+
+
+def _charge_values(scene: Scene, file_uid: str, row: ChargeRow) -> dict[str, Any]:
+    return {
+        "file": file_uid,
+        "row_number": row.row_number,
+        "run": None,
+        "stated_run": row.stated_run,
+        "battery": find_uid(scene.connection, "battery", name=row.stated_pack) if row.stated_pack else None,
+        "stated_pack": row.stated_pack,
+        "charge_mah": row.charge_mah,
+        "resolution_mah": row.resolution_mah,
+        "duration_s": row.duration_s,
+        "end_voltage_v": row.end_voltage_v,
+        "mode": str(row.mode),
+        "ended_utc": row.ended_utc,
+        "ended_original": row.ended_original,
+    }
+
+
+def _jumps_mismatch(scene: Scene, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:
+    """Jumps made are what a person counted; a log that shows another number is worth a look."""
+    run = read_fact(scene.connection, "run", run_uid, ["name", "kind", "jumps_made"])
+    found = [len(part.detection.found.jumps) for part in done.parts if part.detection is not None]
+    if run["kind"] != RunKind.JUMPS or not found or sum(found) == run["jumps_made"]:
+        return []
+    message = f"{sum(found)} jumps were found and run {run['name']} says {run['jumps_made']} were made."
+    return [finding_values(Finding(Severity.NOTE, "jumps_found_not_made", message, None, None, str(sum(found)), 1, ()))]
 
 
 def _run_named(scene: Scene, name: str | None) -> str | None:

@@ -6,9 +6,10 @@ from matplotlib.figure import Figure
 
 from reports.content import ReportContent
 from reports.figures.by_damping import draw_by_damping
-from reports.figures.damping_words import has_quantity, points_text, range_text
+from reports.figures.damping_words import coefficient_of, has_quantity, points_text, range_text
 from reports.figures.kind import FigureKind
 from reports.numbers import Quantity
+from reports.sentences import absence_text
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -19,7 +20,7 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 def caption(content: ReportContent) -> str:
     """Say what is drawn."""
     return (
-        "Height of the body at the apex of a jump against the active-damping coefficient. "
+        f"Height of the body at the apex of a jump against the {coefficient_of(content)}. "
         f"{points_text(content, Quantity.APEX)}"
     )
 
@@ -27,7 +28,7 @@ def caption(content: ReportContent) -> str:
 def alternative(content: ReportContent) -> str:
     """Describe the plot in words."""
     return (
-        "Plot of apex height against the active-damping coefficient, mean and standard error of each "
+        f"Plot of apex height against the {coefficient_of(content)}, mean and standard error of each "
         f"condition. {range_text(content, Quantity.APEX)}"
     )
 
@@ -36,7 +37,7 @@ def absent(content: ReportContent) -> str | None:
     """Give the reason where no condition has an apex."""
     if has_quantity(content, Quantity.APEX):
         return None
-    return "No run of this selection has a log with jumps in it, so there are no apex heights."
+    return absence_text(content, "are no apex heights")
 
 
 APEX_HEIGHTS = FigureKind("apex_heights", "Apex height", draw, caption, alternative, absent)

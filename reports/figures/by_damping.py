@@ -1,4 +1,4 @@
-"""A quantity against the active-damping coefficient: means with SE, every run behind them (thesis figs. 5.3, 5.4)."""
+"""A quantity against the swept factor: means with SE, every run behind them (thesis figs. 5.3, 5.4)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def draw_by_damping(content: ReportContent, quantity: Quantity, y_label: str, un
     """Draw one quantity: x is the damping coefficient with CE at 0, y the quantity in the unit it is shown in.
 
     All series share one panel, side by side, as in the thesis; where they lie so far apart that no difference
-    between conditions could be seen, each has a panel, all at one scale.
+    between conditions could be seen, each has a panel, and the axes of all have one span.
     """
     narrow, axis = is_narrow(width_in), axis_of(content)
     every = (_marks(content, series, axis, quantity, unit) for series in series_of(content))

@@ -1,4 +1,4 @@
-"""What is said about a plot against the active-damping coefficient: its marks, its ranges, why it is missing."""
+"""What is said about a plot against the swept factor: its marks, its ranges, why it is missing."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from reports.content import ReportContent
 from reports.display import shown_unit
 from reports.figures.series import series_lie_apart, series_of
 from reports.numbers import Quantity
-from reports.sentences import count_text
+from reports.sentences import count_text, swept_factor, swept_words
 
 
 def has_quantity(content: ReportContent, quantity: Quantity) -> bool:
@@ -15,13 +15,20 @@ def has_quantity(content: ReportContent, quantity: Quantity) -> bool:
     return any(summary is not None and isinstance(summary.mean.value, int | float) for summary in summaries)
 
 
+def coefficient_of(content: ReportContent) -> str:
+    """Return what the swept factor's levels are called."""
+    return swept_words(swept_factor(content)).coefficient
+
+
 def points_text(content: ReportContent, quantity: Quantity) -> str:
     """Say what the marks are: means, SE, single runs and how many there are, and what the bars leave out."""
     found = [(c, summary) for c in content.conditions if (summary := c.summary(quantity)) is not None]
     counts = [summary.mean.n for _, summary in found if summary.mean.n is not None]
     sentences = []
     if any(condition.control for condition, _ in found):
-        sentences.append("The control, compression-extension (CE), stands at 0.")
+        long = swept_words(swept_factor(content)).control_long
+        name = "" if long == "control" else f", {long},"
+        sentences.append(f"The control{name} stands at 0.")
     sentences.append("The vertical axis does not start at zero.")
     if counts:
         low, high = min(counts), max(counts)
@@ -30,9 +37,9 @@ def points_text(content: ReportContent, quantity: Quantity) -> str:
     if any(summary.mean.shared_se is not None for _, summary in found):
         sentences.append("The bars leave out the uncertainty that all runs share.")
     if series_lie_apart(content, quantity):
-        sentences.append("Each group has its panel; all panels have one scale.")
+        sentences.append("Each group has its panel; the vertical axes have one span but not one position.")
     elif len(series_of(content)) > 1:
-        sentences.append("Conditions at one coefficient are drawn side by side.")
+        sentences.append("Conditions at one level are drawn side by side.")
     return " ".join(sentences)
 
 
@@ -41,9 +48,10 @@ def range_text(content: ReportContent, quantity: Quantity) -> str:
     stored = "J" if quantity is Quantity.JOULES else "m"
     unit, factor = shown_unit(stored)
     sentences = []
+    called = swept_words(swept_factor(content))
     for series in series_of(content):
         parts = []
-        for name, control in (("CE", True), ("active damping", False)):
+        for name, control in ((called.control, True), (called.treatment, False)):
             means = [
                 summary.mean.value * factor
                 for condition in series.conditions

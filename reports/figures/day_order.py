@@ -10,23 +10,23 @@ from reports.content import ReportContent, RunPoint
 from reports.display import number_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
-from reports.sentences import count_text
+from reports.sentences import SweptWords, count_text, swept_factor, swept_words
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
     """Draw every run at its position in the day: joules, and joules less the mean of its condition."""
     narrow = is_narrow(width_in)
-    points = content.order.points
+    points, called = content.order.points, swept_words(swept_factor(content))
     with_deviation = [point for point in points if point.deviation_j is not None]
     panels = 2 if with_deviation else 1
     figure = new_figure(width_in, (2.3 * panels if narrow else 2.7))
     grid = (panels, 1) if narrow else (1, panels)
     axes = figure.subplots(*grid, squeeze=False, sharex=True).flatten()
-    _scatter(axes[0], points, [point.joules for point in points])
+    _scatter(axes[0], called, points, [point.joules for point in points])
     axes[0].set_ylabel("Energy (J a jump)")
     if with_deviation:
         axes[1].axhline(0.0, color=GREY, linewidth=0.7, zorder=1)
-        _scatter(axes[1], with_deviation, [point.deviation_j or 0.0 for point in with_deviation])
+        _scatter(axes[1], called, with_deviation, [point.deviation_j or 0.0 for point in with_deviation])
         axes[1].set_ylabel("Difference from the\ncondition's mean (J a jump)")
     for panel in axes if not narrow else axes[-1:]:
         panel.set_xlabel("Position in the day")
@@ -39,11 +39,13 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     return figure
 
 
-def _scatter(axes: Axes, points: tuple[RunPoint, ...] | list[RunPoint], values: list[float]) -> None:
+def _scatter(
+    axes: Axes, called: SweptWords, points: tuple[RunPoint, ...] | list[RunPoint], values: list[float]
+) -> None:
     days = {day: index for index, day in enumerate(sorted({point.day for point in points}))}
     for control, name, colour, marker, shift in (
-        (False, "active damping", BLUE, "o", 0.1),
-        (True, "compression-extension (CE)", VERMILLION, "s", -0.1),
+        (False, called.treatment, BLUE, "o", 0.1),
+        (True, called.control_long, VERMILLION, "s", -0.1),
     ):
         chosen = [
             (point.position + shift + 0.3 * (days[point.day] / max(1, len(days) - 1) - 0.5), value)

@@ -6,9 +6,10 @@ from matplotlib.figure import Figure
 
 from reports.content import ReportContent
 from reports.figures.by_damping import draw_by_damping
-from reports.figures.damping_words import has_quantity, points_text, range_text
+from reports.figures.damping_words import coefficient_of, has_quantity, points_text, range_text
 from reports.figures.kind import FigureKind
 from reports.numbers import Quantity
+from reports.sentences import absence_text
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -18,13 +19,13 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 
 def caption(content: ReportContent) -> str:
     """Say what is drawn."""
-    return f"Energy of a jump against the active-damping coefficient. {points_text(content, Quantity.JOULES)}"
+    return f"Energy of a jump against the {coefficient_of(content)}. {points_text(content, Quantity.JOULES)}"
 
 
 def alternative(content: ReportContent) -> str:
     """Describe the plot in words."""
     return (
-        "Plot of joules a jump against the active-damping coefficient, mean and standard error of each "
+        f"Plot of joules a jump against the {coefficient_of(content)}, mean and standard error of each "
         f"condition. {range_text(content, Quantity.JOULES)}"
     )
 
@@ -33,7 +34,7 @@ def absent(content: ReportContent) -> str | None:
     """Give the reason where no condition has an energy."""
     if has_quantity(content, Quantity.JOULES):
         return None
-    return "No run of this selection has joules a jump: that takes a charge after it and idle runs for the drain."
+    return absence_text(content, "are no joules a jump")
 
 
 JOULES_BY_DAMPING = FigureKind("joules_by_damping", "Energy of a jump", draw, caption, alternative, absent)

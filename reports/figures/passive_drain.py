@@ -12,7 +12,7 @@ from reports.content import DrainFit, ReportContent
 from reports.display import general_text, level_text, number_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, SKY, VERMILLION, is_narrow, light_grid, new_figure
-from reports.sentences import count_text
+from reports.sentences import absence_text, count_text
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -118,7 +118,7 @@ def alternative(content: ReportContent) -> str:
 def absent(content: ReportContent) -> str | None:
     """Give the reason where nothing was fitted."""
     if content.drain is None or not content.drain.points:
-        return "No idle runs with a charge record: the passive drain is not fitted."
+        return absence_text(content, "is no passive-drain fit")
     return None
 
 

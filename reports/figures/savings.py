@@ -1,9 +1,10 @@
-"""Savings of active damping, (CE - AD) / CE in percent, with their intervals (Fieller)."""
+"""Savings of the treatment, (control - treatment) / control in percent, with their intervals (Fieller)."""
 
 from __future__ import annotations
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
@@ -11,63 +12,88 @@ from reports.display import EQUALS, common_places, interval_text, level_text, va
 from reports.figures.forest import draw_estimate, tidy_rows
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
-from reports.sentences import level_of, levels_name
+from reports.numbers import Number
+from reports.sentences import level_of, levels_name, swept_factor, swept_words
 
-_ROW_IN = 0.165
+_ROW_IN, _LETTER_PT = 0.165, 4.0
+_ACROSS = "pooled across groups"
 
 
-def shown_savings(content: ReportContent) -> list[tuple[str, list[Comparison]]]:
-    """Return the comparisons that have savings by group, what the page opens with first."""
+def shown_savings(content: ReportContent) -> list[tuple[str, list[tuple[str, Comparison]]]]:
+    """Return the comparisons that have savings as heading and labelled rows, what the page opens with first.
+
+    A group with one row needs no heading (""); rows pooled across groups stand together at the end.
+    """
+    found = [comparison for comparison in content.comparisons if comparison.savings is not None]
+    factors = max((len(comparison.group) for comparison in found), default=0)
     groups: dict[str, list[Comparison]] = {}
-    for comparison in content.comparisons:
-        if comparison.savings is not None:
-            groups.setdefault(levels_name(content, comparison.group), []).append(comparison)
-    return [(name, sorted(found, key=lambda c: not c.opens)) for name, found in groups.items()]
+    across: list[tuple[str, Comparison]] = []
+    for comparison in found:
+        name = levels_name(content, comparison.group) or "all runs"
+        if len(comparison.group) < factors:
+            across.append((f"{name}, {level_of(content, comparison)}", comparison))
+        else:
+            groups.setdefault(name, []).append(comparison)
+    blocks = [_block(content, name, sorted(rows, key=lambda c: not c.opens)) for name, rows in groups.items()]
+    return [*blocks, (_ACROSS, across)] if across else blocks
+
+
+def _block(content: ReportContent, name: str, rows: list[Comparison]) -> tuple[str, list[tuple[str, Comparison]]]:
+    if len(rows) == 1:
+        return "", [(f"{name}, {level_of(content, rows[0])}", rows[0])]
+    return name, [(level_of(content, comparison), comparison) for comparison in rows]
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
     """Draw one row a comparison under the name of its group; zero is no savings."""
     narrow = is_narrow(width_in)
-    groups = shown_savings(content)
-    rows = sum(len(found) + (len(found) > 1) for _, found in groups)
+    blocks = shown_savings(content)
+    rows = sum(len(found) + bool(heading) for heading, found in blocks)
     figure = new_figure(width_in, 0.75 + _ROW_IN * max(rows, 2))
     axes = figure.add_subplot()
     axes.axvline(0.0, color=GREY, linewidth=0.8, zorder=1)
-    every = [comparison.savings for _, found in groups for comparison in found]
-    places = common_places(every)
-    ticks: list[tuple[int, str, bool]] = []
-    row = 0
-    for name, found in groups:
-        several = len(found) > 1
-        if several:
-            ticks.append((row, name or "all runs", True))
-            row += 1
-        for comparison in found:
-            _draw_row(axes, comparison, row, places, narrow)
-            level = level_of(content, comparison)
-            ticks.append((row, level if several else f"{name or 'all runs'}, {level}", False))
-            row += 1
-    axes.set_yticks([at for at, _, _ in ticks], [text for _, text, _ in ticks])
-    for label, (_, _, heading) in zip(axes.get_yticklabels(), ticks, strict=True):
-        label.set_fontweight("bold" if heading else "normal")
-        label.set_fontsize(6 if narrow else 7)
-    tidy_rows(axes, row)
-    axes.set_xlabel("Savings (CE − AD) / CE (%)")
+    every = [comparison for _, found in blocks for _, comparison in found]
+    places = common_places([comparison.savings for comparison in every])
+    texts = [_number_text(comparison.savings, places) for comparison in every if comparison.savings is not None]
+    counts_pt = 14 + _LETTER_PT * max(map(len, texts), default=0)
+    ticks: list[tuple[str, bool]] = []
+    for heading, found in blocks:
+        if heading:
+            ticks.append((heading, True))
+        for label, comparison in found:
+            _draw_row(axes, comparison, len(ticks), places, None if narrow else counts_pt)
+            ticks.append((label, False))
+    axes.set_yticks(range(len(ticks)), [text for text, _ in ticks])
+    for label_text, (_, is_heading) in zip(axes.get_yticklabels(), ticks, strict=True):
+        label_text.set_fontweight("bold" if is_heading else "normal")
+        label_text.set_fontsize(6 if narrow else 7)
+    tidy_rows(axes, len(ticks))
+    called = swept_words(swept_factor(content))
+    axes.set_xlabel(f"Savings ({called.control} − {called.treatment_short}) / {called.control} (%)")
+    axes.xaxis.set_major_locator(MaxNLocator(5))
     light_grid(axes, "x")
     return figure
 
 
-def _draw_row(axes: Axes, comparison: Comparison, row: int, places: int, narrow: bool) -> None:
+def _number_text(savings: Number, places: int) -> str:
+    """Write the percentage with its interval; one that does not exist is named, its reason is in the table."""
+    ends = (savings.ci_low, savings.ci_high)
+    known = all(isinstance(end, int | float) for end in ends)
+    interval = interval_text(savings, places, unit=False) if known else "no interval"
+    return f"{value_text(savings.value, places)} ({interval})"
+
+
+def _draw_row(axes: Axes, comparison: Comparison, row: int, places: int, counts_pt: float | None) -> None:
+    """Draw one estimate; the numbers at its right are left out where the runs' column has no place."""
     savings = comparison.savings
     if savings is None:
         return
     colour, marker = (VERMILLION, "D") if comparison.opens else (BLUE, "o")
     draw_estimate(axes, savings, row, colour=colour, marker=marker)
-    if narrow or isinstance(savings.value, Undefined):
+    if counts_pt is None or isinstance(savings.value, Undefined):
         return
-    text = f"{value_text(savings.value, places)} ({interval_text(savings, places, unit=False)})"
     counts = f"n{EQUALS}{comparison.n_control}, {comparison.n_treatment}"
-    for offset_pt, words, ink in ((6, text, BLACK), (86, counts, GREY)):
+    for offset_pt, words, ink in ((6, _number_text(savings, places), BLACK), (counts_pt, counts, GREY)):
         axes.annotate(
             words,
             (1.0, row),
@@ -85,20 +111,21 @@ def caption(content: ReportContent) -> str:
     """Say what is drawn."""
     numbers = [c.savings for c in content.comparisons if c.savings is not None]
     level = level_text(numbers[0]) if numbers else "confidence interval"
+    called = swept_words(swept_factor(content))
     return (
-        f"Share of the energy of a jump that active damping saves, (CE − AD) / CE, with its {level} by "
-        "Fieller's method. Diamonds: all active-damping coefficients pooled; circles: each coefficient d "
-        "against the control of its group. Numbers at the right, in the wide form: percent (interval), runs of "
-        "CE and of AD."
+        f"Share of the energy of a jump that {called.treatment} saves, ({called.control} − "
+        f"{called.treatment_short}) / {called.control}, with its {level} by Fieller's method. Diamonds: all levels of "
+        f"the {called.coefficient} pooled; circles: each level against the control of its group. Numbers at the "
+        "right, in the wide form: percent (interval), runs of the control and of the treatment."
     )
 
 
 def alternative(content: ReportContent) -> str:
     """Describe the plot in words: the pooled savings of each group."""
     parts = [
-        f"{name}: {value_text(c.savings.value, common_places([c.savings]))} % ({interval_text(c.savings)})"
-        for name, found in shown_savings(content)
-        for c in found
+        f"{' '.join(filter(None, (heading, label)))}: {_number_text(c.savings, common_places([c.savings]))} %"
+        for heading, found in shown_savings(content)
+        for label, c in found
         if c.opens and c.savings is not None
     ]
     return f"Forest plot of savings in percent. {'; '.join(parts)}."

@@ -10,7 +10,7 @@ from reports.content import Condition, Factor, ReportContent
 from reports.display import general_text
 from reports.figures.style import SERIES_COLOURS
 from reports.numbers import Quantity
-from reports.sentences import group_name, swept_factor, title_of
+from reports.sentences import group_name, swept_factor, swept_words, title_of
 
 LineStyle: TypeAlias = Literal["-", "--", ":", "-."]
 """How a series' line is broken."""
@@ -141,7 +141,7 @@ def axis_of(content: ReportContent) -> Axis:
     labels = {at: general_text(levels[label].value or 0.0) if continuous else label for label, at in positions.items()}
     gains = {at: general_text(gain) for label, at in positions.items() if (gain := levels[label].gain) is not None}
     if any(condition.control for condition in content.conditions):
-        labels = {0.0: "CE", **labels}
+        labels = {0.0: swept_words(swept).control, **labels}
         gains = {0.0: "0", **gains} if gains else {}
     title = title_of(swept) + (f" {swept.symbol}" if swept.symbol else "")
     ticks = tuple(sorted(labels))

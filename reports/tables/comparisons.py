@@ -10,7 +10,7 @@ from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, decimal_text, degrees_text, level_text, shown_unit
 from reports.numbers import Number, Quantity, SignificanceTest
-from reports.sentences import level_of, levels_name
+from reports.sentences import level_of, levels_name, swept_factor, swept_words
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -37,7 +37,7 @@ def _placed(content: ReportContent, comparisons: list[Comparison]) -> list[tuple
 
     A family with several levels a group has a block a group; one with a single row a group is one block.
     """
-    names = [levels_name(content, comparison.group) or comparison.label for comparison in comparisons]
+    names = [levels_name(content, comparison.group) or "all runs" for comparison in comparisons]
     counts = Counter((comparison.family, name) for comparison, name in zip(comparisons, names, strict=True))
     several = {family for (family, _), number in counts.items() if number > 1}
     placed = []
@@ -172,14 +172,16 @@ def _anovas(content: ReportContent) -> Table:
         )
         for anova in content.anovas
     )
-    caption = "One-way analysis of variance over the active-damping coefficients of each group, control left out."
+    swept = swept_words(swept_factor(content)).coefficient
+    caption = f"One-way analysis of variance over the levels of the {swept} in each group, control left out."
     return Table("anovas", caption, columns, rows)
 
 
 def headlines(content: ReportContent) -> Table:
     """Make the table that opens the page: energy under all treated levels together against the control."""
     chosen = [c for c in content.comparisons if c.opens and c.quantity is Quantity.JOULES]
-    caption = f"Energy of a jump with active damping against the control. {_LEGEND}"
+    treatment = swept_words(swept_factor(content)).treatment
+    caption = f"Energy of a jump with {treatment} against the control. {_LEGEND}"
     table = _effects(content, chosen, "headlines", caption, "J")
     return replace(table, rows=tuple(replace(row, strong=False) for row in table.rows))
 

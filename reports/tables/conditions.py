@@ -5,7 +5,7 @@ from __future__ import annotations
 from reports.content import Condition, Factor, ReportContent, Summary
 from reports.display import DASH, common_places, general_text, level_text, shown_unit
 from reports.numbers import Quantity
-from reports.sentences import formula_text, group_name, physical_text
+from reports.sentences import formula_text, group_name, physical_text, swept_words
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -41,7 +41,7 @@ def _has_gain(content: ReportContent, factor: Factor) -> bool:
 
 
 def factor_cells(content: ReportContent, condition: Condition) -> tuple[Cell, ...]:
-    """Return the cells that belong to `factor_columns`; the control's value reads "CE"."""
+    """Return the cells that belong to `factor_columns`; the control's value reads "CE" or "control"."""
     cells: list[Cell] = []
     for factor in content.factors:
         level = condition.level(factor.name)
@@ -50,7 +50,7 @@ def factor_cells(content: ReportContent, condition: Condition) -> tuple[Cell, ..
             continue
         shown = general_text(level.value) if level.value is not None else physical_text(level)
         gain = DASH if level.gain is None else general_text(level.gain)
-        text = "CE" if factor.swept and condition.control else shown
+        text = swept_words(factor).control if factor.swept and condition.control else shown
         cells += [Cell(text, (level.value,)), Cell(gain, (level.label,))]
     return tuple(cells)
 

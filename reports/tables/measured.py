@@ -5,7 +5,7 @@ from __future__ import annotations
 from reports.content import Condition, Day, Factor, ReportContent
 from reports.display import DASH, EQUALS, general_text, with_unit
 from reports.flow_steps import jump_steps, run_steps
-from reports.sentences import group_name, swept_factor
+from reports.sentences import group_name, swept_factor, swept_words
 from reports.tables.table import Cell, Column, Row, Table, TableKind, count, provenance_cell, words
 
 
@@ -14,7 +14,7 @@ def _days(content: ReportContent) -> Table:
         Column("day", ("day",), numeric=False),
         Column("runs", ("n_runs", "runs")),
         Column("conditions", ("conditions",), numeric=False, prose=True),
-        Column("packs", ("packs",), numeric=False),
+        Column("packs", ("packs",), numeric=False, prose=True),
         Column("checks made", ("checks_made",), numeric=False, prose=True),
         Column("checks not made", ("checks_not_made",), numeric=False, prose=True),
         Column("note", ("note",), numeric=False, prose=True, shown=any(day.note for day in content.days)),
@@ -49,7 +49,7 @@ def _conditions_text(content: ReportContent, day: Day) -> str:
 
 
 def _levels_text(swept: Factor, conditions: list[Condition]) -> str:
-    names = ["CE"] if any(condition.control for condition in conditions) else []
+    names = [swept_words(swept).control] if any(condition.control for condition in conditions) else []
     levels = [level for c in conditions if not c.control and (level := c.level(swept.name)) is not None]
     values = [level.label if level.value is None else general_text(level.value) for level in levels]
     if values:

@@ -63,7 +63,7 @@ def _drain(content: ReportContent) -> Table:
     )
     fit = content.drain
     if fit is None:
-        return Table("passive_drain", "Passive drain: no idle runs.", columns, ())
+        return Table("passive_drain", "Passive drain: not fitted.", columns, ())
     named = (
         ("slope", fit.slope),
         ("intercept", fit.intercept),

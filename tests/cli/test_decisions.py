@@ -122,7 +122,7 @@ def test_show_tells_all_that_belongs_to_a_run(whole: SmallBook) -> None:
         "body_height",
         "mAh",
         "note by Ada Nwosu",
-        "Ada Nwosu: declare",
+        "Ada Nwosu declared: ",
     ):
         assert part in shown
     found = good(labbook("show", "r001", "--json", at=whole.folder)).json
@@ -145,3 +145,14 @@ def test_plot_makes_a_picture_in_the_form_asked_for(
 def test_plot_is_named_after_its_run(whole: SmallBook, tmp_path: Path) -> None:
     good(labbook("plot", "r001", "--book", whole.folder, at=tmp_path))
     assert (tmp_path / "r001.png").exists()
+
+
+def test_void_can_be_taken_back_and_both_statements_stay(whole: SmallBook) -> None:
+    good(labbook("void", "r003", "--reason", "foot came loose", at=whole.folder))
+    good(labbook("void", "r003", "--undo", "--reason", "it was r004", at=whole.folder))
+    shown = good(labbook("show", "r003", at=whole.folder)).out
+    assert "(jumps, complete)" in shown
+    assert "foot came loose" in shown
+    assert "it was r004" in shown
+    with unchanged(whole.folder):
+        refused(labbook("void", "r003", "--undo", "--reason", "x", at=whole.folder), 2, "r003")

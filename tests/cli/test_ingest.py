@@ -15,7 +15,7 @@ from tests.ingest.synthetic import SHEET, bertec_acquire, icharger_rows, robot_l
 
 KEYS = {
     "status", "format", "runs", "rows_read", "rows_kept", "rows_rejected", "channels", "findings", "sha256",
-    "file", "first_import",
+    "file", "first_import", "raw_restored", "rig",
 }  # fmt: skip
 CHANNEL_KEYS = {"name", "unit", "rate_hz", "n"}
 FINDING_KEYS = {"severity", "rule", "line", "column", "count", "message", "more_lines", "value"}
@@ -206,15 +206,33 @@ def test_the_book_can_be_rebuilt_after_imports_and_refusals(fresh: SmallBook, fo
     assert after.files == before.files
 
 
-def test_batch_that_ends_early_says_first_what_was_finished(fresh: SmallBook, folder: Path, tmp_path: Path) -> None:
+def test_file_that_the_disk_refuses_does_not_end_the_batch(fresh: SmallBook, folder: Path, tmp_path: Path) -> None:
     large = tmp_path / "large.txt"
     large.write_bytes(bertec_acquire(40_000))
     with no_file_above(fresh.database.stat().st_size + 50_000):
         answer = labbook("ingest", folder / "log.csv", large, at=fresh.folder)
     assert answer.code == 2
     assert "log.csv: delimited_log, 600 rows kept" in answer.out
-    assert answer.err.startswith("labbook: ")
-    assert "disk" in answer.err
+    assert answer.err == ""
+    assert "not_readable" in answer.out
+    assert answer.out.endswith("2 files: 1 imported, 0 there already, 1 refused.\n")
     assert rows(fresh.folder, "SELECT original_name FROM ingest") == [("log.csv",)]
     again = good(labbook("ingest", folder / "log.csv", large, at=fresh.folder))
     assert again.out.endswith("2 files: 1 imported, 1 there already, 0 refused.\n")
+
+
+def test_same_bytes_again_put_a_lost_raw_copy_back(fresh: SmallBook, folder: Path) -> None:
+    good(labbook("ingest", folder / "log.csv", at=fresh.folder))
+    digest = sha256(FILES["log.csv"])
+    (fresh.folder / "raw" / digest[:2] / f"{digest}.zst").unlink()
+    again = good(labbook("ingest", folder / "log.csv", at=fresh.folder))
+    assert "raw copy restored" in again.out
+    assert kept(fresh.folder, FILES["log.csv"]) == FILES["log.csv"]
+
+
+def test_run_is_named_before_import_and_not_silently_ignored_after(stated: SmallBook, folder: Path) -> None:
+    tried = good(labbook("ingest", stated.log("r001"), "--dry-run", "--json", at=stated.folder)).json
+    assert tried[0]["runs"] == ["r001"]
+    good(labbook("ingest", folder / "log.csv", at=stated.folder))
+    again = good(labbook("ingest", folder / "log.csv", "--run", "r002", at=stated.folder))
+    assert "`labbook assign log.csv r002`" in again.out

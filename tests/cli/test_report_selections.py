@@ -37,10 +37,10 @@ SAYS = {
     "one condition": "no joules of both a control and a treatment to compare",
     "no control": "no joules of both a control and a treatment to compare",
     "one run a condition": "1 control and 1 treatment runs are too few for an interval",
-    "no file at all": "No run of this selection has a log with jumps in it",
-    "no charges": "No run of this selection has joules a jump: that takes a charge after it",
-    "no logs": "No run of this selection has a log with jumps in it",
-    "no idle runs": "and idle runs for the drain",
+    "no file at all": "12 runs have no apex heights: no log with a body height",
+    "no charges": "12 runs have no joules: no charge recorded",
+    "no logs": "12 runs have no apex heights: no log with a body height",
+    "no idle runs": "the drain line needs at least 3 idle runs and there are 0",
 }
 """A sentence of each page."""
 

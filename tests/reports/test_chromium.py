@@ -1,5 +1,6 @@
 """The page in a browser: nothing runs off the window, nothing is blank, it prints."""
 
+import dataclasses
 import re
 import shutil
 import subprocess
@@ -7,10 +8,20 @@ import subprocess
 import matplotlib.image
 import pytest
 
+from reports.figures.registry import FIGURES
+from reports.page import render_page
+from reports.tables.registry import TABLES
+
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 pytestmark = pytest.mark.skipif(BROWSER is None, reason="Chromium is not installed: the page is not looked at")
 
 MEASURE = "<script>document.title = 'width ' + document.documentElement.scrollWidth;</script></body>"
+CUT = """<script>document.title = 'cut:' + [...document.querySelectorAll('.table')]
+.filter(box => box.scrollWidth > box.clientWidth + 1).map(box => box.querySelector('caption').textContent).join(' | ');
+</script></body>"""
+DRAWINGS = dict.fromkeys(
+    FIGURES, b'<svg xmlns="http://www.w3.org/2000/svg" width="9pt" height="9pt" viewBox="0 0 9 9"></svg>'
+)
 
 
 def browse(tmp_path, *arguments):
@@ -39,3 +50,15 @@ def test_the_page_prints(written, tmp_path):
     data = paper.read_bytes()
     assert data.startswith(b"%PDF")
     assert 8 <= len(re.findall(rb"/Type\s*/Page\b", data)) <= 25
+
+
+def test_long_names_are_wrapped_and_nothing_of_a_table_is_cut(content, tmp_path):
+    name = "pack_with_a_very_long_name_" * 4
+    comparisons = tuple(dataclasses.replace(c, family=f"{name} {c.family}") for c in content.comparisons)
+    days = tuple(dataclasses.replace(day, packs=(name,)) for day in content.days)
+    changed = dataclasses.replace(content, comparisons=comparisons, days=days)
+    tables = {kind.name: kind.make(changed) for kind in TABLES.values()}
+    page = tmp_path / "page.html"
+    page.write_text(render_page(changed, DRAWINGS, tables).replace("</body>", CUT), encoding="utf-8")
+    found = browse(tmp_path, "--window-size=1000,800", "--dump-dom", page.as_uri())
+    assert re.search(r"<title>(.*)</title>", found).group(1) == "cut:"

@@ -14,6 +14,7 @@ from reports.sentences import (
     levels_name,
     list_text,
     savings_claim,
+    swept_words,
     title_of,
 )
 
@@ -56,6 +57,28 @@ def test_a_level_carries_its_gain(content):
     assert level["pooled"] == "pooled"
 
 
+def test_a_level_of_a_further_factor_carries_its_physical_value(content, headline):
+    between = dataclasses.replace(headline, group={"foot": "small"}, level="300, treated")
+    assert plain(level_of(content, between)) == "k = 835.4 N/m, treated"
+
+
+@pytest.mark.parametrize(
+    ("name", "title", "treatment"),
+    [
+        ("b_ad_gain", "b ad gain", "active damping"),
+        ("d", "Active-damping coefficient", "active damping"),
+        ("load_gain", "Load", "the treatment"),
+        ("b_td", "Touch-down damping", "the treatment"),
+    ],
+)
+def test_active_damping_is_named_only_where_it_was_varied(content, headline, name, title, treatment):
+    factor = Factor(name, title, swept=True)
+    assert swept_words(factor).treatment == treatment
+    changed = dataclasses.replace(content, factors=(*content.factors[:2], factor))
+    start = treatment[:1].upper() + treatment[1:]
+    assert savings_claim(changed, headline).text.startswith(f"{start} saved")
+
+
 def test_a_saving_that_is_shown(content, headline):
     claim = savings_claim(content, with_savings(headline, value=15.2, se=3.4, ci_low=8.1, ci_high=21.9))
     assert plain(claim.text).startswith(
@@ -71,6 +94,11 @@ def test_a_saving_that_is_shown(content, headline):
         ({"value": 3.0, "ci_low": -2.0, "ci_high": 8.0}, "No difference in energy was shown"),
         ({"value": -9.0, "ci_low": -14.0, "ci_high": -4.0}, "Active damping cost 9.0 % more energy a jump"),
         ({"value": 3.0, "ci_low": Undefined("unbounded"), "ci_high": Undefined("unbounded")}, "The savings with"),
+        (
+            {"value": -1335.0, "ci_low": Undefined("unbounded"), "ci_high": Undefined("unbounded")},
+            "Active damping cost 1335.0 % more energy a jump with the small foot and k = 1091 N/m by the best "
+            "estimate, which cannot be bounded",
+        ),
         ({"value": Undefined("the control's mean is zero")}, "The savings with"),
     ],
 )

@@ -135,3 +135,43 @@ def test_series_far_apart_get_a_panel_each_at_one_scale(content):
     assert len(panels) == 4
     assert spans == pytest.approx([spans[0]] * 4)
     assert "Each group has its panel" in kind.caption(changed)
+    assert "one span" in kind.caption(changed)
+
+
+def test_rows_pooled_across_groups_have_their_own_heading(content):
+    pooled = next(c for c in content.comparisons if c.savings is not None)
+    unbounded = Undefined("unbounded")
+    across = dataclasses.replace(
+        pooled,
+        group={"foot": "small"},
+        savings=dataclasses.replace(pooled.savings, ci_low=unbounded, ci_high=unbounded),
+    )
+    changed = dataclasses.replace(content, comparisons=(*content.comparisons, across))
+    axes = draw_figure(FIGURES["savings"], changed, TWO_COLUMNS_IN).axes[0]
+    assert [label.get_text() for label in axes.get_yticklabels()][-2:] == ["pooled across groups", "small foot, pooled"]
+    assert any("(no interval)" in text.get_text() for text in axes.texts)
+
+
+def test_recomputations_that_change_nothing_are_counted_instead_of_drawn(content):
+    kind = FIGURES["sensitivity"]
+    first, *others = content.sensitivity
+    assert "leave out a day" not in kind.caption(content)
+    days = [variant for variant in first.variants if variant.label.startswith("without 2")]
+    same = tuple(
+        dataclasses.replace(variant, number=first.as_reported) if variant in days[:3] else variant
+        for variant in first.variants
+    )
+    changed = dataclasses.replace(content, sensitivity=(dataclasses.replace(first, variants=same), *others))
+    panels = draw_figure(kind, changed, TWO_COLUMNS_IN).axes
+    assert len(panels[0].get_yticks()) == len(first.variants) + 1 - 3 - 1  # the first variant of each is as reported
+    assert len(panels[1].get_yticks()) == len(first.variants) + 1 - 1
+    total = len(days) * len(content.sensitivity)
+    assert f"not drawn: 3 of {total} that leave out a day and " in kind.caption(changed)
+
+
+def test_missing_joules_and_drain_are_not_explained_by_a_guess(content):
+    conditions = tuple(dataclasses.replace(condition, joules=None) for condition in content.conditions)
+    changed = dataclasses.replace(content, conditions=conditions, drain=None)
+    reasons = "; the reasons are listed under Limitations."
+    assert FIGURES["joules_by_damping"].absent(changed) == f"There are no joules a jump for this selection{reasons}"
+    assert FIGURES["passive_drain"].absent(changed) == f"There is no passive-drain fit for this selection{reasons}"
