@@ -7,7 +7,7 @@ from data_schema.queries.facts import insert_fact, update_fact
 from data_schema.queries.imports import parts_of_file, unassigned_charges_of_file
 from data_schema.queries.results import mark_stale
 from data_schema.vocabulary import FileRole
-from labbook.statements.scene import Scene, derived_uid
+from labbook.statements.scene import Scene, around_run, derived_uid
 
 
 def apply_assign(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
@@ -17,7 +17,7 @@ def apply_assign(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[st
         assign_charge(scene, entry.entity_uid, values["run"])
     else:
         assign_file(scene, entry.entity_uid, values["run"], FileRole(values["role"]))
-    return mark_stale(scene.connection, [("run", values["run"]), (entry.entity_kind, entry.entity_uid)])
+    return mark_stale(scene.connection, [*around_run(scene, values["run"]), (entry.entity_kind, entry.entity_uid)])
 
 
 def assign_file(scene: Scene, file_uid: str, run_uid: str, role: FileRole) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from data_schema.journal import Entry
 from data_schema.queries.facts import update_fact
 from data_schema.queries.results import mark_stale
-from labbook.statements.scene import Scene
+from labbook.statements.scene import Scene, around_run
 
 
 def apply_correct(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
@@ -14,5 +14,6 @@ def apply_correct(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[s
     update_fact(scene.connection, entry.entity_kind, entry.entity_uid, new)
     changed = [(entry.entity_kind, entry.entity_uid)]
     for values in (entry.old or {}, new):
-        changed += [(kind, values[kind]) for kind in ("condition", "run") if values.get(kind)]
+        changed += [("condition", values["condition"])] if values.get("condition") else []
+        changed += around_run(scene, values["run"]) if values.get("run") else []
     return mark_stale(scene.connection, changed)

@@ -9,9 +9,10 @@ from data_schema.journal import Entry
 from data_schema.queries.conditions import add_condition_levels, add_planned_run
 from data_schema.queries.facts import insert_fact
 from data_schema.queries.imports import waiting_for_run
+from data_schema.queries.results import mark_stale
 from data_schema.vocabulary import FileRole
 from labbook.statements.assigning import assign_charge, assign_file
-from labbook.statements.scene import Scene, derived_uid, spoken
+from labbook.statements.scene import Scene, around_run, derived_uid, spoken
 
 
 def apply_declare(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
@@ -24,7 +25,8 @@ def apply_declare(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[s
     follow = _FOLLOW.get(entry.entity_kind)
     if follow:
         follow(scene, entry.entity_uid, {**values, **beside})
-    return []
+    run_uid = entry.entity_uid if entry.entity_kind == "run" else values.get("run")
+    return mark_stale(scene.connection, around_run(scene, run_uid)) if run_uid else []
 
 
 def _condition_levels(scene: Scene, uid: str, values: Mapping[str, Any]) -> None:

@@ -19,7 +19,7 @@ from labbook.analysis.detecting import detection_rows
 from labbook.config import Configuration, parse_configuration
 from labbook.importing import PreparedImport, StoredPart, read_and_store
 from labbook.statements.assigning import assign_charge, assign_file
-from labbook.statements.scene import Scene, derived_uid
+from labbook.statements.scene import Scene, around_run, derived_uid
 
 
 def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
@@ -41,7 +41,7 @@ def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
         assign_file(scene, file_uid, run_uid, read.role or FileRole.LOG)
         touched.append(run_uid)
         imports.add_findings(scene.connection, ingest_key, _jumps_mismatch(scene, run_uid, done))
-    return mark_stale(scene.connection, [("run", uid) for uid in touched])
+    return mark_stale(scene.connection, [changed for uid in touched for changed in around_run(scene, uid)])
 
 
 def apply_refuse(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:

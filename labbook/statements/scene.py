@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import sqlalchemy as sa
 
 from data_schema.journal import Entry
+from data_schema.queries.facts import read_fact
 from data_schema.queries.people import person_uid
 from ingest.store import Store
 
@@ -20,6 +21,12 @@ class Scene:
 
     connection: sa.Connection
     store: Store
+
+
+def around_run(scene: Scene, run_uid: str) -> list[tuple[str, str]]:
+    """Return (kind, uid) of what results may rest on when a run gains something: itself, and the condition it is in."""
+    condition = read_fact(scene.connection, "run", run_uid, ["condition"])["condition"]
+    return [("run", run_uid)] + ([] if condition is None else [("condition", condition)])
 
 
 def spoken(scene: Scene, entry: Entry, values: Mapping[str, Any]) -> dict[str, Any]:

@@ -28,7 +28,10 @@ from reports.tables.table import (
 )
 
 _STORED_UNITS = {Quantity.JOULES: "J", Quantity.APEX: "m"}
-_LEGEND = "Difference: treatment less control; n: runs of the control, of the treatment."
+_LEGEND = (
+    "Difference: treatment less control, with interval and p by Welch's t-test (the F-test's choice stands under Tests "
+    "in full); n: runs of the control, of the treatment."
+)
 _COMPARISON = Column("comparison", ("family", "group", "level"), numeric=False)
 
 
@@ -57,7 +60,7 @@ def _interval_title(numbers: list[Number | None]) -> str:
 
 
 def _effects(content: ReportContent, comparisons: list[Comparison], name: str, caption: str, unit: str) -> Table:
-    differences: list[Number | None] = [comparison.difference for comparison in comparisons]
+    differences: list[Number | None] = [comparison.welch_difference for comparison in comparisons]
     savings: list[Number | None] = [comparison.savings for comparison in comparisons]
     with_savings = any(saved is not None for saved in savings)
     places, savings_places = common_places(differences), common_places(savings, 1)
@@ -67,7 +70,7 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
         Column("n", ("n_control", "n_treatment")),
         Column("difference", (f"difference_{slug}",), shown),
         Column(_interval_title(differences), (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), shown),
-        Column("p", ("p",)),
+        Column("p", ("welch_p",)),
         Column("savings", ("savings_percent",), "%", shown=with_savings),
         Column(
             _interval_title(savings),
@@ -85,12 +88,12 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
                     f"{comparison.n_control}, {comparison.n_treatment}",
                     (comparison.n_control, comparison.n_treatment),
                 ),
-                number_cell(comparison.difference, places),
-                interval_cell(comparison.difference, places),
-                p_cell(comparison.test.p),
+                number_cell(comparison.welch_difference, places),
+                interval_cell(comparison.welch_difference, places),
+                p_cell(comparison.welch.p),
                 number_cell(comparison.savings, savings_places),
                 interval_cell(comparison.savings, savings_places),
-                provenance_cell((comparison.savings or comparison.difference).provenance),
+                provenance_cell((comparison.savings or comparison.welch_difference).provenance),
             ),
             block=block,
             strong=comparison.headline,

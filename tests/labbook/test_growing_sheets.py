@@ -17,6 +17,8 @@ from labbook.correcting import correct, unvoid, void
 from labbook.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.naming import run_named
 from labbook.rebuilding import rebuild_database
+from labbook.report_command import state_report
+from labbook.typed_charge import state_charge
 from tests.helpers.books import ADA, small_book
 from tests.helpers.databases import all_rows
 
@@ -108,3 +110,18 @@ def test_a_lost_or_changed_raw_copy_is_put_back(tmp_path: Path) -> None:
     path.write_bytes(b"rubbish")
     assert store.restore_raw(data, sha256)
     assert store.raw(f"raw/{sha256[:2]}/{sha256}.zst", sha256) == data
+
+
+def test_a_charge_typed_in_later_makes_its_condition_stale(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    with small.open() as book:
+        with book.reading() as connection:
+            run = run_named(connection, "r001")
+            charge = charges_by_run(connection)[run.uid][0]
+        with book.desk(ADA) as desk:
+            correct(book, desk, f"charge:{charge.uid}", ["run=none"], "belongs elsewhere")
+        state_report(book, None, ADA, lambda _step: None)
+        with book.desk(ADA) as desk:
+            state_charge(desk, book.configuration, "r001", charge.charge_mah, None, None)
+            stale = desk.stale
+    assert any(kind == "condition_summary" and run.condition_key in scope for kind, scope in stale)
