@@ -21,8 +21,9 @@ NOISE = """\
 Pieces of one comparison take turns, round by round, so that whatever else the machine does falls on all of them alike;
 the first round does not count. Minimum and median of the repeats are given, and unless it says otherwise a budget is
 judged by minima, which other programs disturb least. Where the medians tell another story, the sentence under the table
-says so. The load at each benchmark's start (processes that wanted a core, mean of the last minute) stands beside its
-title: on an idle machine it is below the number of cores. Files are in the page cache when they are read.
+says so. Processor time is that of all threads together, the least of the repeats: it hardly depends on what else runs.
+The load at each benchmark's start (processes that wanted a core, mean of the last minute) stands beside its title: on
+an idle machine it is below the number of cores. Files are in the page cache when they are read.
 """
 
 
