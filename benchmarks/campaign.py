@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
 from labbook.analysis.detecting import BODY_HEIGHT, LEG_LENGTH
-from labbook.book import DATABASE
+from labbook.book.opening import DATABASE
 
 REPEATS = 2
 RESULTS = ("report_item", "report", "prediction", "result_input", "result_number", "result")

@@ -15,9 +15,9 @@ from benchmarks.timing import Times, Work, in_turns
 from ingest.model import Declarations
 from ingest.read import read_file
 from ingest.store import Store, write_samples
+from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.analysis.detecting import BODY_HEIGHT
-from labbook.book import opened
-from labbook.ingesting import IngestRequest, ingest_file
+from labbook.book.opening import opened
 
 REPEATS = 25
 READ_BACK_MS = 15.0

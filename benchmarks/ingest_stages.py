@@ -14,11 +14,11 @@ from benchmarks.timing import Work, in_turns
 from data_schema.vocabulary import Action
 from ingest.read import read_file
 from ingest.store import Store, signal_sha256
+from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.analysis.detecting import detect_part
-from labbook.book import Book, open_book
-from labbook.desk import Statement, new_uid
-from labbook.importing import PreparedImport, declarations, read_and_store
-from labbook.ingesting import IngestRequest, ingest_file
+from labbook.book.desk import Statement, new_uid
+from labbook.book.opening import Book, open_book
+from labbook.statements.importing import PreparedImport, declarations, read_and_store
 
 REPEATS = 7
 WHOLE = "the whole ingest"

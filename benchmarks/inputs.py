@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from data_schema.vocabulary import RunKind
-from labbook.book import CONFIGURATION
+from labbook.book.making import make_book
+from labbook.book.opening import CONFIGURATION
 from labbook.demo.book_toml import book_toml
 from labbook.demo.campaign import make_campaign
 from labbook.demo.logger import DECIMALS, RunLog, run_log
 from labbook.demo.records import Campaign
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers.string_pot_log import string_pot_log
-from labbook.making import make_book
 
 SEED = 1
 CONVERTER_STEPS = {"body_height [m]": 0.8 / 2**12, "battery_voltage [V]": 0.005}

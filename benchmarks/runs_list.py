@@ -17,15 +17,15 @@ from benchmarks.section import Benchmark, Budget, Section, times_table
 from benchmarks.timing import Work, in_turns
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import RunKind
-from labbook.book import DATABASE, Book, opened
+from labbook.actions.run_list import run_cells
+from labbook.actions.runs_importing import import_runs
+from labbook.book.opening import DATABASE, Book, opened
 from labbook.cli.common import columns
 from labbook.cli.main import GARBAGE_AFTER
 from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers.run_sheet import RunRow, run_sheet
-from labbook.run_list import run_cells
-from labbook.runs_importing import import_runs
 
 RUNS, RUNS_A_DAY = 10_000, 12
 REPEATS, FIRST_REPEATS = 25, 7
@@ -41,9 +41,9 @@ _FIRST = """
 import gc, sys, time
 from pathlib import Path
 from data_schema.queries.runs import list_runs
-from labbook.book import opened
+from labbook.book.opening import opened
 from labbook.cli.common import columns
-from labbook.run_list import run_cells
+from labbook.actions.run_list import run_cells
 gc.set_threshold({garbage_after})
 with opened(Path(sys.argv[1])) as book:
     start = time.perf_counter()

@@ -12,8 +12,8 @@ from benchmarks.inputs import new_book, small_logs
 from benchmarks.section import Benchmark, Section, Table
 from benchmarks.timing import Work, in_turns
 from ingest.store import sync_folder
-from labbook.book import opened
-from labbook.ingesting import IngestRequest, ingest_file
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.book.opening import opened
 
 FILES, SAMPLES = 200, 300
 REPEATS = 3

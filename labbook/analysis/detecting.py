@@ -14,7 +14,7 @@ from data_schema.journal import canonical
 from data_schema.queries.signals import GapRow
 from data_schema.vocabulary import GapKind, Undefined
 from ingest.model import Gap, SignalPart
-from labbook.config import Configuration
+from labbook.config.parsing import Configuration
 from stats.apexes import DETECTORS, find_jumps
 from stats.jumps import Jump, Jumps
 

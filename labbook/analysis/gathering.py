@@ -14,7 +14,7 @@ from data_schema.queries.signals import DecisionRow, SignalRow, jump_decisions, 
 from data_schema.vocabulary import FileRole, RunKind, RunState
 from data_schema.where import compile_where
 from labbook.analysis.detecting import BODY_HEIGHT
-from labbook.config import Configuration
+from labbook.config.parsing import Configuration
 
 
 @dataclass(frozen=True, slots=True)

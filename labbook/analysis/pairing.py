@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 
 from labbook.analysis.comparing import Pair
 from labbook.analysis.conditions import ConditionValues
-from labbook.config import Configuration
+from labbook.config.parsing import Configuration
 
 EACH = "each level against the control"
 POOLED = "all levels pooled against the control"

@@ -24,8 +24,8 @@ def assign(
 
     Example: labbook assign log_0007.csv r007; labbook assign charges.csv#3 r007
     """
-    from labbook.assigning import assign as state_assignment
-    from labbook.book import opened
+    from labbook.actions.assigning import assign as state_assignment
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
         said = state_assignment(desk, file, run, why)

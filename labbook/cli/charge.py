@@ -27,8 +27,8 @@ def charge(
 
     Example: labbook charge r017 128 --minutes 14 --end-voltage 15.4
     """
-    from labbook.book import opened
-    from labbook.typed_charge import state_charge
+    from labbook.actions.typed_charge import state_charge
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
         uid = state_charge(desk, opened_book.configuration, run, charge_mah, minutes, end_voltage)

@@ -26,8 +26,8 @@ def check(
 
     Example: labbook check rail_angle --value 0.4 --unit deg
     """
-    from labbook.book import opened
-    from labbook.day_checks import state_check
+    from labbook.actions.day_checks import state_check
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
         date = state_check(desk, opened_book.configuration, kind, value, unit, not failed, day)

@@ -25,8 +25,8 @@ def correct(
 
     Example: labbook correct r017 foot=large --why "typed wrong"
     """
-    from labbook.book import opened
-    from labbook.correcting import correct as state_correction
+    from labbook.actions.correcting import correct as state_correction
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person, correcting=True) as desk:
         changed = state_correction(opened_book, desk, target, fields, why)

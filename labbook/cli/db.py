@@ -17,8 +17,8 @@ def status_command(book: BookOption = None, as_json: JsonOption = False) -> None
     """
     from data_schema import migrations
     from data_schema.engine import reading
-    from labbook.book import engine_of, find_folder, read_configuration, shown
-    from labbook.upgrading import count_rows
+    from labbook.book.opening import engine_of, find_folder, read_configuration, shown
+    from labbook.book.upgrading import count_rows
 
     folder = find_folder(book or Path.cwd())
     engine = engine_of(folder, read_configuration(folder))
@@ -37,8 +37,8 @@ def upgrade_command(book: BookOption = None, as_json: JsonOption = False) -> Non
 
     Example: labbook db upgrade
     """
-    from labbook.book import engine_of, find_folder, read_configuration
-    from labbook.upgrading import upgrade_database
+    from labbook.book.opening import engine_of, find_folder, read_configuration
+    from labbook.book.upgrading import upgrade_database
 
     folder = find_folder(book or Path.cwd())
     engine = engine_of(folder, read_configuration(folder))

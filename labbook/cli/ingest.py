@@ -38,10 +38,8 @@ def ingest(
 
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007
     """
-    from labbook.book import opened
-    from labbook.cli.ingest_lines import outcome_json, outcome_lines, rig_lines_of, summary_line
-    from labbook.declaring import ask_for, declared_options
-    from labbook.ingesting import (
+    from labbook.actions.declaring import ask_for, declared_options
+    from labbook.actions.ingesting import (
         FileOutcome,
         IngestRequest,
         files_of,
@@ -49,6 +47,8 @@ def ingest(
         ingest_file_or_refuse,
         without_samples,
     )
+    from labbook.book.opening import opened
+    from labbook.cli.ingest_lines import outcome_json, outcome_lines, rig_lines_of, summary_line
 
     options = declared_options(rate, unit or [], column or [], encoding, decimal)
     outcomes: list[FileOutcome] = []

@@ -9,10 +9,10 @@ from typing import Any
 from data_schema.queries.imports import FirstImport
 from data_schema.vocabulary import IngestStatus
 from ingest.model import Finding
+from labbook.actions.ingesting import FileOutcome
+from labbook.actions.rig_line import rig_lines
 from labbook.analysis.gathering import gather
-from labbook.book import Book
-from labbook.ingesting import FileOutcome
-from labbook.rig_line import rig_lines
+from labbook.book.opening import Book
 
 
 def outcome_lines(outcome: FileOutcome, run: str | None) -> list[str]:

@@ -24,7 +24,7 @@ def init(
 
     Example: labbook init mybook --as "Ada Nwosu"
     """
-    from labbook.making import make_book
+    from labbook.book.making import make_book
 
     make_book(folder, person)
     emit(

@@ -23,8 +23,8 @@ def list_command(run: RunArgument, book: BookOption = None, as_json: JsonOption 
 
     Example: labbook jumps list r017
     """
-    from labbook.book import opened
-    from labbook.jump_review import jump_lines, review
+    from labbook.actions.jump_review import jump_lines, review
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         found = review(opened_book, connection, run)
@@ -92,8 +92,8 @@ def _decide(
     person: AsOption,
     as_json: bool,
 ) -> None:
-    from labbook.book import opened
-    from labbook.jump_review import decide
+    from labbook.actions.jump_review import decide
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
         decide(opened_book, desk, run, numbers, verdict, reason, note)

@@ -25,9 +25,9 @@ def note(
     """
     from data_schema.errors import UsageError
     from data_schema.vocabulary import Action
-    from labbook.book import opened
-    from labbook.desk import Statement, new_uid
-    from labbook.naming import run_named
+    from labbook.book.desk import Statement, new_uid
+    from labbook.book.naming import run_named
+    from labbook.book.opening import opened
 
     if not text.strip():
         raise UsageError("the note is empty: say what is to be remembered.")

@@ -32,8 +32,8 @@ def plan(
 
     Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01
     """
-    from labbook.book import opened
-    from labbook.planning import PlanRequest, make_plan
+    from labbook.actions.planning import PlanRequest, make_plan
+    from labbook.book.opening import opened
 
     request = PlanRequest(seed, n, per_day, method, start, idle, out, dry_run)
     with opened(book) as opened_book:

@@ -24,8 +24,8 @@ def plot(
 
     Example: labbook plot r017 --jump 4 --out r017.png
     """
-    from labbook.book import opened
-    from labbook.run_plot import plot_run
+    from labbook.actions.run_plot import plot_run
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         path = plot_run(opened_book, connection, run, jump, out or Path(f"{run}.png"))

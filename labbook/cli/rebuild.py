@@ -22,8 +22,8 @@ def rebuild(
 
     Example: labbook rebuild
     """
-    from labbook.book import find_folder
-    from labbook.rebuilding import rebuild_database, rewrite_journal
+    from labbook.book.opening import find_folder
+    from labbook.book.rebuilding import rebuild_database, rewrite_journal
 
     folder = find_folder(book or Path.cwd())
     if journal:

@@ -27,8 +27,8 @@ def report(
 
     Example: labbook report --foot small; labbook report --where "k_gain=400 and day>=2021-06-01" --out paper
     """
-    from labbook.book import opened
-    from labbook.report_command import selection, write
+    from labbook.actions.report_command import selection, write
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args)

@@ -18,8 +18,8 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
     """
     from data_schema.queries.runs import list_runs, where_columns
     from data_schema.where import compile_where
-    from labbook.book import opened
-    from labbook.run_list import run_cells
+    from labbook.actions.run_list import run_cells
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         expression = compile_where(where, where_columns(connection)) if where else None
@@ -39,10 +39,10 @@ def import_command(
 
     Example: labbook runs import runs.csv
     """
-    from labbook.book import opened
+    from labbook.actions.runs_importing import import_runs
+    from labbook.book.desk import DryRun
+    from labbook.book.opening import opened
     from labbook.cli.reading import read_text
-    from labbook.desk import DryRun
-    from labbook.runs_importing import import_runs
 
     text = read_text(sheet)
     with opened(book) as opened_book:
@@ -67,7 +67,7 @@ def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     Example: labbook runs inbox
     """
     from data_schema.queries.imports import inbox
-    from labbook.book import opened
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         items = inbox(connection)

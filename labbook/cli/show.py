@@ -19,8 +19,8 @@ def show(
 
     Example: labbook show r017
     """
-    from labbook.book import opened
-    from labbook.run_view import run_view, view_lines
+    from labbook.actions.run_view import run_view, view_lines
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         found = run_view(connection, opened_book.configuration, run)

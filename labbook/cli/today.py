@@ -21,8 +21,8 @@ def today(
 
     Example: labbook today
     """
-    from labbook.book import opened
-    from labbook.to_do import to_do, to_do_lines
+    from labbook.actions.to_do import to_do, to_do_lines
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         found = to_do(connection, opened_book.configuration, day)

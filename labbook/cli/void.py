@@ -24,9 +24,9 @@ def void(
 
     Example: labbook void r017 --reason "foot came loose"; labbook void r017 --undo --reason "it was r018"
     """
-    from labbook.book import opened
-    from labbook.correcting import unvoid
-    from labbook.correcting import void as state_void
+    from labbook.actions.correcting import unvoid
+    from labbook.actions.correcting import void as state_void
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
         (unvoid if undo else state_void)(desk, run, reason)

@@ -21,8 +21,8 @@ def why(
 
     Example: labbook why 3fa9c2d1
     """
-    from labbook.book import opened
-    from labbook.tracing import trace, trace_lines
+    from labbook.actions.tracing import trace, trace_lines
+    from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         found = trace(connection, number)

@@ -10,16 +10,16 @@ from pathlib import Path
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import CheckKind, PlanMethod
-from labbook.book import CONFIGURATION, Book, opened
-from labbook.correcting import correct
-from labbook.day_checks import state_check
+from labbook.actions.correcting import correct
+from labbook.actions.day_checks import state_check
+from labbook.actions.ingesting import IngestRequest, files_of, ingest_file
+from labbook.actions.planning import PlannedEntry, state_plan
+from labbook.actions.report_command import write
+from labbook.actions.runs_importing import import_runs
+from labbook.book.making import make_book
+from labbook.book.opening import CONFIGURATION, Book, opened
 from labbook.demo.files import write_campaign
 from labbook.demo.records import Campaign, DemoRun
-from labbook.ingesting import IngestRequest, files_of, ingest_file
-from labbook.making import make_book
-from labbook.planning import PlannedEntry, state_plan
-from labbook.report_command import write
-from labbook.runs_importing import import_runs
 
 
 @dataclass(frozen=True, slots=True)

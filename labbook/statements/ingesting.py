@@ -16,9 +16,9 @@ from data_schema.queries.signals import NewDetection, add_detections
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.model import ChargeRow, Finding, ReadFile, SignalPart
 from labbook.analysis.detecting import detection_rows
-from labbook.config import Configuration, parse_configuration
-from labbook.importing import PreparedImport, StoredPart, read_and_store
+from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.assigning import assign_charge, assign_file
+from labbook.statements.importing import PreparedImport, StoredPart, read_and_store
 from labbook.statements.scene import Scene, around_run, derived_uid
 
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from data_schema.journal import Entry, canonical
 from data_schema.queries.facts import insert_fact
 from data_schema.queries.people import config_in_force
-from labbook.config import parse_configuration
-from labbook.reporting import MadeReport, keep_report, make_report
+from data_schema.queries.results import add_report_items
+from labbook.analysis.detections import keep_detections
+from labbook.analysis.workbench import keep
+from labbook.config.parsing import parse_configuration
+from labbook.presenting.making import MadeReport, make_report
 from labbook.statements.scene import Scene
 
 
@@ -27,5 +30,7 @@ def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
         "made_utc": new["made_at"],
     }
     insert_fact(scene.connection, "report", entry.entity_uid, values)
-    keep_report(scene.connection, entry.entity_uid, made)
+    keep_detections(scene.connection, made.detections)
+    keep(scene.connection, made.bench)
+    add_report_items(scene.connection, entry.entity_uid, [(uid, uid) for uid in made.shown])
     return []

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from labbook.book import opened
-from labbook.tracing import trace
+from labbook.actions.tracing import trace
+from labbook.book.opening import opened
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook, small_book
 

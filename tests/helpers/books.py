@@ -18,8 +18,11 @@ from pathlib import Path
 import numpy as np
 
 from data_schema.vocabulary import CheckKind, RunKind
-from labbook.book import Book, opened
-from labbook.day_checks import state_check
+from labbook.actions.day_checks import state_check
+from labbook.actions.ingesting import IngestRequest, files_of, ingest_file
+from labbook.actions.runs_importing import import_runs
+from labbook.book.making import make_book
+from labbook.book.opening import Book, opened
 from labbook.demo.book_toml import FACTORS, ROBOT, book_toml
 from labbook.demo.logger import DECIMALS, run_log
 from labbook.demo.records import DemoRun
@@ -27,9 +30,6 @@ from labbook.demo.truth import CHAPTER_5, Condition
 from labbook.demo.writers.charger_sheet import SheetRow, charger_sheet
 from labbook.demo.writers.run_sheet import RunRow, run_sheet
 from labbook.demo.writers.string_pot_log import string_pot_log
-from labbook.ingesting import IngestRequest, files_of, ingest_file
-from labbook.making import make_book
-from labbook.runs_importing import import_runs
 
 ADA = "Ada Nwosu"
 BEN = "Ben Ode"

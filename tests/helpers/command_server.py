@@ -24,10 +24,10 @@ import pyarrow.csv
 import pyarrow.pandas_compat
 import pyarrow.parquet
 
+import labbook.actions.report_command
 import labbook.analysis.study
+import labbook.book.rebuilding
 import labbook.cli.ingest_lines
-import labbook.rebuilding
-import labbook.report_command
 from labbook.cli.main import run
 
 LOADED = (
@@ -38,8 +38,8 @@ LOADED = (
     pyarrow.parquet,
     labbook.analysis.study,
     labbook.cli.ingest_lines,
-    labbook.rebuilding,
-    labbook.report_command,
+    labbook.book.rebuilding,
+    labbook.actions.report_command,
 )
 
 

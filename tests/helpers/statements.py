@@ -5,9 +5,9 @@ from __future__ import annotations
 from data_schema import journal
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
-from labbook.book import Book
-from labbook.desk import Desk, Statement, new_uid
-from labbook.naming import run_named
+from labbook.book.desk import Desk, Statement, new_uid
+from labbook.book.naming import run_named
+from labbook.book.opening import Book
 
 
 def note(desk: Desk, text: str, run: str = "r001") -> Entry:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from labbook.assigning import assign
-from labbook.book import Book
-from labbook.correcting import correct, void
-from labbook.day_checks import state_check
-from labbook.ingesting import IngestRequest, ingest_file
-from labbook.jump_review import decide
-from labbook.planning import PlanRequest, make_plan
-from labbook.report_command import state_report
-from labbook.runs_importing import import_runs
-from labbook.typed_charge import state_charge
+from labbook.actions.assigning import assign
+from labbook.actions.correcting import correct, void
+from labbook.actions.day_checks import state_check
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.jump_review import decide
+from labbook.actions.planning import PlanRequest, make_plan
+from labbook.actions.report_command import state_report
+from labbook.actions.runs_importing import import_runs
+from labbook.actions.typed_charge import state_charge
+from labbook.book.opening import Book
 from tests.helpers.books import ADA, BEN, DAYS, SmallBook, ingest_all, small_book
 from tests.helpers.statements import note
 

@@ -56,9 +56,9 @@ def test_help_loads_nothing_heavy() -> None:
 
 
 def test_configuration_is_read_without_database_or_arrays() -> None:
-    assert loaded_by("import labbook.config", HEAVY) == set()
+    assert loaded_by("import labbook.config.parsing", HEAVY) == set()
 
 
 def test_listing_runs_draws_nothing() -> None:
-    code = "import labbook.book, labbook.cli.runs, labbook.run_list"
+    code = "import labbook.book.opening, labbook.cli.runs, labbook.actions.run_list"
     assert loaded_by(code, ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray")) == set()

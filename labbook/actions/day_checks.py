@@ -1,0 +1,40 @@
+"""Stating a day's checks."""
+
+from __future__ import annotations
+
+import datetime
+import math
+from zoneinfo import ZoneInfo
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.vocabulary import CheckKind
+from labbook.book.desk import Desk
+from labbook.book.naming import ensure_day, study_of
+from labbook.config.parsing import Configuration
+
+
+def state_check(
+    desk: Desk,
+    configuration: Configuration,
+    kind: str,
+    value: float | None,
+    unit: str | None,
+    passed: bool,
+    day: str | None,
+) -> str:
+    """State that a check was made on a day (default: today in the study's time zone); returns the date."""
+    if kind not in tuple(CheckKind):
+        raise unknown_name("check", kind, tuple(CheckKind))
+    if value is not None and not math.isfinite(value):
+        raise UsageError(f"--value {value} is not a measurement: give a finite number.")
+    try:
+        date = datetime.date.fromisoformat(day) if day else _today(configuration)
+    except ValueError:
+        raise UsageError(f"--day {day!r} is not a date: write it as 2021-06-01.") from None
+    day_uid = ensure_day(desk, study_of(desk.connection).uid, date.isoformat())
+    desk.declare("day_check", day=day_uid, kind=kind, value=value, unit=unit, passed=int(passed))
+    return date.isoformat()
+
+
+def _today(configuration: Configuration) -> datetime.date:
+    return datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()

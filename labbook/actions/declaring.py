@@ -1,0 +1,71 @@
+"""What a person declares about a file on the command line, or when asked for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import typer
+
+from data_schema.errors import UsageError
+from labbook.actions.ingesting import FileOutcome
+
+
+def declared_options(
+    rate_hz: float | None,
+    units: Sequence[str],
+    columns: Sequence[str],
+    encoding: str | None,
+    decimal_sign: str | None,
+) -> dict[str, Any]:
+    """Return the options as the journal keeps them: only what was said. Raises `UsageError` for what has no meaning."""
+    options: dict[str, Any] = {}
+    if rate_hz is not None:
+        if not 0 < rate_hz < 1e7:
+            raise UsageError(f"--rate {rate_hz:g} is no sampling rate: give samples a second, for example 300.")
+        options["rate_hz"] = rate_hz
+    if decimal_sign is not None:
+        if decimal_sign not in (".", ","):
+            raise UsageError(f"--decimal {decimal_sign!r} is no decimal sign: give . or ,")
+        options["decimal_sign"] = decimal_sign
+    if encoding is not None:
+        try:
+            "".encode(encoding)
+        except LookupError:
+            raise UsageError(f"--encoding {encoding!r} is not known: give for example cp1252 or utf-8.") from None
+        options["encoding"] = encoding
+    declared: dict[str, dict[str, Any]] = {}
+    for text in columns:
+        name, channel = _pair("--column", text, "h=body_height:mm")
+        channel, _colon, unit = channel.partition(":")
+        declared[name] = {"channel": channel, "unit": unit or None}
+    for text in units:
+        name, unit = _pair("--unit", text, "time=ms")
+        declared.setdefault(name, {"channel": None})["unit"] = unit
+    if declared:
+        options["columns"] = declared
+    return options
+
+
+def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] | None:
+    """Ask a person for what the file does not say and nobody declared; None where nothing can be asked for."""
+    if outcome.status != "refused" or outcome.read is None:
+        return None
+    said = dict(options)
+    for finding in outcome.read.findings:
+        if finding.rule == "rate_missing":
+            typer.echo(f"{outcome.path}: {finding.message}", err=True)
+            said["rate_hz"] = typer.prompt("samples a second", type=float, err=True)
+        elif finding.rule == "time_unit_missing":
+            typer.echo(f"{outcome.path}: {finding.message}", err=True)
+            unit = typer.prompt(f"unit of {finding.column} (s, ms or us)", err=True)
+            column = {"channel": None, "unit": unit}
+            said["columns"] = {**said.get("columns", {}), finding.column or "time": column}
+    return said if said != dict(options) else None
+
+
+def _pair(option: str, text: str, example: str) -> tuple[str, str]:
+    name, equals, value = text.rpartition("=")
+    if not equals or not name.strip() or not value.strip():
+        raise UsageError(f'{option} {text!r} says nothing: write for example {option} "{example}".')
+    return name.strip(), value.strip()

@@ -1,0 +1,168 @@
+"""What `labbook plan` does: draw, state, write the sheet."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import secrets
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from zoneinfo import ZoneInfo
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.runs import list_runs, planned_runs
+from data_schema.vocabulary import PlanMethod, RunKind
+from labbook.actions.runs_importing import plan_factors
+from labbook.book.desk import Desk, now_utc
+from labbook.book.naming import condition_key, ensure_condition, study_of
+from labbook.book.opening import Book
+from labbook.config.parsing import Configuration
+from labbook.plan.drawing import Plan, PlannedRun, draw_plan
+from labbook.plan.sheet import run_names, write_run_sheet
+from labbook.plan.sheet_print import format_run_sheet_for_print
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequest:
+    """What was asked of `labbook plan`."""
+
+    seed: int
+    runs_per_condition: int
+    runs_per_day: int
+    method: str
+    start: str | None
+    idle: bool
+    out: Path
+    dry_run: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PlanMade:
+    """What was drawn and written."""
+
+    runs: int
+    days: int
+    controls: int
+    idle: int
+    sheet: str
+    printed: str
+
+
+def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
+    """Draw a plan, write its sheet and print-out, and state it unless it is a dry run."""
+    configuration = book.configuration
+    if request.method not in tuple(PlanMethod):
+        raise unknown_name("method", request.method, tuple(PlanMethod))
+    if request.out.exists():
+        raise UsageError(f"{request.out} exists: name another file with --out, or move it away.")
+    factors = plan_factors(configuration)
+    if not factors:
+        raise UsageError("the study has no factors: declare them under [factors] in labbook.toml.")
+    drawn = draw_plan(
+        factors,
+        request.runs_per_condition,
+        request.runs_per_day,
+        PlanMethod(request.method),
+        request.seed,
+        idle_minutes=configuration.protocol.idle_minutes if request.idle else (),
+        run_duration_s=configuration.protocol.run_duration_s,
+    )
+    with book.reading() as connection:
+        taken = {run.name for run in list_runs(connection)} | {row.name for row in planned_runs(connection)}
+    names = run_names(drawn, first=_first_free(taken))
+    first_day = _start(request.start, configuration.study.time_zone)
+    dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
+    only = {"battery": _only(list(configuration.batteries)), "robot": _only(list(configuration.robots))}
+    sheet = write_run_sheet(drawn, names, dates, **only)
+    printed = format_run_sheet_for_print(
+        drawn, names, dates, study=configuration.study.name, jumps_nominal=configuration.study.jumps_nominal, **only
+    )
+    page = request.out.with_suffix(".html")
+    with _written_beside({request.out: sheet, page: printed}):
+        if not request.dry_run:
+            with book.desk(person) as desk:
+                entries = [
+                    PlannedEntry(name, run.day, run.block, None if run.condition is None else dict(run.condition))
+                    for name, run in zip(names, drawn.runs, strict=True)
+                ]
+                state_plan(desk, configuration, drawn.seed, drawn.method, entries)
+    return PlanMade(
+        runs=len(drawn.runs),
+        days=len(drawn.days),
+        controls=sum(_is_control(drawn, run) for run in drawn.runs),
+        idle=sum(run.kind is RunKind.IDLE for run in drawn.runs),
+        sheet=str(request.out),
+        printed=str(page),
+    )
+
+
+@contextlib.contextmanager
+def _written_beside(texts: Mapping[Path, str]) -> Iterator[None]:
+    """Write files under temporary names, let a plan be stated, and only then give them their names.
+
+    What cannot be written is never stated, and what was not stated leaves no file.
+    """
+    temporary = {path.with_name(f".{path.name}.{secrets.token_hex(4)}"): path for path in texts}
+    try:
+        for beside, path in temporary.items():
+            try:
+                beside.write_text(texts[path], encoding="utf-8")
+            except OSError as error:
+                reason = error.strerror or error
+                raise UsageError(f"{path} cannot be written ({reason}): name another file with --out.") from error
+        yield
+        for beside, path in temporary.items():
+            beside.replace(path)
+    finally:
+        for beside in temporary:
+            beside.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedEntry:
+    """One run of a plan as it is stated; `levels` is None for an idle run."""
+
+    name: str
+    day: int
+    block: str
+    levels: Mapping[str, str] | None
+
+
+def state_plan(
+    desk: Desk, configuration: Configuration, seed: int, method: PlanMethod, entries: Sequence[PlannedEntry]
+) -> None:
+    """State a plan and its runs in order, making the conditions that it needs."""
+    study_uid = study_of(desk.connection).uid
+    conditions: dict[str, str] = {}
+    runs = []
+    for entry in entries:
+        key = None if entry.levels is None else condition_key(entry.levels)
+        if entry.levels is not None and key not in conditions:
+            conditions[str(key)] = ensure_condition(desk, configuration, study_uid, entry.levels)
+        condition = None if key is None else conditions[key]
+        runs.append({"name": entry.name, "day_number": entry.day, "block": entry.block, "condition": condition})
+    desk.declare("plan", study=study_uid, seed=seed, method=str(method), created_utc=now_utc(), runs=runs)
+
+
+def _is_control(drawn: Plan, run: PlannedRun) -> bool:
+    levels = dict(run.condition or ())
+    return any(factor.control is not None and levels.get(factor.name) == factor.control for factor in drawn.factors)
+
+
+def _first_free(taken: set[str]) -> int:
+    numbers = [int(name[1:]) for name in taken if name[:1] == "r" and name[1:].isdigit()]
+    return max(numbers, default=0) + 1
+
+
+def _only(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else ""
+
+
+def _start(text: str | None, time_zone: str) -> datetime.date:
+    if text is None:
+        return datetime.datetime.now(ZoneInfo(time_zone)).date()
+    try:
+        return datetime.date.fromisoformat(text)
+    except ValueError:
+        raise UsageError(f"--start {text!r} is not a date: write it as 2021-06-01.") from None

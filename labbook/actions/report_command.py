@@ -1,0 +1,99 @@
+"""What `labbook report` does: which runs, the analysis, the statement, the files."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from data_schema import journal
+from data_schema.errors import UsageError, unknown_name
+from data_schema.vocabulary import Action
+from labbook.book.desk import Statement, new_uid, now_utc
+from labbook.book.opening import Book
+from labbook.config.parsing import Configuration
+from labbook.presenting.making import MadeReport, make_report
+from reports.page import write_report
+
+ATTEMPTS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenReport:
+    """Where a report was written, its claims, and how much had to be computed for it."""
+
+    page: str
+    folder: str
+    claims: tuple[str, ...]
+    results_computed: int
+    results_reused: int
+
+
+def selection(configuration: Configuration, where: str | None, extra: Sequence[str]) -> str | None:
+    """Join `--where` with factor options (`--foot small`, `--foot=small`) to one expression."""
+    parts = [f"({where})"] if where and extra else [where] if where else []
+    words = [word for item in extra for word in (item.split("=", 1) if item.startswith("--") else [item])]
+    if len(words) % 2 or any(not words[index].startswith("--") for index in range(0, len(words), 2)):
+        raise UsageError(f"{' '.join(extra)!r} is not understood: write --FACTOR LEVEL, for example --foot small.")
+    for name, level in zip(words[::2], words[1::2], strict=True):
+        factor = name.removeprefix("--").replace("-", "_")
+        if factor not in configuration.factors:
+            options = [*configuration.factors, "where", "out", "book", "as", "json"]
+            raise unknown_name("option", name, [f"--{option}" for option in options])
+        quoted = (
+            level if re.fullmatch(r"[\w.]+", level) else "'" + level.replace("\\", "\\\\").replace("'", "\\'") + "'"
+        )
+        parts.append(f"{factor}={quoted}")
+    return " and ".join(part for part in parts if part) or None
+
+
+def write(
+    book: Book, where: str | None, out: Path | None, person: str | None, step: Callable[[str], None]
+) -> WrittenReport:
+    """Analyse, state that the report was made, keep what was computed, write the page."""
+    if out is not None:
+        _check_writable(out)
+    with book.desk(person):
+        pass  # takes over what labbook.toml adds before anything is computed
+    made = state_report(book, where, person, step)
+    folder = out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
+    step("writing the page")
+    paths = write_report(made.content, folder)
+    return WrittenReport(
+        page=str(paths.page),
+        folder=str(folder),
+        claims=tuple(claim.text for claim in made.content.claims),
+        results_computed=len(made.bench.computed),
+        results_reused=len(made.bench.reused),
+    )
+
+
+def _check_writable(folder: Path) -> None:
+    """Make the folder and a file in it, before it is stated that a report was made for it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise UsageError(
+            f"the report cannot be written to {str(folder)!r} ({error.strerror or error}): give a folder that can be "
+            "written, with --out."
+        ) from error
+
+
+def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
+    """Compute without a lock, then state and keep; begin again if somebody stated something meanwhile."""
+    for _attempt in range(ATTEMPTS):
+        made_at = now_utc().split(".")[0] + "Z"
+        with book.reading() as connection:
+            seen = journal.head(connection)
+            made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
+        with book.desk(person) as desk:
+            if journal.head(desk.connection) != seen:
+                continue
+            new = {"where": where, "made_at": made_at}
+            desk.state(Statement(Action.REPORT, "report", new_uid(), new=new, prepared=made))
+            return made
+    raise UsageError("others keep writing to the book: try the report again when they have finished.")

@@ -1,0 +1,84 @@
+"""One line for the person at the rig, before the foot is changed: is this run as it should be?"""
+
+from __future__ import annotations
+
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import GapKind, Undefined
+from ingest.model import ReadFile
+from labbook.analysis.gathering import Evidence
+from labbook.analysis.passive_drain import fitted
+from labbook.analysis.run_energy import usable_charge
+from labbook.statements.importing import PreparedImport
+from stats.energy import joules_per_jump
+from stats.passive_drain import PassiveDrain
+from stats.summary import describe
+
+LIMIT_SDS = 3.0
+"""Control limits lie three standard deviations from the mean of the condition's earlier runs (Shewhart 1931)."""
+LIMITS_FROM_RUNS = 5
+"""Fewer earlier runs than this give no limits: their standard deviation is too uncertain."""
+
+
+def rig_lines(prepared: PreparedImport, runs: tuple[str, ...], evidence: Evidence) -> list[str]:
+    """Say, for every run a file belongs to, how many jumps and gaps it has and whether its joules are in control."""
+    rows = {run.name: run for run in evidence.runs if run.name in runs}
+    drain = fitted(evidence)
+    return [_line(run, prepared, evidence, drain) for run in rows.values()]
+
+
+def _line(run: RunRow, prepared: PreparedImport, evidence: Evidence, drain: PassiveDrain | Undefined) -> str:
+    parts = [f"run {run.name}:"]
+    for stored in prepared.parts:
+        if stored.detection is not None:
+            found = len(stored.detection.found.jumps)
+            parts.append(f"{found} of {run.jumps_made} jumps found{_mismatch(found, run.jumps_made)},")
+    if prepared.parts:
+        parts.append(f"{_gaps(prepared.read)},")
+    parts.append(_joules(run, evidence, drain))
+    return " ".join(parts)
+
+
+def _mismatch(found: int, made: int) -> str:
+    if found == made:
+        return ""
+    return f" ({made - found} missing)" if found < made else f" ({found - made} too many)"
+
+
+def _gaps(read: ReadFile) -> str:
+    dropped = [gap for part in read.parts for gap in part.gaps if gap.kind is GapKind.DROPPED]
+    missing = sum(gap.samples_missing for gap in dropped)
+    return f"{len(dropped)} gap{'' if len(dropped) == 1 else 's'} ({missing} samples)" if dropped else "no gaps"
+
+
+def _joules(run: RunRow, evidence: Evidence, drain: PassiveDrain | Undefined) -> str:
+    joules = _joules_of(run, evidence, drain)
+    if isinstance(joules, str):
+        return f"joules unknown: {joules}"
+    now = (run.day, run.position_in_day)
+    earlier = [
+        value
+        for other in evidence.runs
+        if other.condition_key == run.condition_key and (other.day, other.position_in_day) < now
+        for value in [_joules_of(other, evidence, drain)]
+        if not isinstance(value, str)
+    ]
+    if not earlier:
+        return f"{joules:.1f} J a jump, the first of its condition"
+    about = describe(earlier)
+    if about.n < LIMITS_FROM_RUNS or isinstance(about.mean, Undefined) or isinstance(about.sd, Undefined):
+        runs = "run" if about.n == 1 else "runs"
+        return f"{joules:.1f} J a jump, n = {about.n} {runs} so far, no limits yet"
+    low, high = about.mean - LIMIT_SDS * about.sd, about.mean + LIMIT_SDS * about.sd
+    verdict = "within" if low <= joules <= high else "OUTSIDE"
+    return f"{joules:.1f} J a jump, {verdict} the control limits {low:.1f} to {high:.1f} J (n = {about.n})"
+
+
+def _joules_of(run: RunRow, evidence: Evidence, drain: PassiveDrain | Undefined) -> float | str:
+    charge = usable_charge(run, evidence.charges.get(run.uid, []))
+    if isinstance(charge, str):
+        return charge
+    if isinstance(drain, Undefined):
+        return "no passive-drain fit yet"
+    passive = drain.at(run.duration_s or 0.0).charge_mah
+    joules = joules_per_jump(charge.charge_mah, passive, evidence.study.reference_voltage_v, run.jumps_made)
+    return joules.reason if isinstance(joules, Undefined) else joules

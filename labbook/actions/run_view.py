@@ -1,0 +1,130 @@
+"""Everything the book knows of one run."""
+
+from __future__ import annotations
+
+import json
+import re
+import textwrap
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.journal import canonical
+from data_schema.queries.charges import ChargeOfRun, charges_by_run
+from data_schema.queries.facts import read_fact
+from data_schema.queries.history import HistoryRow, NoteRow, RunFileRow, files_of_run, history_of, notes_of
+from data_schema.queries.run_results import standing_number
+from data_schema.queries.runs import RunRow
+from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_runs
+from labbook.book.naming import run_named
+from labbook.config.parsing import Configuration
+
+WIDTH = 100
+"""Columns of a line of history."""
+_NAME_OF = {"condition": "key", "day": "date_local", "robot": "name", "battery": "name", "run": "name", "study": "name"}
+_DONE = {"declare": "declared", "correct": "corrected", "void": "declared void"}
+
+
+@dataclass(frozen=True, slots=True)
+class RunView:
+    """A run with all that belongs to it."""
+
+    run: RunRow
+    files: tuple[RunFileRow, ...]
+    signals: tuple[tuple[SignalRow, tuple[GapRow, ...]], ...]
+    charges: tuple[ChargeOfRun, ...]
+    notes: tuple[NoteRow, ...]
+    history: tuple[HistoryRow, ...]
+    history_in_words: tuple[str, ...]
+    joules_per_jump: float | None
+    mean_apex_height_m: float | None
+
+
+def run_view(connection: sa.Connection, configuration: Configuration, name: str) -> RunView:
+    """Collect what belongs to a run; its numbers are those of the newest report that still stand."""
+    run = run_named(connection, name)
+    history = tuple(history_of(connection, run.uid))
+    protocol = configuration.protocol
+    as_protocol = {
+        "run": name,
+        "detector": protocol.detector,
+        "exclude_first_jumps": protocol.exclude_first_jumps,
+        "exclude_gap_jumps": protocol.exclude_gap_jumps,
+        "heed_decisions": True,
+    }
+    joules = standing_number(connection, "run_energy", canonical({"run": name}), "joules_per_jump")
+    apex = standing_number(connection, "run_apexes", canonical(as_protocol), "apex_height")
+    signals = [signal for signal in signals_of_runs(connection) if signal.run_uid == run.uid]
+    return RunView(
+        run=run,
+        files=tuple(files_of_run(connection, run.uid)),
+        signals=tuple((signal, gaps_of(connection, signal.uid)) for signal in signals),
+        charges=tuple(charges_by_run(connection).get(run.uid, [])),
+        notes=tuple(notes_of(connection, run.uid)),
+        history=history,
+        history_in_words=tuple(_in_words(connection, item) for item in history),
+        joules_per_jump=None if joules is None else joules[0],
+        mean_apex_height_m=None if apex is None else apex[0],
+    )
+
+
+def view_lines(view: RunView) -> list[str]:
+    """Write it for people."""
+    run = view.run
+    lines = [
+        f"run {run.name} ({run.kind}, {run.state}) on {run.day}, position {run.position_in_day}",
+        f"  condition: {run.condition_key or 'none'}{' (control)' if run.is_control else ''}",
+        f"  robot {run.robot}, battery {run.battery}, {run.starts} start{'' if run.starts == 1 else 's'}, "
+        f"{run.jumps_made} jumps made",
+        f"  started {run.started_utc or 'unknown'}, duration "
+        f"{'unknown' if run.duration_s is None else f'{run.duration_s:g} s'}",
+    ]
+    if view.joules_per_jump is not None:
+        lines.append(f"  energy {view.joules_per_jump:.1f} J a jump")
+    if view.mean_apex_height_m is not None:
+        lines.append(f"  mean apex {view.mean_apex_height_m * 1e3:.1f} mm")
+    lines += [
+        f"  file {item.name} ({item.role}, {item.n_bytes} bytes, sha256 {item.sha256[:12]})" for item in view.files
+    ]
+    for signal, gaps in view.signals:
+        rate = "unknown rate" if signal.rate_hz is None else f"{signal.rate_hz:.1f} Hz"
+        lines.append(f"  signal {signal.uid}: {signal.n_samples} samples, {rate}: {', '.join(signal.channels)}")
+        lines += [
+            f"    gap ({gap.kind}) at {gap.start_s:.3f} s, {gap.length_s * 1e3:.0f} ms, {gap.samples_missing} of "
+            f"{gap.samples_expected} samples missing"
+            for gap in gaps
+        ]
+    lines += [
+        f"  charge {charge.uid}: {charge.charge_mah:g} mAh (steps of {charge.resolution_mah:g})"
+        f"{'' if charge.stated_pack is None else f', pack {charge.stated_pack}'}"
+        for charge in view.charges
+    ]
+    lines += [f"  note by {note.person} on {note.at_utc}: {note.text}" for note in view.notes]
+    for words in view.history_in_words:
+        lines += textwrap.wrap(words, WIDTH, initial_indent="  ", subsequent_indent="    ")
+    return lines
+
+
+def _in_words(connection: sa.Connection, item: HistoryRow) -> str:
+    new, old = _facts(item.new_json), _facts(item.old_json)
+    said = []
+    for name, value in new.items():
+        before = f"{_named(connection, name, old[name])} to " if name in old else ""
+        if value is not None or before:
+            said.append(f"{name} {before}{_named(connection, name, value)}")
+    reason = f" ({item.reason})" if item.reason else ""
+    return f"{item.at_utc} {item.person} {_DONE.get(item.action, item.action)}: {', '.join(said)}{reason}"
+
+
+def _facts(text: str | None) -> dict[str, object]:
+    found = json.loads(text) if text else {}
+    return found if isinstance(found, dict) else {}
+
+
+def _named(connection: sa.Connection, name: str, value: object) -> str:
+    """Return what people call a thing that the journal names by its uid."""
+    if value is None:
+        return "unknown"
+    if name in _NAME_OF and re.fullmatch("[0-9a-f]{12}", str(value)):
+        return str(read_fact(connection, name, str(value), [_NAME_OF[name]])[_NAME_OF[name]])
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,92 @@
+"""What a day at the rig still needs."""
+
+from __future__ import annotations
+
+import datetime
+from dataclasses import dataclass
+from zoneinfo import ZoneInfo
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError
+from data_schema.queries.charges import charges_by_run
+from data_schema.queries.days import checks_by_day
+from data_schema.queries.imports import inbox
+from data_schema.queries.runs import RunRow, list_runs, planned_runs
+from data_schema.queries.signals import signals_of_runs
+from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
+from labbook.config.parsing import Configuration
+
+
+@dataclass(frozen=True, slots=True)
+class ToDo:
+    """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days."""
+
+    day: str
+    runs_done: tuple[str, ...]
+    planned_not_done: tuple[str, ...]
+    open_runs: tuple[str, ...]
+    log_without_charge: tuple[str, ...]
+    charge_without_log: tuple[str, ...]
+    neither: tuple[str, ...]
+    checks_not_made: tuple[str, ...]
+    inbox: int
+
+
+def to_do(connection: sa.Connection, configuration: Configuration, day: str | None) -> ToDo:
+    """Compare the day's runs with what they should have; without `day`, today in the study's time zone."""
+    date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
+    runs = [run for run in list_runs(connection) if run.day == date.isoformat() and run.state is not RunState.VOID]
+    charged = set(charges_by_run(connection))
+    logged = {signal.run_uid for signal in signals_of_runs(connection, FileRole.LOG)}
+    made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
+
+    def names(has_log: bool, has_charge: bool) -> tuple[str, ...]:
+        return tuple(
+            run.name
+            for run in runs
+            if _needs_log(run) and ((run.uid in logged), (run.uid in charged)) == (has_log, has_charge)
+        )
+
+    idle_uncharged = tuple(run.name for run in runs if run.kind is RunKind.IDLE and run.uid not in charged)
+    return ToDo(
+        day=date.isoformat(),
+        runs_done=tuple(run.name for run in runs),
+        planned_not_done=tuple(row.name for row in planned_runs(connection) if row.run_name is None),
+        open_runs=tuple(run.name for run in runs if run.state is RunState.OPEN),
+        log_without_charge=names(True, False),
+        charge_without_log=names(False, True),
+        neither=names(False, False) + idle_uncharged,
+        checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
+        inbox=len(inbox(connection)),
+    )
+
+
+def to_do_lines(found: ToDo) -> list[str]:
+    """Say it line by line; what is in order is not mentioned."""
+    lines = [f"{found.day}: {len(found.runs_done)} runs."]
+    for what, names in (
+        ("planned, not done", found.planned_not_done),
+        ("still open (duration or jumps missing)", found.open_runs),
+        ("log without charge", found.log_without_charge),
+        ("charge without log", found.charge_without_log),
+        ("neither log nor charge", found.neither),
+        ("checks not made", found.checks_not_made),
+    ):
+        if names:
+            more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+            lines.append(f"{what} ({len(names)}): {', '.join(names[:12])}{more}")
+    if found.inbox:
+        lines.append(f"in the inbox: {found.inbox} (`labbook runs inbox`)")
+    return lines if len(lines) > 1 else [*lines, "nothing is missing."]
+
+
+def _needs_log(run: RunRow) -> bool:
+    return run.kind is RunKind.JUMPS
+
+
+def _date(text: str) -> datetime.date:
+    try:
+        return datetime.date.fromisoformat(text)
+    except ValueError:
+        raise UsageError(f"--day {text!r} is not a date: write it as 2021-06-01.") from None

@@ -1,0 +1,1 @@
+"""A book: opening it, writing to it, making, upgrading and rebuilding it."""

@@ -1,0 +1,92 @@
+"""From the names that people use to the rows they mean; what is missing and may be made is stated on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.conditions import conditions_by_key
+from data_schema.queries.days import day_uids
+from data_schema.queries.facts import find_uid, read_fact
+from data_schema.queries.runs import RunRow, StudyRow, factors, list_runs, the_study
+from labbook.book.desk import Desk
+from labbook.config.parsing import Configuration
+
+
+def study_of(connection: sa.Connection) -> StudyRow:
+    """Return the book's study."""
+    study = the_study(connection)
+    if study is None:
+        raise UsageError("the book has no study yet: describe it under [study] in labbook.toml.")
+    return study
+
+
+def run_named(connection: sa.Connection, name: str) -> RunRow:
+    """Return a run by name; an unknown one is refused with the nearest."""
+    rows = {run.name: run for run in list_runs(connection)}
+    if name not in rows:
+        raise unknown_name("run", name, rows, "List them with `labbook runs list`.")
+    return rows[name]
+
+
+def refuse_empty(option: str, text: str) -> None:
+    """Raise `UsageError` for a reason that says nothing: the journal keeps it for those who come later."""
+    if not text.strip():
+        raise UsageError(f"{option} is empty: say it in a few words, the journal keeps them.")
+
+
+def named_uid(connection: sa.Connection, kind: str, name: str, known: Mapping[str, Any]) -> str:
+    """Return the uid of a robot, battery or instrument that labbook.toml names."""
+    uid = find_uid(connection, kind, name=name)
+    if uid is None:
+        table = {"battery": "batteries"}.get(kind, f"{kind}s")
+        raise unknown_name(kind, name, known, f"Add it under [{table}.{name}] in labbook.toml.")
+    return uid
+
+
+def ensure_day(desk: Desk, study_uid: str, date_local: str) -> str:
+    """Return the uid of a day; a day comes into being with its first run or check."""
+    return day_uids(desk.connection).get(date_local) or desk.declare("day", study=study_uid, date_local=date_local)
+
+
+def condition_key(levels: Mapping[str, str]) -> str:
+    """Return the canonical name of a condition: "foot=small k_gain=400 b_ad_gain=50", in the factors' order."""
+    return " ".join(f"{name}={label}" for name, label in levels.items())
+
+
+def ensure_condition(desk: Desk, configuration: Configuration, study_uid: str, levels: Mapping[str, str]) -> str:
+    """Return the uid of the condition with these levels; raises for a factor or level that does not exist."""
+    uids = []
+    ordered: dict[str, str] = {}
+    rows = [row for row in factors(desk.connection) if row.name in configuration.factors]
+    for name in levels:
+        if name not in {row.name for row in rows}:
+            raise unknown_name("factor", name, [row.name for row in rows], "Factors are declared in labbook.toml.")
+    for row in rows:
+        named = {level.label for level in configuration.factors[row.name].levels}
+        known = {item.label: item.uid for item in row.levels if item.label in named}
+        if row.name not in levels:
+            raise UsageError(f"a condition needs a level of {row.name}: give one of {', '.join(known)}.")
+        label = levels[row.name]
+        if label not in known:
+            remedy = f"Levels are declared under [factors.{row.name}] in labbook.toml."
+            raise unknown_name(f"level of {row.name}", label, known, remedy)
+        uids.append(known[label])
+        ordered[row.name] = label
+    key = condition_key(ordered)
+    standing = conditions_by_key(desk.connection).get(key)
+    if standing is not None:
+        return standing
+    control = any(
+        factor.control is not None and ordered.get(name) == factor.control
+        for name, factor in configuration.factors.items()
+    )
+    return desk.declare("condition", study=study_uid, key=key, is_control=int(control), levels=uids)
+
+
+def old_values(connection: sa.Connection, kind: str, uid: str, new: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what stands now in the columns that are about to change."""
+    return read_fact(connection, kind, uid, list(new))

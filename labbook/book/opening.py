@@ -1,0 +1,182 @@
+"""A book: the folder, its configuration, its database, its store and its journal.
+
+Opening never creates and never upgrades. `labbook init` makes a book, `labbook db upgrade` brings its database to this
+labbook's revision, `labbook rebuild` makes the database anew; each is its own command.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import sqlalchemy as sa
+
+from data_schema import migrations
+from data_schema.engine import postgres_engine, reading, sqlite_engine
+from data_schema.errors import BookMissing, BookVersion, UsageError, unknown_name
+from data_schema.journal import JournalFile
+from ingest.store import Store
+from labbook.book.desk import Desk, desk_of
+from labbook.book.proposing import propose
+from labbook.config.parsing import Configuration, parse_configuration
+
+CONFIGURATION = "labbook.toml"
+DATABASE = "labbook.db"
+JOURNAL = "journal.jsonl"
+
+
+@dataclass(frozen=True)
+class Book:
+    """An open book."""
+
+    folder: Path
+    configuration: Configuration
+    engine: sa.Engine
+    store: Store
+    mirror: JournalFile
+
+    def reading(self) -> contextlib.AbstractContextManager[sa.Connection]:
+        """Open a reading transaction."""
+        return reading(self.engine)
+
+    @contextlib.contextmanager
+    def desk(self, person: str | None, *, correcting: bool = False) -> Iterator[Desk]:
+        """Open a writing transaction for one person; first takes over what labbook.toml proposes anew.
+
+        `correcting` is for statements that may settle what labbook.toml and the book disagree about.
+        """
+        speaker = self.speaker(person)
+        with desk_of(self.engine, self.store, self.mirror, speaker) as desk:
+            propose(desk, self.configuration, correcting=correcting)
+            yield desk
+            if correcting:
+                propose(desk, self.configuration, correcting=True)
+
+    def speaker(self, person: str | None) -> str:
+        """Return who speaks: the person named by name or initials, or the only one there is."""
+        return speaker_of(self.configuration, person)
+
+    def close(self) -> None:
+        """Give the database connections back."""
+        self.engine.dispose()
+
+
+def speaker_of(configuration: Configuration, person: str | None) -> str:
+    """Return whom a name or initials mean; None means the only one there is."""
+    people = configuration.people
+    if person is None:
+        if len(people) == 1:
+            return next(iter(people))
+        raise UsageError(
+            f"a statement needs a person and this book has {len(people)}: add --as with one of "
+            f"{', '.join(repr(name) for name in people)}."
+        )
+    for name, initials in people.items():
+        if person in (name, initials):
+            return name
+    raise unknown_name("person", person, people, "New people are added under [people] in labbook.toml.")
+
+
+@contextlib.contextmanager
+def opened(start: Path | None = None) -> Iterator[Book]:
+    """Open the book that holds `start` (default: the current folder), and close it afterwards."""
+    book = open_book(find_folder(start or Path.cwd()))
+    try:
+        yield book
+    finally:
+        book.close()
+
+
+def find_folder(start: Path) -> Path:
+    """Return the nearest folder, from `start` upward, that holds a labbook.toml."""
+    for folder in (start.resolve(), *start.resolve().parents):
+        if (folder / CONFIGURATION).is_file():
+            return folder
+    raise BookMissing(
+        f"there is no book in {start} or above it: go to a book's folder, name one with --book DIR, or make one with "
+        "`labbook init DIR`."
+    )
+
+
+def open_book(folder: Path) -> Book:
+    """Open the book in a folder; raises when it is not there, or not of this labbook's revision."""
+    configuration = read_configuration(folder)
+    engine = engine_of(folder, configuration)
+    try:
+        check_revision(engine)
+    except BaseException:
+        engine.dispose()
+        raise
+    return Book(
+        folder,
+        configuration,
+        engine,
+        store_of(folder, configuration),
+        JournalFile(journal_path(folder, configuration)),
+    )
+
+
+def read_configuration(folder: Path) -> Configuration:
+    """Read labbook.toml."""
+    path = folder / CONFIGURATION
+    try:
+        return parse_configuration(path.read_text(encoding="utf-8"), str(path))
+    except UnicodeDecodeError as error:
+        raise UsageError(f"{path} is not UTF-8 text (byte {error.start}): save it as UTF-8.") from error
+
+
+def engine_of(folder: Path, configuration: Configuration) -> sa.Engine:
+    """Return an engine on the book's database; a SQLite file must exist."""
+    if configuration.database_url:
+        return postgres_engine(configuration.database_url)
+    path = folder / DATABASE
+    if not path.exists():
+        raise BookMissing(
+            f"{path} is missing: run `labbook rebuild` to make it from the raw copies and the journal, or `labbook "
+            "init` if this book was never made."
+        )
+    return sqlite_engine(path)
+
+
+def store_of(folder: Path, configuration: Configuration) -> Store:
+    """Return the store of files: in the book, or where [store] path says."""
+    return Store(folder / (configuration.store_path or ""))
+
+
+def journal_path(folder: Path, configuration: Configuration) -> Path:
+    """Return where the journal's mirror lies: beside the store that it belongs to."""
+    return store_of(folder, configuration).root / JOURNAL
+
+
+def check_revision(engine: sa.Engine, versions: Path = migrations.VERSIONS) -> None:
+    """Refuse a database that is not labbook's, is older, or is newer, with the next command to give."""
+    with reading(engine) as connection:
+        tables = set(sa.inspect(connection).get_table_names())
+        revision = migrations.current(connection)
+    if revision is None or "journal" not in tables:
+        what = "is empty" if not tables else f"was not made by labbook (it holds {', '.join(sorted(tables)[:3])})"
+        raise BookVersion(
+            f"the database {shown(engine)} {what}: make a book with `labbook init DIR`, or point [database] url in "
+            "labbook.toml to the right one."
+        )
+    newest = migrations.newest(versions)
+    if revision == newest:
+        return
+    if migrations.known(revision, versions):
+        raise BookVersion(
+            f"the database {shown(engine)} has revision {revision}, this labbook writes {newest}: run "
+            "`labbook db upgrade` (it makes a backup first)."
+        )
+    raise BookVersion(
+        f"the database {shown(engine)} has revision {revision}, which this labbook does not know: it was made by a "
+        "newer labbook; install that one with `pip install --upgrade robot-labbook`."
+    )
+
+
+def shown(engine: sa.Engine) -> str:
+    """Return the database's name without a password."""
+    if engine.dialect.name == "sqlite":
+        return DATABASE
+    return engine.url.render_as_string(hide_password=True)

@@ -1,0 +1,224 @@
+"""labbook.toml proposes, the book decides: what the file adds is stated, what it changes in use is refused.
+
+The tables, through the journal, are the one truth. Additions (a person, a level, a pack) become statements of whoever
+gives the next command; so do changes while the book is still being described, before its first day, plan or file. A
+later change to a fact that stands is refused with the `labbook correct` that would make it.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.errors import InputRefused
+from data_schema.journal import canonical
+from data_schema.queries.conditions import conditions_by_key
+from data_schema.queries.days import day_uids
+from data_schema.queries.facts import find_uid, read_fact
+from data_schema.queries.imports import imported_names
+from data_schema.queries.people import config_in_force, person_uid
+from data_schema.queries.runs import condition_levels, planned_runs, the_study
+from data_schema.vocabulary import Action
+from labbook.book.desk import Desk, Statement, now_utc
+from labbook.config.model import number_label
+from labbook.config.parsing import Configuration
+from labbook.config.tables import as_number
+
+
+def propose(desk: Desk, configuration: Configuration, *, correcting: bool = False) -> None:
+    """Take over what the configuration adds; raises `InputRefused` when it contradicts what stands.
+
+    With `correcting`, contradictions are left to the correction that is being stated, and to the next command; factors
+    that no longer fit the book's conditions are refused all the same, for no correction can settle them. The journal
+    keeps the file's text without the database's password, and the hash of the text as it is.
+    """
+    in_force = config_in_force(desk.connection)
+    if in_force is not None and in_force.sha256 == configuration.sha256:
+        return
+    faults = [] if in_force is None else _misfits(desk.connection, configuration, in_force.text)
+    if faults:
+        raise InputRefused("\n".join(faults))
+    for name in sorted(configuration.people, key=lambda name: name != desk.person):
+        if person_uid(desk.connection, name) is None:
+            desk.declare("person", name=name, initials=configuration.people[name])
+    changes: list[_Change] = []
+    for kind, label, identity, values in _proposed(desk, configuration):
+        uid = _standing(desk.connection, kind, identity)
+        if uid is None:
+            desk.declare(kind, **identity, **values)
+        else:
+            changes += _differences(desk.connection, kind, label, uid, {**identity, **values})
+    if changes and _in_use(desk.connection):
+        if correcting:
+            return
+        raise InputRefused("\n".join(change.sentence for change in changes))
+    for change in changes:
+        new, old = {change.field: change.proposed}, {change.field: change.standing}
+        reason = "labbook.toml was changed before anything was measured"
+        desk.state(Statement(Action.CORRECT, change.kind, change.uid, new=new, old=old, reason=reason))
+    text = _without_password(configuration)
+    desk.declare("config", sha256=configuration.sha256, text=text, read_utc=now_utc())
+
+
+_PASSWORD = re.compile(r"(://[^:/@]*:)[^@]*(?=@)|([?&]\w*password=)[^&]*")
+"""A password in the address of a database, as `user:password@host` or as an option, after what tells it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """A fact that labbook.toml states otherwise than the book."""
+
+    kind: str
+    label: str
+    uid: str
+    field: str
+    standing: Any
+    proposed: Any
+
+    @property
+    def sentence(self) -> str:
+        assignment = f"{self.field}={'' if self.proposed is None else self.proposed}"
+        command = f"labbook correct {shlex.quote(self.label)} {shlex.quote(assignment)}"
+        return (
+            f"labbook.toml says {self.label} {self.field} = {_shown(self.proposed)}, the book says "
+            f'{_shown(self.standing)}: set it back, or state the change with `{command} --why "..."`.'
+        )
+
+
+def _shown(value: Any) -> str:
+    return "nothing" if value is None else str(value)
+
+
+def _proposed(desk: Desk, configuration: Configuration) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
+    """Give (kind, label, what it is called, what is said of it); parents before what refers to them."""
+    study = configuration.study
+    yield (
+        "study",
+        "study",
+        {"name": study.name},
+        {
+            "kind": str(study.kind),
+            "reference_voltage_v": study.reference_voltage_v,
+            "jumps_nominal": study.jumps_nominal,
+            "time_zone": study.time_zone,
+        },
+    )
+    study_uid = _standing(desk.connection, "study", {})
+    for name, factor in configuration.factors.items():
+        yield (
+            "factor",
+            f"factor:{name}",
+            {"study": study_uid, "name": name},
+            {"kind": str(factor.kind), "unit": factor.unit},
+        )
+        factor_uid = find_uid(desk.connection, "factor", study=study_uid, name=name)
+        for level in factor.levels:
+            yield (
+                "level",
+                f"level:{name}={level.label}",
+                {"factor": factor_uid, "label": level.label},
+                {"value": level.value, "attributes_json": canonical(dict(level.attributes))},
+            )
+    for name, robot in configuration.robots.items():
+        values = {field: getattr(robot, field) for field in type(robot).__slots__}
+        yield "robot", f"robot:{name}", {"name": name, "valid_from_utc": ""}, values
+    for name, battery in configuration.batteries.items():
+        yield (
+            "battery",
+            f"battery:{name}",
+            {"name": name},
+            {"cells": battery.cells, "capacity_mah": battery.capacity_mah},
+        )
+    for name, instrument in configuration.instruments.items():
+        values = {field: getattr(instrument, field) for field in type(instrument).__slots__}
+        yield "instrument", f"instrument:{name}", {"name": name}, values
+
+
+def _standing(connection: sa.Connection, kind: str, identity: Mapping[str, Any]) -> str | None:
+    """Return the uid of what is proposed where it stands already; a book has one study, whatever it is called."""
+    if kind == "study":
+        study = the_study(connection)
+        return None if study is None else study.uid
+    return find_uid(connection, kind, **identity)
+
+
+def _differences(
+    connection: sa.Connection, kind: str, label: str, uid: str, proposed: Mapping[str, Any]
+) -> list[_Change]:
+    standing = read_fact(connection, kind, uid, proposed)
+    return [
+        _Change(kind, label, uid, field, standing[field], value)
+        for field, value in proposed.items()
+        if standing[field] != value
+    ]
+
+
+def _misfits(connection: sa.Connection, configuration: Configuration, text_in_force: str) -> list[str]:
+    """Say where the file's factors no longer fit the conditions that the book has; what has none may be dropped."""
+    if not conditions_by_key(connection):
+        return []
+    used: dict[str, set[str]] = {}
+    for levels in condition_levels(connection).values():
+        for name, label in levels.items():
+            used.setdefault(name, set()).add(label)
+    proposed = configuration.factors
+    found = [
+        f"the book has conditions with a level of factor {name}, and labbook.toml no longer names it: put "
+        f"[factors.{name}] back as it was."
+        for name in used
+        if name not in proposed
+    ]
+    found += [
+        f"labbook.toml adds factor {name}, and the book has conditions without a level of it: take [factors.{name}] "
+        "out, or make another book for the wider study."
+        for name in proposed
+        if name not in used
+    ]
+    for name in proposed:
+        if name in used:
+            missing = used[name] - {level.label for level in proposed[name].levels}
+            found += [
+                f"the book has conditions with {name}={label}, and labbook.toml no longer names that level: put it "
+                f"back among the levels of [factors.{name}]."
+                for label in sorted(missing)
+            ]
+    before = tomllib.loads(text_in_force).get("factors", {})
+    for name in used.keys() & proposed.keys():
+        stands, control = _control(before.get(name, {})), proposed[name].control
+        if control != stands:
+            found.append(
+                f"labbook.toml says {name} control = {_shown(control)}, the book has conditions under control = "
+                f"{_shown(stands)}: set it back, or make another book for the other comparison."
+            )
+    return found
+
+
+def _control(table: Mapping[str, Any]) -> str | None:
+    given = table.get("control")
+    number = as_number(given)
+    return given if number is None else number_label(number)
+
+
+def _without_password(configuration: Configuration) -> str:
+    """Return the file's text as the journal keeps it: who may read the book need not be let into its database."""
+    url = configuration.database_url
+    if url is None:
+        return configuration.text
+    masked = _PASSWORD.sub(lambda found: f"{found[1] or found[2]}***", url)
+    if masked != url and url not in configuration.text:
+        raise InputRefused(
+            "the url under [database] in labbook.toml is written with backslashes, so that its password cannot be kept "
+            "out of the journal: write the url in single quotes, without them."
+        )
+    return configuration.text.replace(url, masked)
+
+
+def _in_use(connection: sa.Connection) -> bool:
+    """Tell whether the book's description has been built on: a day, a plan or a file."""
+    return bool(day_uids(connection) or planned_runs(connection) or imported_names(connection))

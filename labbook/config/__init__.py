@@ -1,0 +1,1 @@
+"""What `labbook.toml` says."""

@@ -1,0 +1,211 @@
+"""Read `labbook.toml`: the study, its people, factors, protocol, equipment and column profiles.
+
+The file is a proposal; what is in force is in the book, and every command compares the two. A key that is not known
+is refused, because a typing error must not become a default. All faults are reported at once.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import tomllib
+import zoneinfo
+from collections.abc import Mapping
+
+from data_schema.errors import InputRefused, unknown_name
+from data_schema.vocabulary import StudyKind
+from labbook.config.factors import read_factors, read_gains
+from labbook.config.model import (
+    BatterySettings,
+    Configuration,
+    Detector,
+    FileSettings,
+    InstrumentSettings,
+    ProfileColumn,
+    ProfileSettings,
+    ProtocolSettings,
+    RobotSettings,
+    StudySettings,
+    TimeColumn,
+)
+from labbook.config.tables import TableReader, as_number, is_plain
+from labbook.config.template import template
+
+__all__ = ["Configuration", "parse_configuration", "template"]
+
+
+def parse_configuration(text: str, source: str) -> Configuration:
+    """Read a configuration; `source` names the file in messages.
+
+    Raises `InputRefused` with one sentence a fault, all faults at once.
+    """
+    faults: list[str] = []
+    top = TableReader(_toml(text, source), "", faults)
+    factors = read_factors(top)
+    configuration = Configuration(
+        study=_study(top.table("study", required=True)),
+        people=_people(top.table("people")),
+        factors=factors,
+        protocol=_protocol(top.table("protocol")),
+        gains=read_gains(top, factors),
+        robots={name: _robot(table) for name, table in top.tables("robots")},
+        batteries={name: _battery(table) for name, table in top.tables("batteries")},
+        instruments={name: _instrument(table) for name, table in top.tables("instruments")},
+        files=_files(top.table("files")),
+        profiles={name: _profile(table) for name, table in top.tables("profiles")},
+        database_url=_database(top.table("database")),
+        store_path=_store(top.table("store")),
+        text=text,
+        sha256=hashlib.sha256(text.encode("utf-8")).hexdigest(),
+    )
+    top.finish()
+    if len(faults) == 1:
+        raise InputRefused(f"{source}: {faults[0]}")
+    if faults:
+        listed = "".join(f"\n  {fault}" for fault in faults)
+        raise InputRefused(f"{source} has {len(faults)} faults, correct each of them and try again:{listed}")
+    return configuration
+
+
+def _toml(text: str, source: str) -> Mapping[str, object]:
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise InputRefused(f"{source} has brackets too deep inside each other: write it flatter.") from error
+    except ValueError as error:  # also numbers of thousands of digits
+        raise InputRefused(f"{source} is not TOML, {error}: correct that place and try again.") from error
+
+
+def _study(table: TableReader) -> StudySettings:
+    settings = StudySettings(
+        name=table.text("name"),
+        kind=table.word("kind", StudyKind),
+        reference_voltage_v=table.number("reference_voltage_v", above=0.0),
+        jumps_nominal=table.whole("jumps_nominal", least=1),
+        time_zone=table.text("time_zone"),
+    )
+    try:
+        zoneinfo.ZoneInfo(settings.time_zone or "UTC")
+    except (zoneinfo.ZoneInfoNotFoundError, ValueError, OSError):  # a folder of zones raises OSError
+        known = zoneinfo.available_timezones()
+        table.fault("time_zone", str(unknown_name("time zone", settings.time_zone, known)))
+    table.finish()
+    return settings
+
+
+def _people(table: TableReader) -> dict[str, str]:
+    people = {name: table.text(name) for name in table.names()}
+    shorts = list(people.values())
+    for name, initials in people.items():
+        if initials and (shorts.count(initials) > 1 or (initials in people and initials != name)):
+            table.fault(name, f"the initials {initials!r} also stand for someone else: choose others.")
+    return people
+
+
+def _protocol(table: TableReader) -> ProtocolSettings:
+    minutes: list[float] = []
+    for given in table.items("idle_minutes", "minutes"):
+        number = as_number(given)
+        if number is None or number <= 0:
+            table.fault("idle_minutes", f"{given!r} is not a time in minutes: write numbers greater than 0.")
+        else:
+            minutes.append(number)
+    settings = ProtocolSettings(
+        run_duration_s=table.optional_number("run_duration_s", above=0.0),
+        detector=table.word("detector", Detector, Detector.ROBUST),
+        exclude_first_jumps=table.whole("exclude_first_jumps", 0, least=0),
+        exclude_gap_jumps=table.flag("exclude_gap_jumps", True),
+        charger_resolution_mah=table.number("charger_resolution_mah", 1.0, above=0.0),
+        idle_minutes=tuple(minutes),
+    )
+    table.finish()
+    return settings
+
+
+def _robot(table: TableReader) -> RobotSettings:
+    settings = RobotSettings(
+        body_mass_kg=table.number("body_mass_kg", above=0.0),
+        foot_mass_kg=table.number("foot_mass_kg", above=0.0),
+        link_1_m=table.number("link_1_m", above=0.0),
+        link_2_m=table.number("link_2_m", above=0.0),
+        rest_length_m=table.number("rest_length_m", above=0.0),
+        leg_min_m=table.number("leg_min_m", above=0.0),
+        leg_max_m=table.number("leg_max_m", above=0.0),
+    )
+    if settings.leg_min_m >= settings.leg_max_m:
+        table.fault("leg_min_m", f"{settings.leg_min_m:g} is not less than leg_max_m: exchange or correct them.")
+    table.finish()
+    return settings
+
+
+def _battery(table: TableReader) -> BatterySettings:
+    settings = BatterySettings(table.whole("cells", least=1), table.number("capacity_mah", above=0.0))
+    table.finish()
+    return settings
+
+
+def _instrument(table: TableReader) -> InstrumentSettings:
+    settings = InstrumentSettings(
+        kind=table.text("kind"),
+        make=table.optional_text("make"),
+        model=table.optional_text("model"),
+        serial=table.optional_text("serial"),
+    )
+    table.finish()
+    return settings
+
+
+def _files(table: TableReader) -> FileSettings:
+    pattern = table.optional_text("run_pattern")
+    if pattern is not None:
+        try:
+            if "run" not in re.compile(pattern).groupindex:
+                table.fault("run_pattern", f"{pattern!r} has no group (?P<run>...): put one round the run's name.")
+        except (re.error, RecursionError, OverflowError) as error:
+            table.fault("run_pattern", f"{pattern!r} is not a regular expression ({error}): correct it.")
+    table.finish()
+    return FileSettings(pattern)
+
+
+def _profile(table: TableReader) -> ProfileSettings:
+    recognise = table.items("recognise", "column names")
+    if not recognise or not all(isinstance(name, str) and is_plain(name) for name in recognise):
+        table.fault("recognise", f"{recognise!r} names no column: list one or more that only this logger has.")
+    rate_hz = table.optional_number("rate_hz", above=0.0)
+    time = None
+    if table.value("time") is not None:
+        below = table.table("time")
+        time = TimeColumn(below.text("column"), below.optional_text("unit"))
+        below.finish()
+        if rate_hz is not None:
+            table.fault("rate_hz", "stands beside a time column: leave one of the two out.")
+    columns = {name: _profile_column(below) for name, below in table.tables("columns")}
+    channels = [column.channel for column in columns.values() if column.channel]
+    for channel in sorted({channel for channel in channels if channels.count(channel) > 1}):
+        table.fault("columns", f"{channel!r} is the channel of several columns: name each channel once.")
+    table.finish()
+    return ProfileSettings(tuple(recognise), rate_hz, time, columns)
+
+
+def _profile_column(table: TableReader) -> ProfileColumn:
+    sign = table.number("sign", 1.0)
+    if abs(sign) != 1.0:
+        table.fault("sign", f"{sign:g} is no sign: write 1, or -1 to turn the column round.")
+    column = ProfileColumn(table.optional_text("channel"), table.optional_text("unit"), -1 if sign < 0 else 1)
+    table.finish()
+    return column
+
+
+def _database(table: TableReader) -> str | None:
+    url = table.optional_text("url")
+    if url is not None and not url.startswith("postgresql+psycopg://"):
+        example = "postgresql+psycopg://user@host/labbook"
+        table.fault("url", f"{url!r} is no address of a PostgreSQL database: write one such as {example!r}.")
+    table.finish()
+    return url
+
+
+def _store(table: TableReader) -> str | None:
+    path = table.optional_text("path")
+    table.finish()
+    return path

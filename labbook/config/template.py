@@ -1,0 +1,129 @@
+"""The `labbook.toml` that `labbook init` writes: what every book needs filled in, the rest as examples."""
+
+from __future__ import annotations
+
+import json
+
+from data_schema.errors import UsageError
+from labbook.config.tables import is_plain
+
+_TEMPLATE = """\
+# The configuration of this book. Lines that start with "# " explain; lines that start with "#" and no space are
+# examples: take the # away and put your own in. A key that labbook does not know is refused, with the nearest one.
+
+[study]
+name = NAME
+# bed, emulator, force_plate or field
+kind = "bed"
+# Joules are charge times this voltage: the packs' storage voltage where they are recharged to that (4 x 3.85 V).
+reference_voltage_v = 15.4
+# How many jumps a run has by protocol.
+jumps_nominal = 25
+# Days and clock times are local to this zone, for example "America/New_York".
+time_zone = ZONE
+
+[people]
+# Who may speak in this book: name = initials.
+PERSON = INITIALS
+
+# What is varied between runs. The level named as control makes a condition a control.
+#[factors.foot]
+#kind = "label"
+#levels = { small = { radius_m = 0.038 }, large = { radius_m = 0.051 } }
+
+#[factors.k_gain]
+#kind = "number"
+#title = "extension stiffness"
+#levels = [300, 400]
+
+#[factors.b_ad_gain]
+#kind = "number"
+#title = "active-damping coefficient"
+#levels = [0, 50, 100, 150, 200, 250]
+#control = 0
+
+[protocol]
+# Power on to power off.
+run_duration_s = 720
+# robust, or published: the one of the thesis.
+detector = "robust"
+exclude_first_jumps = 0
+# Leave out jumps that touch a dropped packet.
+exclude_gap_jumps = true
+charger_resolution_mah = 1
+# Runs without jumps, from which the passive drain is fitted.
+idle_minutes = [20, 24, 30, 40, 50, 60]
+
+# What a gain means: physical value = slope * gain + offset; at the gain zero, nothing is applied.
+#[gains.k_gain]
+#symbol = "k"
+#slope = 2.56
+#offset = 67.36
+#unit = "N/m"
+
+#[gains.b_ad_gain]
+#symbol = "d"
+#slope = 3.32
+#offset = 19.67
+#unit = "kg/s"
+#zero = 0
+
+# Weigh and measure yours before the first run: these are those of a small hopper.
+[robots.hopper]
+body_mass_kg = 1.8
+foot_mass_kg = 0.2
+link_1_m = 0.1
+link_2_m = 0.2
+rest_length_m = 0.27
+leg_min_m = 0.1
+leg_max_m = 0.3
+
+[batteries.A]
+cells = 4
+capacity_mah = 6600
+
+#[instruments.charger]
+#kind = "charger"
+#make = "Junsi"
+#model = "iCharger 406 Duo"
+#serial = "0001"
+
+[files]
+# The run's name in a file's name, without folder: a regular expression with the group (?P<run>...).
+run_pattern = '^(?P<run>r\\d+)'
+
+# Any logger, without programming: recognise lists columns that only its files have. Without a time column, leave the
+# line "time" out and write rate_hz = 300.
+#[profiles.serial_logger]
+#recognise = ["time", "leftEncoder"]
+#time = { column = "time", unit = "ms" }
+#columns = { leftEncoder = { channel = "left_encoder", unit = "1" }, h = { channel = "body_height", unit = "mm" } }
+
+# A database that several people share, and the folder that they all reach.
+#[database]
+#url = "postgresql+psycopg://labbook@server/labbook"
+
+#[store]
+#path = "/mnt/lab/mybook"
+"""
+
+
+def template(name: str, person: str, initials: str | None = None, time_zone: str = "UTC") -> str:
+    """Write the configuration of a new book, ready to be read; `initials` default to the first letters of `person`.
+
+    A name that cannot stand in a configuration (an odd folder's) becomes "study". Raises `UsageError` for a person
+    whose name cannot.
+    """
+    if not is_plain(person):
+        raise UsageError(f"{person!r} is not a name to sign with: give one such as --as 'Ada Nwosu'.")
+    values = {
+        "NAME": name if is_plain(name) else "study",
+        "ZONE": time_zone,
+        "PERSON": person,
+        "INITIALS": initials or "".join(word[0] for word in person.split()).upper(),
+    }
+    lines = []
+    for line in _TEMPLATE.split("\n"):
+        words = [json.dumps(values[word], ensure_ascii=False) if word in values else word for word in line.split(" ")]
+        lines.append(" ".join(words))
+    return "\n".join(lines)

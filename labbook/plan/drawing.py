@@ -1,0 +1,182 @@
+"""Draw the order of a study's runs: randomised or blocked, and the same for the same seed.
+
+What is promised (thesis 4.3.1 and 5.1.3, without the "almost always"):
+
+- every condition reaches its number of runs; only controls may exceed it;
+- a day on which a group is measured (one combination of all factors but the treatment: one foot at one gain) has at
+  least one control of that group;
+- no day has more runs than it can hold.
+
+The unit that is drawn is the *replicate*: for one group, one control and one run of every other level of the
+treatment. Where a day holds whole replicates, treatments are orthogonal to days (a randomised complete block design)
+and no control is spent in excess. A replicate that does not fit is continued on the next day, with a control of its
+own there if the rest has none: at most one in excess for each new day.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.vocabulary import PlanMethod, RunKind
+from labbook.plan.chance import SeededChance
+from labbook.plan.days import ORDERS, QUEUES, Condition, Replicate, Slot, fill_days
+
+LARGEST_PLAN = 100_000
+"""Runs that a plan may have."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFactor:
+    """A factor and its levels; the one with a `control` level is the treatment, the others form the groups."""
+
+    name: str
+    levels: tuple[str, ...]
+    control: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRun:
+    """One run to be made: `condition` is None for an idle run, `duration_s` where the protocol fixes none.
+
+    `position` counts through the plan, `day` the days, `position_in_day` through the day, all from 1. `block` names
+    the runs of a day among which the order was drawn.
+    """
+
+    position: int
+    day: int
+    position_in_day: int
+    block: str
+    condition: Condition | None
+    kind: RunKind
+    duration_s: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The runs of a study in the order in which to make them."""
+
+    factors: tuple[PlanFactor, ...]
+    method: PlanMethod
+    seed: int
+    runs: tuple[PlannedRun, ...]
+
+    @property
+    def days(self) -> tuple[tuple[PlannedRun, ...], ...]:
+        """The runs of each day."""
+        return tuple(tuple(runs) for _, runs in itertools.groupby(self.runs, key=lambda run: run.day))
+
+
+def draw_plan(
+    factors: Sequence[PlanFactor],
+    runs_per_condition: int,
+    runs_per_day: int,
+    method: PlanMethod,
+    seed: int,
+    *,
+    idle_minutes: Sequence[float] = (),
+    extra_controls: int = 0,
+    run_duration_s: float | None = None,
+) -> Plan:
+    """Draw a plan: `runs_per_condition` runs of each combination of levels, at most `runs_per_day` a day.
+
+    `extra_controls` are added in each group. Each of `idle_minutes` is one idle run of that length (thesis 5.1.4); it
+    takes a place of its day like any other run. Raises `UsageError` for a plan that cannot be made.
+    """
+    _check(factors, runs_per_condition, runs_per_day, seed, idle_minutes, extra_controls, run_duration_s)
+    chance = SeededChance(seed)
+    groups: list[list[Replicate]] = []
+    for group in _nested([factor for factor in factors if factor.control is None], chance):
+        share, rest = divmod(extra_controls, runs_per_condition)
+        controls = [1 + share + (number < rest) for number in range(runs_per_condition)]
+        groups.append([_replicate(factors, group, count, run_duration_s, chance) for count in controls])
+    queue = QUEUES[method](groups, chance)
+    idle = chance.shuffled(Slot(None, None, 60.0 * minutes) for minutes in idle_minutes)
+    size = len(groups[0][0].slots)  # idle runs in the places of a whole replicate leave the others whole
+    for start in range(0, len(idle), size):
+        queue.insert(chance.below(len(queue) + 1), Replicate(tuple(idle[start : start + size]), None))
+    runs: list[PlannedRun] = []
+    for day, slots in enumerate(fill_days(queue, runs_per_day), start=1):
+        for place, (block, slot) in enumerate(ORDERS[method](slots, chance), start=1):
+            kind = RunKind.IDLE if slot.condition is None else RunKind.JUMPS
+            runs.append(PlannedRun(len(runs) + 1, day, place, block, slot.condition, kind, slot.duration_s))
+    return Plan(tuple(factors), method, seed, tuple(runs))
+
+
+def _nested(factors: Sequence[PlanFactor], chance: SeededChance) -> list[Condition]:
+    """Every combination of levels in random order, the first factor's levels each in one stretch."""
+    if not factors:
+        return [()]
+    return [
+        ((factors[0].name, level), *rest)
+        for level in chance.shuffled(factors[0].levels)
+        for rest in _nested(factors[1:], chance)
+    ]
+
+
+def _replicate(
+    factors: Sequence[PlanFactor], group: Condition, controls: int, duration_s: float | None, chance: SeededChance
+) -> Replicate:
+    treatment = next((factor for factor in factors if factor.control is not None), None)
+    if treatment is None:
+        return Replicate((Slot(group, group, duration_s),), None)
+
+    def slot(level: str) -> Slot:
+        levels = {**dict(group), treatment.name: level}
+        return Slot(group, tuple((factor.name, levels[factor.name]) for factor in factors), duration_s)
+
+    control = slot(str(treatment.control))
+    others = [slot(level) for level in treatment.levels if level != treatment.control]
+    return Replicate((control, *chance.shuffled([*others, *[control] * (controls - 1)])), control)
+
+
+def _check(
+    factors: Sequence[PlanFactor],
+    runs_per_condition: int,
+    runs_per_day: int,
+    seed: int,
+    idle_minutes: Sequence[float],
+    extra_controls: int,
+    run_duration_s: float | None,
+) -> None:
+    for what, number, least in (
+        ("runs per condition", runs_per_condition, 1),
+        ("runs a day", runs_per_day, 1),
+        ("extra controls", extra_controls, 0),
+    ):
+        if number < least:
+            raise UsageError(f"{number} {what} is too few: give {least} or more.")
+    names = [factor.name for factor in factors]
+    if len(set(names)) < len(names):
+        raise UsageError(f"the factors {', '.join(names)} are not all different: name each factor once.")
+    for factor in factors:
+        if not factor.levels or len(set(factor.levels)) < len(factor.levels):
+            raise UsageError(f"the levels of {factor.name!r} are {factor.levels}: give one or more, each once.")
+        if factor.control is not None and factor.control not in factor.levels:
+            raise unknown_name(f"level of {factor.name}, so not its control", factor.control, factor.levels)
+    treatments = [factor for factor in factors if factor.control is not None]
+    if len(treatments) > 1:
+        raise UsageError(
+            f"the factors {', '.join(factor.name for factor in treatments)} each have a control: plan one treatment "
+            "at a time and leave the control of the others out."
+        )
+    if extra_controls and not treatments:
+        raise UsageError(f"{extra_controls} extra controls were asked for, but no factor has a control: name one.")
+    if runs_per_day == 1 and any(len(factor.levels) > 1 for factor in treatments):
+        raise UsageError(
+            "a day of 1 run cannot hold a run and its control: give 2 or more runs a day, or no control level."
+        )
+    if not 0 <= seed < 2**63:
+        raise UsageError(f"the seed {seed} cannot be kept: give a whole number from 0 to {2**63 - 1}.")
+    durations = [*idle_minutes, *([] if run_duration_s is None else [run_duration_s])]
+    for duration in durations:
+        if not (math.isfinite(duration) and duration > 0):
+            raise UsageError(f"a run cannot last {duration}: give a time greater than 0.")
+    groups = math.prod(len(factor.levels) for factor in factors if factor.control is None)
+    conditions = math.prod(len(factor.levels) for factor in factors)
+    size = conditions * runs_per_condition + groups * extra_controls + len(idle_minutes)
+    if size > LARGEST_PLAN:
+        raise UsageError(f"the plan would have {size} runs, at most {LARGEST_PLAN} are drawn: plan fewer at a time.")

@@ -1,0 +1,116 @@
+"""What one cell of a run sheet says; spreadsheets rewrite cells, so `25.0`, `9:05` and `12,5` are understood too."""
+
+from __future__ import annotations
+
+import datetime
+import re
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from data_schema.errors import InputRefused, unknown_name
+from data_schema.vocabulary import RunKind
+from labbook.config.tables import is_plain
+
+_DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
+_CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2}))?")
+_NUMBER = re.compile(r"[+-]?[0-9]{1,15}(?:\.[0-9]{1,15}|,(?![0-9]{3}$)[0-9]{1,15})?")
+
+
+def as_float(cell: str) -> float | None:
+    """Return a decimal number, written with a point or a comma, or None; `1,200` could be two numbers and is none."""
+    return float(cell.replace(",", ".")) if _NUMBER.fullmatch(cell) else None
+
+
+def read_name(cell: str) -> str:
+    """Read the name of a run, robot or battery."""
+    if not is_plain(cell):
+        raise InputRefused(f"{cell!r} has unprintable characters: write a plain name.")
+    return cell
+
+
+def read_note(cell: str) -> str:
+    """Read a note, of one or more lines."""
+    if not is_plain("".join(cell.split())):
+        raise InputRefused(f"{cell!r} has unprintable characters: write plain text.")
+    return cell
+
+
+def read_date(cell: str) -> datetime.date:
+    """Read a date; no order of day and month is guessed."""
+    try:
+        if not _DATE.fullmatch(cell):
+            raise ValueError
+        return datetime.date.fromisoformat(cell)
+    except ValueError:
+        raise InputRefused(f"{cell!r} is not a date: write year-month-day, such as 2021-06-01.") from None
+
+
+def read_clock(cell: str) -> datetime.time:
+    """Read a time of day, with or without seconds."""
+    match = _CLOCK.fullmatch(cell)
+    try:
+        if match is None:
+            raise ValueError
+        hour, minute, second = (int(part or 0) for part in match.groups())
+        return datetime.time(hour, minute, second)
+    except ValueError:
+        raise InputRefused(f"{cell!r} is not a time of day: write hours and minutes, such as 14:05.") from None
+
+
+def read_seconds(cell: str) -> float:
+    """Read a duration, more than nothing and at most a day."""
+    number = as_float(cell)
+    if number is None or not 0.0 < number <= 86_400.0:
+        raise InputRefused(f"{cell!r} is not a duration: write seconds, such as 720.")
+    return number
+
+
+def counted_from(least: int) -> Callable[[str], int]:
+    """Build the reader of a whole number of `least` or more."""
+
+    def read_count(cell: str) -> int:
+        number = as_float(cell)
+        if number is None or not number.is_integer() or not least <= number <= 1_000_000:
+            raise InputRefused(f"{cell!r} is not a count: write a whole number, {least} or more.")
+        return int(number)
+
+    return read_count
+
+
+def read_kind(cell: str) -> RunKind:
+    """Read the kind of a run."""
+    if cell not in list(RunKind):
+        raise unknown_name("kind of run", cell, list(RunKind))
+    return RunKind(cell)
+
+
+def one_of(what: str, allowed: Iterable[str]) -> Callable[[str], str]:
+    """Build the reader of one of the `allowed` names; a number may be written in another way (`400.0` for `400`)."""
+    names = list(allowed)
+    numbers = {as_float(name): name for name in names}
+
+    def read_known(cell: str) -> str:
+        if cell in names:
+            return cell
+        number = as_float(cell)
+        if number is None or number not in numbers:
+            raise unknown_name(what, cell, names)
+        return numbers[number]
+
+    return read_known
+
+
+CELL_READERS: dict[str, Callable[[str], Any]] = {
+    "run": read_name,
+    "date": read_date,
+    "position": counted_from(1),
+    "kind": read_kind,
+    "battery": read_name,
+    "robot": read_name,
+    "started": read_clock,
+    "duration_s": read_seconds,
+    "jumps_made": counted_from(0),
+    "starts": counted_from(1),
+    "note": read_note,
+}
+"""How the cells of each fixed column are read; an error's text is the sentence shown."""

@@ -1,0 +1,58 @@
+"""Making a report: analyse the selected runs and collect the content of the page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.queries.days import checks_by_day
+from data_schema.queries.people import people
+from data_schema.queries.runs import planned_runs
+from ingest.store import Store
+from labbook.analysis.detections import Detections
+from labbook.analysis.gathering import gather
+from labbook.analysis.study import StudyAnalysis, analyse
+from labbook.analysis.workbench import Workbench
+from labbook.config.parsing import Configuration
+from labbook.presenting.content import build_content
+from labbook.presenting.numbers import Shown
+from reports.content import ReportContent
+
+
+@dataclass(frozen=True, slots=True)
+class MadeReport:
+    """A report's content, and what had to be computed for it."""
+
+    content: ReportContent
+    analysis: StudyAnalysis
+    bench: Workbench
+    detections: Detections
+    shown: tuple[str, ...]
+
+
+def make_report(
+    connection: sa.Connection,
+    store: Store,
+    configuration: Configuration,
+    *,
+    where: str | None,
+    made_at: str,
+    progress: Callable[[str], None] = lambda _what: None,
+) -> MadeReport:
+    """Analyse the selected runs; needs no lock and stores nothing."""
+    evidence = gather(connection, configuration, where)
+    bench = Workbench(connection)
+    detections = Detections(connection, store, progress)
+    analysis = analyse(bench, detections, evidence, progress)
+    shown = Shown()
+    content = build_content(
+        analysis,
+        shown,
+        made_at=made_at,
+        people=list(people(connection)),
+        planned=planned_runs(connection),
+        checks=checks_by_day(connection),
+    )
+    return MadeReport(content, analysis, bench, detections, tuple(shown.sources))

@@ -1,0 +1,179 @@
+"""What an analysis recomputes, leaves out and says about it, on a small book."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from data_schema.queries.results import NumberRow
+from data_schema.queries.runs import PlannedRow
+from labbook.actions.report_command import state_report
+from labbook.analysis.budget import budget
+from labbook.analysis.comparing import compare
+from labbook.analysis.conditions import ConditionValues
+from labbook.analysis.gathering import Evidence
+from labbook.analysis.passive_drain import fitted, unused_idle
+from labbook.analysis.study import StudyAnalysis, without_day
+from labbook.analysis.workbench import Workbench, number
+from labbook.presenting.course import flow
+from labbook.presenting.making import MadeReport
+from labbook.presenting.methods import limitations
+from reports.numbers import Quantity
+from stats.distributions import t_quantile
+from stats.passive_drain import PassiveDrain
+from tests.helpers.books import ADA, small_book
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
+    folder: Path = tmp_path_factory.mktemp("study")
+    with small_book(folder).open() as book:
+        return state_report(book, None, ADA, lambda _step: None)
+
+
+@pytest.fixture
+def analysis(made: MadeReport) -> StudyAnalysis:
+    return made.analysis
+
+
+def test_only_comparisons_of_joules_have_savings(analysis: StudyAnalysis) -> None:
+    for item in analysis.compared:
+        has = any(number.name == "savings" for number in item.result.numbers)
+        assert has == (item.pair.with_savings and item.quantity is Quantity.JOULES)
+
+
+def test_sensitivity_as_reported_is_the_number_claimed(made: MadeReport) -> None:
+    claimed = {uid for claim in made.content.claims for uid in claim.provenance}
+    assert made.content.sensitivity
+    assert {item.as_reported.provenance for item in made.content.sensitivity} <= claimed
+
+
+def test_a_shared_error_that_differs_between_the_sides_widens_the_difference(analysis: StudyAnalysis) -> None:
+    for item in analysis.compared:
+        numbers = {number.name: number for number in item.result.numbers}
+        difference, p = numbers["welch_difference"], numbers["welch_p"].value
+        assert (difference.shared_se is None) == (item.quantity is Quantity.APEX)
+        assert numbers["difference"].shared_se == difference.shared_se
+        if p is not None and difference.ci_low is not None and difference.ci_high is not None:
+            assert (p < 0.05) == (not difference.ci_low <= 0.0 <= difference.ci_high)
+
+
+def side(condition: ConditionValues, shared_se: float) -> tuple[ConditionValues, ...]:
+    return (replace(condition, runs=tuple(replace(item, shared_se=shared_se) for item in condition.runs)),)
+
+
+def test_what_remains_of_the_shared_error_adds_in_quadrature(tmp_path: Path, analysis: StudyAnalysis) -> None:
+    pair = next(item.pair for item in analysis.compared if item.quantity is Quantity.JOULES)
+    a, b = pair.a[0], pair.b[0]
+    pairs = [
+        replace(pair, label=f"{shared_se}", a=side(a, 1.0), b=side(b, shared_se))
+        for shared_se in (1.0, 1.0 + 1e-15, 3.0)
+    ]
+    with small_book(tmp_path).open() as book, book.reading() as connection:
+        rows = compare(Workbench(connection), pairs, Quantity.JOULES, {})
+    equal, rounded, unequal = [number(row, "welch_difference") for row in rows]
+    assert equal.shared_se == rounded.shared_se == 0.0
+    assert (equal.ci_low, equal.ci_high) == (rounded.ci_low, rounded.ci_high)
+    assert unequal.shared_se == 2.0
+    assert unequal.value == equal.value
+    before, after = half_width(equal), half_width(unequal)
+    df = a.runs[0].shared_df
+    assert after == pytest.approx(math.hypot(before, 2.0 * t_quantile(0.95, df)))
+
+
+def half_width(item: NumberRow) -> float:
+    assert item.ci_low is not None
+    assert item.ci_high is not None
+    return (item.ci_high - item.ci_low) / 2.0
+
+
+def test_the_budget_takes_the_coarsest_resolution_of_the_charges(tmp_path: Path, analysis: StudyAnalysis) -> None:
+    evidence = analysis.evidence
+    condition = max(analysis.joules, key=lambda item: len(item.runs))
+    uid = condition.runs[0].run.uid
+    (charge,) = evidence.charges[uid]
+    coarse = replace(evidence, charges={**evidence.charges, uid: [replace(charge, resolution_mah=1000.0)]})
+    with small_book(tmp_path).open() as book, book.reading() as connection:
+        row = budget(Workbench(connection), coarse, analysis.drain, analysis.joules, {})
+    assert row is not None
+    assert analysis.budget is not None
+    larger = [
+        item.name
+        for item, before in zip(row.numbers, analysis.budget.numbers, strict=True)
+        if item.value is not None and before.value is not None and item.value > 100.0 * before.value
+    ]
+    assert any("resolution" in name or "charger" in name for name in larger), [item.name for item in row.numbers]
+
+
+def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(analysis: StudyAnalysis) -> None:
+    evidence = analysis.evidence
+    first, second = sorted({run.day for run in evidence.runs})
+    # Three idle runs on the second day, so that a line remains.
+    idle = tuple(replace(run, day=second if index else first) for index, run in enumerate(evidence.idle))
+    rest = without_day(replace(evidence, idle=idle), first)
+    assert {run.day for run in (*rest.runs, *rest.idle)} == {second}
+    whole, refitted = fitted(evidence), fitted(rest)
+    assert isinstance(whole, PassiveDrain)
+    assert isinstance(refitted, PassiveDrain)
+    assert refitted.n == whole.n - 1
+    assert refitted.slope_mah_s != whole.slope_mah_s
+
+
+def test_a_recomputed_drain_line_does_not_take_the_place_of_the_reported_one(made: MadeReport) -> None:
+    rows = [row for row in (*made.bench.computed.values(), *made.bench.reused.values()) if row.kind == "passive_drain"]
+    variants = [json.loads(row.scope_json).get("variant") for row in rows]
+    assert variants.count(None) == 1
+    assert len(variants) == len(set(variants)) == 3
+
+
+def doubled(evidence: Evidence, *names: str) -> Evidence:
+    """The evidence with a second charge for some runs."""
+    uids = {run.uid for run in (*evidence.runs, *evidence.idle) if run.name in names}
+    return replace(
+        evidence,
+        charges={uid: items * 2 if uid in uids else items for uid, items in evidence.charges.items()},
+    )
+
+
+def test_conflicting_charges_are_named_with_the_way_out(analysis: StudyAnalysis) -> None:
+    one = limitations(replace(analysis, evidence=doubled(analysis.evidence, "r007")))
+    two = limitations(replace(analysis, evidence=doubled(analysis.evidence, "r001", "r007")))
+    assert any(note.startswith("1 run has conflicting charges (r007)") for note in one)
+    (note,) = [note for note in two if "conflicting" in note]
+    assert note.startswith("2 runs have conflicting charges (r001, r007)")
+    assert "`labbook correct charge:UID run=none --why ...`" in note
+    assert not any("conflicting" in note for note in limitations(analysis))
+
+
+def test_idle_runs_that_are_not_in_the_fit_are_listed_with_the_reason(analysis: StudyAnalysis) -> None:
+    evidence = analysis.evidence
+    first, second, *others = evidence.idle
+    lacking = replace(
+        evidence,
+        idle=(replace(first, duration_s=None), second, *others),
+        charges={uid: items for uid, items in evidence.charges.items() if uid != second.uid},
+    )
+    assert unused_idle(lacking)[0][1] == "no duration recorded"
+    notes = limitations(replace(analysis, evidence=lacking))
+    assert f"1 idle run is not in the drain fit: no duration recorded ({first.name})." in notes
+    assert f"1 idle run is not in the drain fit: no charge recorded ({second.name})." in notes
+
+
+def test_planned_runs_are_those_of_the_selected_conditions(analysis: StudyAnalysis) -> None:
+    keys = list(dict.fromkeys(run.condition_key for run in analysis.evidence.runs))
+    planned = [PlannedRow(f"p{i}", f"p{i}", i, 1, "1", key, None) for i, key in enumerate([*keys, None])]
+    assert flow(analysis, planned).runs_planned == len(keys) + 1
+    runs = tuple(run for run in analysis.evidence.runs if run.condition_key == keys[0])
+    evidence = replace(analysis.evidence, selection="a selection", selected=runs, runs=runs)
+    assert flow(replace(analysis, evidence=evidence), planned).runs_planned == 1
+
+
+def test_a_day_that_the_drain_line_cannot_do_without_is_said(analysis: StudyAnalysis) -> None:
+    days = sorted({run.day for run in analysis.evidence.runs})
+    (note,) = [note for note in limitations(analysis) if note.startswith("Without the idle runs")]
+    assert all(day in note for day in days)
+    assert {item.quantity for item in analysis.varied if item.variant == f"without {days[0]}"} == {Quantity.APEX}

@@ -1,0 +1,441 @@
+"""The desk: what is stated stands in table and file, all of it or none, and said by somebody."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from data_schema.errors import BookDamaged, InputRefused, LabbookError, UsageError
+from data_schema.queries.facts import find_uid, read_fact
+from data_schema.queries.people import config_in_force
+from data_schema.vocabulary import Action, Verdict
+from labbook.actions.correcting import correct, void
+from labbook.actions.day_checks import state_check
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.jump_review import decide
+from labbook.book.desk import Desk, Statement, new_uid
+from labbook.book.opening import Book
+from labbook.book.rebuilding import rewrite_journal
+from labbook.cli.main import app
+from tests.helpers.books import ADA, BEN, SmallBook, small_book
+from tests.helpers.databases import all_rows
+from tests.helpers.folders import contents
+from tests.helpers.journals import entry
+from tests.helpers.statements import in_file, in_table, note, notes, said_alike
+
+SIMPLE = settings(deadline=None, max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+def refused(book: Book, kind: type[LabbookError], says: str, state: Callable[[Desk], object]) -> None:
+    """Stating this is refused with the sentence, and neither database nor journal nor store changes."""
+    rows, files = all_rows(book.engine), contents(book.store.root)
+
+    def try_it() -> None:
+        with book.desk(ADA) as desk:
+            note(desk, "this comes first and must go too")
+            state(desk)
+
+    with pytest.raises(kind, match=says):
+        try_it()
+    assert all_rows(book.engine) == rows
+    after = contents(book.store.root)
+    assert {name: digest for name, digest in after.items() if not name.startswith("labbook.db")} == {
+        name: digest for name, digest in files.items() if not name.startswith("labbook.db")
+    }
+
+
+# --- all or nothing
+
+
+def test_what_is_stated_stands_in_table_and_file(book: SmallBook) -> None:
+    with book.open() as standing:
+        before = said_alike(standing)
+        with standing.desk(ADA) as desk:
+            first, second = note(desk, "left rail squeaked"), note(desk, "oiled")
+        entries = said_alike(standing)
+        assert entries == [*before, first, second]
+        assert {entry.person for entry in entries} == {ADA}
+        assert notes(standing)[-2:] == ["left rail squeaked", "oiled"]
+
+
+def test_what_the_tables_refuse_leaves_nothing_of_the_command(book: SmallBook) -> None:
+    def wrong_verdict(desk: Desk) -> None:
+        new = {"target_kind": "run", "target_uid": "x", "verdict": "maybe", "reason_code": "other", "blind": 0}
+        desk.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
+
+    with book.open() as standing:
+        refused(standing, InputRefused, "verdict_known", wrong_verdict)
+        refused(
+            standing,
+            InputRefused,
+            "cells_counted",
+            lambda desk: desk.declare("battery", name="Z", cells=0, capacity_mah=1.0),
+        )
+        refused(
+            standing,
+            InputRefused,
+            "battery A cannot be stored",
+            lambda desk: desk.declare("battery", name="A", cells=4, capacity_mah=1.0),
+        )
+        refused(
+            standing,
+            InputRefused,
+            "NULL and a reason",
+            lambda desk: desk.declare("battery", name="Z", cells=4, capacity_mah=float("nan")),
+        )
+        refused(
+            standing,
+            InputRefused,
+            "run r001 cannot be stored|jumps_made",
+            lambda desk: correct(standing, desk, "r001", ["jumps_made=1e300"], "typed wrong"),
+        )
+
+
+def test_a_text_that_no_journal_can_hold_is_refused(book: SmallBook) -> None:
+    with book.open() as standing:
+        refused(
+            standing,
+            InputRefused,
+            r"'squ\\xffeak|'squ\\udcffeak' holds a byte that is not text",
+            lambda desk: note(desk, "squ\udcffeak"),
+        )
+        refused(
+            standing, InputRefused, r"'squ\\0eak' holds a byte that is not text", lambda desk: note(desk, "squ\0eak")
+        )
+
+
+def test_any_error_inside_the_desk_leaves_nothing(book: SmallBook) -> None:
+    def break_off(desk: Desk) -> None:
+        raise UsageError("the cable came off")
+
+    with book.open() as standing:
+        refused(standing, UsageError, "cable", break_off)
+
+
+def test_an_empty_desk_says_nothing(book: SmallBook) -> None:
+    before = contents(book.folder)
+    with book.open() as standing, standing.desk(ADA):
+        pass
+    assert contents(book.folder) == before
+
+
+OPERATIONS: dict[str, Callable[[Book, Desk], object]] = {
+    "note": lambda _book, desk: note(desk, "said"),
+    "check": lambda book, desk: state_check(desk, book.configuration, "lubrication", None, None, True, "2021-06-14"),
+    "correct": lambda book, desk: correct(book, desk, "r002", [f"starts={len(notes(book)) + 2}"], "counted again"),
+    "void": lambda _book, desk: void(desk, "r003", "foot came loose"),  # the second time it is void already
+    "reject": lambda book, desk: decide(book, desk, "r001", [1, 2], Verdict.REJECT, "misfire", "no lift-off"),
+    "reject too far": lambda book, desk: decide(book, desk, "r001", [1, 99], Verdict.REJECT, "misfire", None),
+    "unknown run": lambda _book, desk: note(desk, "said", "r999"),
+    "wrong field": lambda book, desk: correct(book, desk, "r002", ["startz=3"], "counted again"),
+}
+
+
+@SIMPLE
+@given(st.lists(st.lists(st.sampled_from(sorted(OPERATIONS)), min_size=1, max_size=3), min_size=1, max_size=5))
+def test_after_any_commands_file_and_table_are_the_same_chain(
+    tmp_path_factory: pytest.TempPathFactory, commands: list[list[str]]
+) -> None:
+    with small_book(tmp_path_factory.mktemp("book")).open() as book:
+        entries = said_alike(book)
+        for command in commands:
+            before = all_rows(book.engine)
+            try:
+                with book.desk(ADA) as desk:
+                    for name in command:
+                        OPERATIONS[name](book, desk)
+            except LabbookError:
+                assert all_rows(book.engine) == before
+            else:
+                assert len(said_alike(book)) > len(entries)
+            assert said_alike(book)[: len(entries)] == entries
+            entries = said_alike(book)
+
+
+# --- file and database disagree
+
+
+def test_an_entry_that_reached_the_file_only_is_applied_by_the_next_writer(book: SmallBook) -> None:
+    """As after a crash between the two; killing a process there is in test_crash."""
+    with book.open() as standing:
+        last = said_alike(standing)[-1]
+        said = {"target_kind": "run", "target_uid": find_run(standing, "r001"), "text": "cut off"}
+        late = entry(last.seq + 1, last.hash, new=said)
+        standing.mirror.append([late])
+        assert "cut off" not in notes(standing)
+        with standing.desk(ADA) as desk:
+            note(desk, "afterwards")
+        assert notes(standing)[-2:] == ["cut off", "afterwards"]
+        assert said_alike(standing)[-2] == late
+
+
+def test_a_torn_line_is_forgotten(book: SmallBook) -> None:
+    with book.open() as standing:
+        before = said_alike(standing)
+        with book.journal.open("ab") as handle:
+            handle.write(b'{"action":"note","at_utc":"2021-06-2')
+        with standing.desk(ADA) as desk:
+            note(desk, "afterwards")
+        assert len(said_alike(standing)) == len(before) + 1
+
+
+@pytest.mark.parametrize("how", ["cut", "emptied", "removed"])
+def test_a_file_behind_the_database_is_refused_and_written_anew(book: SmallBook, how: str) -> None:
+    whole = book.journal.read_bytes()
+    lines = whole.splitlines(keepends=True)
+    if how == "removed":
+        book.journal.unlink()
+    else:
+        book.journal.write_bytes(b"".join(lines[:-3]) if how == "cut" else b"")
+    with book.open() as standing:
+        rows = all_rows(standing.engine)
+
+        def speak() -> None:
+            with standing.desk(ADA) as desk:
+                note(desk, "too early")
+
+        with pytest.raises(BookDamaged, match="`labbook rebuild --journal`") as caught:
+            speak()
+        assert caught.value.exit_code == 3
+        assert all_rows(standing.engine) == rows
+        assert rewrite_journal(book.folder) == len(lines)
+        assert book.journal.read_bytes() == whole
+        with standing.desk(ADA) as desk:
+            note(desk, "now")
+        assert said_alike(standing)[-1].new is not None
+
+
+def test_the_file_of_another_book_is_refused(book: SmallBook, tmp_path: Path) -> None:
+    other = small_book(tmp_path / "other")
+    with book.open() as standing, other.open() as stranger:
+        for desk_of in (standing, stranger, stranger):
+            with desk_of.desk(ADA) as desk:
+                note(desk, "said in one book only")
+        lines = other.journal.read_bytes().splitlines(keepends=True)
+        for foreign in (lines[:-1], lines):  # as long as our own, and longer
+            book.journal.write_bytes(b"".join(foreign))
+
+            def speak() -> None:
+                with standing.desk(ADA) as desk:
+                    note(desk, "to whom?")
+
+            with pytest.raises(BookDamaged, match="the two belong to different books"):
+                speak()
+            assert book.journal.read_bytes() == b"".join(foreign)
+
+
+def test_a_journal_that_knows_more_than_the_database_is_not_overwritten(book: SmallBook) -> None:
+    with book.open() as standing:
+        last = said_alike(standing)[-1]
+        standing.mirror.append([entry(last.seq + 1, last.hash)])
+    before = book.journal.read_bytes()
+    with pytest.raises(BookDamaged, match="holds entries that the database does not have"):
+        rewrite_journal(book.folder)
+    assert book.journal.read_bytes() == before
+
+
+def test_a_damaged_journal_is_kept_beside_the_new_one(book: SmallBook) -> None:
+    whole = book.journal.read_bytes()
+    damaged = whole.replace(b"rail", b"nail", 1)
+    assert damaged != whole
+    book.journal.write_bytes(damaged)
+    rewrite_journal(book.folder)
+    assert book.journal.read_bytes() == whole
+    (kept,) = book.folder.glob("journal.jsonl.before-rebuild.*")
+    assert kept.read_bytes() == damaged
+
+
+def find_run(book: Book, name: str) -> str:
+    with book.reading() as connection:
+        uid = find_uid(connection, "run", name=name)
+    assert uid is not None
+    return uid
+
+
+# --- labbook.toml proposes
+
+
+def rewritten(book: SmallBook, old: str, new: str) -> None:
+    text = book.toml.read_text()
+    assert text.count(old) == 1
+    book.toml.write_text(text.replace(old, new))
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> SmallBook:
+    """A finished book on SQLite: what is compared with labbook.toml does not depend on the engine."""
+    return small_book(tmp_path)
+
+
+PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[files]"
+
+
+def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(made: SmallBook) -> None:
+    rewritten(made, '"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Ben Ode" = "BO"')
+    rewritten(made, "[files]", PACK_D)
+    rewritten(made, "levels = [0, 100]", "levels = [0, 100, 300]")
+    with made.open() as standing:
+        before = len(said_alike(standing))
+        with standing.desk("BO") as desk:
+            note(desk, "first words")
+        added = said_alike(standing)[before:]
+        assert {entry.person for entry in added} == {BEN}
+        assert [(str(entry.action), entry.entity_kind) for entry in added] == [
+            ("declare", "person"),
+            ("declare", "level"),
+            ("declare", "battery"),
+            ("declare", "config"),
+            ("note", "note"),
+        ]
+        with standing.reading() as connection:
+            in_force = config_in_force(connection)
+            assert in_force is not None
+            assert in_force.text == made.toml.read_text()
+            assert find_uid(connection, "battery", name="D") is not None
+        with standing.desk(ADA):
+            pass
+        assert len(said_alike(standing)) == before + len(added)
+
+
+CHANGES: list[tuple[str, str, str, str, object]] = [
+    ("reference_voltage_v = 15.4", "reference_voltage_v = 16.8", "study", "reference_voltage_v", 16.8),
+    ("jumps_nominal = 25", "jumps_nominal = 80", "study", "jumps_nominal", 80),
+    ('kind = "bed"', 'kind = "force_plate"', "study", "kind", "force_plate"),
+    ('time_zone = "America/New_York"', 'time_zone = "Europe/Berlin"', "study", "time_zone", "Europe/Berlin"),
+    ('name = "granular bed (synthetic)"', 'name = "sand; \\"wet\\" $HOME"', "study", "name", 'sand; "wet" $HOME'),
+    ("body_mass_kg = 1.8", "body_mass_kg = 1.9", "robot", "body_mass_kg", 1.9),
+    ("[batteries.A]\ncells = 4", "[batteries.A]\ncells = 6", "battery", "cells", 6),
+    ('[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "m m"', "factor", "unit", "m m"),
+    ("radius_m = 0.038", "radius_m = 0.0385", "level", "attributes_json", '{"radius_m":0.0385}'),
+]
+
+
+NAMED = {"robot": {"name": "hopper"}, "battery": {"name": "A"}, "factor": {"name": "foot"}, "level": {"label": "small"}}
+
+
+@pytest.mark.parametrize(("old", "new", "kind", "field", "value"), CHANGES, ids=[change[3] for change in CHANGES])
+def test_a_contradiction_is_refused_with_the_command_that_settles_it(
+    made: SmallBook, old: str, new: str, kind: str, field: str, value: object
+) -> None:
+    rewritten(made, old, new)
+    rewritten(made, "[files]", PACK_D)  # an addition waits with the contradiction
+    with made.open() as standing:
+        before = said_alike(standing)
+
+        def speak() -> None:
+            with standing.desk(ADA) as desk:
+                note(desk, "unsettled")
+
+        with pytest.raises(InputRefused, match=f"labbook.toml says .*{field}") as caught:
+            speak()
+        assert said_alike(standing) == before
+        command = str(caught.value).split("`")[1].replace('"..."', '"typed wrong"')
+        words = shlex.split(command)
+        assert words[:2] == ["labbook", "correct"]
+        app([*words[1:], "--book", str(made.folder)], standalone_mode=False)
+        with standing.reading() as connection:
+            uid = find_uid(connection, kind, **NAMED.get(kind, {}))
+            assert uid is not None
+            assert read_fact(connection, kind, uid, [field]) == {field: value}
+            in_force = config_in_force(connection)
+            assert in_force is not None
+            assert in_force.sha256 == standing.configuration.sha256
+            assert find_uid(connection, "battery", name="D") is not None
+        (corrected,) = [entry for entry in said_alike(standing)[len(before) :] if entry.action is Action.CORRECT]
+        assert corrected.reason == "typed wrong"
+        with standing.desk(ADA) as desk:
+            note(desk, "settled")
+        assert said_alike(standing)[-1].entity_kind == "note"
+
+
+def test_what_is_no_longer_said_is_settled_with_an_empty_value(made: SmallBook) -> None:
+    plain = made.toml.read_text()
+    with_unit = plain.replace('[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
+    for text, assignment in ((with_unit, "unit=mm"), (plain, "unit=")):
+        made.toml.write_text(text)
+        with made.open() as standing:
+
+            def speak(standing: Book = standing) -> None:
+                with standing.desk(ADA) as desk:
+                    note(desk, "unsettled")
+
+            with pytest.raises(InputRefused, match=f"`labbook correct factor:foot {assignment} --why"):
+                speak()
+            with standing.desk(ADA, correcting=True) as desk:
+                correct(standing, desk, "factor:foot", [assignment], "no radius meant")
+            speak()
+
+
+def test_several_contradictions_are_settled_one_after_another(made: SmallBook) -> None:
+    rewritten(made, "reference_voltage_v = 15.4", "reference_voltage_v = 16.8")
+    rewritten(made, "body_mass_kg = 1.8", "body_mass_kg = 1.9")
+    with made.open() as standing:
+
+        def speak() -> None:
+            with standing.desk(ADA) as desk:
+                note(desk, "unsettled")
+
+        with pytest.raises(InputRefused, match=r"(?s)reference_voltage_v.*\n.*body_mass_kg"):
+            speak()
+        with standing.desk(ADA, correcting=True) as desk:
+            correct(standing, desk, "study", ["reference_voltage_v=16.8"], "another pack")
+        with pytest.raises(InputRefused, match="body_mass_kg") as caught:
+            speak()
+        assert "reference_voltage_v" not in str(caught.value)
+        with standing.desk(ADA, correcting=True) as desk:
+            correct(standing, desk, "robot:hopper", ["body_mass_kg=1.9"], "weighed again")
+        speak()
+        said_alike(standing)
+
+
+def test_setting_it_back_settles_it_too(made: SmallBook) -> None:
+    text = made.toml.read_text()
+    made.toml.write_text(text.replace("reference_voltage_v = 15.4", "reference_voltage_v = 16.8"))
+    with made.open() as standing, pytest.raises(InputRefused), standing.desk(ADA):
+        pytest.fail("a desk opened on a contradiction")
+    made.toml.write_text(text)
+    with made.open() as standing, standing.desk(ADA) as desk:
+        note(desk, "as before")
+
+
+def test_an_earlier_configuration_can_come_into_force_again(made: SmallBook) -> None:
+    """Detector changed, reported, changed back: each time the newest text is in force, whatever was before."""
+    robust = made.toml.read_text()
+    published = robust.replace('detector = "robust"', 'detector = "published"')
+    for text in (published, robust, published, robust):
+        made.toml.write_text(text)
+        with made.open() as standing:
+            with standing.desk(ADA):
+                pass
+            with standing.reading() as connection:
+                in_force = config_in_force(connection)
+            assert in_force is not None
+            assert in_force.text == text
+            said_alike(standing)
+
+
+def test_a_factor_is_not_silently_another(made: SmallBook) -> None:
+    rewritten(made, '[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
+    with made.open() as standing, pytest.raises(InputRefused, match="factor:foot unit"), standing.desk(ADA):
+        pytest.fail("a desk opened on a contradiction")
+
+
+# --- files with names that are no text
+
+
+def test_a_file_whose_name_is_not_utf8_is_ingested_under_a_readable_one(made: SmallBook) -> None:
+    with made.open() as standing:
+        path = Path(os.fsdecode(os.fsencode(made.instruments) + b"/gr\xf6\xdfe.csv"))
+        path.write_bytes(made.log("r001").read_bytes() + b"\n")
+        outcome = ingest_file(standing, path, IngestRequest(person=ADA))
+        assert outcome.path.endswith("/gr\\xf6\\xdfe.csv")
+        (entry,) = in_table(standing)[-1:]
+        assert entry.new is not None
+        assert entry.new["original_name"] == "gr\\xf6\\xdfe.csv"
+        assert in_file(standing)[-1] == entry

@@ -1,0 +1,115 @@
+"""`labbook init`: the only way a book comes into being; where one is, it is refused and nothing changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from data_schema.engine import postgres_engine, reading
+from data_schema.errors import InputRefused, UnknownName, UsageError
+from data_schema.journal import JournalFile
+from data_schema.queries.people import people
+from data_schema.queries.runs import factors, the_study
+from labbook.book.making import make_book
+from labbook.book.opening import opened
+from tests.helpers.books import ADA, SmallBook, small_toml
+from tests.helpers.databases import all_rows
+from tests.helpers.folders import contents
+
+
+@pytest.fixture
+def folder(tmp_path: Path, database_url: str | None) -> Path:
+    """A folder with a configuration and nothing else."""
+    path = tmp_path / "lab"
+    path.mkdir()
+    (path / "labbook.toml").write_text(small_toml(database_url=database_url))
+    return path
+
+
+def test_a_new_book_holds_what_its_configuration_says(folder: Path) -> None:
+    make_book(folder, "AN")
+    with opened(folder) as book, book.reading() as connection:
+        study = the_study(connection)
+        assert study is not None
+        assert study.reference_voltage_v == 15.4
+        assert people(connection) == {ADA: "AN"}
+        assert [factor.name for factor in factors(connection)] == ["foot", "k_gain", "b_ad_gain"]
+        said = [(entry.person, str(entry.action)) for entry in book.mirror.entries()]
+    assert said
+    assert set(said) == {(ADA, "declare")}
+
+
+def test_a_folder_without_configuration_gets_one_to_fill_in(tmp_path: Path) -> None:
+    make_book(tmp_path / "new book", "Zoë Ł")
+    with opened(tmp_path / "new book") as book, book.reading() as connection:
+        assert list(people(connection)) == ["Zoë Ł"]
+    assert sorted(path.name for path in (tmp_path / "new book").iterdir()) == [
+        "journal.jsonl",
+        "labbook.db",
+        "labbook.toml",
+    ]
+
+
+def test_a_book_is_never_made_over_another(book: SmallBook) -> None:
+    before = contents(book.folder)
+    with book.open() as standing:
+        rows = all_rows(standing.engine)
+    with pytest.raises(UsageError, match=r"holds a book already|holds the journal of a book"):
+        make_book(book.folder, ADA)
+    assert contents(book.folder) == before
+    with book.open() as standing:
+        assert all_rows(standing.engine) == rows
+
+
+def test_a_journal_without_a_database_is_rebuilt_not_made_over(folder: Path) -> None:
+    make_book(folder, ADA)
+    (folder / "labbook.db").unlink(missing_ok=True)
+    before = contents(folder)
+    with pytest.raises(UsageError, match="journal of a book: run `labbook rebuild`"):
+        make_book(folder, ADA)
+    assert contents(folder) == before
+
+
+def test_a_database_that_is_not_empty_is_left_alone(tmp_path: Path, postgres_url: str) -> None:
+    engine = postgres_engine(postgres_url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql("CREATE TABLE recipes (name TEXT)")
+    (tmp_path / "labbook.toml").write_text(small_toml(database_url=postgres_url))
+    with pytest.raises(UsageError, match=r"is not empty \(it holds recipes\): give \[database\] url of an empty one"):
+        make_book(tmp_path, ADA)
+    with reading(engine) as connection:
+        assert connection.exec_driver_sql("SELECT count(*) FROM recipes").scalar_one() == 0
+    engine.dispose()
+
+
+def test_a_wrong_name_leaves_no_half_made_book(folder: Path) -> None:
+    before = contents(folder)
+    with pytest.raises(UnknownName, match="'Ada Nwoso' is not a known person: did you mean"):
+        make_book(folder, "Ada Nwoso")
+    assert contents(folder) == before
+    make_book(folder, ADA)
+    assert JournalFile(folder / "journal.jsonl").last() is not None
+
+
+def test_a_faulty_configuration_leaves_no_half_made_book(folder: Path) -> None:
+    (folder / "labbook.toml").write_text("[study]\nname = 3\n")
+    before = contents(folder)
+    with pytest.raises(InputRefused, match="faults"):
+        make_book(folder, ADA)
+    assert contents(folder) == before
+
+
+def test_a_new_book_needs_a_person(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="needs a person: add --as NAME"):
+        make_book(tmp_path, None)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_journal_and_store_lie_where_the_configuration_says(tmp_path: Path) -> None:
+    shared = tmp_path / "shared"
+    text = small_toml() + f'\n[store]\npath = "{shared}"\n'
+    (tmp_path / "labbook.toml").write_text(text)
+    make_book(tmp_path, ADA)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["labbook.db", "labbook.toml", "shared"]
+    assert [path.name for path in shared.iterdir()] == ["journal.jsonl"]

@@ -1,0 +1,167 @@
+"""Opening a book: it makes nothing, changes nothing, and says what to do about whatever it finds instead."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from data_schema.engine import postgres_engine, reading
+from data_schema.errors import BookDamaged, BookMissing, BookVersion, InputRefused, UnknownName, UsageError
+from labbook.book.opening import check_revision, find_folder, open_book, opened
+from tests.helpers.books import ADA, BEN, SmallBook, small_book, small_toml
+from tests.helpers.folders import contents
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a configuration, where no book was ever made."""
+    path = tmp_path / "lab"
+    path.mkdir()
+    (path / "labbook.toml").write_text(small_toml())
+    return path
+
+
+def test_opening_and_reading_change_no_byte(book: SmallBook) -> None:
+    before = contents(book.folder)
+    with book.open() as opened_book, opened_book.reading() as connection:
+        assert connection.exec_driver_sql("SELECT count(*) FROM run").scalar_one() == 16
+    assert contents(book.folder) == before
+
+
+def test_opening_makes_nothing_where_there_is_no_book(folder: Path) -> None:
+    before = contents(folder)
+    with pytest.raises(BookMissing, match=r"labbook.db is missing: run `labbook rebuild` .* `labbook init`") as caught:
+        open_book(folder)
+    assert caught.value.exit_code == 2
+    assert contents(folder) == before
+
+
+def test_a_folder_that_is_in_no_book_is_named_with_the_next_command(tmp_path: Path) -> None:
+    with pytest.raises(BookMissing, match=r"no book in .*`labbook init DIR`"), opened(tmp_path):
+        pass
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_book_is_found_from_a_folder_inside_it(folder: Path) -> None:
+    (folder / "reports" / "today").mkdir(parents=True)
+    assert find_folder(folder / "reports" / "today") == folder.resolve()
+    (folder / "reports" / "labbook.toml").mkdir()  # a folder of that name is no configuration
+    assert find_folder(folder / "reports" / "today") == folder.resolve()
+
+
+def test_an_empty_database_is_no_book(empty_engine: sa.Engine) -> None:
+    with pytest.raises(BookVersion, match=r"is empty: make a book with `labbook init DIR`, or point \[database\] url"):
+        check_revision(empty_engine)
+    with reading(empty_engine) as connection:
+        assert sa.inspect(connection).get_table_names() == []
+
+
+def test_a_file_of_no_bytes_is_no_book_and_stays_empty(folder: Path) -> None:
+    (folder / "labbook.db").touch()
+    with pytest.raises(BookVersion, match="is empty"):
+        open_book(folder)
+    with closing(sqlite3.connect(folder / "labbook.db")) as connection:
+        assert connection.execute("SELECT count(*) FROM sqlite_master").fetchone() == (0,)
+
+
+def test_a_database_of_another_program_is_refused(empty_engine: sa.Engine) -> None:
+    with empty_engine.begin() as connection:
+        connection.exec_driver_sql("CREATE TABLE recipes (name TEXT)")
+        connection.exec_driver_sql("CREATE TABLE alembic_version (version_num TEXT)")
+        connection.exec_driver_sql("INSERT INTO alembic_version VALUES ('0001')")
+    with pytest.raises(BookVersion, match=r"not made by labbook \(it holds alembic_version, recipes\): .*labbook init"):
+        check_revision(empty_engine)
+
+
+def test_a_newer_database_is_refused_with_the_way_to_a_newer_labbook(engine: sa.Engine) -> None:
+    with engine.begin() as connection:
+        connection.exec_driver_sql("UPDATE alembic_version SET version_num = '4711'")
+    with pytest.raises(
+        BookVersion, match=r"revision 4711.*newer labbook.*`pip install --upgrade robot-labbook`"
+    ) as caught:
+        check_revision(engine)
+    assert caught.value.exit_code == 3
+
+
+def test_a_password_is_never_shown(postgres_url: str) -> None:
+    with_password = postgres_url.replace("labbook@", "labbook:secret@")
+    engine = postgres_engine(with_password)
+    with pytest.raises(BookVersion, match="is empty") as caught:
+        check_revision(engine)
+    engine.dispose()
+    assert "secret" not in str(caught.value)
+    assert "***" in str(caught.value)
+
+
+def test_a_file_that_is_no_database_is_damage(folder: Path) -> None:
+    (folder / "labbook.db").write_bytes(b"This is not what SQLite writes. " * 200)
+    with pytest.raises(BookDamaged, match=r"damaged .*`labbook rebuild`"):
+        open_book(folder)
+
+
+def read_all(book: SmallBook, table: str) -> None:
+    with book.open() as opened_book, opened_book.reading() as connection:
+        connection.exec_driver_sql(f"SELECT * FROM {table}").fetchall()
+
+
+def test_a_page_of_rubbish_is_damage_when_it_is_read(tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    with closing(sqlite3.connect(book.database)) as connection:
+        (page,) = connection.execute("SELECT rootpage FROM sqlite_master WHERE name = 'journal'").fetchone()
+        (size,) = connection.execute("PRAGMA page_size").fetchone()
+    with book.database.open("r+b") as handle:
+        handle.seek((page - 1) * size)
+        handle.write(b"\xff" * size)
+    read_all(book, "run")
+    with pytest.raises(BookDamaged, match=r"damaged .*`labbook rebuild`"):
+        read_all(book, "journal")
+
+
+def test_a_table_that_is_gone_is_damage(tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    with closing(sqlite3.connect(book.database)) as connection:
+        connection.execute("DROP TABLE jump")
+    with pytest.raises(BookDamaged, match=r"no such table: jump.*`labbook rebuild`"):
+        read_all(book, "jump")
+
+
+def test_a_configuration_with_faults_names_the_file(folder: Path) -> None:
+    (folder / "labbook.toml").write_text("[study]\nname = ")
+    with pytest.raises(InputRefused, match=r"labbook\.toml is not TOML"):
+        open_book(folder)
+    (folder / "labbook.toml").write_bytes(b'[study]\nname = "B\xe4r"')
+    with pytest.raises(UsageError, match=r"is not UTF-8 text \(byte 17\)"):
+        open_book(folder)
+
+
+# --- who speaks
+
+
+def test_the_only_person_speaks_unasked(tmp_path: Path) -> None:
+    with small_book(tmp_path, ingested=False).open() as book:
+        assert book.speaker(None) == ADA
+
+
+def test_of_several_one_must_be_named_by_name_or_initials(tmp_path: Path) -> None:
+    with small_book(tmp_path, ingested=False, two_people=True).open() as book:
+        assert [book.speaker(said) for said in (ADA, "AN", "BO", BEN)] == [ADA, ADA, BEN, BEN]
+        with pytest.raises(
+            UsageError, match=f"needs a person and this book has 2: add --as with one of '{ADA}', '{BEN}'"
+        ):
+            book.speaker(None)
+        with pytest.raises(UnknownName, match=f"'Ada Nwoso' is not a known person: did you mean '{ADA}'"):
+            book.speaker("Ada Nwoso")
+
+
+def test_a_statement_of_nobody_is_not_even_begun(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False, two_people=True)
+    before = contents(made.folder)
+    with made.open() as book:
+        for nobody in (None, "Eve"):
+            with pytest.raises(UsageError), book.desk(nobody):
+                pytest.fail("a desk opened for nobody")
+    assert contents(made.folder) == before

@@ -1,0 +1,149 @@
+"""What a changed labbook.toml may do to a book that has conditions, and what of it the journal keeps."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from data_schema.errors import InputRefused
+from data_schema.queries.facts import find_uid
+from data_schema.queries.people import config_in_force
+from labbook.actions.report_command import state_report
+from labbook.book.naming import ensure_condition, study_of
+from labbook.book.proposing import propose
+from labbook.config.parsing import parse_configuration
+from tests.helpers.books import ADA, SmallBook, small_book, small_toml
+from tests.helpers.statements import note, said_alike
+
+EXTRA = '[factors.surface]\nkind = "label"\nlevels = ["dry", "wet"]\n\n[protocol]'
+"""A further factor, before the protocol."""
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> SmallBook:
+    return small_book(tmp_path)
+
+
+def rewritten(book: SmallBook, old: str, new: str) -> None:
+    text = book.toml.read_text()
+    assert text.count(old) == 1
+    book.toml.write_text(text.replace(old, new))
+
+
+def factor_table(text: str, name: str) -> str:
+    """The lines of `[factors.NAME]`."""
+    begin = text.index(f"[factors.{name}]")
+    return text[begin : text.index("\n[", begin) + 1]
+
+
+def refusal(book: SmallBook) -> list[str]:
+    """The sentences with which any command is refused; nothing is said in the journal."""
+    with book.open() as standing:
+        before = said_alike(standing)
+        with pytest.raises(InputRefused) as caught, standing.desk(ADA):
+            pytest.fail("a desk opened on a contradiction")
+        with pytest.raises(InputRefused), standing.desk(ADA, correcting=True):
+            pytest.fail("no correction can settle it")
+        assert said_alike(standing) == before
+    return str(caught.value).splitlines()
+
+
+def test_a_factor_that_conditions_have_cannot_be_taken_out(made: SmallBook) -> None:
+    rewritten(made, factor_table(made.toml.read_text(), "foot"), "")
+    (sentence,) = refusal(made)
+    assert "put [factors.foot] back" in sentence
+
+
+def test_a_factor_that_conditions_have_cannot_be_renamed(made: SmallBook) -> None:
+    rewritten(made, "[factors.foot]", "[factors.sole]")
+    gone, new = refusal(made)
+    assert "put [factors.foot] back" in gone
+    assert "adds factor sole" in new
+
+
+def test_a_factor_cannot_be_added_to_conditions_without_it(made: SmallBook) -> None:
+    rewritten(made, "[protocol]", EXTRA)
+    (sentence,) = refusal(made)
+    assert "take [factors.surface] out" in sentence
+
+
+def test_a_level_that_conditions_have_cannot_be_renamed(made: SmallBook) -> None:
+    rewritten(made, "levels = [0, 100]", "levels = [0, 110]")
+    (sentence,) = refusal(made)
+    assert "b_ad_gain=100" in sentence
+
+
+@pytest.mark.parametrize(("control", "shown"), [("control = 100\n", "100"), ("", "nothing")])
+def test_the_control_of_conditions_cannot_be_changed(made: SmallBook, control: str, shown: str) -> None:
+    rewritten(made, "control = 0\n", control)
+    (sentence,) = refusal(made)
+    assert f"b_ad_gain control = {shown}, the book has conditions under control = 0" in sentence
+
+
+def test_a_level_that_no_condition_has_may_come_and_go(made: SmallBook) -> None:
+    plain = made.toml.read_text()
+    for text in (plain.replace("levels = [0, 100]", "levels = [0, 100, 1000]"), plain):
+        made.toml.write_text(text)
+        with made.open() as standing, standing.desk(ADA) as desk:
+            note(desk, "heard")
+
+
+def test_a_factor_mistyped_at_first_is_as_if_it_never_was(tmp_path: Path) -> None:
+    made = small_book(tmp_path, runs=False, ingested=False)
+    plain = made.toml.read_text()
+    rewritten(made, "[protocol]", EXTRA)
+    with made.open() as standing, standing.desk(ADA):
+        pass
+    made.toml.write_text(plain)
+    with made.open() as standing:
+        with standing.desk(ADA) as desk:
+            assert find_uid(desk.connection, "factor", name="surface") is not None
+            levels = {"foot": "small", "k_gain": "400", "b_ad_gain": "0"}
+            ensure_condition(desk, standing.configuration, study_of(desk.connection).uid, levels)
+        content = state_report(standing, None, ADA, lambda _step: None).content
+        assert [factor.name for factor in content.factors] == list(levels)
+
+
+def test_two_factors_with_a_control_are_refused() -> None:
+    text = small_toml().replace('[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\ncontrol = "small"')
+    with pytest.raises(InputRefused, match=r"factors\.foot\] names a control already"):
+        parse_configuration(text, "labbook.toml")
+
+
+@pytest.mark.parametrize(
+    ("url", "kept"),
+    [
+        ("postgresql+psycopg://ada:s3cr3t:x/y@host/labbook", "postgresql+psycopg://ada:***@host/labbook"),
+        ("postgresql+psycopg://host/labbook?user=ada&password=s3cr3t", None),
+        ("postgresql+psycopg://ada@host:5432/labbook", "postgresql+psycopg://ada@host:5432/labbook"),
+    ],
+)
+def test_the_password_of_the_database_stays_out_of_the_journal(made: SmallBook, url: str, kept: str | None) -> None:
+    text = small_toml(database_url=url)
+    configuration = parse_configuration(text, "labbook.toml")
+    with made.open() as standing:
+        with replace(standing, configuration=configuration).desk(ADA) as desk:
+            propose(desk, configuration)
+        said = said_alike(standing)[-1]
+        assert said.entity_kind == "config"
+        assert "s3cr3t" not in str(said.new)
+        with standing.reading() as connection:
+            in_force = config_in_force(connection)
+        assert in_force is not None
+        assert in_force.sha256 == hashlib.sha256(text.encode()).hexdigest()
+        masked = kept or url.replace("s3cr3t", "***")
+        assert parse_configuration(in_force.text, "the book's configuration").database_url == masked
+
+
+def test_a_password_that_cannot_be_found_in_the_text_is_refused(made: SmallBook) -> None:
+    text = small_toml(database_url=r"postgresql+psycopg://ada:s3cr\u0065t@host/labbook")
+    configuration = parse_configuration(text, "labbook.toml")
+    with (
+        made.open() as standing,
+        pytest.raises(InputRefused, match="without them"),
+        replace(standing, configuration=configuration).desk(ADA),
+    ):
+        pytest.fail("a desk opened")

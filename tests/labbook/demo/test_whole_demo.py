@@ -1,0 +1,88 @@
+"""Five campaigns through files, database and report: what is reported is what was drawn."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data_schema.vocabulary import RunKind
+from labbook.book.opening import Book, opened
+from labbook.demo.campaign import make_campaign
+from labbook.demo.records import Campaign
+from labbook.demo.running import Stopwatch, make_demo_book, run_demo
+from labbook.demo.truth import Condition
+from labbook.presenting.making import MadeReport, make_report
+from stats import PassiveDrain, fit_passive_drain, joules_per_jump
+
+SEEDS = (1, 2, 3, 4, 5)
+JUMPS = 4
+
+
+def analysed(book: Book) -> MadeReport:
+    with book.reading() as connection:
+        return make_report(connection, book.store, book.configuration, where=None, made_at="2026-01-01T00:00:00Z")
+
+
+def joules_drawn(campaign: Campaign) -> dict[str, float]:
+    idle = campaign.of_kind(RunKind.IDLE)
+    drain = fit_passive_drain([run.duration_s for run in idle], [run.charge_mah for run in idle])
+    assert isinstance(drain, PassiveDrain)
+    voltage = campaign.truth.reference_voltage_v
+    found = {}
+    for run in campaign.of_kind(RunKind.JUMPS):
+        value = joules_per_jump(run.charge_mah, drain.at(run.duration_s).charge_mah, voltage, run.jumps_made)
+        assert isinstance(value, float)
+        found[run.name] = value
+    return found
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_campaign_through_files_gives_what_was_drawn(seed: int, tmp_path: Path) -> None:
+    campaign = make_campaign(seed, runs_per_condition=1, extra_controls=4, jumps_per_run=JUMPS)
+    said: list[str] = []
+    folder = make_demo_book(tmp_path / "demo", campaign, False, lambda _step: None, Stopwatch(said.append))
+    assert not any("refused" in line or "duplicate" in line for line in said), said
+
+    with opened(folder) as book:
+        content = analysed(book).content
+    drawn = joules_drawn(campaign)
+    conditions = {run.name: run.condition for run in campaign.of_kind(RunKind.JUMPS)}
+    reported: dict[str, float] = {}
+    for condition in content.conditions:
+        label = {level.factor: level.label for level in condition.levels}
+        assert condition.joules is not None
+        for value in condition.joules.runs:
+            reported[value.run] = value.value
+            assert conditions[value.run] == Condition(label["foot"], int(label["k_gain"]), int(label["b_ad_gain"]))
+    assert reported == pytest.approx(drawn, rel=1e-12)
+
+    truth = json.loads((tmp_path / "demo" / "truth.json").read_text(encoding="utf-8"))
+    assert truth["seed"] == seed
+    apexes = {run.name: run.reached_apexes_m.mean() for run in campaign.of_kind(RunKind.JUMPS)}
+    errors = [
+        value.value - apexes[value.run]
+        for condition in content.conditions
+        if condition.apex is not None
+        for value in condition.apex.runs
+    ]
+    # jumps that touch a gap are left out of a run's mean, so single runs of 4 jumps differ by the scatter of jumps
+    assert abs(float(np.median(errors))) < 0.2e-3
+    assert float(np.abs(errors).max()) < 6e-3
+    misfired = sum(int(run.misfired.sum()) for run in campaign.of_kind(RunKind.JUMPS))
+    assert content.flow.jumps_made - content.flow.jumps_detected <= misfired + 2
+    assert content.flow.jumps_detected <= content.flow.jumps_made
+
+
+def test_the_demonstration_reports_and_remembers_its_correction(tmp_path: Path) -> None:
+    campaign = make_campaign(1, runs_per_condition=1, extra_controls=4, jumps_per_run=2)
+    correction = campaign.corrections[0]
+    done = run_demo(tmp_path / "demo", campaign, False, lambda _step: None, lambda _line: None)
+    journal = [
+        json.loads(line) for line in (Path(done.book) / "journal.jsonl").read_text(encoding="utf-8").splitlines()
+    ]
+    corrected = [entry for entry in journal if entry["action"] == "correct"]
+    assert [entry["reason"] for entry in corrected] == [correction.why]
+    assert corrected[0]["old"] != corrected[0]["new"]

@@ -1,0 +1,238 @@
+"""What a plan promises, over random sets of factors."""
+
+from __future__ import annotations
+
+import itertools
+from collections import Counter
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from data_schema.errors import UnknownName, UsageError
+from data_schema.vocabulary import PlanMethod, RunKind
+from labbook.plan.drawing import Plan, PlanFactor, PlannedRun, draw_plan
+
+unhurried = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines differ in speed
+
+CHAPTER_5 = (
+    PlanFactor("foot", ("small", "large")),
+    PlanFactor("k_gain", ("300", "400")),
+    PlanFactor("b_ad_gain", ("0", "50", "100", "150", "200", "250"), control="0"),
+)
+
+
+@st.composite
+def factor_sets(draw: st.DrawFn, treated: bool | None = None) -> tuple[PlanFactor, ...]:
+    factors = [
+        PlanFactor(f"factor_{n}", tuple(f"level {level}" for level in range(draw(st.integers(1, 3)))))
+        for n in range(draw(st.integers(0, 3)))
+    ]
+    if treated or (treated is None and draw(st.booleans())):
+        levels = tuple(str(level) for level in range(draw(st.integers(1, 6))))
+        treatment = PlanFactor("treatment", levels, draw(st.sampled_from(levels)))
+        factors.insert(draw(st.integers(0, len(factors))), treatment)
+    return tuple(factors)
+
+
+@st.composite
+def requests(draw: st.DrawFn, treated: bool | None = None) -> dict[str, Any]:
+    factors = draw(factor_sets(treated))
+    has_treatment = any(factor.control is not None for factor in factors)
+    return {
+        "factors": factors,
+        "runs_per_condition": draw(st.integers(1, 5)),
+        "runs_per_day": draw(st.integers(2 if has_treatment else 1, 14)),
+        "method": draw(st.sampled_from(PlanMethod)),
+        "seed": draw(st.integers(0, 2**63 - 1)),
+        "idle_minutes": draw(st.lists(st.sampled_from([20, 24, 30, 40, 50, 60]), max_size=7)),
+        "extra_controls": draw(st.integers(0, 7)) if has_treatment else 0,
+        "run_duration_s": draw(st.sampled_from([None, 720.0])),
+    }
+
+
+def control_of(plan: Plan) -> PlanFactor | None:
+    return next((factor for factor in plan.factors if factor.control is not None), None)
+
+
+def group_of(run: PlannedRun, plan: Plan) -> tuple[tuple[str, str], ...]:
+    treatment = control_of(plan)
+    assert run.condition is not None
+    return tuple((name, level) for name, level in run.condition if treatment is None or name != treatment.name)
+
+
+def is_control(run: PlannedRun, plan: Plan) -> bool:
+    treatment = control_of(plan)
+    return treatment is not None and dict(run.condition or ()).get(treatment.name) == treatment.control
+
+
+@unhurried
+@given(requests())
+def test_every_condition_reaches_its_number_and_only_controls_exceed_it(request: dict[str, Any]) -> None:
+    plan = draw_plan(**request)
+    n, extra = request["runs_per_condition"], request["extra_controls"]
+    counts = Counter(run.condition for run in plan.runs if run.condition is not None)
+    names = [factor.name for factor in plan.factors]
+    every = [
+        tuple(zip(names, levels, strict=True))
+        for levels in itertools.product(*(factor.levels for factor in plan.factors))
+    ]
+    assert set(counts) == set(every)
+    excess = 0
+    treatment = control_of(plan)
+    for condition, count in counts.items():
+        if treatment is not None and dict(condition)[treatment.name] == treatment.control:
+            assert count >= n + extra
+            excess += count - n - extra
+        else:
+            assert count == n
+    assert excess <= len(plan.days) - 1
+    idle = Counter(run.duration_s for run in plan.runs if run.kind is RunKind.IDLE)
+    assert idle == Counter(60.0 * minutes for minutes in request["idle_minutes"])
+
+
+@unhurried
+@given(requests(treated=True))
+def test_every_day_has_a_control_of_each_group_in_it(request: dict[str, Any]) -> None:
+    plan = draw_plan(**request)
+    for day in plan.days:
+        jumps = [run for run in day if run.kind is RunKind.JUMPS]
+        assert {group_of(run, plan) for run in jumps} == {group_of(run, plan) for run in jumps if is_control(run, plan)}
+
+
+@unhurried
+@given(requests())
+def test_days_are_full_but_never_too_full(request: dict[str, Any]) -> None:
+    plan = draw_plan(**request)
+    lengths = [len(day) for day in plan.days]
+    assert max(lengths) <= request["runs_per_day"]
+    assert all(length >= request["runs_per_day"] - 1 for length in lengths[:-1])
+    assert lengths[-1] >= 1
+
+
+@unhurried
+@given(requests())
+def test_positions_count_without_holes(request: dict[str, Any]) -> None:
+    plan = draw_plan(**request)
+    assert [run.position for run in plan.runs] == list(range(1, len(plan.runs) + 1))
+    assert [day[0].day for day in plan.days] == list(range(1, len(plan.days) + 1))
+    for day in plan.days:
+        assert [run.position_in_day for run in day] == list(range(1, len(day) + 1))
+    for run in plan.runs:
+        assert (run.condition is None) == (run.kind is RunKind.IDLE)
+        if run.kind is RunKind.JUMPS:
+            assert run.duration_s == request["run_duration_s"]
+
+
+@unhurried
+@given(requests())
+def test_the_same_seed_gives_the_same_plan(request: dict[str, Any]) -> None:
+    assert draw_plan(**request) == draw_plan(**request)
+
+
+@unhurried
+@given(requests())
+def test_blocked_keeps_each_group_together_in_the_day_and_in_the_plan(request: dict[str, Any]) -> None:
+    plan = draw_plan(**{**request, "method": PlanMethod.BLOCKED})
+    for day in plan.days:
+        blocks = [block for block, _ in itertools.groupby(run.block for run in day)]
+        assert len([block for block in blocks if block != "idle"]) == len(set(blocks) - {"idle"})
+    groups = [group_of(run, plan) for run in plan.runs if run.condition is not None]
+    assert len([group for group, _ in itertools.groupby(groups)]) == len(set(groups))
+    untreated = [factor for factor in plan.factors if factor.control is None]
+    if untreated:  # the factor declared first changes least often
+        firsts = [dict(group)[untreated[0].name] for group in groups]
+        assert len([level for level, _ in itertools.groupby(firsts)]) == len(set(firsts))
+
+
+def test_blocked_is_randomised_within_a_block() -> None:
+    orders = {
+        tuple(
+            dict(run.condition or ())["b_ad_gain"]
+            for run in draw_plan(CHAPTER_5, 1, 6, PlanMethod.BLOCKED, seed).days[0]
+        )
+        for seed in range(40)
+    }
+    assert len(orders) > 35
+    assert {order.index("0") for order in orders} == set(range(6))  # the control has no fixed place
+
+
+def test_randomised_mixes_groups_within_a_day_and_spreads_them_over_the_plan() -> None:
+    plan = draw_plan(CHAPTER_5, 10, 12, PlanMethod.RANDOMISED, seed=5)
+    changes = [len(list(itertools.groupby(group_of(run, plan) for run in day))) for day in plan.days]
+    assert min(changes) > 2
+    half = len(plan.runs) // 2
+    for group, count in Counter(group_of(run, plan) for run in plan.runs[:half]).items():
+        assert 24 <= count <= 36, group
+
+
+@pytest.mark.parametrize("method", PlanMethod)
+def test_days_of_whole_replicates_spend_no_control_in_excess(method: PlanMethod) -> None:
+    plan = draw_plan(CHAPTER_5, 10, 12, method, seed=3, idle_minutes=(20, 24, 30, 40, 50, 60))
+    assert len(plan.runs) == 246
+    assert len(plan.days) == 21
+    for day in plan.days:  # every treatment as often as every other: none is tied to a day
+        assert len(set(Counter(dict(run.condition)["b_ad_gain"] for run in day if run.condition).values())) <= 1
+
+
+def test_a_plan_drawn_years_ago_is_drawn_again() -> None:
+    plan = draw_plan(CHAPTER_5[1:], 1, 5, PlanMethod.RANDOMISED, seed=2021, idle_minutes=(20,), run_duration_s=720)
+    assert [
+        "idle" if run.condition is None else "/".join(level for _, level in run.condition) for run in plan.runs
+    ] == [
+        "300/150",
+        "300/200",
+        "300/0",
+        "300/50",
+        "300/100",
+        "300/0",
+        "400/0",
+        "300/250",
+        "400/100",
+        "400/150",
+        "idle",
+        "400/0",
+        "400/200",
+        "400/50",
+        "400/250",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("change", "error", "words"),
+    [
+        ({"runs_per_condition": 0}, UsageError, "0 runs per condition"),
+        ({"runs_per_day": 0}, UsageError, "0 runs a day"),
+        ({"runs_per_day": 1}, UsageError, "cannot hold a run and its control"),
+        ({"extra_controls": -1}, UsageError, "-1 extra controls"),
+        ({"seed": -1}, UsageError, "the seed -1"),
+        ({"seed": 2**63}, UsageError, "cannot be kept"),
+        ({"idle_minutes": (20, 0)}, UsageError, "cannot last 0"),
+        ({"run_duration_s": float("inf")}, UsageError, "cannot last inf"),
+        ({"runs_per_condition": 10**9}, UsageError, "at most 100000"),
+        ({"factors": (PlanFactor("foot", ("small",)),) * 2}, UsageError, "name each factor once"),
+        ({"factors": (PlanFactor("foot", ()),)}, UsageError, "one or more"),
+        ({"factors": (PlanFactor("foot", ("small", "small")),)}, UsageError, "each once"),
+        ({"factors": (PlanFactor("foot", ("small", "large"), "smal"),)}, UnknownName, "did you mean 'small'?"),
+        (
+            {"factors": (PlanFactor("foot", ("small",), "small"), PlanFactor("gain", ("0",), "0"))},
+            UsageError,
+            "foot, gain each have a control",
+        ),
+        ({"factors": CHAPTER_5[:2], "extra_controls": 3}, UsageError, "no factor has a control"),
+    ],
+)
+def test_impossible_plans_are_refused_in_a_sentence(
+    change: dict[str, Any], error: type[UsageError], words: str
+) -> None:
+    request: dict[str, Any] = {
+        "factors": CHAPTER_5,
+        "runs_per_condition": 10,
+        "runs_per_day": 12,
+        "method": PlanMethod.BLOCKED,
+        "seed": 1,
+        **change,
+    }
+    with pytest.raises(error, match=words):
+        draw_plan(**request)

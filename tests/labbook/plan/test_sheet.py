@@ -1,0 +1,66 @@
+"""A plan becomes a sheet, and the sheet reads back as the plan."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+
+import pytest
+
+from data_schema.errors import UsageError
+from data_schema.vocabulary import PlanMethod
+from labbook.config.factors import RESERVED_NAMES
+from labbook.plan.drawing import PlanFactor, draw_plan
+from labbook.plan.sheet import AFTER_FACTORS, BEFORE_FACTORS, run_names, write_run_sheet
+from labbook.plan.sheet_reader import read_run_sheet
+
+FACTORS = (
+    PlanFactor("foot", ("small", "lar,ge")),
+    PlanFactor("k_gain", ("300", "400")),
+    PlanFactor("b_ad_gain", ("0", "50", "62.5"), control="0"),
+)
+DATES = [datetime.date(2021, 6, 1) + datetime.timedelta(days=2 * day) for day in range(40)]
+IDLE = (20.0, 24.5)
+
+
+@pytest.mark.parametrize("method", PlanMethod)
+def test_a_written_sheet_reads_back_as_the_plan(method: PlanMethod) -> None:
+    plan = draw_plan(FACTORS, 3, 7, method, seed=4, idle_minutes=IDLE, run_duration_s=720.0)
+    names = run_names(plan, first=98)
+    rows = read_run_sheet(
+        write_run_sheet(plan, names, DATES, robot="hopper"), FACTORS, robots=["hopper"], batteries=["A"]
+    )
+    assert [row.name for row in rows] == list(names)
+    assert names[:3] == ("r098", "r099", "r100")
+    for row, run in zip(rows, plan.runs, strict=True):
+        assert (row.date, row.position) == (DATES[run.day - 1], run.position_in_day)
+        assert (row.kind, tuple(row.levels.items())) == (run.kind, run.condition or ())
+        assert (row.robot, row.battery) == ("hopper", None)
+        assert (row.started, row.duration_s, row.jumps_made, row.starts) == (None, None, None, None)
+        assert not row.done
+    assert sorted(row.note for row in rows if row.note) == ["planned 20 min", "planned 24.5 min"]
+
+
+def test_the_same_seed_gives_the_same_bytes_for_ever() -> None:
+    def sheet(seed: int) -> bytes:
+        plan = draw_plan(FACTORS, 10, 12, PlanMethod.RANDOMISED, seed, idle_minutes=IDLE, run_duration_s=720.0)
+        return write_run_sheet(plan, run_names(plan), DATES, battery="A", robot="hopper").encode()
+
+    assert sheet(2021) == sheet(2021)
+    assert sheet(2021) != sheet(2022)
+    assert hashlib.sha256(sheet(2021)).hexdigest() == "93248a162b31df0aad49087deb5c867352fb49c6a8edef8ae4fe1efeb72568e0"
+
+
+def test_no_factor_can_be_called_like_a_column() -> None:
+    assert {*BEFORE_FACTORS, *AFTER_FACTORS} <= RESERVED_NAMES
+
+
+def test_names_and_dates_must_fit_the_plan() -> None:
+    plan = draw_plan(FACTORS, 1, 6, PlanMethod.BLOCKED, seed=1)
+    names = run_names(plan)
+    with pytest.raises(UsageError, match="the plan has 2 days and 1 dates were given"):
+        write_run_sheet(plan, names, DATES[:1])
+    with pytest.raises(UsageError, match="not in order"):
+        write_run_sheet(plan, names, [DATES[1], DATES[0]])
+    with pytest.raises(UsageError, match="the plan has 12 runs: give each a name of its own"):
+        write_run_sheet(plan, ["r1"] * 12, DATES)

@@ -1,0 +1,222 @@
+"""Run sheets as people return them: rewritten by spreadsheets, half filled, wrong in every way at once."""
+
+from __future__ import annotations
+
+import datetime
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import RunKind
+from labbook.plan.drawing import PlanFactor
+from labbook.plan.sheet_reader import RunSheetRefused, RunSheetRow, read_run_sheet
+
+unhurried = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines differ in speed
+
+FACTORS = (PlanFactor("foot", ("small", "large")), PlanFactor("k_gain", ("300", "62.5"), control="300"))
+HEADER = "run,date,position,kind,foot,k_gain,battery,robot,started,duration_s,jumps_made,starts,note"
+JUMPS = "r1,2021-06-01,1,jumps,small,300,A,hopper,9:05,720,25,2,first of the day"
+IDLE = "r2,2021-06-01,2,idle,,,A,hopper,09:30,1200.5,,1,"
+
+
+def read(*lines: str, **known: Any) -> tuple[RunSheetRow, ...]:
+    return read_run_sheet("\n".join(lines) + "\n", FACTORS, **known)
+
+
+def faults(*lines: str, **known: Any) -> list[tuple[int, str | None, str, str]]:
+    with pytest.raises(RunSheetRefused) as caught:
+        read(*lines, **known)
+    assert all(fault.sentence in str(caught.value) for fault in caught.value.faults[:50])
+    return [(fault.line, fault.column, fault.value, fault.sentence) for fault in caught.value.faults]
+
+
+def test_a_filled_row_is_read() -> None:
+    jumps, idle = read(HEADER, JUMPS, IDLE)
+    assert jumps == RunSheetRow(
+        line=2,
+        name="r1",
+        date=datetime.date(2021, 6, 1),
+        position=1,
+        kind=RunKind.JUMPS,
+        levels={"foot": "small", "k_gain": "300"},
+        battery="A",
+        robot="hopper",
+        started=datetime.time(9, 5),
+        duration_s=720.0,
+        jumps_made=25,
+        starts=2,
+        note="first of the day",
+        remarks=(),
+    )
+    assert jumps.done
+    assert (idle.kind, idle.levels, idle.jumps_made, idle.duration_s) == (RunKind.IDLE, {}, None, 1200.5)
+
+
+def spreadsheet(delimiter: str, end: str, mark: str, decimal: str) -> str:
+    rows = [
+        HEADER.split(","),
+        [
+            "r1",
+            "2021-06-01",
+            "1",
+            "jumps",
+            "small",
+            "300.0",
+            "A",
+            "",
+            "9:05:30",
+            f"720{decimal}5",
+            "25",
+            "2.0",
+            "a;b,c\td",
+        ],
+        [""] * 13,
+        ["r2", "2021-06-01", "2", "jumps", "large", f"62{decimal}50", "", "", "", "", "", "", 'say "no"\ntwice'],
+    ]
+    cells = [['"' + cell.replace('"', '""') + '"' for cell in row] + [" ", ""] for row in rows]
+    return mark + end.join(delimiter.join(row) for row in cells) + end
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+@pytest.mark.parametrize(("mark", "decimal"), [("", "."), ("\ufeff", ","), ("\n", ",")])
+def test_what_spreadsheets_make_of_it_is_understood(delimiter: str, end: str, mark: str, decimal: str) -> None:
+    first, second = read_run_sheet(spreadsheet(delimiter, end, mark, decimal), FACTORS)
+    assert (first.levels, second.levels) == ({"foot": "small", "k_gain": "300"}, {"foot": "large", "k_gain": "62.5"})
+    assert (first.started, first.duration_s, first.starts) == (datetime.time(9, 5, 30), 720.5, 2)
+    assert (first.note, second.note) == ("a;b,c\td", 'say "no"\ntwice')
+    assert second.line - first.line == 2
+    assert not second.done
+
+
+def test_columns_stand_in_any_order_and_hand_made_sheets_may_leave_some_out() -> None:
+    (row,) = read("k_gain,foot,kind,position,date,run", "300,large,jumps,3,2021-06-01,r7")
+    assert (row.name, row.position, row.levels) == ("r7", 3, {"foot": "large", "k_gain": "300"})
+    assert (row.battery, row.note, row.done) == (None, "", False)
+
+
+def test_more_jumps_than_the_protocol_has_are_remarked_not_refused() -> None:
+    (row,) = read(HEADER, JUMPS.replace(",25,", ",26,"), jumps_nominal=25)
+    assert row.remarks == ("run r1 has 26 jumps where the protocol has 25: check it.",)
+    for line in (JUMPS, JUMPS.replace("jumps", "characterisation").replace(",25,", ",80,")):
+        (row,) = read(HEADER, line, jumps_nominal=25)
+        assert row.remarks == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "column", "words"),
+    [
+        ("2021-06-01", "1.6.2021", "date", "'1.6.2021' is not a date: write year-month-day"),
+        ("2021-06-01", "2021-02-30", "date", "is not a date"),
+        ("2021-06-01", "20210601", "date", "is not a date"),
+        ("2021-06-01", "", "date", "the cell is empty"),
+        ("r1", "", "run", "the cell is empty"),
+        ("r1", "r\x001", "run", "unprintable"),
+        (",1,", ",0,", "position", "'0' is not a count: write a whole number, 1 or more"),
+        (",1,", ",1.5,", "position", "is not a count"),
+        (",jumps", ",jump", "kind", "did you mean 'jumps'?"),
+        ("small", "smal", "foot", "'smal' is not a known level of foot: did you mean 'small'?"),
+        ("small", "", "foot", "a run of jumps has a level of every factor"),
+        ("300", "310", "k_gain", "did you mean '300'?"),
+        ("300", "NaN", "k_gain", "is not a known level of k_gain"),
+        (",A,", ",B,", "battery", "'B' is not a known battery"),
+        ("hopper", "hoper", "robot", "did you mean 'hopper'?"),
+        ("9:05", "25:00", "started", "is not a time of day"),
+        ("9:05", "9:05 AM", "started", "write hours and minutes, such as 14:05"),
+        ("720", "12 min", "duration_s", "write seconds, such as 720"),
+        ("720", "0", "duration_s", "is not a duration"),
+        ("720", "1e9", "duration_s", "is not a duration"),
+        (",720", ',"1,200"', "duration_s", "'1,200' is not a duration"),  # 1.2 or 1200: not guessed
+        (",25,", ",-1,", "jumps_made", "is not a count"),
+        (",25,", ",,", "jumps_made", "count its jumps, 0 if there were none"),
+        ("25,2", "25,0", "starts", "1 or more"),
+        ("jumps,small,300,A,hopper,9:05,720,25", "idle,,300,A,hopper,9:05,720,0", "k_gain", "which has no levels"),
+        ("jumps,small,300", "idle,,", "jumps_made", "which has no jumps"),
+        ("first", "fi\x1brst", "note", "unprintable"),
+    ],
+)
+def test_each_fault_has_its_place_and_remedy(old: str, new: str, column: str, words: str) -> None:
+    found = faults(HEADER, JUMPS.replace(old, new, 1), batteries=["A"], robots=["hopper"])
+    assert len(found) == 1
+    line, where, _value, sentence = found[0]
+    assert (line, where) == (2, column)
+    assert words in sentence
+    assert sentence.endswith((".", "?"))
+
+
+def test_all_faults_of_all_rows_are_reported_at_once() -> None:
+    found = faults(
+        HEADER.replace("foot", "foott") + ",weather,kind",
+        "r1,1.6.2021,1,jumps,small,300,A,hopper,,,,,,,jumps",
+        "r2,2021-06-01,x,jumps,small,350,A,hopper,,,,,,,jumps",
+        "r1,2021-06-01,2,jumps,small,300,A,hopper,,,,,,,jumps",
+        "r3,2021-06-01,2,jumps,small,300,A,hopper,,,,,,,jumps",
+        "r4,2021-06-01,3,jumps",
+    )
+    assert [(line, column) for line, column, _, _ in found] == [
+        (1, "foott"),
+        (1, "weather"),
+        (1, "kind"),
+        (2, "date"),
+        (3, "position"),
+        (3, "k_gain"),
+        (4, "run"),
+        (5, "position"),
+        (6, None),
+    ]
+    sentences = [sentence for *_, sentence in found]
+    assert "did you mean 'foot'?" in sentences[0]
+    assert "there twice" in sentences[2]
+    assert "'r1' is on line 2 too" in sentences[6]
+    assert "position 2 of 2021-06-01 is on line 4 too" in sentences[7]
+    assert "4 cells where the header has 15" in sentences[8]
+
+
+def test_missing_columns_are_named() -> None:
+    found = faults("run,date,kind,foot", "r1,2021-06-01,jumps,small")
+    assert [(column, sentence) for _, column, _, sentence in found] == [
+        ("position", "the column 'position' is missing: add it."),
+        ("k_gain", "the column 'k_gain' is missing: add it."),
+    ]
+
+
+def test_a_thousand_faults_are_kept_but_not_all_shown() -> None:
+    with pytest.raises(RunSheetRefused) as caught:
+        read(
+            HEADER,
+            *[IDLE.replace("r2", f"r{n}").replace(",2,", f",{n},").replace("09:30", "?") for n in range(1, 1001)],
+        )
+    assert len(caught.value.faults) == 1000
+    assert str(caught.value).startswith("the run sheet has 1000 faults")
+    assert str(caught.value).endswith("\n  and 950 more.")
+    assert str(caught.value).count("\n") == 51
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "is empty"),
+        ("\n ,, \n", "is empty"),
+        (f'{HEADER}\n"r1', "at line 2"),
+        (f'{HEADER}\n{JUMPS}\n"r2"x,', "at line 3"),
+        (HEADER + "\n" + "x" * 200_000, "at line 2"),
+    ],
+)
+def test_what_is_no_table_is_refused(text: str, words: str) -> None:
+    with pytest.raises(InputRefused, match=words):
+        read_run_sheet(text, FACTORS, source="runs.csv")
+
+
+@unhurried
+@given(st.text(HEADER + '\n";\t0123r\x00\u2028', max_size=80))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    for sheet in (text, f"{HEADER}\n{text}"):
+        refusal = ""
+        try:
+            read_run_sheet(sheet, FACTORS)
+        except InputRefused as error:
+            refusal = str(error)
+        assert refusal == "" or "run sheet" in refusal
