@@ -3,12 +3,16 @@
 SQLite: write-ahead log, `synchronous=FULL`, foreign keys and recursive triggers on, and our own BEGIN, because the
 driver's legacy mode lets half a migration survive a rollback. A writing transaction starts with BEGIN IMMEDIATE: one
 that only becomes a writer later fails at once when another has written meanwhile, whatever the busy timeout.
+Who may only read a book opens its file for reading. SQLite would keep its notes for readers in files beside it, which
+that person cannot make; where none are there, nobody writes, and the file is read as one that does not change. That it
+did not is looked at when the reading is over.
 PostgreSQL: a writer takes a lock on the journal, so that the journal has one order on both.
 """
 
 from __future__ import annotations
 
 import contextlib
+import os
 import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,10 +28,15 @@ from data_schema.mounts import refuse_network_drive
 BUSY_TIMEOUT_S = 10.0
 SQLITE_MINIMUM = (3, 37, 0)
 _PRAGMAS = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
+_SEEN = "labbook_seen"
+"""Under this name a connection keeps what a file looked like that is read as one that does not change."""
 
 
 def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.Engine:
-    """Open an engine on a SQLite file that exists; a missing file is an error, never created here."""
+    """Open an engine on a SQLite file that exists; a missing file is an error, never created here.
+
+    For who may not write to the file and its folder, the engine only reads.
+    """
     if sqlite3.sqlite_version_info < SQLITE_MINIMUM:
         raise UsageError(
             f"SQLite {sqlite3.sqlite_version} is too old: labbook needs 3.37 or newer (STRICT tables); "
@@ -35,18 +44,26 @@ def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.E
         )
     refuse_network_drive(path)
 
-    def connect() -> sqlite3.Connection:
-        location = path.resolve().as_uri() + "?mode=rw"
+    writable = _may_write(path)
+
+    def connect(options: str) -> sqlite3.Connection:
+        location = f"{path.resolve().as_uri()}?{options}"
         return sqlite3.connect(location, uri=True, isolation_level=None, timeout=busy_timeout_s)
 
-    engine = sa.create_engine("sqlite+pysqlite://", creator=connect, poolclass=sa.pool.QueuePool)
-    event.listen(engine, "connect", _set_pragmas)
+    still = not writable and _at_rest(path)
+    options = "mode=rw" if writable else "mode=ro&immutable=1" if still else "mode=ro"
+    seen = (path, _look(path)) if still else None  # before it is opened
+    engine = sa.create_engine("sqlite+pysqlite://", creator=lambda: connect(options), poolclass=sa.pool.QueuePool)
+    if writable:
+        event.listen(engine, "connect", _set_pragmas)
+    if still:
+        event.listen(engine, "connect", lambda _connection, record: record.info.update({_SEEN: seen}))
     event.listen(engine, "begin", _begin_sqlite)
     return engine
 
 
-def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.Engine:
-    """Open an engine on a PostgreSQL database given by its SQLAlchemy URL."""
+def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema: str | None = None) -> sa.Engine:
+    """Open an engine on a PostgreSQL database given by its SQLAlchemy URL, in its usual schema or in another."""
     try:
         engine = sa.create_engine(url, connect_args={"connect_timeout": int(BUSY_TIMEOUT_S)})
     except (sa.exc.ArgumentError, ModuleNotFoundError) as error:
@@ -63,9 +80,11 @@ def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.E
     def wait_no_longer(connection: Any, _record: Any) -> None:
         with connection.cursor() as cursor:
             cursor.execute(f"SET lock_timeout = '{round(busy_timeout_s * 1000)}ms'")
+            if schema is not None:
+                cursor.execute(f'SET search_path TO "{schema}"')
         connection.commit()
 
-    event.listen(engine, "connect", wait_no_longer)
+    event.listen(engine, "connect", wait_no_longer, insert=True)  # before SQLAlchemy asks for the schema
     return engine
 
 
@@ -91,8 +110,11 @@ def reading(engine: sa.Engine) -> Iterator[sa.Connection]:
     with translated(), engine.connect() as connection:
         if engine.dialect.name == "postgresql":  # its default shows each query what was committed meanwhile
             connection.execution_options(isolation_level="REPEATABLE READ")
-        with connection.begin():
-            yield connection
+        try:
+            with connection.begin():
+                yield connection
+        finally:
+            _refuse_changed(connection)
 
 
 @contextlib.contextmanager
@@ -102,7 +124,7 @@ def translated() -> Iterator[None]:
         yield
     except OperationalError as error:
         text = str(error.orig).lower()
-        if "locked" in text or "busy" in text or "lock timeout" in text:
+        if any(word in text for word in ("locked", "busy", "lock timeout", "deadlock")):
             raise BookBusy(
                 "another program is writing to the book and did not finish in time: wait until it has finished, or "
                 "close it, and try again."
@@ -110,8 +132,9 @@ def translated() -> Iterator[None]:
         if "disk is full" in text or "disk i/o" in text:
             raise BookDamaged(f"the disk refused to write ({error.orig}): free space on it and try again.") from error
         if "readonly" in text or "unable to open" in text:
+            what = "written" if "readonly" in text else "opened"
             raise BookDamaged(
-                f"the database cannot be written ({error.orig}): check the permissions of the book's folder."
+                f"the database cannot be {what} ({error.orig}): check the permissions of the book's folder."
             ) from error
         if isinstance(error.orig, sqlite3.Error):
             raise BookDamaged(
@@ -130,6 +153,29 @@ def translated() -> Iterator[None]:
 
 def _is_damage(text: str) -> bool:
     return "malformed" in text or "not a database" in text
+
+
+def _may_write(path: Path) -> bool:
+    """Tell whether this process may write to a file and make others beside it; what is missing is for others to say."""
+    return not path.exists() or all(os.access(place, os.W_OK, effective_ids=True) for place in (path, path.parent))
+
+
+def _at_rest(path: Path) -> bool:
+    """Tell whether nobody has the database open and nothing was left in its write-ahead log."""
+    return not any(path.with_name(path.name + suffix).exists() for suffix in ("-wal", "-shm"))
+
+
+def _look(path: Path) -> tuple[int, int, int]:
+    """Return what tells that a file is no longer what it was."""
+    found = path.stat()
+    return found.st_ino, found.st_size, found.st_mtime_ns
+
+
+def _refuse_changed(connection: sa.Connection) -> None:
+    """Raise `BookBusy` when a file was changed that was read as one that does not: what was read may not fit."""
+    seen = connection.info.get(_SEEN)
+    if seen is not None and _look(seen[0]) != seen[1]:
+        raise BookBusy("somebody wrote to the book while it was read: give the command again.")
 
 
 def _set_pragmas(connection: Any, _record: Any) -> None:

@@ -4,6 +4,11 @@ A line is canonical JSON (sorted keys, no blanks, UTF-8) and carries the hash of
 the SHA-256 of the line without the hash. The same entries stand in the table `journal` and in `journal.jsonl`; the
 file is written and synced before the database commits, so it is never behind: an entry that the file has and the
 database lacks was cut off between the two and is applied when the book is next written to.
+
+What one command says is accepted or refused as a whole, so every entry also says how many of its command follow. A
+power cut can leave the first lines of a command in the file; they do not count, as half a line does not, and the next
+command removes them. Nobody was ever told that such a command was done, for its database transaction never began to
+commit.
 """
 
 from __future__ import annotations
@@ -11,9 +16,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
-from io import FileIO
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -31,10 +35,13 @@ GENESIS = "0" * 64
 class Entry:
     """One statement: who said when that which thing is what, what it was before, and why.
 
-    `old` and `new` hold columns by name; a reference to another row is that row's uid.
+    `old` and `new` hold columns by name; a reference to another row is that row's uid. `following` is the number of
+    entries of the same command that come after this one. Until its command is complete, an entry has no place in the
+    chain; `placed` gives it one.
     """
 
     seq: int
+    following: int
     at_utc: str
     person: str
     action: Action
@@ -82,17 +89,41 @@ def canonical(value: object) -> str:
     return json.dumps(value, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
-def chained(entries: Iterator[Entry]) -> Iterator[Entry]:
-    """Pass entries on while each follows the one before it; raises `BookDamaged` at the first that does not."""
-    seq, previous = 0, GENESIS
+def placed(said: Sequence[Entry], after: tuple[int, str]) -> list[Entry]:
+    """Give the entries of one complete command their places after an entry of this number and hash."""
+    seq, previous = after
+    entries: list[Entry] = []
+    for number, entry in enumerate(said, start=1):
+        entries.append(replace(entry, seq=seq + number, following=len(said) - number, prev_hash=previous))
+        previous = entries[-1].hash
+    return entries
+
+
+def chained(entries: Iterable[Entry], after: tuple[int, str] = (0, GENESIS)) -> Iterator[Entry]:
+    """Pass entries on while each follows the one before it; raises `BookDamaged` at the first that does not.
+
+    `after` is number and hash of an entry that was the last of its command.
+    """
+    seq, previous = after
+    awaited = 0
     for entry in entries:
-        if entry.seq != seq + 1 or entry.prev_hash != previous:
+        if entry.seq != seq + 1 or entry.prev_hash != previous or (awaited and entry.following != awaited - 1):
             raise BookDamaged(
                 f"journal entry {entry.seq} does not follow entry {seq}: a line is missing or was changed; restore "
                 "journal.jsonl from a backup."
             )
-        seq, previous = entry.seq, entry.hash
+        seq, previous, awaited = entry.seq, entry.hash, entry.following
         yield entry
+
+
+def commands(entries: Iterable[Entry]) -> Iterator[list[Entry]]:
+    """Gather entries by the command that made them."""
+    command: list[Entry] = []
+    for entry in entries:
+        command.append(entry)
+        if entry.following == 0:
+            yield command
+            command = []
 
 
 def head(connection: sa.Connection) -> tuple[int, str]:
@@ -106,6 +137,7 @@ def insert(connection: sa.Connection, entry: Entry) -> None:
     connection.execute(
         journal.insert().values(
             seq=entry.seq,
+            following=entry.following,
             at_utc=entry.at_utc,
             person=sa.select(person.c.id).where(person.c.name == entry.person).scalar_subquery(),
             action=str(entry.action),
@@ -126,6 +158,7 @@ def stored(connection: sa.Connection) -> Iterator[Entry]:
     for row in connection.execute(query):
         entry = Entry(
             seq=row.seq,
+            following=row.following,
             at_utc=row.at_utc,
             person=row.person_name,
             action=Action(row.action),
@@ -145,40 +178,42 @@ def stored(connection: sa.Connection) -> Iterator[Entry]:
 
 
 class JournalFile:
-    """The mirror of the journal on disk, append-only."""
+    """The mirror of the journal on disk, append-only; what a cut-off command left at its end does not count."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     def entries(self) -> Iterator[Entry]:
-        """Read and verify every complete line; a last line without newline was cut off and does not count."""
-        yield from chained(Entry.from_line(line) for line in self._complete_lines())
+        """Read and verify every entry of every complete command."""
+        yield from chained(Entry.from_line(line) for line in self._read(None).lines)
 
     def tail(self, after_seq: int) -> list[Entry]:
-        """Return the complete entries after `after_seq`, reading from the end of the file."""
-        newest: list[Entry] = []
-        for line in reversed(self._complete_lines(last_bytes=1 << 20)):
-            entry = Entry.from_line(line)
-            if entry.seq <= after_seq:
-                break
-            newest.append(entry)
-        if newest and newest[-1].seq != after_seq + 1:
-            return [entry for entry in self.entries() if entry.seq > after_seq]
-        return newest[::-1]
+        """Return the entries of complete commands after `after_seq`, reading from the end of the file."""
+        for part in self._from_the_end():
+            newest: list[Entry] = []
+            for line in reversed(part.lines):
+                entry = Entry.from_line(line)
+                if entry.seq <= after_seq:
+                    return newest[::-1]
+                newest.append(entry)
+            if part.start == 0 or (newest and newest[-1].seq == after_seq + 1):
+                return newest[::-1]
+        raise AssertionError("the last part is the whole file")
 
     def last(self) -> Entry | None:
-        """Return the last complete entry."""
-        lines = self._complete_lines(last_bytes=1 << 20)
-        return Entry.from_line(lines[-1]) if lines else None
+        """Return the last entry of the last complete command."""
+        for part in self._from_the_end():
+            if part.lines:
+                return Entry.from_line(part.lines[-1])
+        return None
 
     def append(self, entries: list[Entry]) -> None:
-        """Write entries at the end and sync them to the disk, all or none; a cut-off last line is removed first."""
+        """Write complete commands at the end and sync them to the disk; what a cut-off one left is removed first."""
         lines = "".join(entry.line + "\n" for entry in entries).encode()
+        end = self._end()
         with self.path.open("r+b", buffering=0) as handle:
-            if not _ends_with_newline(handle):
-                handle.seek(0)
-                handle.truncate(handle.read().rfind(b"\n") + 1)
-            end = handle.seek(0, os.SEEK_END)
+            handle.truncate(end)
+            handle.seek(end)
             try:
                 written = 0
                 while written < len(lines):
@@ -188,7 +223,22 @@ class JournalFile:
                 handle.truncate(end)
                 raise
 
-    def _complete_lines(self, last_bytes: int | None = None) -> list[str]:
+    def _end(self) -> int:
+        """Return how many bytes of the file are complete commands."""
+        for part in self._from_the_end():
+            if part.lines:
+                return part.end
+        return 0
+
+    def _from_the_end(self) -> Iterator[_Part]:
+        """Read ever more of the end of the file, at last all of it."""
+        for last_bytes in _FROM_THE_END:
+            part = self._read(last_bytes)
+            yield part
+            if part.start == 0:
+                return
+
+    def _read(self, last_bytes: int | None) -> _Part:
         try:
             with self.path.open("rb") as handle:
                 size = handle.seek(0, os.SEEK_END)
@@ -200,23 +250,38 @@ class JournalFile:
                 f"{self.path} is missing: restore it from a backup, or write it anew from the database with "
                 "`labbook rebuild --journal`."
             ) from error
-        if start:
-            first = data.find(b"\n")
-            if first < 0 or data.count(b"\n") < 2:
-                return self._complete_lines()
-            data = data[first + 1 :]
+        begin = data.find(b"\n") + 1 if start else 0  # a part begins within a line
+        whole = max(begin, data.rfind(b"\n") + 1)
         try:
-            return data[: data.rfind(b"\n") + 1].decode().split("\n")[:-1]
+            lines = data[begin:whole].decode().split("\n")[:-1]
         except UnicodeDecodeError as error:
             raise BookDamaged(
-                f"{self.path} is not the text that was written (byte {error.start + start}): restore it from a backup, "
-                "or write it anew from the database with `labbook rebuild --journal`."
+                f"{self.path} is not the text that was written (byte {error.start + start + begin}): restore it from a "
+                "backup, or write it anew from the database with `labbook rebuild --journal`."
             ) from error
+        kept = lines[: len(lines) - _cut_off(lines)]
+        return _Part(start + begin if start else 0, kept, start + begin + sum(len(line.encode()) + 1 for line in kept))
 
 
-def _ends_with_newline(handle: FileIO) -> bool:
-    """Look at the last byte; an empty file has no cut-off line."""
-    if handle.seek(0, os.SEEK_END) == 0:
-        return True
-    handle.seek(-1, os.SEEK_END)
-    return handle.read(1) == b"\n"
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """The complete lines of complete commands from byte `start` of a journal up to byte `end`."""
+
+    start: int
+    lines: list[str]
+    end: int
+
+
+_FROM_THE_END: tuple[int | None, ...] = (1 << 16, 1 << 20, None)
+"""How many bytes of the end are read: almost always the first are enough."""
+
+
+def _cut_off(lines: Sequence[str]) -> int:
+    """Return how many of the last lines belong to a command whose last line is not there."""
+    count, awaited = 0, None
+    for line in reversed(lines):
+        following = Entry.from_line(line).following
+        if following == 0 or awaited not in (None, following):
+            break
+        count, awaited = count + 1, following + 1
+    return count

@@ -181,7 +181,10 @@ class Assumed:
 
 @dataclass(frozen=True, slots=True)
 class ReportContent:
-    """All of one report. `claims[0]` is the headline; `selection` is the --where text as given."""
+    """All of one report. `claims[0]` is the headline; `selection` is the --where text as given.
+
+    `drains` has one line a robot.
+    """
 
     title: str
     study: str
@@ -198,7 +201,7 @@ class ReportContent:
     claims: tuple[Claim, ...]
     comparisons: tuple[Comparison, ...] = ()
     anovas: tuple[Anova, ...] = ()
-    drain: DrainFit | None = None
+    drains: tuple[DrainFit, ...] = ()
     budget: tuple[BudgetItem, ...] = ()
     budget_note: str = ""
     order: Order = field(default_factory=Order)

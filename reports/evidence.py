@@ -65,9 +65,10 @@ class IdlePoint:
 
 @dataclass(frozen=True, slots=True)
 class DrainFit:
-    """The passive drain (thesis 5.1.4): points, line with confidence band (arrays of one length), estimates.
+    """One robot's passive drain (thesis 5.1.4): points, line with confidence band (arrays of one length), estimates.
 
-    `at_run` is the drain at `run_duration_min`; `range_sentence` says that it lies outside the fitted range.
+    `at_run` is the drain at `run_duration_min`; `range_sentence` says that it lies outside the fitted range. `robot`
+    names the robot where the report has several.
     """
 
     points: tuple[IdlePoint, ...]
@@ -82,14 +83,19 @@ class DrainFit:
     run_duration_min: float
     range_sentence: str
     band_level: float = 0.95
+    robot: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class BudgetItem:
-    """One source of uncertainty of a joule a jump (J); `shared`: common to all runs; `total`: the sum."""
+    """One source of uncertainty of a joule a jump (J); `shared`: common to all runs; `total`: the sum.
+
+    `joules` is for a single run, `of_mean` for the mean over the condition's runs.
+    """
 
     component: str
     joules: Value
+    of_mean: Value
     shared: bool
     note: str = ""
     total: bool = False

@@ -19,12 +19,12 @@ from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.sections import Bullets, FigureHere, Paragraph, Part, Section, TableHere, sections_of
-from reports.sentences import count_text, list_text
 from reports.svg_inline import inline_svg
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
 from reports.tables.registry import TABLES
 from reports.tables.table import Table
+from reports.wording import count_text, list_text
 
 _WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
 """File name's end -> width: each figure fits both columns of a paper, and one."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 class LogJump:
     """One detected jump; times in s from the log's start, None where an event was not found.
 
-    `rejected` is the reason why the jump is not used, "" where it is.
+    `excluded` is the reason why the jump is not used, "" where it is: a rule of the protocol or a person's verdict.
     """
 
     number: int
@@ -20,12 +20,12 @@ class LogJump:
     apex_height_m: float
     touchdown_s: float | None = None
     lift_off_s: float | None = None
-    rejected: str = ""
+    excluded: str = ""
 
 
 @dataclass(frozen=True, slots=True)
 class LogGap:
-    """A stretch without samples: dropped packets or a pause of the logger."""
+    """A stretch without samples: dropped packets, a pause of the logger, or a restart between two logs."""
 
     start_s: float
     end_s: float

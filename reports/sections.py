@@ -8,7 +8,8 @@ from typing import TypeAlias
 from reports.content import Anova, Condition, ReportContent
 from reports.display import general_text, significance_text
 from reports.numbers import Quantity
-from reports.sentences import count_text, formula_text, levels_name, list_text, swept_factor, swept_words, title_of
+from reports.sentences import formula_text, levels_name, swept_factor, swept_words, title_of
+from reports.wording import count_text, list_text, sentence_start
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,8 +133,10 @@ def _certainty(content: ReportContent) -> Section:
     if content.budget:
         parts += [Heading("Uncertainty of a joule"), TableHere("uncertainty_budget")]
     parts.append(Heading("Passive drain"))
-    if (fit := content.drain) is not None:
-        parts.append(Paragraph(fit.range_sentence, tuple(filter(None, (fit.at_run.provenance,)))))
+    fits = content.drains
+    for fit in fits:
+        lead = f"{fit.robot}: " if len(fits) > 1 else ""
+        parts.append(Paragraph(lead + fit.range_sentence, tuple(filter(None, (fit.at_run.provenance,)))))
     parts += [FigureHere("passive_drain"), TableHere("passive_drain")]
     parts.append(Heading("Order of the day and battery packs"))
     parts += [Paragraph(sentence) for sentence in content.order.sentences]
@@ -191,7 +194,8 @@ def _gains(content: ReportContent) -> str:
     for factor in content.factors:
         sizes = [text for (name, _), text in found.items() if name == factor.name]
         if sizes:
-            sentences.append(f"{factor.title}, {factor.symbol or 'value'}: {list_text(sizes)}.")
+            symbol = f", {factor.symbol}" if factor.symbol else ""
+            sentences.append(f"{sentence_start(factor.title)}{symbol}: {list_text(sizes)}.")
     return " ".join(sentences)
 
 

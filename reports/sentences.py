@@ -22,6 +22,7 @@ from reports.display import (
     with_unit,
 )
 from reports.numbers import Number, Quantity
+from reports.wording import count_text, list_text, sentence_start
 
 _MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
 
@@ -108,7 +109,8 @@ def _known_levels(content: ReportContent) -> dict[tuple[str, str], Level]:
 def level_of(content: ReportContent, comparison: Comparison) -> str:
     """Name the level that a comparison sets against its control: "d = 185.7 kg/s (gain 50)" or "pooled".
 
-    Between levels of a further factor the level carries its side: "k = 835.4 N/m, treated".
+    Between two levels of a further factor the level carries the other, and its side: "k = 1091 N/m less k = 835.4 N/m,
+    treated".
     """
     swept = swept_factor(content)
     if swept is not None:
@@ -121,8 +123,21 @@ def level_of(content: ReportContent, comparison: Comparison) -> str:
     for factor in content.factors:
         further = None if factor.swept or factor.name in comparison.group else known.get((factor.name, label))
         if further is not None:
-            return f"{level_name(factor, further)}, {side}"
+            other = _only_other(content, further, comparison.group)
+            less = "" if other is None else f" less {level_name(factor, other)}"
+            return f"{level_name(factor, further)}{less}, {side}"
     return comparison.level
+
+
+def _only_other(content: ReportContent, level: Level, group: Mapping[str, str]) -> Level | None:
+    """Return the level that a group has beside one, None where it has several: then the label alone says which."""
+    others: dict[str, Level] = {}
+    for condition in content.conditions:
+        known = {found.factor: found for found in condition.levels}
+        inside = all(name in known and known[name].label == label for name, label in group.items())
+        if inside and level.factor in known and known[level.factor].label != level.label:
+            others[known[level.factor].label] = known[level.factor]
+    return next(iter(others.values())) if len(others) == 1 else None
 
 
 def _where(content: ReportContent, comparison: Comparison) -> str:
@@ -145,7 +160,10 @@ def _excludes_zero(number: Number) -> bool | None:
 
 
 def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
-    """Say what the treatment saved: value, interval, group, n and the Welch test; no more than they show."""
+    """Say what the treatment saved: value, interval, group, n and the Welch test; no more than they show.
+
+    The headline says that it was picked as the largest, and from how many.
+    """
     savings, where = comparison.savings, _where(content, comparison)
     if savings is None or isinstance(savings.value, Undefined):
         reason = value_text(None if savings is None else savings.value)
@@ -169,7 +187,24 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
         lead = f"{treatment} saved {size} of the energy of a jump{where}"
     else:
         lead = f"{treatment} cost {size} more energy a jump{where}"
-    return Claim(f"{lead} ({evidence}).", _ids(comparison))
+    return Claim(f"{lead} ({evidence}).{_picked(content, comparison)}", _ids(comparison))
+
+
+def _picked(content: ReportContent, comparison: Comparison) -> str:
+    """Say from how many savings the headline was picked as the largest; "" for any other, and where it is the only."""
+    savings = [
+        other.savings.value
+        for other in content.comparisons
+        if (other.family, other.quantity) == (comparison.family, comparison.quantity) and other.savings is not None
+    ]
+    known = [value for value in savings if not isinstance(value, Undefined)]
+    own = None if comparison.savings is None else comparison.savings.value
+    if not comparison.headline or len(known) < 2 or own != max(known):
+        return ""
+    return (
+        f" It stands first as the largest of {len(known)} savings, one a group; its interval makes no allowance for "
+        "having been picked."
+    )
 
 
 def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
@@ -185,7 +220,8 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     evidence = (
         f"{level_text(difference)} of the difference {interval}; {significance_text(comparison.welch)}"
         if interval
-        else f"{comparison.n_control} control and {comparison.n_treatment} treatment runs are too few for an interval"
+        else f"{count_text(comparison.n_control, 'control run')} and "
+        f"{count_text(comparison.n_treatment, 'treatment run')} are too few for an interval"
     )
     verdict = {True: "", False: ", which the interval does not tell from zero", None: ""}[_excludes_zero(difference)]
     treatment = swept_words(swept_factor(content)).treatment
@@ -199,24 +235,7 @@ def _ids(comparison: Comparison) -> tuple[str, ...]:
     return tuple(filter(None, ids))
 
 
-def count_text(count: int, noun: str, plural: str = "") -> str:
-    """Write a count with its noun: "1 run", "12 runs"."""
-    return f"{count}{NO_BREAK}{noun if count == 1 else plural or noun + 's'}"
-
-
-def sentence_start(text: str) -> str:
-    """Write the first letter as a capital and leave the others as they are."""
-    return text[:1].upper() + text[1:]
-
-
 def absence_text(content: ReportContent, what: str) -> str:
     """Say that something is missing without guessing why: the reasons are in the list of limitations."""
     reasons = "; the reasons are listed under Limitations" if content.limitations else ""
     return f"There {what} for this selection{reasons}."
-
-
-def list_text(words: tuple[str, ...] | list[str]) -> str:
-    """Join words as a sentence does: "a, b and c"."""
-    if len(words) < 2:
-        return "".join(words)
-    return f"{', '.join(words[:-1])} and {words[-1]}"

@@ -17,7 +17,6 @@ from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import Undefined
 from stats.checks import as_number, as_values
 from stats.summary import describe
-from stats.wording import number_text
 
 
 def joules_per_jump(
@@ -79,40 +78,22 @@ class EnergyBudget:
     joules_per_mah: float
     """What one mAh at the charger is worth in joules a jump (mean over the runs)."""
 
-    def sentence(self) -> str:
-        """Return the budget of the mean in words, the largest term first."""
-        parts = sorted(
-            ((term.mean_j, term) for term in self.terms if not isinstance(term.mean_j, Undefined)),
-            key=lambda part: -part[0],
-        )
-        listed = ", ".join(
-            f"{term.name} {number_text(size, 3)} J"
-            f"{' (shared)' if term.shared else ''}{' (within the scatter)' if term.in_scatter else ''}"
-            f"{' (assumed)' if term.assumed else ''}"
-            for size, term in parts
-        )
-        return (
-            f"Joules a jump {number_text(self.mean_j)} J (n = {self.n} runs), standard error "
-            f"{number_text(self.total_mean_j, 3)} J: {listed}; "
-            f"1 mAh is {number_text(self.joules_per_mah, 3)} J a jump."
-        )
-
 
 def energy_budget(
     joules: ArrayLike,
     jumps_made: ArrayLike,
     *,
     reference_voltage_v: float,
-    drain_se_mah: float | Undefined,
+    drain_se_j: float | Undefined,
     resolution_mah: float,
     voltage_relative_se: float = 0.0,
     voltage_assumed: bool = True,
 ) -> EnergyBudget:
     """Return the budget of one condition from its runs' joules a jump and jumps made, both of shape (n,).
 
-    `drain_se_mah` is `DrainEstimate.se` at the runs' duration. A charger that counts in steps of `resolution_mah`
-    errs by at most half a step, standard deviation step / sqrt(12); it differs from run to run, so the scatter
-    holds it already. The voltage's relative standard error shifts all joules by one factor.
+    `drain_se_j` is what the drain line's error makes of the mean of their joules (`stats.shared_error`). A charger that
+    counts in steps of `resolution_mah` errs by at most half a step, standard deviation step / sqrt(12); it differs from
+    run to run, so the scatter holds it already. The voltage's relative standard error shifts all joules by one factor.
     Raises `InputRefused` for NaN or infinite values, lengths that differ, counts that are not positive, or no run.
     """
     values, counts = as_values("the joules", joules), as_values("jumps made", jumps_made)
@@ -128,9 +109,9 @@ def energy_budget(
     mean = float(np.mean(values))
     worth = joules_per_mah(reference_voltage_v, 1.0 / float(np.mean(1.0 / counts)))
 
-    drain: float | Undefined = drain_se_mah
+    drain: float | Undefined = drain_se_j
     if not isinstance(drain, Undefined):
-        drain = worth * as_number("the drain fit's standard error", drain, low=0.0)
+        drain = as_number("the drain fit's standard error", drain, low=0.0)
     voltage = relative * abs(mean)
     shared = _in_quadrature(drain, voltage)
     return EnergyBudget(

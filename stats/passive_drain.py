@@ -49,7 +49,7 @@ class PassiveDrain:
     covariance: tuple[tuple[float, float], tuple[float, float]]
     """Covariance of (intercept_mah, slope_mah_s)."""
     residual_sd_mah: float
-    """Standard deviation of the runs about the line, with n - 2."""
+    """Standard deviation of the runs about the line, with n - 2; never below that of rounding to the resolution."""
     r_squared: float | Undefined
     df: int
     """n - 2."""
@@ -80,15 +80,18 @@ class PassiveDrain:
         half = t_quantile(as_level("level", level), self.df) * self.intercept_se_mah
         return self.intercept_mah - half, self.intercept_mah + half
 
+    def error_terms_mah(self, duration_s: float) -> dict[str, float]:
+        """Return the two independent errors of the line at a duration: signed standard errors of level and slope."""
+        from_mean = as_number("the duration", duration_s, low=0.0) - self.duration_mean_s
+        return {"level": self.residual_sd_mah / math.sqrt(self.n), "slope": self.slope_se_mah_s * from_mean}
+
     def at(self, duration_s: float, level: float = 0.95) -> DrainEstimate:
         """Return the passive charge over `duration_s` with the uncertainty of the line there.
 
         Raises `InputRefused` for a duration that is negative or not finite.
         """
-        duration_s = as_number("the duration", duration_s, low=0.0)
-        from_mean = duration_s - self.duration_mean_s
-        charge = self.charge_mean_mah + self.slope_mah_s * from_mean
-        se = math.hypot(self.residual_sd_mah / math.sqrt(self.n), self.slope_se_mah_s * from_mean)
+        se = math.hypot(*self.error_terms_mah(duration_s).values())
+        charge = self.charge_mean_mah + self.slope_mah_s * (duration_s - self.duration_mean_s)
         half = t_quantile(as_level("level", level), self.df) * se
         return DrainEstimate(
             duration_s=duration_s,
@@ -118,8 +121,13 @@ class PassiveDrain:
         return f"{text}."
 
 
-def fit_passive_drain(duration_s: ArrayLike, charge_mah: ArrayLike) -> PassiveDrain | Undefined:
+def fit_passive_drain(
+    duration_s: ArrayLike, charge_mah: ArrayLike, resolution_mah: float = 0.0
+) -> PassiveDrain | Undefined:
     """Fit charge over duration on idle runs, both of shape (n,), by least squares with the duration centred.
+
+    A charger that counts in steps of `resolution_mah` rounds every charge, standard deviation step / sqrt(12): runs
+    that happen to lie closer to the line than that do not make the line better known.
 
     `Undefined` with fewer than 3 runs or a single duration. Raises `InputRefused` for NaN or infinite values,
     lengths that differ, or negative durations.
@@ -145,7 +153,8 @@ def fit_passive_drain(duration_s: ArrayLike, charge_mah: ArrayLike) -> PassiveDr
     residuals = charge_from_mean - slope * from_mean
     residual_squares = math.fsum(residuals * residuals)
     df = n - 2
-    residual_variance = residual_squares / df
+    rounding_mah = as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
+    residual_variance = max(residual_squares / df, rounding_mah * rounding_mah)
     slope_variance = residual_variance / of_duration.sum_squares
     mean = of_duration.mean
     r_squared: float | Undefined = Undefined("all charges are equal")

@@ -5,14 +5,15 @@ With C the mean of the control, T that of the treated runs and rho = T / C, the 
 *Scatter.* For the true rho, T - rho C has mean 0 and variance Var(T) + rho^2 Var(C), with Var(C) = s_C^2 / n_C.
 Fieller's interval holds all rho with (T - rho C)^2 <= t^2 Var(T - rho C), t Student's quantile.
 
-*Shared additive error.* Joules a jump are 3.6 V (Q - P) / n; the passive charge P comes from one fit, so its error
-shifts every run by the same e. With weights w_C and w_T (1 where duration and jumps a run are equal), C carries
-w_C e and T carries w_T e: Var(C) gains w_C^2 s_e^2, Var(T) gains w_T^2 s_e^2, their covariance is w_C w_T s_e^2, and
+*Shared additive errors.* Joules a jump are 3.6 V (Q - P) / n; the passive charge P comes from one line, so its errors
+(of level and slope) are common to all runs. Where the means carry c_k e_k and t_k e_k with independent e_k of standard
+error 1, Var(C) gains the sum of c_k^2, Var(T) that of t_k^2, their covariance is the sum of c_k t_k, and
 
-    Var(T - rho C) = Var(T) + rho^2 Var(C) + s_e^2 (w_T - rho w_C)^2.
+    Var(T - rho C) = Var(T) + rho^2 Var(C) + sum of (t_k - rho c_k)^2.
 
-With equal weights the last term is (s_e S)^2: e cancels in C - T and stays in the denominator alone,
-dS/de = -(C - T) / C^2 = -S / C. It is no part of the scatter: more runs do not make it smaller.
+With equal durations and jumps c_k = t_k and the last term is (s_shared S)^2: the errors cancel in C - T and stay in
+the denominator alone, dS/de = -(C - T) / C^2 = -S / C. They are no part of the scatter: more runs do not make them
+smaller.
 
 *Shared scale error.* A wrong reference voltage multiplies C and T alike and leaves S as it is.
 
@@ -31,6 +32,7 @@ from numpy.typing import ArrayLike
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number, as_values
 from stats.distributions import t_quantile
+from stats.shared_error import SharedError
 from stats.sums import common_shift, moments
 from stats.wording import interval_text, number_text
 
@@ -75,27 +77,20 @@ def percent_savings(
     control: ArrayLike,
     treated: ArrayLike,
     *,
-    shared_se: float = 0.0,
-    shared_df: float = math.inf,
-    shared_in_control: float = 1.0,
-    shared_in_treated: float = 1.0,
+    shared_in_control: SharedError | None = None,
+    shared_in_treated: SharedError | None = None,
     scale_relative_se: float = 0.0,
     level: float = 0.95,
 ) -> Savings:
     """Return 100 (C - T) / C of two samples of run values, shapes (n_c,) and (n_t,), in one unit (joules a jump).
 
-    `shared_se` is the standard error, in that unit, of an error that shifts all runs alike (the drain fit), with
-    `shared_df` degrees of freedom; the two weights say how much of it each group carries. `scale_relative_se` is
-    that of a common factor (the reference voltage): it cancels. Derivation at the top of this module.
-    Raises `InputRefused` for NaN or infinite values, negative errors or a level outside 0 to 1.
+    The shared errors, in that unit, are what each group's mean takes from errors common to runs of both (the drain
+    fit). `scale_relative_se` is that of a common factor (the reference voltage): it cancels. Derivation at the top of
+    this module. Raises `InputRefused` for NaN or infinite values, a negative scale error or a level outside 0 to 1.
     """
     level = as_level("level", level)
-    shared_se = as_number("shared_se", shared_se, low=0.0)
     scale_relative_se = as_number("scale_relative_se", scale_relative_se, low=0.0)
-    in_control = as_number("shared_in_control", shared_in_control)
-    in_treated = as_number("shared_in_treated", shared_in_treated)
-    if shared_df != math.inf:
-        shared_df = as_number("shared_df", shared_df, above=0.0)
+    in_control, in_treated = shared_in_control or SharedError(), shared_in_treated or SharedError()
     control_values, treated_values = as_values("the control", control), as_values("the treated group", treated)
     of_c = moments(control_values, common_shift(control_values))
     of_t = moments(treated_values, common_shift(treated_values))
@@ -123,7 +118,8 @@ def percent_savings(
         )
 
     rho = of_t.mean / of_c.mean
-    shared_part = (shared_se * (in_treated - rho * in_control)) ** 2
+    shared = in_treated.minus(in_control.times(rho))
+    shared_part = shared.se**2
     result = replace(result, percent=100.0 * (1.0 - rho), shared_se_percent=100.0 * math.sqrt(shared_part) / of_c.mean)
     if of_c.n < 2 or of_t.n < 2:
         none = Undefined("a group has a single run and so no scatter")
@@ -136,18 +132,18 @@ def percent_savings(
         none = Undefined("neither group has any scatter")
         return replace(result, percent_ci=none, delta_ci=none, df=none)
 
-    parts = ((variance_t, of_t.n - 1), (rho * rho * variance_c, of_c.n - 1), (shared_part, shared_df))
+    parts = ((variance_t, of_t.n - 1), (rho * rho * variance_c, of_c.n - 1), (shared_part, shared.degrees_of_freedom))
     # Rounding can leave nothing where the shared error alone counts and is known without limit.
     uncertainty = math.fsum((part / total) ** 2 / part_df for part, part_df in parts)
     df = 1.0 / uncertainty if uncertainty > 0.0 else math.inf
     quantile = t_quantile(level, df)
     half = 100.0 * quantile * math.sqrt(total) / of_c.mean
     delta = (100.0 * (1.0 - rho) - half, 100.0 * (1.0 - rho) + half)
-    shared_variance = shared_se * shared_se
+    covariance = math.fsum(value * in_control.terms.get(term, 0.0) for term, value in in_treated.terms.items())
     ratio = _fieller(
-        (of_t.mean, variance_t + in_treated**2 * shared_variance),
-        (of_c.mean, variance_c + in_control**2 * shared_variance),
-        in_treated * in_control * shared_variance,
+        (of_t.mean, variance_t + in_treated.se**2),
+        (of_c.mean, variance_c + in_control.se**2),
+        covariance,
         quantile,
     )
     interval = ratio if isinstance(ratio, Undefined) else (100.0 * (1.0 - ratio[1]), 100.0 * (1.0 - ratio[0]))

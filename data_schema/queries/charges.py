@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.chunks import in_chunks
 from data_schema.tables.equipment import battery
 from data_schema.tables.runs import charge, run
 
 
 @dataclass(frozen=True, slots=True)
 class ChargeOfRun:
-    """What the charger put back after one run."""
+    """What the charger put back after one run; `run_uid` is empty where it belongs to none."""
 
     uid: str
     run_uid: str
@@ -38,11 +40,30 @@ def charges_of_run(connection: sa.Connection, run_uid: str) -> list[ChargeOfRun]
     return [ChargeOfRun(*row) for row in connection.execute(_of_runs().where(run.c.uid == run_uid))]
 
 
+def charges_of_runs(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, list[ChargeOfRun]]:
+    """Return the charges of some runs, by the run's uid."""
+    found: dict[str, list[ChargeOfRun]] = {}
+    for some in in_chunks(run_uids):
+        for row in connection.execute(_of_runs().where(run.c.uid.in_(some))):
+            found.setdefault(row[1], []).append(ChargeOfRun(*row))
+    return found
+
+
+def charges_waiting_for(connection: sa.Connection, run_name: str) -> list[ChargeOfRun]:
+    """Return the charges that name a run and belong to none: it is not known yet, or they were taken off it."""
+    query = _charges().where(charge.c.run.is_(None), charge.c.stated_run == run_name)
+    return [ChargeOfRun(*row) for row in connection.execute(query)]
+
+
 def _of_runs() -> sa.Select[Any]:
+    return _charges().where(charge.c.run.is_not(None))
+
+
+def _charges() -> sa.Select[Any]:
     return (
         sa.select(
             charge.c.uid,
-            run.c.uid,
+            sa.func.coalesce(run.c.uid, ""),
             charge.c.charge_mah,
             charge.c.resolution_mah,
             charge.c.duration_s,
@@ -50,7 +71,7 @@ def _of_runs() -> sa.Select[Any]:
             charge.c.mode,
             sa.func.coalesce(battery.c.name, charge.c.stated_pack),
         )
-        .join(run, charge.c.run == run.c.id)
+        .outerjoin(run, charge.c.run == run.c.id)
         .outerjoin(battery, charge.c.battery == battery.c.id)
         .order_by(charge.c.id)
     )

@@ -8,6 +8,7 @@ import sqlalchemy as sa
 
 from data_schema.tables.design import day, day_check
 from data_schema.tables.people import person
+from data_schema.tables.runs import run
 from data_schema.vocabulary import CheckKind
 
 
@@ -26,6 +27,11 @@ class CheckRow:
 def day_uids(connection: sa.Connection) -> dict[str, str]:
     """Return the uid of every day by its date."""
     return {row.date_local: row.uid for row in connection.execute(sa.select(day.c.date_local, day.c.uid))}
+
+
+def days_with_runs(connection: sa.Connection) -> set[str]:
+    """Return the dates on which runs were made."""
+    return set(connection.execute(sa.select(day.c.date_local).join(run, run.c.day == day.c.id).distinct()).scalars())
 
 
 def checks_by_day(connection: sa.Connection) -> dict[str, list[CheckRow]]:

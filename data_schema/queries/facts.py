@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -44,7 +45,7 @@ def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     table = FACTS[kind]
     row = _with_keys(connection, table, values)
     try:
-        done = connection.execute(table.insert().values(uid=uid, **row))
+        done = connection.execute(table.insert(), {"uid": uid, **row})
     except (sa.exc.StatementError, OverflowError) as error:
         _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {_why(error)}.") from error
@@ -72,10 +73,10 @@ def read_fact(connection: sa.Connection, kind: str, uid: str, columns: Iterable[
     names = (
         [column.name for column in table.c if column.name not in ("id", "uid")] if columns is None else list(columns)
     )
-    row = connection.execute(sa.select(*(table.c[name] for name in names)).where(table.c.uid == uid)).mappings().first()
+    row = connection.execute(_reading(kind, tuple(names)), {"this_uid": uid}).mappings().first()
     if row is None:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
-    return {name: _uid_behind(connection, table.c[name], row[name]) for name in names}
+    return dict(row)
 
 
 def find_uid(connection: sa.Connection, kind: str, **natural: Any) -> str | None:
@@ -103,19 +104,46 @@ def _referred(column: sa.Column[Any]) -> sa.Table | None:
 
 
 def _with_keys(connection: sa.Connection, table: sa.Table, values: Mapping[str, Any]) -> dict[str, Any]:
-    row = dict(values)
-    for name, value in values.items():
-        referred = _referred(table.c[name])
-        if referred is not None and value is not None:
-            row[name] = key_of(connection, referred.name, value)
-    return row
+    """Put private keys where the values name rows by their uids; all of them are looked up in one query."""
+    uids = {name: uid for name, uid in values.items() if uid is not None and _referred(table.c[name]) is not None}
+    if not uids:
+        return dict(values)
+    keys = connection.execute(_looking_up(table.name, tuple(uids)), uids).mappings().one()
+    for name, key in keys.items():
+        if key is None:
+            raise UnknownName(
+                f"there is no {name} with uid {uids[name]!r}: list what there is and use a name from there."
+            )
+    return {**values, **keys}
 
 
-def _uid_behind(connection: sa.Connection, column: sa.Column[Any], value: Any) -> Any:
+# A sheet of runs writes thousands of rows of few shapes: building a query takes longer than asking it.
+@functools.cache
+def _looking_up(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
+    """Select the private keys behind the uids given for these references."""
+    found = []
+    for name in names:
+        referred = _referred(FACTS[kind].c[name])
+        assert referred is not None  # noqa: S101 - `_with_keys` asks for references only
+        found.append(sa.select(referred.c.id).where(referred.c.uid == sa.bindparam(name)).scalar_subquery().label(name))
+    return sa.select(*found)
+
+
+@functools.cache
+def _reading(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
+    """Select columns of the row with the uid `this_uid`."""
+    table = FACTS[kind]
+    columns = [_outside(table.c[name]).label(name) for name in names]
+    return sa.select(*columns).where(table.c.uid == sa.bindparam("this_uid"))
+
+
+def _outside(column: sa.Column[Any]) -> sa.ColumnElement[Any]:
+    """Select a column as it looks from outside: a reference is the uid of the row it refers to."""
     referred = _referred(column)
-    if referred is None or value is None:
-        return value
-    return connection.execute(sa.select(referred.c.uid).where(referred.c.id == value)).scalar_one()
+    if referred is None:
+        return column
+    other = referred.alias()
+    return sa.select(other.c.uid).where(other.c.id == column).scalar_subquery()
 
 
 def _shown(values: Mapping[str, Any]) -> str:

@@ -144,6 +144,8 @@ class ChargeRef:
 
     uid: str
     run_uid: str | None
+    run_name: str | None
+    row_number: int
 
 
 def _imported() -> sa.Select[Any]:
@@ -178,15 +180,33 @@ def links_of_file(connection: sa.Connection, file_uid: str) -> list[Link]:
     return [Link(*row) for row in connection.execute(query)]
 
 
-def charge_of_row(connection: sa.Connection, file_uid: str, row_number: int) -> ChargeRef | None:
-    """Return the charge in one row of a file."""
-    row = connection.execute(
-        sa.select(charge.c.uid, run.c.uid)
+def charges_of_file(connection: sa.Connection, file_uid: str) -> list[ChargeRef]:
+    """Return the charges that a file holds, by row."""
+    query = (
+        sa.select(charge.c.uid, run.c.uid, run.c.name, charge.c.row_number)
         .join(file, charge.c.file == file.c.id)
         .outerjoin(run, charge.c.run == run.c.id)
-        .where(file.c.uid == file_uid, charge.c.row_number == row_number)
-    ).first()
-    return None if row is None else ChargeRef(*row)
+        .where(file.c.uid == file_uid)
+        .order_by(charge.c.row_number)
+    )
+    return [ChargeRef(*row) for row in connection.execute(query)]
+
+
+def signals_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
+    """Return the SHA-256 of the samples that a file holds, by part."""
+    query = (
+        sa.select(signal.c.sha256)
+        .join(file, signal.c.file == file.c.id)
+        .where(file.c.uid == file_uid)
+        .order_by(signal.c.part)
+    )
+    return list(connection.execute(query).scalars())
+
+
+def unlink_file(connection: sa.Connection, file_uid: str) -> None:
+    """Let a file belong to no run; which one it belonged to stands in the journal."""
+    of_file = sa.select(file.c.id).where(file.c.uid == file_uid).scalar_subquery()
+    connection.execute(run_file.delete().where(run_file.c.file == of_file))
 
 
 def inbox(connection: sa.Connection) -> list[InboxItem]:
@@ -221,17 +241,24 @@ def inbox(connection: sa.Connection) -> list[InboxItem]:
 
 def waiting_for_run(connection: sa.Connection, run_name: str) -> tuple[list[tuple[str, str]], list[str]]:
     """Return the unassigned files (uid, role) and charges (uid) that were said to belong to a run of this name."""
-    files = connection.execute(
-        sa.select(file.c.uid, ingest.c.role)
-        .join(ingest, ingest.c.file == file.c.id)
-        .where(ingest.c.stated_run == run_name, ingest.c.status == str(IngestStatus.IMPORTED))
-        .where(file.c.id.not_in(sa.select(run_file.c.file)))
-        .order_by(file.c.id)
-    ).all()
-    charges = connection.execute(
-        sa.select(charge.c.uid).where(charge.c.stated_run == run_name, charge.c.run.is_(None)).order_by(charge.c.id)
-    ).scalars()
+    files = connection.execute(_WAITING_FILES, {"named": run_name}).all()
+    charges = connection.execute(_WAITING_CHARGES, {"named": run_name}).scalars()
     return [(row.uid, row.role) for row in files], list(charges)
+
+
+# Built once: a sheet states thousands of runs, and each is asked for what waits for it.
+_WAITING_FILES = (
+    sa.select(file.c.uid, ingest.c.role)
+    .join(ingest, ingest.c.file == file.c.id)
+    .where(ingest.c.stated_run == sa.bindparam("named"), ingest.c.status == str(IngestStatus.IMPORTED))
+    .where(file.c.id.not_in(sa.select(run_file.c.file)))
+    .order_by(file.c.id)
+)
+_WAITING_CHARGES = (
+    sa.select(charge.c.uid)
+    .where(charge.c.stated_run == sa.bindparam("named"), charge.c.run.is_(None))
+    .order_by(charge.c.id)
+)
 
 
 def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:

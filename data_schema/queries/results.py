@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
@@ -54,6 +55,27 @@ class ResultRow:
     stale: bool
     numbers: tuple[NumberRow, ...]
     inputs: tuple[InputRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ShownIn:
+    """A report that shows a number: the value it printed, and the versions of the algorithms it was made with."""
+
+    report: str
+    made_utc: str
+    value: float | None
+    versions: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class ShownNumber:
+    """A number as a report printed it, whether the book holds one of that id, and that one's value."""
+
+    report: str
+    number_uid: str
+    printed: float | None
+    known: bool
+    value: float | None
 
 
 _HEAD = ("uid", "kind", "scope_json", "key", "algorithm", "version", "payload_json")
@@ -145,10 +167,13 @@ def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) ->
 
 
 def _mark_some_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
+    rests_on_changed = sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(changed)
+    if connection.execute(sa.select(result_input.c.result).where(rests_on_changed).limit(1)).first() is None:
+        return []  # as for every run of a new sheet, and much quicker than walking down
     down = (
         sa.select(result.c.id, result.c.uid)
         .join(result_input, result_input.c.result == result.c.id)
-        .where(sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(changed))
+        .where(rests_on_changed)
         .cte("down", recursive=True)
     )
     down = down.union(
@@ -165,18 +190,25 @@ def _mark_some_stale(connection: sa.Connection, changed: Sequence[tuple[str, str
     return [(row.kind, row.scope_json) for row in rows]
 
 
+def number_beginning(connection: sa.Connection, beginning: str) -> str | None:
+    """Return the id of the one number, stored or shown in a report, whose id begins so; None for none or several."""
+    columns = (result_number.c.uid, report_item.c.number_uid)
+    queries = [sa.select(column).where(column.startswith(beginning, autoescape=True)) for column in columns]
+    rows = connection.execute(sa.union(*queries).limit(2)).scalars().all()
+    return rows[0] if len(rows) == 1 else None
+
+
 def result_of_number(connection: sa.Connection, number_uid: str) -> tuple[ResultRow, NumberRow] | None:
-    """Find a number by the beginning of its provenance id, and the result it belongs to."""
-    rows = connection.execute(
-        sa.select(result.c.key, result_number.c.uid)
+    """Find a number by its provenance id, and the result it belongs to."""
+    key = connection.execute(
+        sa.select(result.c.key)
         .join(result_number, result_number.c.result == result.c.id)
-        .where(result_number.c.uid.startswith(number_uid, autoescape=True))
-        .limit(2)
-    ).all()
-    if len(rows) != 1:
+        .where(result_number.c.uid == number_uid)
+    ).scalar()
+    if key is None:
         return None
-    found = results_by_key(connection, [rows[0].key])[rows[0].key]
-    return found, next(number for number in found.numbers if number.uid == rows[0].uid)
+    found = results_by_key(connection, [key])[key]
+    return found, next(number for number in found.numbers if number.uid == number_uid)
 
 
 def result_by_uid(connection: sa.Connection, uid: str) -> ResultRow | None:
@@ -185,29 +217,51 @@ def result_by_uid(connection: sa.Connection, uid: str) -> ResultRow | None:
     return None if key is None else results_by_key(connection, [key])[key]
 
 
-def add_report_items(connection: sa.Connection, report_uid: str, places: Sequence[tuple[str, str]]) -> None:
-    """Store which number stands where in a report: (place, number uid) pairs."""
+def add_report_items(connection: sa.Connection, report_uid: str, shown: Mapping[str, float | None]) -> None:
+    """Store which numbers a report shows, by their ids, with the values it printed.
+
+    Each is linked to the stored number of that id; it stays without a link where there is none.
+    """
     owner = connection.execute(sa.select(report.c.id).where(report.c.uid == report_uid)).scalar_one()
-    numbers = connection.execute(
-        sa.select(result_number.c.uid, result_number.c.id).where(
-            result_number.c.uid.in_([uid for _place, uid in places])
-        )
-    )
-    keys = {row.uid: row.id for row in numbers}
-    if places:
+    keys: dict[str, int] = {}
+    for some in in_chunks(sorted(shown)):
+        query = sa.select(result_number.c.uid, result_number.c.id).where(result_number.c.uid.in_(some))
+        keys |= {row.uid: row.id for row in connection.execute(query)}
+    if shown:
         connection.execute(
             report_item.insert(),
-            [{"report": owner, "place": place, "result_number": keys[uid]} for place, uid in places],
+            [
+                {"report": owner, "number_uid": uid, "value": shown[uid], "result_number": keys.get(uid)}
+                for uid in sorted(shown)
+            ],
         )
 
 
-def reports_showing(connection: sa.Connection, number_uid: str) -> list[tuple[str, str, str]]:
-    """List the reports that show a number: (report uid, when made, place)."""
+def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]:
+    """List the reports that show a number, in the order in which they were made."""
     query = (
-        sa.select(report.c.uid, report.c.made_utc, report_item.c.place)
+        sa.select(report.c.uid, report.c.made_utc, report_item.c.value, report.c.versions_json)
         .join(report_item, report_item.c.report == report.c.id)
-        .join(result_number, report_item.c.result_number == result_number.c.id)
-        .where(result_number.c.uid == number_uid)
+        .where(report_item.c.number_uid == number_uid)
         .order_by(report.c.id)
     )
-    return [(row[0], row[1], row[2]) for row in connection.execute(query)]
+    return [
+        ShownIn(row.uid, row.made_utc, row.value, json.loads(row.versions_json)) for row in connection.execute(query)
+    ]
+
+
+def shown_numbers(connection: sa.Connection) -> list[ShownNumber]:
+    """List what all reports show, beside what the book holds under the same ids."""
+    query = (
+        sa.select(
+            report.c.uid,
+            report_item.c.number_uid,
+            report_item.c.value,
+            result_number.c.id.is_not(None),
+            result_number.c.value.label("value_now"),
+        )
+        .join(report, report_item.c.report == report.c.id)
+        .outerjoin(result_number, report_item.c.result_number == result_number.c.id)
+        .order_by(report.c.id, report_item.c.number_uid)
+    )
+    return [ShownNumber(row[0], row[1], row[2], bool(row[3]), row[4]) for row in connection.execute(query)]

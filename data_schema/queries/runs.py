@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
 
+from data_schema.queries.chunks import in_chunks
+from data_schema.queries.plans import withdrawn_plans
 from data_schema.tables.design import condition, condition_level, day, factor, level, planned_run, study
 from data_schema.tables.equipment import battery, robot
 from data_schema.tables.runs import run
@@ -149,6 +151,22 @@ def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = 
     ]  # fmt: skip
 
 
+def find_run(connection: sa.Connection, name: str) -> RunRow | None:
+    """Return the run of this name."""
+    return next(iter(list_runs(connection, run.c.name == name)), None)
+
+
+def runs_named(connection: sa.Connection, names: Sequence[str]) -> list[RunRow]:
+    """List the runs of these names by day and position, as far as there are such."""
+    found = [row for some in in_chunks(names) for row in list_runs(connection, run.c.name.in_(some))]
+    return sorted(found, key=lambda row: (row.day, row.position_in_day))
+
+
+def run_names(connection: sa.Connection) -> list[str]:
+    """Return the names of all runs."""
+    return list(connection.execute(sa.select(run.c.name).order_by(run.c.id)).scalars())
+
+
 def where_columns(connection: sa.Connection) -> dict[str, WhereColumn]:
     """Return every name that a `--where` may use: the study's factors, then the columns of a run."""
     columns: dict[str, WhereColumn] = {}
@@ -219,7 +237,7 @@ class PlannedRow:
 
 
 def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
-    """List what all plans hold, in the order in which they were stated."""
+    """List what all plans hold, in the order in which they were stated; what was withdrawn is left out."""
     query = (
         sa.select(
             planned_run.c.uid,
@@ -235,6 +253,7 @@ def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
                 run, run.c.planned_run == planned_run.c.id
             )
         )
+        .where(sa.or_(run.c.id.is_not(None), planned_run.c.plan.not_in(withdrawn_plans())))
         .order_by(planned_run.c.plan, planned_run.c.position)
     )
     return [PlannedRow(*row) for row in connection.execute(query)]

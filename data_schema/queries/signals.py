@@ -31,6 +31,7 @@ class SignalRow:
     n_samples: int
     channels: tuple[str, ...]
     file_sha256: str
+    start_utc: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,8 +93,10 @@ class DecisionRow:
     at_utc: str
 
 
-def signals_of_runs(connection: sa.Connection, role: FileRole | None = None) -> list[SignalRow]:
-    """List the signals that belong to a run, by run and part."""
+def signals_of_runs(
+    connection: sa.Connection, role: FileRole | None = None, *, run_uid: str | None = None
+) -> list[SignalRow]:
+    """List the signals that belong to a run, by run and part: of all runs, or of one."""
     query = (
         sa.select(
             signal.c.id,
@@ -106,6 +109,7 @@ def signals_of_runs(connection: sa.Connection, role: FileRole | None = None) -> 
             signal.c.rate_hz,
             signal.c.n_samples,
             file.c.sha256,
+            signal.c.start_utc,
         )
         .select_from(
             signal.join(file, signal.c.file == file.c.id)
@@ -116,15 +120,19 @@ def signals_of_runs(connection: sa.Connection, role: FileRole | None = None) -> 
     )
     if role is not None:
         query = query.where(run_file.c.role == str(role))
-    names = _channel_names(connection)
-    return [SignalRow(*row[1:9], names.get(row[0], ()), row[9]) for row in connection.execute(query)]
+    if run_uid is not None:
+        query = query.where(run.c.uid == run_uid)
+    rows = connection.execute(query).all()
+    names = _channel_names(connection, None if run_uid is None else [row[0] for row in rows])
+    return [SignalRow(*row[1:9], names.get(row[0], ()), *row[9:]) for row in rows]
 
 
-def _channel_names(connection: sa.Connection) -> dict[int, tuple[str, ...]]:
+def _channel_names(connection: sa.Connection, signals: Sequence[int] | None) -> dict[int, tuple[str, ...]]:
+    query = sa.select(channel.c.signal, channel.c.name).order_by(channel.c.signal, channel.c.position)
+    if signals is not None:
+        query = query.where(channel.c.signal.in_(signals))
     found: dict[int, list[str]] = {}
-    for key, name in connection.execute(
-        sa.select(channel.c.signal, channel.c.name).order_by(channel.c.signal, channel.c.position)
-    ):
+    for key, name in connection.execute(query):
         found.setdefault(key, []).append(name)
     return {key: tuple(names) for key, names in found.items()}
 
@@ -219,8 +227,10 @@ def _detections(connection: sa.Connection, keys: Sequence[str]) -> dict[str, Det
     }
 
 
-def jump_decisions(connection: sa.Connection) -> dict[str, list[DecisionRow]]:
-    """Return all verdicts on jumps in the order they were made, by the SHA-256 of the signal."""
+def jump_decisions(
+    connection: sa.Connection, signals_sha256: Sequence[str] | None = None
+) -> dict[str, list[DecisionRow]]:
+    """Return the verdicts on jumps in the order they were made, by the SHA-256 of the signal: all, or of some."""
     query = (
         sa.select(
             decision.c.uid,
@@ -239,6 +249,8 @@ def jump_decisions(connection: sa.Connection) -> dict[str, list[DecisionRow]]:
         .where(decision.c.target_kind == str(TargetKind.JUMP))
         .order_by(decision.c.id)
     )
+    if signals_sha256 is not None:
+        query = query.where(decision.c.signal_sha256.in_(signals_sha256))
     found: dict[str, list[DecisionRow]] = {}
     for uid, sha256, anchor_s, verdict, reason, *rest in connection.execute(query):
         found.setdefault(sha256, []).append(

@@ -93,6 +93,10 @@ def _robot(uid: str) -> sa.Select[tuple[object, ...]]:
     return sa.select(robot.c.name.label("robot"), robot.c.rest_length_m).where(robot.c.uid == uid)
 
 
+def _idle_runs(robot_uid: str) -> sa.Select[tuple[object, ...]]:
+    return sa.select(robot.c.name.label("all idle runs of robot")).where(robot.c.uid == robot_uid)
+
+
 def _condition(uid: str) -> sa.Select[tuple[object, ...]]:
     return sa.select(condition.c.key.label("condition")).where(condition.c.uid == uid)
 
@@ -112,6 +116,7 @@ _QUERIES: dict[str, Callable[[str], sa.Select[tuple[object, ...]]]] = {
     "detection": _detection,
     "decision": _decision,
     "robot": _robot,
+    "idle_runs": _idle_runs,
     "condition": _condition,
     "study": _study,
     "result": _result,

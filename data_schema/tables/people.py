@@ -27,6 +27,7 @@ journal = table(
     "journal",
     key_column(),
     whole_column("seq", unique=True),
+    whole_column("following"),
     text_column("at_utc"),
     reference("person"),
     text_column("action"),
@@ -38,6 +39,7 @@ journal = table(
     text_column("prev_hash"),
     text_column("hash", unique=True),
     one_of("action", Action),
+    sa.CheckConstraint("following >= 0", name="following_counted"),
     sa.Index("ix_journal_entity", "entity_kind", "entity_uid"),
 )
 

@@ -82,13 +82,15 @@ report = table(
     text_column("options_json"),
     text_column("as_of_utc"),
     reference("config"),
+    text_column("versions_json"),
     text_column("made_utc"),
 )
 
 report_item = table(
     "report_item",
     reference("report"),
-    text_column("place"),
-    reference("result_number"),
-    sa.PrimaryKeyConstraint("report", "place"),
+    text_column("number_uid"),
+    real_column("value", optional=True),
+    reference("result_number", optional=True),
+    sa.PrimaryKeyConstraint("report", "number_uid"),
 )

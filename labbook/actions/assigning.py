@@ -1,52 +1,133 @@
-"""`labbook assign`: which file or charge is meant, and whether it moves from another run."""
+"""`labbook assign`: which file or charge is meant, and whether it moves from another run, or to none."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.imports import FileRow, charge_of_row, find_files, imported_names, links_of_file
-from data_schema.vocabulary import Action
+from data_schema.queries.imports import (
+    ChargeRef,
+    FileRow,
+    Link,
+    charges_of_file,
+    find_files,
+    imported_names,
+    links_of_file,
+)
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import Action, FileRole
 from labbook.book.desk import Desk, Statement
 from labbook.book.naming import refuse_empty, run_named
+
+NO_RUN = "none"
+"""Stands where a run's name would: the file or charge belongs to no run."""
 
 
 def assign(desk: Desk, what: str, run_name: str, why: str | None) -> str:
     """State the assignment; returns the sentence that says what was done."""
     if why is not None:
         refuse_empty("--why", why)
-    run = run_named(desk.connection, run_name)
+    run = None if run_name == NO_RUN else run_named(desk.connection, run_name)
     name, mark, row_text = what.rpartition("#")
     if mark and row_text.isdigit():
-        return _assign_charge(desk, _the_file(desk, name), int(row_text), run.uid, run_name, why)
+        file = _the_file(desk, name)
+        charge = _the_charge(desk, file, int(row_text))
+        if run is None:
+            return _take_charge_off(desk, file, charge, why)
+        return _assign_charge(desk, file, charge, run, why)
     file = _the_file(desk, what)
+    return _take_file_off(desk, file, what, why) if run is None else _assign_file(desk, file, what, run, why)
+
+
+def _assign_file(desk: Desk, file: FileRow, what: str, run: RunRow, why: str | None) -> str:
     links = links_of_file(desk.connection, file.uid)
     if any(link.run_uid == run.uid for link in links):
-        raise UsageError(f"{what} belongs to run {run_name} already.")
+        raise UsageError(f"{what} belongs to run {run.name} already.")
     if not links:
         desk.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": run.uid, "role": file.role}, reason=why))
-        return f"{what} belongs to run {run_name} now."
+        return f"{what} belongs to run {run.name} now."
     if why is None:
-        names = ", ".join(sorted({link.run_name for link in links}))
-        raise UsageError(f"{what} belongs to run {names}: add --why to move it to {run_name}.")
-    for link in links:
-        old, new = {"run": link.run_uid}, {"run": run.uid}
-        desk.state(Statement(Action.CORRECT, "run_file", link.uid, new=new, old=old, reason=why))
-    return f"{what} moved to run {run_name}."
+        raise UsageError(f"{what} belongs to run {_names(links)}: add --why to move it to {run.name}.")
+    charges = _charges_with(desk, file, links)
+    moved = [("run_file", link.uid, link.run_uid) for link in links]
+    moved += [("charge", charge.uid, charge.run_uid or "") for charge in charges]
+    for kind, uid, old_run in moved:
+        desk.state(Statement(Action.CORRECT, kind, uid, new={"run": run.uid}, old={"run": old_run}, reason=why))
+    return f"{what} moved to run {run.name}."
 
 
-def _assign_charge(desk: Desk, file: FileRow, row: int, run_uid: str, run_name: str, why: str | None) -> str:
-    charge = charge_of_row(desk.connection, file.uid, row)
-    if charge is None:
-        raise UsageError(f"{file.name} has no charge {row}: `labbook runs inbox` lists the rows without a run.")
+def _take_file_off(desk: Desk, file: FileRow, what: str, why: str | None) -> str:
+    links = links_of_file(desk.connection, file.uid)
+    charges = _charges_with(desk, file, links)
+    if not links and not charges:
+        assigned = [charge for charge in charges_of_file(desk.connection, file.uid) if charge.run_uid is not None]
+        if assigned:
+            first = assigned[0]
+            raise UsageError(
+                f"the charges of {what} belong to {len(assigned)} runs: take them off one by one, for example "
+                f"{what}#{first.row_number}, the charge of run {first.run_name}."
+            )
+        raise UsageError(f"{what} belongs to no run: `labbook runs inbox` lists it.")
+    names = _names([*links, *charges])
+    if why is None:
+        raise UsageError(f"{what} belongs to run {names}: add --why to take it off.")
+    if links:
+        old = {"runs": sorted({link.run_uid for link in links})}
+        desk.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": None}, old=old, reason=why))
+    for charge in charges:
+        _state_no_run(desk, charge, why)
+    return f"{what} belongs to run {names} no longer: it is in the inbox."
+
+
+def _charges_with(desk: Desk, file: FileRow, links: list[Link]) -> list[ChargeRef]:
+    """Return the charges that follow their file: those of the run it is linked to; without a link, its only one."""
+    if file.role != FileRole.CHARGE:
+        return []
+    charges = charges_of_file(desk.connection, file.uid)
+    if links:
+        runs = {link.run_uid for link in links}
+        return [charge for charge in charges if charge.run_uid in runs]
+    return [charge for charge in charges if len(charges) == 1 and charge.run_uid is not None]
+
+
+def _assign_charge(desk: Desk, file: FileRow, charge: ChargeRef, run: RunRow, why: str | None) -> str:
+    what = f"charge {charge.row_number} of {file.name}"
     if charge.run_uid is None:
-        desk.state(Statement(Action.ASSIGN, "charge", charge.uid, new={"run": run_uid}, reason=why))
-        return f"charge {row} of {file.name} belongs to run {run_name} now."
-    if charge.run_uid == run_uid:
-        raise UsageError(f"charge {row} of {file.name} belongs to run {run_name} already.")
+        desk.state(Statement(Action.ASSIGN, "charge", charge.uid, new={"run": run.uid}, reason=why))
+        return f"{what} belongs to run {run.name} now."
+    if charge.run_uid == run.uid:
+        raise UsageError(f"{what} belongs to run {run.name} already.")
     if why is None:
-        raise UsageError(f"charge {row} of {file.name} belongs to another run: add --why to move it to {run_name}.")
-    old, new = {"run": charge.run_uid}, {"run": run_uid}
+        raise UsageError(f"{what} belongs to another run, {charge.run_name}: add --why to move it to {run.name}.")
+    old, new = {"run": charge.run_uid}, {"run": run.uid}
     desk.state(Statement(Action.CORRECT, "charge", charge.uid, new=new, old=old, reason=why))
-    return f"charge {row} of {file.name} moved to run {run_name}."
+    return f"{what} moved to run {run.name}."
+
+
+def _take_charge_off(desk: Desk, file: FileRow, charge: ChargeRef, why: str | None) -> str:
+    what = f"charge {charge.row_number} of {file.name}"
+    if charge.run_uid is None:
+        raise UsageError(f"{what} belongs to no run: `labbook runs inbox` lists it.")
+    if why is None:
+        raise UsageError(f"{what} belongs to run {charge.run_name}: add --why to take it off.")
+    _state_no_run(desk, charge, why)
+    return f"{what} belongs to run {charge.run_name} no longer: it is in the inbox."
+
+
+def _state_no_run(desk: Desk, charge: ChargeRef, why: str) -> None:
+    old = {"run": charge.run_uid}
+    desk.state(Statement(Action.ASSIGN, "charge", charge.uid, new={"run": None}, old=old, reason=why))
+
+
+def _names(rows: Sequence[Link | ChargeRef]) -> str:
+    return ", ".join(sorted({row.run_name for row in rows if row.run_name is not None}))
+
+
+def _the_charge(desk: Desk, file: FileRow, row_number: int) -> ChargeRef:
+    for charge in charges_of_file(desk.connection, file.uid):
+        if charge.row_number == row_number:
+            return charge
+    raise UsageError(f"{file.name} has no charge {row_number}: `labbook runs inbox` lists the rows without a run.")
 
 
 def _the_file(desk: Desk, name: str) -> FileRow:

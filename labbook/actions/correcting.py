@@ -2,34 +2,38 @@
 
 from __future__ import annotations
 
-import datetime
-import json
-import math
-import zoneinfo
 from collections.abc import Mapping, Sequence
-from enum import StrEnum
 from typing import Any
 
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.journal import canonical
-from data_schema.queries.facts import FACTS, find_uid
+from data_schema.queries.facts import FACTS, find_uid, read_fact
 from data_schema.queries.runs import RunRow, factors
-from data_schema.tables.base import Real
-from data_schema.vocabulary import Action, ChargeMode, FactorKind, RunKind, RunState, StudyKind
+from data_schema.vocabulary import Action, RunKind, RunState
+from labbook.actions.corrected_values import date_value, number_value, text_value
 from labbook.book.desk import Desk, Statement
-from labbook.book.naming import ensure_condition, ensure_day, named_uid, old_values, refuse_empty, run_named, study_of
+from labbook.book.naming import (
+    condition_key,
+    ensure_condition,
+    ensure_day,
+    named_uid,
+    old_values,
+    refuse_empty,
+    run_named,
+    study_of,
+)
 from labbook.book.opening import Book
+from labbook.config.parsing import Configuration
 
 _NAMED = ("robot", "battery", "instrument", "factor")
-_WORDS: Mapping[tuple[str, str], type[StrEnum]] = {
-    ("run", "kind"): RunKind,
-    ("study", "kind"): StudyKind,
-    ("factor", "kind"): FactorKind,
-    ("charge", "mode"): ChargeMode,
-}
 _FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number", "factor", "label"}
+_FIXED_OF: Mapping[str, set[str]] = {
+    "factor": {"name"},  # it stands in the names of conditions
+    "level": {"value"},  # it is what the label says
+}
+NO_LEVELS = "levels"
+"""`levels=none` takes a run's levels away."""
 
 
 def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why: str) -> dict[str, tuple[Any, Any]]:
@@ -41,12 +45,16 @@ def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why
     levels = dict(run.levels) if run else {}
     for name, text in given.items():
         if run is not None and name in book.configuration.factors:
-            levels[name] = text
+            levels[name] = _label(book.configuration, name, text)
+        elif run is not None and name == NO_LEVELS:
+            levels = _no_levels(text)
         else:
             new |= _column(book, desk, kind, name, text)
     if run is not None and levels != dict(run.levels):
         study_uid = study_of(desk.connection).uid
-        new["condition"] = ensure_condition(desk, book.configuration, study_uid, levels)
+        new["condition"] = ensure_condition(desk, book.configuration, study_uid, levels) if levels else None
+    if run is not None and new.keys() & {"kind", "jumps_made", "condition"}:
+        _refuse_contradiction(book.configuration, run, {"kind": run.kind, "jumps_made": run.jumps_made, **new}, levels)
     old = old_values(desk.connection, kind, uid, new) if new else {}
     changed = {name: value for name, value in new.items() if old[name] != value}
     if not changed:
@@ -54,6 +62,17 @@ def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why
     before = {name: old[name] for name in changed}
     desk.state(Statement(Action.CORRECT, kind, uid, new=changed, old=before, reason=why))
     return {name: (before[name], value) for name, value in changed.items()}
+
+
+def runs_corrected(connection: sa.Connection, target: str, changed: Mapping[str, tuple[Any, Any]]) -> list[str]:
+    """Return the names of the runs that a correction of `target` is about: a run, or the run of a charge."""
+    kind, colon, uid = target.partition(":")
+    if target == "study" or (colon and kind != "charge"):
+        return []
+    if not colon:
+        return [str(changed["name"][1]) if "name" in changed else target]
+    run_uid = read_fact(connection, "charge", uid, ["run"])["run"]
+    return [] if run_uid is None else [read_fact(connection, "run", run_uid, ["name"])["name"]]
 
 
 def void(desk: Desk, name: str, reason: str) -> None:
@@ -77,6 +96,51 @@ def unvoid(desk: Desk, name: str, reason: str) -> None:
     desk.state(
         Statement(Action.CORRECT, "run", run.uid, new={"state": str(state)}, old={"state": "void"}, reason=reason)
     )
+
+
+def _label(configuration: Configuration, factor: str, text: str) -> str:
+    """Return the label of the level meant: `100.0` is the level 100. What is no level is refused later."""
+    labels = [level.label for level in configuration.factors[factor].levels]
+    value = _as_float(text)
+    if text in labels or value is None:
+        return text
+    return next((label for label in labels if _as_float(label) == value), text)
+
+
+def _as_float(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _no_levels(text: str) -> dict[str, str]:
+    if text != "none":
+        raise UsageError(f"levels={text} is not understood: write levels=none, or one level a factor, as foot=large.")
+    return {}
+
+
+def _refuse_contradiction(
+    configuration: Configuration, run: RunRow, facts: Mapping[str, Any], levels: Mapping[str, str]
+) -> None:
+    """Raise `UsageError` where a run would be idle and have jumps or levels, or be a run of jumps without levels."""
+    if facts["kind"] == RunKind.IDLE:
+        has = {
+            "jumps_made=0": f"{facts['jumps_made']} jumps made" if facts["jumps_made"] else "",
+            f"{NO_LEVELS}=none": f"levels {condition_key(levels)}" if levels else "",
+        }
+        odd = {remedy: what for remedy, what in has.items() if what}
+        if odd:
+            raise UsageError(
+                f"run {run.name} would be idle with {' and '.join(odd.values())}, and an idle run has none: give "
+                f"{' '.join(odd)} in the same command, or kind=jumps."
+            )
+    if facts["kind"] == RunKind.JUMPS and configuration.factors and not levels:
+        needed = " ".join(f"{name}={factor.levels[0].label}" for name, factor in configuration.factors.items())
+        raise UsageError(
+            f"run {run.name} would be a run of jumps without levels: give one of each factor in the same command, for "
+            f"example {needed}, or kind=idle."
+        )
 
 
 def _assignments(texts: Sequence[str]) -> dict[str, str]:
@@ -113,7 +177,7 @@ def _level(connection: sa.Connection, name: str) -> str:
 
 def _column(book: Book, desk: Desk, kind: str, name: str, text: str) -> dict[str, Any]:
     table = FACTS[kind]
-    fixed = _FIXED | ({"name"} if kind == "factor" else set())  # it stands in the names of conditions
+    fixed = _FIXED | _FIXED_OF.get(kind, set())
     allowed = [column.name for column in table.c if column.name not in fixed]
     if name not in allowed:
         of_study = list(book.configuration.factors) if kind == "run" else []
@@ -123,62 +187,8 @@ def _column(book: Book, desk: Desk, kind: str, name: str, text: str) -> dict[str
         known: Mapping[str, Any] = getattr(book.configuration, {"battery": "batteries"}.get(name, f"{name}s"))
         return {name: named_uid(desk.connection, name, text, known)}
     if name == "day":
-        return {name: ensure_day(desk, study_of(desk.connection).uid, _date(text))}
+        return {name: ensure_day(desk, study_of(desk.connection).uid, date_value(text))}
     if name == "run":
         return {name: None if text == "none" else run_named(desk.connection, text).uid}
-    return {name: _text(kind, text, column) if isinstance(column.type, sa.Text) else _number(name, text, column)}
-
-
-def _text(kind: str, text: str, column: sa.Column[Any]) -> str | None:
-    """Read what is stored as text: words of a closed list, time zones and instants are held to what they mean."""
-    if not text:
-        if column.nullable:
-            return None
-        raise UsageError(f"{column.name}= is empty: every {kind} needs its {column.name}.")
-    words = _WORDS.get((kind, column.name))
-    if words is not None and text not in tuple(words):
-        raise unknown_name(f"{column.name} of a {kind}", text, words)
-    if column.name == "time_zone" and text not in zoneinfo.available_timezones():
-        raise unknown_name("time zone", text, zoneinfo.available_timezones())
-    if column.name.endswith("_json"):
-        return _json(column.name, text)
-    return _instant(column.name, text) if column.name.endswith("_utc") else text
-
-
-def _json(name: str, text: str) -> str:
-    try:
-        return canonical(json.loads(text))
-    except ValueError:
-        raise UsageError(f'{name}={text} is not JSON: write it as {name}={{"radius_m":0.038}}.') from None
-
-
-def _instant(name: str, text: str) -> str:
-    try:
-        moment = datetime.datetime.fromisoformat(text)
-    except ValueError:
-        moment = None
-    if moment is None or moment.tzinfo is None:
-        raise UsageError(f"{name}={text} is no instant: write it with its zone, as 2021-06-01T14:30:00Z.")
-    return moment.astimezone(datetime.UTC).isoformat().replace("+00:00", "Z")
-
-
-def _number(name: str, text: str, column: sa.Column[Any]) -> float | int:
-    try:
-        value = float(text)
-    except ValueError:
-        raise UsageError(f"{name}={text} is not a number: write it with a decimal point, for example 720.") from None
-    if isinstance(column.type, Real):
-        if math.isfinite(value):
-            return value
-    elif value.is_integer():
-        return int(value)
-    raise UsageError(
-        f"{name}={text} cannot be stored: {name} is a {'finite' if isinstance(column.type, Real) else 'whole'} number."
-    )
-
-
-def _date(text: str) -> str:
-    try:
-        return datetime.date.fromisoformat(text).isoformat()
-    except ValueError:
-        raise UsageError(f"day={text} is not a date: write it as 2021-06-01.") from None
+    is_text = isinstance(column.type, sa.Text)
+    return {name: text_value(kind, text, column) if is_text else number_value(name, text, column)}

@@ -34,7 +34,7 @@ from ingest.read import UNKNOWN, read_file
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.opening import CONFIGURATION, DATABASE, JOURNAL, Book
 from labbook.statements.importing import PreparedImport, declarations, read_and_store, sha256_of
-from labbook.statements.ingesting import finding_values
+from labbook.statements.ingesting import as_read, finding_values
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +211,9 @@ def _stored(
             _refuse(desk, new, read)
             return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
         uid = new_uid()
-        desk.state(Statement(Action.INGEST, "ingest", uid, new={**new, "run": run_uid}, prepared=prepared))
+        desk.state(
+            Statement(Action.INGEST, "ingest", uid, new={**new, **as_read(prepared), "run": run_uid}, prepared=prepared)
+        )
         runs = runs_of_file(desk.connection, sha256)
         read = _with_findings_about_runs(desk, uid, read)
     return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, prepared)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
@@ -13,7 +15,7 @@ from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Ver
 from labbook.analysis.detecting import BODY_HEIGHT
 from labbook.analysis.detections import Detections, rest_length_m
 from labbook.analysis.judging import JudgedJump, Rules, anchor_of, judge
-from labbook.analysis.run_apexes import usable_log
+from labbook.analysis.run_apexes import usable_logs
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
@@ -21,61 +23,106 @@ from labbook.book.opening import Book
 
 @dataclass(frozen=True, slots=True)
 class RunReview:
-    """A run's log, what the study's detector finds in it, and what counts."""
+    """A run's logs in their order, what the study's detector finds in them, and what counts."""
 
     run: RunRow
-    signal: SignalRow
-    detection: DetectionRow
+    signals: tuple[SignalRow, ...]
+    detections: tuple[DetectionRow, ...]
     jumps: tuple[JudgedJump, ...]
     waiting: tuple[DecisionRow, ...]
 
 
 def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
-    """Find and judge the jumps of a run; raises when it has no log, or several."""
+    """Find and judge the jumps of a run; raises when it has no log, or too many."""
     run = run_named(connection, name)
     logs = [
         signal
-        for signal in signals_of_runs(connection, FileRole.LOG)
-        if signal.run_uid == run.uid and BODY_HEIGHT in signal.channels
+        for signal in signals_of_runs(connection, FileRole.LOG, run_uid=run.uid)
+        if BODY_HEIGHT in signal.channels
     ]
-    log = usable_log(logs)
-    if isinstance(log, str):
-        raise UsageError(f"run {name} has {log}: `labbook show {name}` lists its files.")
+    signals = usable_logs(run, logs)
+    if isinstance(signals, str):
+        raise UsageError(
+            f"run {name} has {signals}: `labbook show {name}` lists its files; take one off with `labbook assign FILE "
+            f"none`, or state the starts with `labbook correct {name} starts=...`."
+        )
     protocol = book.configuration.protocol
     detections = Detections(connection, book.store)
     length_m = rest_length_m(connection, run.robot_uid)
-    detection = detections.of({run.uid: log}, protocol.detector, length_m)[run.uid]
-    decisions = jump_decisions(connection).get(log.sha256, [])
-    judgement = judge(detection, decisions, Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps))
-    return RunReview(run, log, detection, judgement.jumps, judgement.waiting)
+    found = detections.of({run.uid: signals}, protocol.detector, length_m)[run.uid]
+    rules = Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps)
+    decisions = jump_decisions(connection, [signal.sha256 for signal in signals])
+    judgement = judge(found, decisions, rules)
+    return RunReview(run, signals, found, judgement.jumps, judgement.waiting)
 
 
-def decide(book: Book, desk: Desk, name: str, numbers: list[int], verdict: str, reason: str, note: str | None) -> None:
-    """State a verdict on each of the jumps; all of them or none."""
+def jumps_meant(texts: Sequence[str], found: RunReview) -> list[int]:
+    """Read numbers of jumps and ranges of them, `4` or `3-5`, each jump once.
+
+    Raises `UsageError` for what is neither, and for a jump that the run does not have.
+    """
+    ranges = []
+    for text in texts:
+        match = _NUMBERS.fullmatch(text.strip())
+        if match is None:
+            raise UsageError(f"{text!r} names no jump: write a number or a range, for example 4 or 3-5.")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if last < first:
+            raise UsageError(f"{text!r} runs backwards: write {last}-{first}.")
+        ranges.append(range(first, last + 1))
+    known = {item.jump.number for item in found.jumps}
+    for numbers in ranges:
+        _refuse_unknown(found, known, numbers)
+    return list(dict.fromkeys(number for numbers in ranges for number in numbers))
+
+
+def decide(
+    book: Book,
+    desk: Desk,
+    name: str,
+    numbers: Sequence[int],
+    verdict: str,
+    reason: str,
+    note: str | None,
+    found: RunReview | None = None,
+) -> None:
+    """State a verdict on each of the jumps; all of them or none.
+
+    `found` is the run's review where it was made before the desk opened: others wait while a desk finds jumps.
+    """
     if reason not in tuple(ReasonCode):
         raise unknown_name("reason", reason, tuple(ReasonCode))
-    found = review(book, desk.connection, name)
-    jumps = {item.jump.number: item.jump for item in found.jumps}
+    found = found or review(book, desk.connection, name)
+    jumps = {item.jump.number: item for item in found.jumps}
+    _refuse_unknown(found, jumps, numbers)
     for number in numbers:
-        if number not in jumps:
-            raise UsageError(
-                f"run {name} has no jump {number}: it has {len(jumps)}, `labbook jumps list {name}` shows them."
-            )
-        jump = jumps[number]
+        item = jumps[number]
         new = {
             "target_kind": str(TargetKind.JUMP),
             "target_uid": found.run.uid,
-            "signal_sha256": found.signal.sha256,
-            "anchor_s": anchor_of(jump),
+            "signal_sha256": item.signal_sha256,
+            "anchor_s": anchor_of(item.jump),
             "verdict": str(Verdict(verdict)),
             "reason_code": reason,
             "note": note,
-            "old_value": jump.apex_height_m,
-            "algorithm": found.detection.algorithm,
-            "version": found.detection.version,
+            "old_value": item.jump.apex_height_m,
+            "algorithm": found.detections[0].algorithm,
+            "version": found.detections[0].version,
             "blind": 0,
         }
         desk.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
+
+
+def _refuse_unknown(found: RunReview, known: Collection[int], numbers: Iterable[int]) -> None:
+    for number in numbers:
+        if number not in known:
+            name = found.run.name
+            raise UsageError(
+                f"run {name} has no jump {number}: it has {len(known)}, `labbook jumps list {name}` shows them."
+            )
+
+
+_NUMBERS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 
 
 def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]], list[str]]:

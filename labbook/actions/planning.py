@@ -11,15 +11,17 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.runs import list_runs, planned_runs
-from data_schema.vocabulary import PlanMethod, RunKind
+from data_schema.queries.plans import open_plans, withdrawn_names
+from data_schema.queries.runs import planned_runs, run_names
+from data_schema.vocabulary import Action, PlanMethod, RunKind
 from labbook.actions.runs_importing import plan_factors
-from labbook.book.desk import Desk, now_utc
-from labbook.book.naming import condition_key, ensure_condition, study_of
+from labbook.book.desk import Desk, Statement, now_utc
+from labbook.book.naming import condition_key, ensure_condition, refuse_empty, study_of
 from labbook.book.opening import Book
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
-from labbook.plan.sheet import run_names, write_run_sheet
+from labbook.plan.sheet import run_names as names_of
+from labbook.plan.sheet import write_run_sheet
 from labbook.plan.sheet_print import format_run_sheet_for_print
 
 
@@ -69,8 +71,9 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         run_duration_s=configuration.protocol.run_duration_s,
     )
     with book.reading() as connection:
-        taken = {run.name for run in list_runs(connection)} | {row.name for row in planned_runs(connection)}
-    names = run_names(drawn, first=_first_free(taken))
+        planned = {row.name for row in planned_runs(connection)}
+        taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
+    names = names_of(drawn, first=_first_free(taken))
     first_day = _start(request.start, configuration.study.time_zone)
     dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
     only = {"battery": _only(list(configuration.batteries)), "robot": _only(list(configuration.robots))}
@@ -143,6 +146,30 @@ def state_plan(
         condition = None if key is None else conditions[key]
         runs.append({"name": entry.name, "day_number": entry.day, "block": entry.block, "condition": condition})
     desk.declare("plan", study=study_uid, seed=seed, method=str(method), created_utc=now_utc(), runs=runs)
+
+
+@dataclass(frozen=True, slots=True)
+class PlansWithdrawn:
+    """Names of the runs that are no longer planned, and of those of the same plans that were made and stay."""
+
+    withdrawn: tuple[str, ...]
+    made: tuple[str, ...]
+
+
+def withdraw_plans(desk: Desk, seed: int | None, why: str) -> PlansWithdrawn:
+    """State that what is left of the plans drawn with `seed` (None: of all plans) will not be made."""
+    refuse_empty("--why", why)
+    plans = open_plans(desk.connection)
+    meant = [plan for plan in plans if seed in (None, plan.seed)]
+    if not meant:
+        seeds = ", ".join(dict.fromkeys(str(plan.seed) for plan in plans))
+        rest = f" with seed {seed}: runs are left of the plans with seed {seeds}." if plans else ": draw a plan first."
+        raise UsageError(f"no planned run is left to withdraw{rest}")
+    for plan in meant:
+        desk.state(Statement(Action.VOID, "plan", plan.uid, old={"to_be_made": list(plan.to_be_made)}, reason=why))
+    return PlansWithdrawn(
+        tuple(name for plan in meant for name in plan.to_be_made), tuple(name for plan in meant for name in plan.made)
+    )
 
 
 def _is_control(drawn: Plan, run: PlannedRun) -> bool:

@@ -15,6 +15,7 @@ from labbook.book.desk import Statement, new_uid, now_utc
 from labbook.book.opening import Book
 from labbook.config.parsing import Configuration
 from labbook.presenting.making import MadeReport, make_report
+from labbook.statements.reporting import shown_by
 from reports.page import write_report
 
 ATTEMPTS = 5
@@ -91,9 +92,9 @@ def state_report(book: Book, where: str | None, person: str | None, step: Callab
             seen = journal.head(connection)
             made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
         with book.desk(person) as desk:
-            if journal.head(desk.connection) != seen:
+            if desk.said or journal.head(desk.connection) != seen:
                 continue
-            new = {"where": where, "made_at": made_at}
+            new = {"where": where, "made_at": made_at, **shown_by(made)}
             desk.state(Statement(Action.REPORT, "report", new_uid(), new=new, prepared=made))
             return made
     raise UsageError("others keep writing to the book: try the report again when they have finished.")

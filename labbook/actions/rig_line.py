@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TypeAlias
+
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import GapKind, Undefined
 from ingest.model import ReadFile
 from labbook.analysis.gathering import Evidence
-from labbook.analysis.passive_drain import fitted
+from labbook.analysis.passive_drain import drain_lines
 from labbook.analysis.run_energy import usable_charge
 from labbook.statements.importing import PreparedImport
 from stats.energy import joules_per_jump
@@ -18,23 +21,25 @@ LIMIT_SDS = 3.0
 LIMITS_FROM_RUNS = 5
 """Fewer earlier runs than this give no limits: their standard deviation is too uncertain."""
 
+Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
+
 
 def rig_lines(prepared: PreparedImport, runs: tuple[str, ...], evidence: Evidence) -> list[str]:
     """Say, for every run a file belongs to, how many jumps and gaps it has and whether its joules are in control."""
     rows = {run.name: run for run in evidence.runs if run.name in runs}
-    drain = fitted(evidence)
-    return [_line(run, prepared, evidence, drain) for run in rows.values()]
+    drains = drain_lines(evidence)
+    return [_line(run, prepared, evidence, drains) for run in rows.values()]
 
 
-def _line(run: RunRow, prepared: PreparedImport, evidence: Evidence, drain: PassiveDrain | Undefined) -> str:
+def _line(run: RunRow, prepared: PreparedImport, evidence: Evidence, drains: Lines) -> str:
     parts = [f"run {run.name}:"]
-    for stored in prepared.parts:
-        if stored.detection is not None:
-            found = len(stored.detection.found.jumps)
-            parts.append(f"{found} of {run.jumps_made} jumps found{_mismatch(found, run.jumps_made)},")
+    counts = [len(stored.detection.found.jumps) for stored in prepared.parts if stored.detection is not None]
+    if counts:
+        found = sum(counts)
+        parts.append(f"{found} of {run.jumps_made} jumps found{_mismatch(found, run.jumps_made)},")
     if prepared.parts:
         parts.append(f"{_gaps(prepared.read)},")
-    parts.append(_joules(run, evidence, drain))
+    parts.append(_joules(run, evidence, drains))
     return " ".join(parts)
 
 
@@ -50,8 +55,8 @@ def _gaps(read: ReadFile) -> str:
     return f"{len(dropped)} gap{'' if len(dropped) == 1 else 's'} ({missing} samples)" if dropped else "no gaps"
 
 
-def _joules(run: RunRow, evidence: Evidence, drain: PassiveDrain | Undefined) -> str:
-    joules = _joules_of(run, evidence, drain)
+def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> str:
+    joules = _joules_of(run, evidence, drains)
     if isinstance(joules, str):
         return f"joules unknown: {joules}"
     now = (run.day, run.position_in_day)
@@ -59,7 +64,7 @@ def _joules(run: RunRow, evidence: Evidence, drain: PassiveDrain | Undefined) ->
         value
         for other in evidence.runs
         if other.condition_key == run.condition_key and (other.day, other.position_in_day) < now
-        for value in [_joules_of(other, evidence, drain)]
+        for value in [_joules_of(other, evidence, drains)]
         if not isinstance(value, str)
     ]
     if not earlier:
@@ -73,10 +78,11 @@ def _joules(run: RunRow, evidence: Evidence, drain: PassiveDrain | Undefined) ->
     return f"{joules:.1f} J a jump, {verdict} the control limits {low:.1f} to {high:.1f} J (n = {about.n})"
 
 
-def _joules_of(run: RunRow, evidence: Evidence, drain: PassiveDrain | Undefined) -> float | str:
+def _joules_of(run: RunRow, evidence: Evidence, drains: Lines) -> float | str:
     charge = usable_charge(run, evidence.charges.get(run.uid, []))
     if isinstance(charge, str):
         return charge
+    drain = drains[run.robot_uid]
     if isinstance(drain, Undefined):
         return "no passive-drain fit yet"
     passive = drain.at(run.duration_s or 0.0).charge_mah

@@ -1,13 +1,17 @@
-"""A run's log as `labbook plot` draws it."""
+"""A run's log as `labbook plot` draws it; the logs of a run that was started again stand one after the other."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
+import numpy as np
 import sqlalchemy as sa
+from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from data_schema.queries.signals import gaps_of
+from data_schema.queries.signals import SignalRow, gaps_of
 from labbook.actions.jump_review import review
 from labbook.analysis.detections import Detections
 from labbook.analysis.judging import JudgedJump, anchor_of
@@ -17,39 +21,79 @@ from reports.run_log import LogGap, LogJump, RunLog
 
 KINDS = (".png", ".svg", ".pdf")
 
+_UNKNOWN_PAUSE_S = 5.0
+"""Drawn between two logs of which a clock does not say how long the pause was."""
+
 
 def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> Path:
-    """Draw a run's log to a file; the file's ending says in which form."""
+    """Draw a run's log to a file, whose ending says in which form; of several logs the one that holds the jump."""
     if out.suffix not in KINDS:
         raise UsageError(f"--out {out} does not say which form: end it in {', '.join(KINDS)}.")
     found = review(book, connection, name)
     numbers = {item.jump.number for item in found.jumps}
     if jump is not None and jump not in numbers:
         raise UsageError(f"run {name} has no jump {jump}: it has {len(numbers)}.")
-    log = Detections(connection, book.store).log(found.signal)
+    signal = found.signals[0]
+    if jump is not None:
+        sha256 = next(item.signal_sha256 for item in found.jumps if item.jump.number == jump)
+        signal = next(item for item in found.signals if item.sha256 == sha256)
+    detections = Detections(connection, book.store)
+    pieces: list[_Piece] = []
+    for before, signal in zip((None, *found.signals), found.signals, strict=False):
+        log = detections.log(signal)
+        offset_s = 0.0 if before is None else _start_s(before, signal, pieces[-1])
+        pieces.append(_Piece(signal, log.time_s + offset_s, log.body_height_m, offset_s))
+    offsets = {piece.signal.sha256: piece.offset_s for piece in pieces}
     picture = RunLog(
         run=name,
         title=found.run.condition_key or str(found.run.kind),
-        time_s=log.time_s,
-        body_height_m=log.body_height_m,
-        jumps=tuple(_jump(item) for item in found.jumps if item.jump.apex_height_m is not None),
-        gaps=tuple(
-            LogGap(gap.start_s, gap.start_s + gap.length_s, str(gap.kind))
-            for gap in gaps_of(connection, found.signal.uid)
+        time_s=np.concatenate([piece.time_s for piece in pieces]),
+        body_height_m=np.concatenate([piece.body_height_m for piece in pieces]),
+        jumps=tuple(
+            _jump(item, offsets[item.signal_sha256]) for item in found.jumps if item.jump.apex_height_m is not None
         ),
+        gaps=tuple(gap for index, piece in enumerate(pieces) for gap in _gaps(connection, piece, pieces[:index])),
         panel_jump=jump,
     )
     draw_log(picture).savefig(out)
     return out
 
 
-def _jump(item: JudgedJump) -> LogJump:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Piece:
+    """One log of a run on the run's time: what was logged between two starts."""
+
+    signal: SignalRow
+    time_s: NDArray[np.float64]
+    body_height_m: NDArray[np.float64]
+    offset_s: float
+
+
+def _start_s(before: SignalRow, signal: SignalRow, last: _Piece) -> float:
+    """Return where a log begins on the run's time: by the clock, or a moment after the last where no clock ran."""
+    end_s = float(last.time_s[-1])
+    if before.start_utc is None or signal.start_utc is None:
+        return end_s + _UNKNOWN_PAUSE_S
+    passed = datetime.fromisoformat(signal.start_utc) - datetime.fromisoformat(before.start_utc)
+    return max(end_s, last.offset_s + passed.total_seconds())
+
+
+def _gaps(connection: sa.Connection, piece: _Piece, earlier: list[_Piece]) -> list[LogGap]:
+    restart = [LogGap(float(earlier[-1].time_s[-1]), float(piece.time_s[0]), "restart")] if earlier else []
+    within = [
+        LogGap(gap.start_s + piece.offset_s, gap.start_s + gap.length_s + piece.offset_s, str(gap.kind))
+        for gap in gaps_of(connection, piece.signal.uid)
+    ]
+    return restart + within
+
+
+def _jump(item: JudgedJump, offset_s: float) -> LogJump:
     jump = item.jump
     return LogJump(
         number=jump.number,
-        apex_s=anchor_of(jump),
+        apex_s=anchor_of(jump) + offset_s,
         apex_height_m=jump.apex_height_m or 0.0,
-        touchdown_s=jump.touchdown_s,
-        lift_off_s=jump.liftoff_s,
-        rejected=item.excluded or "",
+        touchdown_s=None if jump.touchdown_s is None else jump.touchdown_s + offset_s,
+        lift_off_s=None if jump.liftoff_s is None else jump.liftoff_s + offset_s,
+        excluded=item.excluded or "",
     )

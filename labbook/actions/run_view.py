@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.journal import canonical
-from data_schema.queries.charges import ChargeOfRun, charges_by_run
+from data_schema.queries.charges import ChargeOfRun, charges_of_run
 from data_schema.queries.facts import read_fact
 from data_schema.queries.history import HistoryRow, NoteRow, RunFileRow, files_of_run, history_of, notes_of
 from data_schema.queries.run_results import standing_number
@@ -54,12 +54,12 @@ def run_view(connection: sa.Connection, configuration: Configuration, name: str)
     }
     joules = standing_number(connection, "run_energy", canonical({"run": name}), "joules_per_jump")
     apex = standing_number(connection, "run_apexes", canonical(as_protocol), "apex_height")
-    signals = [signal for signal in signals_of_runs(connection) if signal.run_uid == run.uid]
+    signals = signals_of_runs(connection, run_uid=run.uid)
     return RunView(
         run=run,
         files=tuple(files_of_run(connection, run.uid)),
         signals=tuple((signal, gaps_of(connection, signal.uid)) for signal in signals),
-        charges=tuple(charges_by_run(connection).get(run.uid, [])),
+        charges=tuple(charges_of_run(connection, run.uid)),
         notes=tuple(notes_of(connection, run.uid)),
         history=history,
         history_in_words=tuple(_in_words(connection, item) for item in history),

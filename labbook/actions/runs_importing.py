@@ -13,9 +13,11 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import InputRefused, UsageError
-from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.runs import planned_runs
+from data_schema.queries.days import day_uids
+from data_schema.queries.plans import withdrawn_names
+from data_schema.queries.runs import RunRow, list_runs, planned_runs
 from data_schema.vocabulary import Action, RunKind, RunState
+from labbook.actions.remarks import Remark, remarks_on
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.naming import ensure_condition, ensure_day, named_uid, study_of
 from labbook.book.opening import Book
@@ -26,13 +28,17 @@ from labbook.plan.sheet_reader import RunSheetRow, read_run_sheet
 
 @dataclass
 class RunsImported:
-    """What a run sheet brought: names of runs stated, filled in, there already, and still to be made."""
+    """What a run sheet brought.
+
+    Names of runs stated, filled in, there already, still to be made, and blank though their plan was withdrawn.
+    """
 
     stated: list[str] = field(default_factory=list)
     filled_in: list[str] = field(default_factory=list)
     unchanged: list[str] = field(default_factory=list)
     not_made: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
+    withdrawn: list[str] = field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
 
 
 def import_runs(book: Book, desk: Desk, text: str, source: str) -> RunsImported:
@@ -44,28 +50,65 @@ def import_runs(book: Book, desk: Desk, text: str, source: str) -> RunsImported:
         source=source,
         batteries=configuration.batteries,
         robots=configuration.robots,
-        jumps_nominal=configuration.study.jumps_nominal,
     )
     done = RunsImported()
+    known = _Known(desk, configuration)
+    withdrawn = withdrawn_names(desk.connection)
     planned = {row.name: row.uid for row in planned_runs(desk.connection) if row.run_name is None}
+    standing = {run.name: run for run in list_runs(desk.connection)}
     contradictions: list[str] = []
     for row in rows:
-        done.remarks += [f"{row.name}: {remark}" for remark in row.remarks]
         if not row.done:
-            done.not_made.append(row.name)
+            (done.withdrawn if row.name in withdrawn else done.not_made).append(row.name)
             continue
-        uid = find_uid(desk.connection, "run", name=row.name)
-        values = _values(book, desk, row)
-        if uid is None:
-            new = desk.declare("run", **values, name=row.name, planned_run=planned.get(row.name))
-            if row.note:
-                desk.state(_note(new, row.note))
-            done.stated.append(row.name)
-        else:
-            _fill_in(desk, row.name, uid, values, done, contradictions)
+        values = _values(known, row)
+        if row.name in standing:
+            _fill_in(desk, known, standing[row.name], values, done, contradictions)
+            continue
+        new = desk.declare("run", **values, name=row.name, planned_run=planned.get(row.name))
+        if row.note:
+            desk.state(_note(new, row.note))
+        done.stated.append(row.name)
     if contradictions:
         raise InputRefused("\n".join(contradictions))
+    done.remarks = remarks_on(desk.connection, configuration, [*done.stated, *done.filled_in])
     return done
+
+
+class _Known:
+    """The uids of what rows name, asked for once each; days and conditions come into being with their first run."""
+
+    def __init__(self, desk: Desk, configuration: Configuration) -> None:
+        self.desk, self.configuration = desk, configuration
+        self.study = study_of(desk.connection)
+        self.days = day_uids(desk.connection)
+        self.zone = ZoneInfo(self.study.time_zone)
+        self._conditions: dict[tuple[tuple[str, str], ...], str] = {}
+        self._equipment: dict[tuple[str, str], str] = {}
+
+    def day(self, date: str) -> str:
+        if date not in self.days:
+            self.days[date] = ensure_day(self.desk, self.study.uid, date)
+        return self.days[date]
+
+    def condition(self, levels: Mapping[str, str]) -> str | None:
+        if not levels:
+            return None
+        key = tuple(levels.items())
+        if key not in self._conditions:
+            self._conditions[key] = ensure_condition(self.desk, self.configuration, self.study.uid, levels)
+        return self._conditions[key]
+
+    def robot(self, name: str) -> str:
+        return self._uid("robot", name, self.configuration.robots)
+
+    def battery(self, name: str) -> str:
+        return self._uid("battery", name, self.configuration.batteries)
+
+    def _uid(self, kind: str, name: str, declared: Mapping[str, Any]) -> str:
+        if (kind, name) not in self._equipment:
+            self._equipment[kind, name] = named_uid(self.desk.connection, kind, name, declared)
+        return self._equipment[kind, name]
 
 
 def plan_factors(configuration: Configuration) -> list[PlanFactor]:
@@ -76,25 +119,39 @@ def plan_factors(configuration: Configuration) -> list[PlanFactor]:
     ]
 
 
-def _values(book: Book, desk: Desk, row: RunSheetRow) -> dict[str, Any]:
-    configuration, study = book.configuration, study_of(desk.connection)
+def _values(known: _Known, row: RunSheetRow) -> dict[str, Any]:
     complete = row.duration_s is not None and (row.jumps_made is not None or row.kind is RunKind.IDLE)
-    robot = row.robot or _only("robot", configuration.robots, row)
-    battery = row.battery or _only("battery", configuration.batteries, row)
-    levels = dict(row.levels)
     return {
-        "study": study.uid,
-        "day": ensure_day(desk, study.uid, row.date.isoformat()),
+        "study": known.study.uid,
+        "day": known.day(row.date.isoformat()),
         "kind": str(row.kind),
-        "condition": ensure_condition(desk, configuration, study.uid, levels) if levels else None,
-        "robot": named_uid(desk.connection, "robot", robot, configuration.robots),
-        "battery": named_uid(desk.connection, "battery", battery, configuration.batteries),
+        "condition": known.condition(row.levels),
+        "robot": known.robot(row.robot or _only("robot", known.configuration.robots, row)),
+        "battery": known.battery(row.battery or _only("battery", known.configuration.batteries, row)),
         "position_in_day": row.position,
-        "started_utc": _utc(row.date, row.started, study.time_zone),
+        "started_utc": _utc(row.date, row.started, known.zone),
         "duration_s": row.duration_s,
         "jumps_made": row.jumps_made or 0,
         "starts": row.starts or 1,
         "state": str(RunState.COMPLETE if complete else RunState.OPEN),
+    }
+
+
+def _as_values(known: _Known, run: RunRow) -> dict[str, Any]:
+    """Return a run of the book in the columns that a sheet states."""
+    return {
+        "study": known.study.uid,
+        "day": known.day(run.day),
+        "kind": str(run.kind),
+        "condition": run.condition_uid,
+        "robot": run.robot_uid,
+        "battery": known.battery(run.battery),
+        "position_in_day": run.position_in_day,
+        "started_utc": run.started_utc,
+        "duration_s": run.duration_s,
+        "jumps_made": run.jumps_made,
+        "starts": run.starts,
+        "state": str(run.state),
     }
 
 
@@ -108,17 +165,22 @@ def _only(kind: str, known: Mapping[str, Any], row: RunSheetRow) -> str:
     )
 
 
-def _utc(date: datetime.date, started: datetime.time | None, time_zone: str) -> str | None:
+def _utc(date: datetime.date, started: datetime.time | None, zone: ZoneInfo) -> str | None:
     if started is None:
         return None
-    local = datetime.datetime.combine(date, started, ZoneInfo(time_zone))
+    local = datetime.datetime.combine(date, started, zone)
     return local.astimezone(datetime.UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 def _fill_in(
-    desk: Desk, name: str, uid: str, values: Mapping[str, Any], done: RunsImported, contradictions: list[str]
+    desk: Desk,
+    known: _Known,
+    run: RunRow,
+    values: Mapping[str, Any],
+    done: RunsImported,
+    contradictions: list[str],
 ) -> None:
-    standing = read_fact(desk.connection, "run", uid, values)
+    name, standing = run.name, _as_values(known, run)
     is_open = standing["state"] == RunState.OPEN
     blank: Sequence[str] = [
         column
@@ -138,7 +200,9 @@ def _fill_in(
         )
     elif differing:
         old = {column: standing[column] for column in differing}
-        desk.state(Statement(Action.CORRECT, "run", uid, new=differing, old=old, reason="filled in on the run sheet"))
+        desk.state(
+            Statement(Action.CORRECT, "run", run.uid, new=differing, old=old, reason="filled in on the run sheet")
+        )
         done.filled_in.append(name)
     else:
         done.unchanged.append(name)

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sqlalchemy as sa
 
 from data_schema.errors import UnknownName
-from data_schema.queries.results import NumberRow, ResultRow, reports_showing, result_by_uid, result_of_number
+from data_schema.queries.results import (
+    NumberRow,
+    ResultRow,
+    ShownIn,
+    number_beginning,
+    reports_showing,
+    result_by_uid,
+    result_of_number,
+)
 from data_schema.queries.sources import Source, describe_input
+from labbook.statements.reporting import agree, versions_now
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,28 +39,68 @@ class NumberTrace:
     """A number, the reports that show it, and where it came from."""
 
     number: NumberRow
-    shown_in: tuple[tuple[str, str, str], ...]
+    shown_in: tuple[ShownIn, ...]
     trace: Trace
 
 
-def trace(connection: sa.Connection, number_uid: str) -> NumberTrace:
+@dataclass(frozen=True, slots=True)
+class PrintedNumber:
+    """A number that reports showed and that this labbook computes under another id; the versions are this labbook's."""
+
+    uid: str
+    value: float | None
+    shown_in: tuple[ShownIn, ...]
+    versions_now: Mapping[str, int]
+
+
+def trace(connection: sa.Connection, beginning: str) -> NumberTrace | PrintedNumber:
     """Follow a number down; raises `UnknownName` when no single number has an id that begins so."""
-    found = result_of_number(connection, number_uid)
-    if found is None:
+    uid = number_beginning(connection, beginning)
+    if uid is None:
         raise UnknownName(
-            f"{number_uid!r} is the beginning of no number's id, or of several: copy the whole id from the report."
+            f"{beginning!r} is the beginning of no number's id, or of several: copy the whole id from the report."
         )
+    shown_in = tuple(reports_showing(connection, uid))
+    found = result_of_number(connection, uid)
+    if found is None:
+        return PrintedNumber(uid, shown_in[-1].value, shown_in, versions_now())
     row, number = found
-    return NumberTrace(number, tuple(reports_showing(connection, number.uid)), _trace(connection, row))
+    return NumberTrace(number, shown_in, _trace(connection, row))
 
 
-def trace_lines(found: NumberTrace) -> list[str]:
-    """Write a trace as an indented tree."""
+def trace_lines(found: NumberTrace | PrintedNumber) -> list[str]:
+    """Write a trace as an indented tree, or all that is known of a number that was printed."""
+    if isinstance(found, PrintedNumber):
+        return _printed_lines(found)
     number = found.number
     value = number.undefined_reason if number.value is None else f"{number.value!r} {number.unit}"
     lines = [f"{number.uid}: {number.name} = {value}"]
-    lines += [f"shown in report {report} of {made_utc}" for report, made_utc, _place in found.shown_in]
+    for shown in found.shown_in:
+        printed = "" if agree(shown.value, number.value) else f", printed as {_printed(shown.value)}"
+        lines.append(f"shown in report {shown.report} of {shown.made_utc}{printed}")
     return lines + _lines(found.trace, 0)
+
+
+def _printed_lines(found: PrintedNumber) -> list[str]:
+    lines = [f"{found.uid}: printed as {_printed(found.value)}"]
+    for shown in found.shown_in:
+        printed = "" if agree(shown.value, found.value) else f" as {_printed(shown.value)}"
+        lines.append(f"shown in report {shown.report} of {shown.made_utc}{printed}, made with {_named(shown.versions)}")
+    now = found.versions_now
+    newer = {name: now[name] for name in now if any(shown.versions.get(name) != now[name] for shown in found.shown_in)}
+    return [
+        *lines,
+        f"this labbook, with {_named(newer or now)}, computes it anew, and its results have other ids: make the report "
+        "again to see them",
+    ]
+
+
+def _printed(value: float | None) -> str:
+    return "undefined" if value is None else repr(value)
+
+
+def _named(versions: Mapping[str, int]) -> str:
+    return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
 def _trace(connection: sa.Connection, row: ResultRow) -> Trace:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from data_schema.errors import UsageError
-from data_schema.queries.charges import charges_by_run
+from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
 from data_schema.vocabulary import ChargeMode
 from labbook.book.desk import Desk
@@ -26,7 +26,9 @@ def state_charge(
 ) -> str:
     """State what a charger put back after a run; returns the charge's uid."""
     run = run_named(desk.connection, name)
-    for what, value in (("MAH", charge_mah), ("--minutes", minutes), ("--end-voltage", end_voltage_v)):
+    if not (math.isfinite(charge_mah) and charge_mah >= 0):
+        raise UsageError(f"MAH {charge_mah:g} is not possible: give what the charger put back, 0 or more.")
+    for what, value in (("--minutes", minutes), ("--end-voltage", end_voltage_v)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise UsageError(f"{what} {value:g} is not possible: give a number above 0.")
     most = (
@@ -38,7 +40,7 @@ def state_charge(
         raise UsageError(
             f"{charge_mah:g} mAh is more than pack {run.battery} can take ({most:g} mAh): check number and unit."
         )
-    if charges_by_run(desk.connection).get(run.uid):
+    if charges_of_run(desk.connection, run.uid):
         raise UsageError(
             f"run {name} has a charge already: correct that one with `labbook correct charge:UID charge_mah=VALUE`, "
             f"`labbook show {name}` gives its uid."

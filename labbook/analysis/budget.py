@@ -5,30 +5,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from data_schema.queries.results import ResultRow
-from data_schema.vocabulary import Undefined
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.gathering import Evidence
-from labbook.analysis.passive_drain import fitted
 from labbook.analysis.run_energy import usable_charge
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on, rests_on_result
 from stats.energy import energy_budget
-from stats.passive_drain import PassiveDrain
+from stats.shared_error import shared_of_mean
 
 ALGORITHM = Algorithm(
-    "energy_budget", 2, ("labbook.analysis.budget", "stats.energy", "stats.passive_drain", "stats.sums")
+    "energy_budget", 2, ("labbook.analysis.budget", "stats.energy", "stats.shared_error", "stats.sums")
 )
+
+IN_ALL = "in all"
+ONE_MAH = "1 mAh"
+"""Names of numbers of the budget: the sum of all sources, and what a step of the charger is worth."""
+
+
+def of_mean(name: str) -> str:
+    """Name what a source gives the mean over the runs; its own name is what it gives one run."""
+    return f"{name}, mean"
 
 
 def budget(
     bench: Workbench,
     evidence: Evidence,
-    drain_row: ResultRow,
     conditions: Sequence[ConditionValues],
     scope: dict[str, str],
 ) -> ResultRow | None:
-    """Ensure the budget of one run's joules; None without joules or drain fit."""
-    drain = fitted(evidence)
-    if not conditions or isinstance(drain, Undefined):
+    """Ensure the budget of one run's joules; None without joules."""
+    if not conditions:
         return None
     condition = max(conditions, key=lambda item: len(item.runs))
     resolution_mah = _resolution_mah(evidence, condition)
@@ -39,11 +44,10 @@ def budget(
             {"condition": condition.key, **scope},
             (
                 rests_on_result("condition", condition.result),
-                rests_on_result("drain", drain_row),
                 rests_on("voltage", "study", evidence.study.uid, repr(voltage_v)),
             ),
             {"resolution_mah": resolution_mah},
-            lambda: _outcome(condition, drain, voltage_v, resolution_mah),
+            lambda: _outcome(condition, voltage_v, resolution_mah),
         )
     )
 
@@ -54,19 +58,24 @@ def _resolution_mah(evidence: Evidence, condition: ConditionValues) -> float:
     return max(charge.resolution_mah for charge in charges if not isinstance(charge, str))
 
 
-def _outcome(condition: ConditionValues, drain: PassiveDrain, voltage_v: float, resolution_mah: float) -> Outcome:
-    durations = [item.run.duration_s or 0.0 for item in condition.runs]
+def _outcome(condition: ConditionValues, voltage_v: float, resolution_mah: float) -> Outcome:
     found = energy_budget(
         condition.values,
         [item.run.jumps_made for item in condition.runs],
         reference_voltage_v=voltage_v,
-        drain_se_mah=drain.at(sum(durations) / len(durations)).se,
+        drain_se_j=shared_of_mean([item.shared for item in condition.runs]).se,
         resolution_mah=resolution_mah,
     )
-    numbers = [NewNumber(term.name, term.one_run_j, "J", n=found.n) for term in found.terms]
-    numbers.append(NewNumber("one run in all", found.total_one_run_j, "J", n=found.n))
+    sources = [(term.name, term.one_run_j, term.mean_j) for term in found.terms]
+    sources.append((IN_ALL, found.total_one_run_j, found.total_mean_j))
+    numbers = [
+        number
+        for name, one_run_j, mean_j in sources
+        for number in (NewNumber(name, one_run_j, "J", n=found.n), NewNumber(of_mean(name), mean_j, "J", n=found.n))
+    ]
+    numbers.append(NewNumber(ONE_MAH, found.joules_per_mah, "J", n=found.n))
     terms = [
         {"name": term.name, "shared": term.shared, "in_scatter": term.in_scatter, "assumed": term.assumed}
         for term in found.terms
     ]
-    return Outcome(tuple(numbers), {"terms": terms, "sentence": found.sentence()})
+    return Outcome(tuple(numbers), {"terms": terms})

@@ -15,12 +15,20 @@ from reports.numbers import Quantity
 from stats.anova import one_way_anova
 from stats.distributions import t_quantile, t_two_sided_p
 from stats.savings import percent_savings
+from stats.shared_error import SharedError, shared_of_mean
 from stats.two_sample import compare_two
 
 COMPARISON = Algorithm(
     "comparison",
     2,
-    ("labbook.analysis.comparing", "stats.two_sample", "stats.savings", "stats.sums", "stats.distributions"),
+    (
+        "labbook.analysis.comparing",
+        "stats.two_sample",
+        "stats.savings",
+        "stats.shared_error",
+        "stats.sums",
+        "stats.distributions",
+    ),
 )
 ANOVA = Algorithm("anova", 2, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
 
@@ -90,10 +98,10 @@ def _compared(pair: Pair, quantity: Quantity) -> Outcome:
     b = [value for condition in pair.b for value in condition.values]
     unit = NUMBER_OF[quantity][1]
     test = compare_two(b, a)
-    shared_se, shared_df = _shared_of_difference(pair)
-    chosen = _widened(test.t, test.df, test.p, test.difference_ci, shared_se, shared_df)
-    welch = _widened(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared_se, shared_df)
-    shown_se = shared_se if quantity is Quantity.JOULES else None
+    shared = _shared(pair.b).minus(_shared(pair.a))
+    chosen = _widened(test.t, test.df, test.p, test.difference_ci, shared)
+    welch = _widened(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared)
+    shown_se = shared.se if quantity is Quantity.JOULES else None
     total = len(a) + len(b)
     numbers = [
         NewNumber("f", test.f, "1", n=total),
@@ -131,34 +139,25 @@ def _widened(
     df: float | Undefined,
     p: float | Undefined,
     ends: tuple[float, float] | Undefined,
-    shared_se: float,
-    shared_df: float,
+    shared: SharedError,
 ) -> _Test:
     """Add what the shared error leaves in a difference to its test, in quadrature with the scatter.
 
     t shrinks by the factor by which the interval grows, so that p is below 0.05 just where zero lies outside.
     """
-    if isinstance(ends, Undefined) or shared_se == 0.0:
+    if isinstance(ends, Undefined) or shared.se == 0.0:
         return _Test(t, p, *_interval(ends))
     middle, half = (ends[0] + ends[1]) / 2.0, (ends[1] - ends[0]) / 2.0
-    wide = math.hypot(half, t_quantile(LEVEL, shared_df) * shared_se)
+    wide = math.hypot(half, t_quantile(LEVEL, shared.degrees_of_freedom) * shared.se)
     if not isinstance(t, Undefined) and not isinstance(df, Undefined):
         t = t * half / wide
         p = t_two_sided_p(t, df)
     return _Test(t, p, middle - wide, middle + wide)
 
 
-def _shared_of_difference(pair: Pair) -> tuple[float, float]:
-    """Return what is left of the shared error in b - a, and its degrees of freedom.
-
-    The drain line shifts both sides alike where runs are equally long and have equally many jumps: it cancels.
-    """
-    a = [item for condition in pair.a for item in condition.runs]
-    b = [item for condition in pair.b for item in condition.runs]
-    se_a, se_b = _mean([item.shared_se for item in a]), _mean([item.shared_se for item in b])
-    if math.isclose(se_a, se_b, rel_tol=1e-9):  # means of equal numbers differ in their last digits
-        return 0.0, math.inf
-    return abs(se_b - se_a), next((item.shared_df for item in [*a, *b] if item.shared_df), math.inf)
+def _shared(side: Sequence[ConditionValues]) -> SharedError:
+    """Return what the mean over a side's runs takes from the drain lines."""
+    return shared_of_mean([item.shared for condition in side for item in condition.runs])
 
 
 def _has_savings(pair: Pair, quantity: Quantity) -> bool:
@@ -166,18 +165,7 @@ def _has_savings(pair: Pair, quantity: Quantity) -> bool:
 
 
 def _savings(pair: Pair, a: Sequence[float], b: Sequence[float]) -> NewNumber:
-    shared = [item for condition in pair.a for item in condition.runs]
-    treated = [item for condition in pair.b for item in condition.runs]
-    control_se = _mean([item.shared_se for item in shared])
-    treated_se = _mean([item.shared_se for item in treated])
-    saved = percent_savings(
-        a,
-        b,
-        shared_se=control_se or treated_se,
-        shared_df=shared[0].shared_df if shared and control_se else float("inf"),
-        shared_in_control=1.0 if control_se else 0.0,
-        shared_in_treated=treated_se / control_se if control_se else 1.0,
-    )
+    saved = percent_savings(a, b, shared_in_control=_shared(pair.a), shared_in_treated=_shared(pair.b))
     low, high = _interval(saved.percent_ci)
     shared_se = saved.shared_se_percent
     return NewNumber(
@@ -201,7 +189,3 @@ def _analysed(groups: Mapping[str, Sequence[float]]) -> Outcome:
 
 def _interval(ends: tuple[float, float] | Undefined) -> tuple[float | Undefined, float | Undefined]:
     return (ends, ends) if isinstance(ends, Undefined) else ends
-
-
-def _mean(values: Sequence[float]) -> float:
-    return sum(values) / len(values) if values else 0.0

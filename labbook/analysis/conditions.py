@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,9 +9,10 @@ from typing import Any
 from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from labbook.analysis.facts import condition_input
+from labbook.analysis.run_energy import shared_error
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, number, rests_on_result
 from reports.numbers import Quantity
-from stats.shared_error import describe_shared
+from stats.shared_error import SharedError, describe_shared, shared_of_mean
 
 ALGORITHM = Algorithm(
     "condition_summary", 1, ("labbook.analysis.conditions", "stats.shared_error", "stats.summary", "stats.sums")
@@ -32,8 +31,7 @@ class RunNumber:
 
     run: RunRow
     value: float
-    shared_se: float
-    shared_df: float
+    shared: SharedError
     result: ResultRow
 
 
@@ -63,8 +61,8 @@ def run_numbers(runs: Sequence[RunRow], results: Mapping[str, ResultRow], quanti
             continue
         item = number(row, name)
         if item.value is not None:
-            payload = json.loads(row.payload_json)
-            found.append(RunNumber(run, item.value, item.shared_se or 0.0, payload.get("drain_df", 0.0), row))
+            shared = shared_error(row) if quantity is Quantity.JOULES else SharedError()
+            found.append(RunNumber(run, item.value, shared, row))
     return found
 
 
@@ -94,10 +92,7 @@ def condition_values(
 
 def _outcome(items: Sequence[RunNumber], quantity: Quantity) -> Outcome:
     _name, unit = NUMBER_OF[quantity]
-    shared_se = sum(item.shared_se for item in items) / len(items)
-    mean = describe_shared(
-        [item.value for item in items], shared_se=shared_se, shared_df=items[0].shared_df or math.inf
-    )
+    mean = describe_shared([item.value for item in items], shared_of_mean([item.shared for item in items]))
     about = mean.scatter
     return Outcome(
         (
@@ -106,7 +101,7 @@ def _outcome(items: Sequence[RunNumber], quantity: Quantity) -> Outcome:
                 about.mean,
                 unit,
                 about.se,
-                shared_se if quantity is Quantity.JOULES else None,
+                mean.shared_se if quantity is Quantity.JOULES else None,
                 mean.ci_low,
                 mean.ci_high,
                 mean.level,

@@ -55,8 +55,11 @@ class Detections:
     progress: Callable[[str], None] = field(default=lambda _what: None)
     computed: dict[str, Found] = field(default_factory=dict)
 
-    def of(self, signals: Mapping[str, SignalRow], algorithm: str, rest_length_m: float) -> dict[str, DetectionRow]:
-        """Return the detection of each signal, under the same names."""
+    def of(
+        self, runs: Mapping[str, Sequence[SignalRow]], algorithm: str, rest_length_m: float
+    ) -> dict[str, tuple[DetectionRow, ...]]:
+        """Return the detections of each run's signals, in their order under the same names."""
+        signals = {signal.uid: signal for several in runs.values() for signal in several}
         parameters = settings(algorithm, rest_length_m)
         gaps = gaps_by_signal(self.connection, sorted({signal.uid for signal in signals.values()}))
         keys = {
@@ -67,7 +70,8 @@ class Detections:
         missing = {keys[name]: row for name, row in signals.items() if keys[name] not in stored}
         anew = {key: row for key, row in missing.items() if key not in self.computed}
         self._compute(anew, gaps, algorithm, rest_length_m)
-        return {name: stored[key] if key in stored else self.computed[key].row for name, key in keys.items()}
+        found = {uid: stored[key] if key in stored else self.computed[key].row for uid, key in keys.items()}
+        return {name: tuple(found[signal.uid] for signal in several) for name, several in runs.items()}
 
     def log(self, signal: SignalRow) -> Log:
         """Read a signal's samples."""

@@ -11,18 +11,23 @@ from labbook.analysis.workbench import rests_on
 
 
 def run_input(run: RunRow) -> InputRow:
-    """Name a run and the facts about it that numbers rest on."""
+    """Name a run and the facts about it that numbers rest on; whether it is void decides who uses its numbers."""
     return rests_on(
         "run",
         "run",
         run.uid,
-        canonical([run.kind, run.state, run.duration_s, run.jumps_made, run.condition_key, run.robot]),
+        canonical([run.kind, run.duration_s, run.jumps_made, run.condition_key, run.robot]),
     )
 
 
 def charge_input(charge: ChargeOfRun) -> InputRow:
     """Name a charge and what it says."""
     return rests_on("charge", "charge", charge.uid, canonical([charge.charge_mah, charge.resolution_mah, charge.mode]))
+
+
+def idle_runs_input(robot_uid: str) -> InputRow:
+    """Name the idle runs of a robot: a drain line rests on all there are, also before another one is added."""
+    return rests_on("idle runs", "idle_runs", robot_uid, robot_uid)
 
 
 def signal_input(signal: SignalRow) -> InputRow:

@@ -19,8 +19,9 @@ from labbook.config.parsing import Configuration
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """Facts for one analysis. `runs` are the selected jump runs that are not void; `idle` all idle runs of the book.
+    """Facts for one analysis. `runs` are the selected jump runs, `idle` all idle runs of the book, void ones left out.
 
+    `void` holds what was left out: the selected jump runs and all idle runs that are void.
     `logs` holds, by a run's uid, the signals with a body height; `charges` what was put back after it.
     """
 
@@ -31,6 +32,7 @@ class Evidence:
     selected: tuple[RunRow, ...]
     runs: tuple[RunRow, ...]
     idle: tuple[RunRow, ...]
+    void: tuple[RunRow, ...]
     charges: Mapping[str, list[ChargeOfRun]]
     logs: Mapping[str, list[SignalRow]]
     decisions: Mapping[str, list[DecisionRow]]
@@ -56,6 +58,12 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
         selected=tuple(selected),
         runs=tuple(run for run in selected if run.kind is RunKind.JUMPS and run.state is not RunState.VOID),
         idle=tuple(run for run in everything if run.kind is RunKind.IDLE and run.state is not RunState.VOID),
+        void=tuple(
+            run
+            for kind, several in ((RunKind.JUMPS, selected), (RunKind.IDLE, everything))
+            for run in several
+            if run.kind is kind and run.state is RunState.VOID
+        ),
         charges=charges_by_run(connection),
         logs=logs,
         decisions=jump_decisions(connection),

@@ -8,8 +8,8 @@ a person again, until a later verdict about the same moment settles it.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from data_schema.queries.signals import DecisionRow, DetectionRow, JumpRow
 from data_schema.vocabulary import Verdict
@@ -21,16 +21,17 @@ MOVED_STANDARD_ERRORS = 3.0
 
 @dataclass(frozen=True, slots=True)
 class JudgedJump:
-    """A jump and why it does not count; `excluded` is None where it does. `forced`: a person accepted it."""
+    """A jump, numbered through the run, the signal it was found in, and why it does not count (None where it does)."""
 
     jump: JumpRow
+    signal_sha256: str
     excluded: str | None
     decision: DecisionRow | None
 
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """All jumps of one detection, and the verdicts that fit none of them any more."""
+    """All jumps of a run, and the verdicts that fit none of them any more."""
 
     jumps: tuple[JudgedJump, ...]
     waiting: tuple[DecisionRow, ...]
@@ -54,8 +55,25 @@ class Rules:
     exclude_gap_jumps: bool
 
 
-def judge(detection: DetectionRow, decisions: Sequence[DecisionRow], rules: Rules) -> Judgement:
-    """Decide for every jump whether it counts: a person's word first, then the protocol."""
+def judge(
+    detections: Sequence[DetectionRow], decisions: Mapping[str, Sequence[DecisionRow]], rules: Rules
+) -> Judgement:
+    """Decide for every jump of a run whether it counts: a person's word first, then the protocol.
+
+    `detections` are those of the run's logs one after the other; `decisions` are by signal.
+    """
+    parts: list[Judgement] = []
+    for detection in detections:
+        before = sum(len(part.jumps) for part in parts)
+        jumps = tuple(replace(jump, number=before + jump.number) for jump in detection.jumps)
+        said = decisions.get(detection.signal_sha256, [])
+        parts.append(_judge_log(replace(detection, jumps=jumps), said, rules))
+    return Judgement(
+        tuple(jump for part in parts for jump in part.jumps), tuple(item for part in parts for item in part.waiting)
+    )
+
+
+def _judge_log(detection: DetectionRow, decisions: Sequence[DecisionRow], rules: Rules) -> Judgement:
     verdicts: dict[int, DecisionRow] = {}
     waiting: dict[float, DecisionRow] = {}
     for decision in decisions:
@@ -70,7 +88,9 @@ def judge(detection: DetectionRow, decisions: Sequence[DecisionRow], rules: Rule
         else:
             verdicts[jump.number] = decision
     judged = tuple(
-        JudgedJump(jump, _excluded(jump, verdicts.get(jump.number), rules), verdicts.get(jump.number))
+        JudgedJump(
+            jump, detection.signal_sha256, _excluded(jump, verdicts.get(jump.number), rules), verdicts.get(jump.number)
+        )
         for jump in detection.jumps
     )
     return Judgement(judged, tuple(item for item in waiting.values() if item.verdict is not Verdict.CLEAR))

@@ -1,12 +1,14 @@
-"""The passive drain of the electronics, from the idle runs of the whole study (thesis 5.1.4)."""
+"""The passive drain of each robot's electronics, from all its idle runs in the study (thesis 5.1.4)."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, Undefined
-from labbook.analysis.facts import charge_input, run_input
+from labbook.analysis.facts import charge_input, idle_runs_input, run_input
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
 from stats.passive_drain import PassiveDrain, fit_passive_drain
@@ -14,6 +16,15 @@ from stats.passive_drain import PassiveDrain, fit_passive_drain
 ALGORITHM = Algorithm("passive_drain", 2, ("labbook.analysis.passive_drain", "stats.passive_drain", "stats.sums"))
 MAH_MIN = 60.0
 """mAh/s to mAh/min."""
+
+
+@dataclass(frozen=True, slots=True)
+class Drain:
+    """One robot's drain line, and where it is stored."""
+
+    robot: str
+    line: PassiveDrain | Undefined
+    result: ResultRow
 
 
 def idle_charges(evidence: Evidence) -> list[tuple[RunRow, ChargeOfRun]]:
@@ -28,24 +39,47 @@ def unused_idle(evidence: Evidence) -> list[tuple[RunRow, str]]:
     return [(run, reason) for run, reason in found if isinstance(reason, str)]
 
 
-def fitted(evidence: Evidence) -> PassiveDrain | Undefined:
-    """Fit the line through the idle runs."""
+def drain_lines(evidence: Evidence) -> dict[str, PassiveDrain | Undefined]:
+    """Fit a line through the idle runs of each robot that has idle or jump runs, by the robot's uid."""
     idle = idle_charges(evidence)
-    return fit_passive_drain([run.duration_s or 0.0 for run, _ in idle], [charge.charge_mah for _, charge in idle])
+    robots = dict.fromkeys(run.robot_uid for run in (*evidence.idle, *evidence.runs))
+    return {robot: _fit([item for item in idle if item[0].robot_uid == robot]) for robot in robots}
 
 
-def passive_drain(bench: Workbench, evidence: Evidence, variant: str | None = None) -> ResultRow:
-    """Store the drain line and what it gives at the protocol's run duration; `variant` names a recomputation."""
-    idle = idle_charges(evidence)
+def passive_drains(bench: Workbench, evidence: Evidence, variant: str | None = None) -> dict[str, Drain]:
+    """Store each robot's line and what it gives at the protocol's run duration; `variant` names a recomputation."""
     duration_s = evidence.configuration.protocol.run_duration_s
-    return bench.ensure_one(
-        Request(
-            ALGORITHM,
-            {"study": evidence.study.name} | ({"variant": variant} if variant else {}),
-            tuple(item for run, charge in idle for item in (run_input(run), charge_input(charge))),
-            {"run_duration_s": duration_s},
-            lambda: _outcome(evidence, duration_s),
-        )
+    names = {run.robot_uid: run.robot for run in (*evidence.idle, *evidence.runs)}
+    idle = idle_charges(evidence)
+    lines = drain_lines(evidence)
+    rows = bench.ensure(
+        [
+            Request(
+                ALGORITHM,
+                {"robot": names[robot]} | ({"variant": variant} if variant else {}),
+                (
+                    idle_runs_input(robot),
+                    *(
+                        item
+                        for run, charge in idle
+                        if run.robot_uid == robot
+                        for item in (run_input(run), charge_input(charge))
+                    ),
+                ),
+                {"run_duration_s": duration_s},
+                lambda line=line: _outcome(line, duration_s),  # type: ignore[misc]
+            )
+            for robot, line in lines.items()
+        ]
+    )
+    return {robot: Drain(names[robot], line, row) for (robot, line), row in zip(lines.items(), rows, strict=True)}
+
+
+def _fit(idle: list[tuple[RunRow, ChargeOfRun]]) -> PassiveDrain | Undefined:
+    return fit_passive_drain(
+        [run.duration_s or 0.0 for run, _ in idle],
+        [charge.charge_mah for _, charge in idle],
+        resolution_mah=max((charge.resolution_mah for _, charge in idle), default=0.0),
     )
 
 
@@ -58,8 +92,7 @@ def _usable_charge(run: RunRow, evidence: Evidence) -> ChargeOfRun | str:
     return "no duration recorded" if run.duration_s is None else charges[0]
 
 
-def _outcome(evidence: Evidence, duration_s: float | None) -> Outcome:
-    drain = fitted(evidence)
+def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Outcome:
     if isinstance(drain, Undefined):
         return Outcome(
             tuple(

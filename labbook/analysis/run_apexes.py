@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from data_schema.queries.results import InputRow, ResultRow
 from data_schema.queries.runs import RunRow
-from data_schema.queries.signals import DetectionRow, SignalRow
+from data_schema.queries.signals import SignalRow
 from labbook.analysis.detections import Detections, rest_length_m
 from labbook.analysis.facts import decision_input, run_input, signal_input
 from labbook.analysis.gathering import Evidence
@@ -47,58 +48,51 @@ def without_exclusions(evidence: Evidence) -> ApexVariant:
     return replace(as_protocol(evidence), rules=Rules(0, exclude_gap_jumps=False), heed_decisions=False)
 
 
-def usable_log(logs: list[SignalRow]) -> SignalRow | str:
-    """Return the one log that a run's apexes rest on, or why there is none."""
+def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...] | str:
+    """Return the logs that a run's apexes rest on in their order, or why there are none.
+
+    A run that was started again leaves several: segments of one file, or as many files as the run had starts. More
+    files than starts are copies or mistakes, and which one counts is for a person to say.
+    """
     if not logs:
         return "no log with a body height"
-    if len(logs) > 1:
-        return f"{len(logs)} logs with a body height"
-    return logs[0]
+    files = len({log.file_sha256 for log in logs})
+    if files > max(run.starts, 1):
+        return f"{files} log files with a body height and {run.starts} start{'' if run.starts == 1 else 's'}"
+    if all(log.start_utc is not None for log in logs):
+        return tuple(sorted(logs, key=lambda log: log.start_utc or ""))
+    return tuple(logs)
 
 
 def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, variant: ApexVariant) -> RunApexes:
-    """Ensure the apex heights of every selected jump run that has a log."""
-    logs: dict[str, SignalRow] = {}
+    """Ensure the apex heights of every selected jump run that has logs."""
+    logs: dict[str, tuple[SignalRow, ...]] = {}
     missing: dict[str, str] = {}
     for run in evidence.runs:
-        log = usable_log(evidence.logs.get(run.uid, []))
-        if isinstance(log, str):
-            missing[run.uid] = log
+        usable = usable_logs(run, evidence.logs.get(run.uid, []))
+        if isinstance(usable, str):
+            missing[run.uid] = usable
         else:
-            logs[run.uid] = log
+            logs[run.uid] = usable
     runs = {run.uid: run for run in evidence.runs}
     robots = sorted({runs[uid].robot_uid for uid in logs})
     lengths_m = {robot: rest_length_m(detections.connection, robot) for robot in robots}
-    found = _detected(detections, evidence, logs, lengths_m, variant.detector)
+    by_robot: dict[str, dict[str, tuple[SignalRow, ...]]] = {robot: {} for robot in robots}
+    for uid, several in logs.items():
+        by_robot[runs[uid].robot_uid][uid] = several
     requests: dict[str, Request] = {}
     judgements: dict[str, Judgement] = {}
-    for uid, detection in found.items():
-        decisions = evidence.decisions.get(detection.signal_sha256, []) if variant.heed_decisions else []
-        judgements[uid] = judge(detection, decisions, variant.rules)
-        inputs = [run_input(runs[uid]), signal_input(logs[uid])]
-        robot = runs[uid].robot_uid
-        inputs.append(rests_on("robot", "robot", robot, repr(lengths_m[robot])))
-        inputs.append(InputRow("detection", "detection", detection.uid, detection.key))
-        inputs += [decision_input(decision) for decision in judgements[uid].in_force]
-        requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs))
+    for robot, of_robot in by_robot.items():
+        found = detections.of(of_robot, variant.detector, lengths_m[robot])
+        for uid, detected in found.items():
+            judgements[uid] = judge(detected, evidence.decisions if variant.heed_decisions else {}, variant.rules)
+            inputs = [run_input(runs[uid]), *map(signal_input, logs[uid])]
+            inputs.append(rests_on("robot", "robot", robot, repr(lengths_m[robot])))
+            inputs += [InputRow("detection", "detection", item.uid, item.key) for item in detected]
+            inputs += [decision_input(decision) for decision in judgements[uid].in_force]
+            requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs))
+    requests = {uid: requests[uid] for uid in logs}  # in the order of the runs, whatever the robots
     return RunApexes(dict(zip(requests, bench.ensure(list(requests.values())), strict=True)), judgements, missing)
-
-
-def _detected(
-    detections: Detections,
-    evidence: Evidence,
-    logs: dict[str, SignalRow],
-    lengths_m: dict[str, float],
-    detector: str,
-) -> dict[str, DetectionRow]:
-    by_length: dict[float, dict[str, SignalRow]] = {}
-    for run in evidence.runs:
-        if run.uid in logs:
-            by_length.setdefault(lengths_m[run.robot_uid], {})[run.uid] = logs[run.uid]
-    found: dict[str, DetectionRow] = {}
-    for length_m, of_length in by_length.items():
-        found |= detections.of(of_length, detector, length_m)
-    return {uid: found[uid] for uid in logs}
 
 
 def _request(run: RunRow, judgement: Judgement, variant: ApexVariant, inputs: tuple[InputRow, ...]) -> Request:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from data_schema.queries.charges import ChargeOfRun
@@ -11,13 +13,16 @@ from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.facts import charge_input, run_input
 from labbook.analysis.gathering import Evidence
-from labbook.analysis.passive_drain import fitted
+from labbook.analysis.passive_drain import Drain
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on, rests_on_result
 from stats.energy import joules_per_jump, joules_per_mah
 from stats.passive_drain import PassiveDrain
+from stats.shared_error import SharedError
 
 ALGORITHM = Algorithm(
-    "run_energy", 2, ("labbook.analysis.run_energy", "stats.energy", "stats.passive_drain", "stats.sums")
+    "run_energy",
+    2,
+    ("labbook.analysis.run_energy", "stats.energy", "stats.passive_drain", "stats.shared_error", "stats.sums"),
 )
 
 
@@ -43,19 +48,21 @@ def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | str:
     return charged[0]
 
 
-def run_energies(bench: Workbench, evidence: Evidence, drain_row: ResultRow, variant: str | None = None) -> RunEnergies:
+def run_energies(
+    bench: Workbench, evidence: Evidence, drains: Mapping[str, Drain], variant: str | None = None
+) -> RunEnergies:
     """Ensure the energy of every selected jump run that has what it takes; `variant` names a recomputation."""
-    drain = fitted(evidence)
     requests: dict[str, Request] = {}
     missing: dict[str, str] = {}
     for run in evidence.runs:
         charge = usable_charge(run, evidence.charges.get(run.uid, []))
+        drain = drains[run.robot_uid]
         if isinstance(charge, str):
             missing[run.uid] = charge
-        elif isinstance(drain, Undefined):
-            missing[run.uid] = "no passive-drain fit"
+        elif isinstance(drain.line, Undefined):
+            missing[run.uid] = f"no passive-drain fit for robot {drain.robot}"
         else:
-            requests[run.uid] = _request(evidence, run, charge, drain, drain_row, variant)
+            requests[run.uid] = _request(evidence, run, charge, drain.line, drain.result, variant)
     return RunEnergies(dict(zip(requests, bench.ensure(list(requests.values())), strict=True)), missing)
 
 
@@ -82,6 +89,14 @@ def _request(
     )
 
 
+def shared_error(row: ResultRow) -> SharedError:
+    """Return what a run's joules share with other runs: the errors of its robot's drain line, in joules a jump."""
+    payload = json.loads(row.payload_json)
+    fit = next(item.input_uid for item in row.inputs if item.role == "drain")
+    terms = {(fit, term): float(value) for term, value in payload["shared_terms_j"].items()}
+    return SharedError(terms, {fit: float(payload["drain_df"])})
+
+
 def _outcome(run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, voltage_v: float) -> Outcome:
     assert run.duration_s is not None  # noqa: S101 - `usable_charge` has asked
     passive = drain.at(run.duration_s)
@@ -99,5 +114,9 @@ def _outcome(run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, voltage_v: f
             ),
             NewNumber("passive_charge", passive.charge_mah, "mAh", shared_se=passive.se, n=drain.n, df=drain.df),
         ),
-        {"drain_df": drain.df, "drain_se_mah": passive.se, "extrapolated": passive.extrapolated},
+        {
+            "drain_df": drain.df,
+            "shared_terms_j": {term: -worth_j_mah * mah for term, mah in drain.error_terms_mah(run.duration_s).items()},
+            "extrapolated": passive.extrapolated,
+        },
     )

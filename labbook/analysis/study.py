@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from data_schema.queries.results import ResultRow
+from data_schema.vocabulary import RunKind
 from labbook.analysis import pairing
 from labbook.analysis.budget import budget
 from labbook.analysis.comparing import Pair, analyse_variance, compare
@@ -13,12 +14,14 @@ from labbook.analysis.conditions import ConditionValues, condition_values, run_n
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.packs import pack_deviations
-from labbook.analysis.passive_drain import passive_drain
-from labbook.analysis.run_apexes import ApexVariant, RunApexes, as_protocol, run_apexes, without_exclusions
+from labbook.analysis.passive_drain import Drain, passive_drains
+from labbook.analysis.run_apexes import RunApexes, as_protocol, run_apexes, without_exclusions
 from labbook.analysis.run_energy import RunEnergies, run_energies
 from labbook.analysis.workbench import Workbench
 from reports.numbers import Quantity
 from stats.apexes import DETECTORS
+
+WITHOUT_EXCLUSIONS = "without exclusions"
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +58,7 @@ class StudyAnalysis:
     """Everything computed for one selection."""
 
     evidence: Evidence
-    drain: ResultRow
+    drains: dict[str, Drain]
     energies: RunEnergies
     apexes: RunApexes
     swept: str | None
@@ -73,8 +76,8 @@ def analyse(
 ) -> StudyAnalysis:
     """Compute everything that is not stored; `progress` is told what is being done."""
     progress("passive drain and joules a jump")
-    drain = passive_drain(bench, evidence)
-    energies = run_energies(bench, evidence, drain)
+    drains = passive_drains(bench, evidence)
+    energies = run_energies(bench, evidence, drains)
     progress("apex heights")
     apexes = run_apexes(bench, detections, evidence, as_protocol(evidence))
     progress("comparisons")
@@ -85,8 +88,8 @@ def analyse(
     heights = condition_values(bench, run_numbers(evidence.runs, apexes.results, Quantity.APEX), Quantity.APEX, scope)
     swept = pairing.swept_factor(evidence.configuration)
     packs = pack_deviations(bench, joules, scope)
-    of_a_joule = budget(bench, evidence, drain, joules, scope)
-    analysis = StudyAnalysis(evidence, drain, energies, apexes, swept, joules, heights, [], [], [], packs, of_a_joule)
+    of_a_joule = budget(bench, evidence, joules, scope)
+    analysis = StudyAnalysis(evidence, drains, energies, apexes, swept, joules, heights, [], [], [], packs, of_a_joule)
     if swept is None:
         return analysis
     compared = [
@@ -105,7 +108,7 @@ def analyse(
         if len(treated) > 1
     ]
     progress("what the headlines depend on")
-    varied = vary(bench, detections, evidence, energies, apexes, swept)
+    varied = vary(bench, detections, evidence, drains, apexes, swept)
     return replace(analysis, compared=compared, anovas=anovas, varied=varied)
 
 
@@ -118,39 +121,45 @@ def without_day(evidence: Evidence, day: str) -> Evidence:
     )
 
 
+def with_void(evidence: Evidence) -> Evidence:
+    """Return the evidence with the runs that are void put back."""
+    return replace(
+        evidence,
+        runs=(*evidence.runs, *(run for run in evidence.void if run.kind is RunKind.JUMPS)),
+        idle=(*evidence.idle, *(run for run in evidence.void if run.kind is RunKind.IDLE)),
+        void=(),
+    )
+
+
 def vary(
     bench: Workbench,
     detections: Detections,
     evidence: Evidence,
-    energies: RunEnergies,
+    drains: dict[str, Drain],
     apexes: RunApexes,
     swept: str,
 ) -> list[Varied]:
     """Recompute the pooled comparisons without exclusions, with the other detector, and without each day."""
     found: list[Varied] = []
     protocol = as_protocol(evidence)
-    variants: list[tuple[str, ApexVariant]] = [("without exclusions", without_exclusions(evidence))]
+    everything = with_void(evidence)
+    joules = _energies_of(bench, everything, evidence, drains, WITHOUT_EXCLUSIONS)
+    found += _vary_with(bench, WITHOUT_EXCLUSIONS, everything, Quantity.JOULES, joules.results, swept)
+    variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
     variants += [
-        (f"with the {name} detector", replace(protocol, detector=name))
+        (f"with the {name} detector", evidence, replace(protocol, detector=name))
         for name in DETECTORS
         if name != protocol.detector
     ]
-    for label, variant in variants:
-        other = run_apexes(bench, detections, evidence, variant)
-        numbers = run_numbers(evidence.runs, other.results, Quantity.APEX)
-        scope = {"selection": evidence.selection, "variant": label}
-        conditions = condition_values(bench, numbers, Quantity.APEX, scope)
-        found += _varied(bench, label, pairing.pairs_pooled(conditions, swept), Quantity.APEX, scope)
+    for label, varied, variant in variants:
+        other = run_apexes(bench, detections, varied, variant)
+        found += _vary_with(bench, label, varied, Quantity.APEX, other.results, swept)
     for day in sorted({run.day for run in evidence.runs}):
         label = f"without {day}"
-        scope = {"selection": evidence.selection, "variant": label}
         rest = without_day(evidence, day)
-        # Without an idle run of that day the drain line stays, and with it every run's joules.
-        refit = len(rest.idle) < len(evidence.idle)
-        joules = run_energies(bench, rest, passive_drain(bench, rest, label), label) if refit else energies
-        for quantity, results in ((Quantity.JOULES, joules.results), (Quantity.APEX, apexes.results)):
-            conditions = condition_values(bench, run_numbers(rest.runs, results, quantity), quantity, scope)
-            found += _varied(bench, label, pairing.pairs_pooled(conditions, swept), quantity, scope)
+        joules = _energies_of(bench, rest, evidence, drains, label)
+        found += _vary_with(bench, label, rest, Quantity.JOULES, joules.results, swept)
+        found += _vary_with(bench, label, rest, Quantity.APEX, apexes.results, swept)
     return found
 
 
@@ -159,9 +168,27 @@ def _compare_all(bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, sc
     return [Compared(pair, quantity, row) for pair, row in zip(pairs, rows, strict=True)]
 
 
-def _varied(
-    bench: Workbench, label: str, pairs: Sequence[Pair], quantity: Quantity, scope: dict[str, str]
+def _energies_of(
+    bench: Workbench, varied: Evidence, evidence: Evidence, drains: dict[str, Drain], label: str
+) -> RunEnergies:
+    """Return the joules of other runs; where the idle runs are the same, so are the drain lines."""
+    if varied.idle == evidence.idle and all(run.robot_uid in drains for run in varied.runs):
+        return run_energies(bench, varied, drains)
+    return run_energies(bench, varied, passive_drains(bench, varied, label), label)
+
+
+def _vary_with(
+    bench: Workbench,
+    label: str,
+    evidence: Evidence,
+    quantity: Quantity,
+    results: Mapping[str, ResultRow],
+    swept: str,
 ) -> list[Varied]:
+    """Compare the pooled conditions again with other runs, or other results of the same runs."""
+    scope = {"selection": evidence.selection, "variant": label}
+    conditions = condition_values(bench, run_numbers(evidence.runs, results, quantity), quantity, scope)
     return [
-        Varied(item.pair.label, label, quantity, item.result) for item in _compare_all(bench, pairs, quantity, scope)
+        Varied(item.pair.label, label, quantity, item.result)
+        for item in _compare_all(bench, pairing.pairs_pooled(conditions, swept), quantity, scope)
     ]

@@ -1,8 +1,9 @@
 """Results by key: what was computed from the same inputs by the same algorithm is not computed again.
 
 A result's key hashes the algorithm's name and version, its scope, its inputs and its slice of the configuration. Its
-numbers are named after the key, so a provenance id means the same number for ever. Computing needs no lock; what is
-new is written afterwards in one short transaction.
+numbers are named after the key, so a provenance id never means another number; a newer version of an algorithm gives
+other ids, and reports keep what they printed under the old ones. Computing needs no lock; what is new is written
+afterwards in one short transaction.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class Request:
 
     @property
     def key(self) -> str:
-        """The name of this result for ever."""
+        """The name of this result, and of no other."""
         parts = [
             self.algorithm.kind,
             self.algorithm.version,

@@ -1,15 +1,16 @@
 """The desk: where statements become journal entries and rows, all of them or none.
 
-One way in for everything a person states. A statement is applied to the tables, written to the table `journal`, then
-appended to `journal.jsonl` and synced, and only then committed. `labbook rebuild` applies the same entries with the
-same functions, which is why it arrives at the same rows.
+One way in for everything a person states. A statement is applied to the tables at once, so that the next one can build
+on it. When the desk closes, all that was said there is one command: its entries get their places in the chain, are
+written to the table `journal`, appended to `journal.jsonl` and synced, and only then all of it is committed. `labbook
+rebuild` applies the same entries with the same functions, which is why it arrives at the same rows.
 """
 
 from __future__ import annotations
 
 import contextlib
 import secrets
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -49,18 +50,18 @@ class Desk:
     connection: sa.Connection
     store: Store
     person: str
-    entries: list[Entry] = field(default_factory=list)
+    said: list[Entry] = field(default_factory=list)
     stale: list[tuple[str, str]] = field(default_factory=list)
 
     def state(self, statement: Statement) -> Entry:
-        """Apply one statement and put it into the journal; raises a `LabbookError` when it cannot be accepted."""
+        """Apply one statement; raises a `LabbookError` when it cannot be accepted.
+
+        The entry that comes back gets its place in the chain when the desk closes.
+        """
         refuse_no_text([statement.old, statement.new, statement.reason])
-        if self.entries:
-            seq, previous = self.entries[-1].seq, self.entries[-1].hash
-        else:
-            seq, previous = journal.head(self.connection)
         entry = Entry(
-            seq=seq + 1,
+            seq=0,
+            following=0,
             at_utc=now_utc(),
             person=self.person,
             action=statement.action,
@@ -69,10 +70,10 @@ class Desk:
             old=statement.old,
             new=statement.new,
             reason=statement.reason,
-            prev_hash=previous,
+            prev_hash=journal.GENESIS,
         )
         self.stale += apply(self.connection, self.store, entry, statement.prepared)
-        self.entries.append(entry)
+        self.said.append(entry)
         return entry
 
     def declare(self, entity: str, /, **values: Any) -> str:
@@ -100,23 +101,36 @@ def _surrogates(text: str) -> bool:
 
 
 def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: object = None) -> list[tuple[str, str]]:
-    """Let one entry take effect and stand in the journal table; returns (kind, scope) of results now stale."""
-    stale = APPLY[entry.action](Scene(connection, store), entry, prepared)
-    journal.insert(connection, entry)
-    return stale
+    """Let one entry take effect; returns (kind, scope) of results now stale."""
+    return APPLY[entry.action](Scene(connection, store), entry, prepared)
+
+
+def apply_again(connection: sa.Connection, store: Store, entries: Iterable[Entry]) -> None:
+    """Let commands of the journal file take effect and stand in the journal table, as they did the first time.
+
+    A command's entries stand there when all have taken effect: while it was spoken they did not either.
+    """
+    for command in journal.commands(entries):
+        for entry in command:
+            apply(connection, store, entry)
+        for entry in command:
+            journal.insert(connection, entry)
 
 
 @contextlib.contextmanager
 def desk_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -> Iterator[Desk]:
-    """Open a desk: catch up with the journal file, let statements be made, sync the file, commit."""
+    """Open a desk: catch up with the journal file, let statements be made, write and sync the journal, commit."""
     written = False
     try:
         with writing(engine) as connection:
             catch_up(connection, store, mirror)
             desk = Desk(connection, store, person)
             yield desk
-            if desk.entries:
-                mirror.append(desk.entries)
+            if desk.said:
+                entries = journal.placed(desk.said, journal.head(connection))
+                for entry in entries:
+                    journal.insert(connection, entry)
+                mirror.append(entries)
                 written = True
     except BookError as error:
         if not written:
@@ -128,7 +142,7 @@ def desk_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -
 
 
 def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> int:
-    """Apply entries that reached the file but not the database before a crash; returns how many.
+    """Apply commands that reached the file but not the database before a crash; returns how many entries.
 
     Raises `BookDamaged` when file and database tell different stories.
     """
@@ -154,8 +168,7 @@ def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> in
             f"entry {missing[0].seq} of journal.jsonl does not follow entry {seq} of the database: the two belong to "
             "different books; put the right files together."
         )
-    for entry in missing:
-        apply(connection, store, entry)
+    apply_again(connection, store, journal.chained(missing, (seq, last_hash)))
     return len(missing)
 
 

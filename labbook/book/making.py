@@ -76,7 +76,7 @@ def make_database(folder: Path, configuration: Configuration) -> None:
                     f"the database {shown(engine)} is not empty (it holds {', '.join(sorted(tables)[:3])}): give "
                     "[database] url of an empty one."
                 )
-            _migrate(engine)
+            make_tables(engine)
         finally:
             engine.dispose()
         return
@@ -86,12 +86,13 @@ def make_database(folder: Path, configuration: Configuration) -> None:
 def make_sqlite(path: Path) -> None:
     """Make an empty database file of this labbook's revision under a temporary name, then rename it."""
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    temporary.touch()  # where that is not allowed, the system says why
     try:
         with closing(sqlite3.connect(temporary)) as fresh:
             fresh.execute("PRAGMA journal_mode = wal")
         engine = sqlite_engine(temporary)
         try:
-            _migrate(engine)
+            make_tables(engine)
         finally:
             engine.dispose()
         temporary.rename(path)
@@ -100,6 +101,7 @@ def make_sqlite(path: Path) -> None:
         temporary.unlink(missing_ok=True)
 
 
-def _migrate(engine: sa.Engine) -> None:
+def make_tables(engine: sa.Engine) -> None:
+    """Make all tables in an empty database."""
     with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
         migrations.upgrade(connection)

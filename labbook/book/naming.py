@@ -11,7 +11,7 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.conditions import conditions_by_key
 from data_schema.queries.days import day_uids
 from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.runs import RunRow, StudyRow, factors, list_runs, the_study
+from data_schema.queries.runs import RunRow, StudyRow, factors, find_run, run_names, the_study
 from labbook.book.desk import Desk
 from labbook.config.parsing import Configuration
 
@@ -26,10 +26,10 @@ def study_of(connection: sa.Connection) -> StudyRow:
 
 def run_named(connection: sa.Connection, name: str) -> RunRow:
     """Return a run by name; an unknown one is refused with the nearest."""
-    rows = {run.name: run for run in list_runs(connection)}
-    if name not in rows:
-        raise unknown_name("run", name, rows, "List them with `labbook runs list`.")
-    return rows[name]
+    found = find_run(connection, name)
+    if found is None:
+        raise unknown_name("run", name, run_names(connection), "List them with `labbook runs list`.")
+    return found
 
 
 def refuse_empty(option: str, text: str) -> None:

@@ -150,8 +150,11 @@ def journal_path(folder: Path, configuration: Configuration) -> Path:
     return store_of(folder, configuration).root / JOURNAL
 
 
-def check_revision(engine: sa.Engine, versions: Path = migrations.VERSIONS) -> None:
-    """Refuse a database that is not labbook's, is older, or is newer, with the next command to give."""
+def check_revision(engine: sa.Engine, versions: Path = migrations.VERSIONS, *, older: bool = False) -> None:
+    """Refuse a database that is not labbook's, is older, or is newer, with the next command to give.
+
+    An `older` one can be let through, by who makes it anew.
+    """
     with reading(engine) as connection:
         tables = set(sa.inspect(connection).get_table_names())
         revision = migrations.current(connection)
@@ -165,6 +168,8 @@ def check_revision(engine: sa.Engine, versions: Path = migrations.VERSIONS) -> N
     if revision == newest:
         return
     if migrations.known(revision, versions):
+        if older:
+            return
         raise BookVersion(
             f"the database {shown(engine)} has revision {revision}, this labbook writes {newest}: run "
             "`labbook db upgrade` (it makes a backup first)."

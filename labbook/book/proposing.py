@@ -87,7 +87,7 @@ class _Change:
         command = f"labbook correct {shlex.quote(self.label)} {shlex.quote(assignment)}"
         return (
             f"labbook.toml says {self.label} {self.field} = {_shown(self.proposed)}, the book says "
-            f'{_shown(self.standing)}: set it back, or state the change with `{command} --why "..."`.'
+            f'{_shown(self.standing)}: write that there, or state the change with `{command} --why "..."`.'
         )
 
 
@@ -194,7 +194,7 @@ def _misfits(connection: sa.Connection, configuration: Configuration, text_in_fo
         if control != stands:
             found.append(
                 f"labbook.toml says {name} control = {_shown(control)}, the book has conditions under control = "
-                f"{_shown(stands)}: set it back, or make another book for the other comparison."
+                f"{_shown(stands)}: write that there, or make another book for the other comparison."
             )
     return found
 

@@ -1,62 +1,152 @@
 """`labbook rebuild`: raw copies and journal are the truth, everything else follows from them.
 
-Every entry is applied again, in order, by the functions that applied it the first time. The new database replaces the
-old one only when it is complete; the old one is renamed, never deleted.
+Every entry is applied again, in order, by the functions that applied it the first time. The new database takes the
+place of the old one only when it is complete, in one transaction and with nobody writing meanwhile; the old one is kept
+under another name, never deleted.
 """
 
 from __future__ import annotations
 
 import contextlib
-import os
+import fcntl
 import secrets
-import sqlite3
-from collections.abc import Callable
-from dataclasses import dataclass
-from datetime import UTC, datetime
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import sqlalchemy as sa
 
-from data_schema import journal, migrations
+from data_schema import journal
 from data_schema.engine import reading, sqlite_engine, writing
 from data_schema.errors import BookBusy, BookDamaged, UsageError
 from data_schema.journal import Entry, JournalFile
 from ingest.store import Store, sync_folder
-from labbook.book.desk import apply
-from labbook.book.making import make_database, make_sqlite
+from labbook.book.desk import apply_again
+from labbook.book.differing import Differences, differences
+from labbook.book.making import make_sqlite
 from labbook.book.opening import (
     DATABASE,
     check_revision,
     engine_of,
     journal_path,
-    open_book,
     read_configuration,
     store_of,
 )
-from labbook.config.parsing import Configuration
+from labbook.book.replacing_postgres import replace_postgres
+from labbook.book.replacing_sqlite import head_of_sqlite, remove_leftovers, replace_sqlite, stamp
 
 
 @dataclass(frozen=True, slots=True)
 class Rebuilt:
-    """How many entries were applied, and what the old database is called now."""
+    """How many entries were applied, where the old database is kept, and what came out otherwise than at first."""
 
     entries: int
     old: str | None
+    differences: Differences
+
+
+@dataclass
+class Replay:
+    """The journal file played back into empty tables, as far as it goes at the moment."""
+
+    store: Store
+    mirror: JournalFile
+    step: Callable[[str], None]
+    entries: list[Entry] = field(default_factory=list)
+
+    def onto(self, engine: sa.Engine) -> None:
+        """Apply what the journal holds beyond what was applied before, one transaction a command as at first."""
+        seq, last_hash = self.reached
+        new = list(journal.chained(self.mirror.tail(seq) if seq else self.mirror.entries(), (seq, last_hash)))
+        for command in journal.commands(new):
+            with writing(engine) as connection:
+                apply_again(connection, self.store, command)
+            last = command[-1]
+            self.step(f"{last.seq}/{new[-1].seq} {last.action} {last.entity_kind}")
+            self.entries += command
+
+    @property
+    def reached(self) -> tuple[int, str]:
+        """Number and hash of the last entry that was applied."""
+        return (self.entries[-1].seq, self.entries[-1].hash) if self.entries else (0, journal.GENESIS)
+
+    def finish(self, engine: sa.Engine, standing: tuple[int, str] | None) -> None:
+        """Apply the last entries while nobody can write; `standing` is how far the old database goes, if known."""
+        self.onto(engine)
+        if standing is None or standing[0] == 0:
+            return
+        seq, last_hash = standing
+        if seq > len(self.entries):
+            raise BookDamaged(
+                f"{self.mirror.path} ends at entry {len(self.entries)}, the database at {seq}: write the file anew "
+                "from the database with `labbook rebuild --journal`, or restore it from a backup; nothing was changed."
+            )
+        if self.entries[seq - 1].hash != last_hash:
+            raise BookDamaged(
+                f"entry {seq} of {self.mirror.path} is not entry {seq} of the database: the two belong to different "
+                "books; put the right ones together; nothing was changed."
+            )
 
 
 def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
     """Make the database anew; an interrupted rebuild leaves the old one in place."""
     configuration = read_configuration(folder)
     mirror = JournalFile(journal_path(folder, configuration))
-    entries = list(mirror.entries())
-    if not entries:
+    if mirror.last() is None:
         raise UsageError(
             f"{mirror.path} holds no entry: there is nothing to rebuild from; `labbook init` makes a book."
         )
-    store = store_of(folder, configuration)
-    if configuration.database_url:
-        return _rebuild_postgres(folder, configuration, store, entries, step)
-    return _rebuild_sqlite(folder, store, entries, step)
+    replay = Replay(store_of(folder, configuration), mirror, step)
+    with _alone(mirror.path):
+        if configuration.database_url:
+            engine = engine_of(folder, configuration)
+            try:
+                old = replace_postgres(engine, configuration.database_url, replay.onto, replay.finish)
+            finally:
+                engine.dispose()
+        else:
+            old = _rebuild_sqlite(folder, replay)
+    engine = engine_of(folder, configuration)
+    try:
+        with reading(engine) as connection:
+            found = differences(connection, replay.entries)
+    finally:
+        engine.dispose()
+    return Rebuilt(len(replay.entries), old, found)
+
+
+@contextlib.contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """Let no second rebuild of the same book run: each would remove what the other has made so far."""
+    with path.open("rb") as handle:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise BookBusy("another program is rebuilding this book: wait until it has finished.") from error
+        yield
+
+
+def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:
+    remove_leftovers(folder)
+    path, fresh = folder / DATABASE, folder / f".{DATABASE}.rebuild.{secrets.token_hex(4)}"
+    try:
+        make_sqlite(fresh)
+        engine = sqlite_engine(fresh)
+        try:
+            replay.onto(engine)
+        finally:
+            engine.dispose()  # which brings its write-ahead log into the one file
+
+        def finish() -> None:
+            last = sqlite_engine(fresh)
+            try:
+                replay.finish(last, head_of_sqlite(path))
+            finally:
+                last.dispose()
+
+        return replace_sqlite(folder, fresh, finish)
+    finally:
+        remove_leftovers(folder)
 
 
 def rewrite_journal(folder: Path) -> int:
@@ -87,17 +177,9 @@ def _replace_journal(path: Path, entries: list[Entry]) -> None:
     fresh.path.touch()
     fresh.append(entries)
     if known is None:
-        path.rename(path.with_name(f"{path.name}.before-rebuild.{_stamp()}"))
+        path.rename(path.with_name(f"{path.name}.before-rebuild.{stamp()}"))
     fresh.path.rename(path)
     sync_folder(path.parent)
-
-
-def replay(engine: sa.Engine, store: Store, entries: list[Entry], step: Callable[[str], None]) -> None:
-    """Apply entries to an empty database, one transaction each, as they were first made."""
-    for entry in entries:
-        with writing(engine) as connection:
-            apply(connection, store, entry)
-        step(f"{entry.seq}/{entries[-1].seq} {entry.action} {entry.entity_kind}")
 
 
 def _known(path: Path) -> list[str] | None:
@@ -108,93 +190,3 @@ def _known(path: Path) -> list[str] | None:
         return [entry.hash for entry in JournalFile(path).entries()]
     except BookDamaged:
         return None
-
-
-def _stamp() -> str:
-    return datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-
-
-def _rebuild_sqlite(folder: Path, store: Store, entries: list[Entry], step: Callable[[str], None]) -> Rebuilt:
-    _remove_leftovers(folder)
-    _fold_in(folder / DATABASE)
-    fresh = folder / f".{DATABASE}.rebuild.{secrets.token_hex(4)}"
-    try:
-        make_sqlite(fresh)
-        engine = sqlite_engine(fresh)
-        try:
-            replay(engine, store, entries, step)
-        finally:
-            engine.dispose()
-        _fold_in(folder / DATABASE)
-        old = _set_aside(folder)
-        fresh.rename(folder / DATABASE)
-        sync_folder(folder)
-    finally:
-        _remove_leftovers(folder)
-    open_book(folder).close()
-    return Rebuilt(len(entries), old)
-
-
-def _remove_leftovers(folder: Path) -> None:
-    """Remove databases that were never finished, of this rebuild or of one that was interrupted."""
-    for pattern in (f".{DATABASE}.*", f"..{DATABASE}.*"):
-        for leftover in folder.glob(pattern):
-            leftover.unlink()
-
-
-def _fold_in(path: Path) -> None:
-    """Bring the write-ahead log of the old database into its one file; refused while others have it open.
-
-    A log that was left beside the new database would be read as belonging to it.
-    """
-    if not path.exists():
-        return
-    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as connection:
-        try:
-            connection.execute("PRAGMA journal_mode = delete")
-        except sqlite3.OperationalError as error:
-            raise BookBusy(f"another program has {path} open: close it and run `labbook rebuild` again.") from error
-        except sqlite3.DatabaseError:
-            return  # damaged: what can be read of it does not matter, it is made anew
-
-
-def _set_aside(folder: Path) -> str | None:
-    """Give the old database another name; what is left of its log goes with it, also where the file itself is gone."""
-    path = folder / DATABASE
-    old = f"{DATABASE}.before-rebuild.{_stamp()}"
-    for suffix in ("-wal", "-shm"):
-        piece = folder / f"{DATABASE}{suffix}"
-        if piece.exists():
-            piece.rename(folder / f"{old}{suffix}")
-    if not path.exists():
-        return None
-    try:
-        os.link(path, folder / old)  # so that at no moment there is none
-    except OSError:
-        path.rename(folder / old)
-    return old
-
-
-def _rebuild_postgres(
-    folder: Path, configuration: Configuration, store: Store, entries: list[Entry], step: Callable[[str], None]
-) -> Rebuilt:
-    """PostgreSQL: into an empty database, or one whose rebuild was interrupted; any other is its owner's business."""
-    engine = engine_of(folder, configuration)
-    try:
-        done = _entries_there(engine, entries)
-        if done is None:
-            make_database(folder, configuration)
-        replay(engine, store, entries[done or 0 :], step)
-    finally:
-        engine.dispose()
-    return Rebuilt(len(entries), None)
-
-
-def _entries_there(engine: sa.Engine, entries: list[Entry]) -> int | None:
-    """Return how many entries an interrupted rebuild has applied; None for any other database."""
-    with reading(engine) as connection:
-        if migrations.current(connection) != migrations.newest():
-            return None
-        seq, last_hash = journal.head(connection)
-    begun = seq < len(entries) and last_hash == (entries[seq - 1].hash if seq else journal.GENESIS)
-    return seq if begun else None

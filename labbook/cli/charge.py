@@ -27,13 +27,21 @@ def charge(
 
     Example: labbook charge r017 128 --minutes 14 --end-voltage 15.4
     """
+    from labbook.actions.remarks import remark_lines, remarks_on
+    from labbook.actions.stale import stale_lines
     from labbook.actions.typed_charge import state_charge
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
         uid = state_charge(desk, opened_book.configuration, run, charge_mah, minutes, end_voltage)
+        remarks = remarks_on(desk.connection, opened_book.configuration, [run], ["charge_mah"])
+        stale = desk.stale
     emit(
-        {"run": run, "charge": uid, "charge_mah": charge_mah},
-        [f"run {run}: {charge_mah:g} mAh (charge:{uid})."],
+        {"run": run, "charge": uid, "charge_mah": charge_mah, "stale": stale, "remarks": remarks},
+        [
+            f"run {run}: {charge_mah:g} mAh (charge:{uid}).",
+            *(stale_lines(stale) if stale else ()),
+            *remark_lines(remarks),
+        ],
         as_json,
     )

@@ -26,13 +26,17 @@ def check(
 
     Example: labbook check rail_angle --value 0.4 --unit deg
     """
+    from data_schema.queries.days import checks_by_day
     from labbook.actions.day_checks import state_check
+    from labbook.actions.remarks import remark_lines, remarks_on_check
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
+        earlier = [check for checks in checks_by_day(desk.connection).values() for check in checks]
         date = state_check(desk, opened_book.configuration, kind, value, unit, not failed, day)
+    remarks = remarks_on_check(earlier, kind, value, unit)
     emit(
-        {"day": date, "kind": kind, "passed": not failed},
-        [f"{date}: {kind} {'did not pass' if failed else 'passed'}."],
+        {"day": date, "kind": kind, "passed": not failed, "remarks": remarks},
+        [f"{date}: {kind} {'did not pass' if failed else 'passed'}.", *remark_lines(remarks)],
         as_json,
     )

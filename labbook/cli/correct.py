@@ -1,7 +1,6 @@
 """`labbook correct`: a fact was wrong."""
 
-import json
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -23,39 +22,24 @@ def correct(
 ) -> None:
     """Correct a fact: the old value stays in the journal, and everything that rested on it becomes stale.
 
+    A run that was idle: kind=idle jumps_made=0 levels=none in one command, for an idle run has neither.
+
     Example: labbook correct r017 foot=large --why "typed wrong"
     """
     from labbook.actions.correcting import correct as state_correction
+    from labbook.actions.correcting import runs_corrected
+    from labbook.actions.remarks import remark_lines, remarks_on
+    from labbook.actions.stale import stale_lines
     from labbook.book.opening import opened
+    from labbook.config.places import to_change
 
     with opened(book) as opened_book, opened_book.desk(person, correcting=True) as desk:
+        configuration = opened_book.configuration
         changed = state_correction(opened_book, desk, target, fields, why)
+        runs = runs_corrected(desk.connection, target, changed)
+        remarks = remarks_on(desk.connection, configuration, runs, changed)
         stale = desk.stale
-    lines = [f"{target}: {', '.join(fields)}."]
-    lines += _stale_lines(stale)
-    emit({"target": target, "changed": changed, "stale": stale}, lines, as_json)
-
-
-SCOPES_NAMED = 6
-"""Results of one kind that are named; --json lists them all."""
-
-
-def _stale_lines(stale: list[tuple[str, str]]) -> list[str]:
-    """Return one line a kind of result: how many, and what the first are about."""
-    if not stale:
-        return ["No further results became stale."]
-    by_kind: dict[str, list[str]] = {}
-    for kind, scope in stale:
-        by_kind.setdefault(kind, []).append(_about(json.loads(scope)))
-    lines = [f"{len(stale)} results are stale and will be computed anew by the next report:"]
-    for kind, about in by_kind.items():
-        different = list(dict.fromkeys(filter(None, about)))
-        more = f", and {len(different) - SCOPES_NAMED} more" if len(different) > SCOPES_NAMED else ""
-        named = f": {', '.join(different[:SCOPES_NAMED])}{more}" if different else ""
-        lines.append(f"  {kind.replace('_', ' ')} ({len(about)}){named}")
-    return lines
-
-
-def _about(scope: dict[str, Any]) -> str:
-    """Say what a result is about; a result of many words is about its label."""
-    return str(next((scope[name] for name in ("run", "label", "condition", "pack", "study") if name in scope), ""))
+    in_file = to_change(configuration, target, {name: new for name, (_old, new) in changed.items()})
+    lines = [f"{target}: {', '.join(fields)}.", *stale_lines(stale), *in_file, *remark_lines(remarks)]
+    data = {"target": target, "changed": changed, "stale": stale, "labbook_toml": in_file, "remarks": remarks}
+    emit(data, lines, as_json)

@@ -4,9 +4,10 @@ from pathlib import Path
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption, emit
+from data_schema.errors import BookDamaged
+from labbook.cli.common import BookOption, JsonOption, emit, progress
 
-app = typer.Typer(help="The database: its revision, and upgrading it.", no_args_is_help=True)
+app = typer.Typer(help="The database: its revision, whether the book is whole, and upgrading it.", no_args_is_help=True)
 
 
 @app.command("status")
@@ -29,6 +30,35 @@ def status_command(book: BookOption = None, as_json: JsonOption = False) -> None
     found = {"database": shown(engine), "revision": revision, "newest": migrations.newest(), "rows": rows}
     lines = [f"{found['database']}: revision {revision}, newest {found['newest']}."]
     emit(found, [*lines, *(f"  {name}: {count}" for name, count in rows.items() if count)], as_json)
+
+
+@app.command("check")
+def check_command(book: BookOption = None, as_json: JsonOption = False) -> None:
+    """Read everything that the book rests on and say whether it is whole; exit code 3 where it is not.
+
+    Example: labbook db check
+    """
+    from labbook.actions.health import check_book
+    from labbook.book.opening import find_folder
+
+    found = check_book(find_folder(book or Path.cwd()), lambda total: progress("checking", total, shown=True))
+    problems = len(found.problems)
+    verdict = "the book is whole" if found.whole else f"{problems} problem{'s' if problems > 1 else ''}"
+    checked = f"{found.entries} entries, {found.raw_copies} raw copies, {found.signal_files} files of samples"
+    lines = [f"{verdict}: {checked} read.", *(f"  {problem}" for problem in found.problems)]
+    if found.waiting:
+        what = (
+            "1 entry of journal.jsonl waits" if found.waiting == 1 else f"{found.waiting} entries of journal.jsonl wait"
+        )
+        lines.append(f"{what} for the next command that writes, which applies what it finds there.")
+    if found.orphans:
+        several = len(found.orphans) > 1
+        what = f"{len(found.orphans)} files in the store belong" if several else "1 file in the store belongs"
+        lines.append(f"{what} to nothing and {'do' if several else 'does'} no harm:")
+        lines += [f"  {path}" for path in found.orphans]
+    emit(found, lines, as_json)
+    if not found.whole:
+        raise typer.Exit(BookDamaged.exit_code)
 
 
 @app.command("upgrade")

@@ -9,7 +9,9 @@ from labbook.cli.common import AsOption, BookOption, JsonOption, columns, emit
 app = typer.Typer(help="Jumps of a run: list, reject, accept, clear.", no_args_is_help=True)
 
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run.")]
-NumbersArgument = Annotated[list[int], typer.Argument(metavar="NUMBER...", help="Jumps by their number in the list.")]
+NumbersArgument = Annotated[
+    list[str], typer.Argument(metavar="NUMBER...", help="Jumps by their number in the list, ranges too: 3-5 8.")
+]
 ReasonOption = Annotated[
     str,
     typer.Option("--reason", help="dropped_packet, wrong_apex, touched_by_hand, misfire, sensor_fault, other ..."),
@@ -44,7 +46,7 @@ def reject_command(
 ) -> None:
     """Reject jumps; the verdict is kept with name, time and reason, and can be taken back with `clear`.
 
-    Example: labbook jumps reject r017 4 9 --reason touched_by_hand
+    Example: labbook jumps reject r017 3-5 9 --reason touched_by_hand
     """
     _decide(run, numbers, "reject", reason, note, book, person, as_json)
 
@@ -84,7 +86,7 @@ def clear_command(
 
 def _decide(
     run: str,
-    numbers: list[int],
+    numbers: list[str],
     verdict: str,
     reason: str,
     note: str | None,
@@ -92,15 +94,20 @@ def _decide(
     person: AsOption,
     as_json: bool,
 ) -> None:
-    from labbook.actions.jump_review import decide
+    from labbook.actions.jump_review import decide, jumps_meant, review
     from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.desk(person) as desk:
-        decide(opened_book, desk, run, numbers, verdict, reason, note)
-        stale = desk.stale
-    listed = ", ".join(map(str, numbers))
+    with opened(book) as opened_book:
+        opened_book.speaker(person)  # who may not speak need not wait for the jumps to be found
+        with opened_book.reading() as connection:
+            found = review(opened_book, connection, run)
+        decided = jumps_meant(numbers, found)
+        with opened_book.desk(person) as desk:
+            decide(opened_book, desk, run, decided, verdict, reason, note, found)
+            stale = desk.stale
+    listed = ", ".join(map(str, decided))
     emit(
-        {"run": run, "jumps": numbers, "verdict": verdict, "stale": stale},
+        {"run": run, "jumps": decided, "verdict": verdict, "stale": stale},
         [f"{run}: {verdict} {listed}; {len(stale)} results became stale."],
         as_json,
     )

@@ -14,7 +14,7 @@ def register(app: typer.Typer) -> None:
 
 
 def plan(
-    seed: Annotated[int, typer.Option("--seed", help="The same seed draws the same plan, to the byte.")],
+    seed: Annotated[int | None, typer.Option("--seed", help="The same seed draws the same plan, to the byte.")] = None,
     n: Annotated[int, typer.Option("--n", help="Runs of each condition.")] = 10,
     per_day: Annotated[int, typer.Option("--per-day", help="Runs a day at most.")] = 16,
     method: Annotated[str, typer.Option("--method", help="randomised, or blocked by group.")] = "randomised",
@@ -22,6 +22,10 @@ def plan(
     idle: Annotated[bool, typer.Option("--idle/--no-idle", help="Include the protocol's idle runs.")] = True,
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The run sheet to write.")] = Path("runs.csv"),
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write the sheet; state nothing.")] = False,
+    withdraw: Annotated[
+        bool, typer.Option("--withdraw", help="Take back what is still to be made, of the plan with --seed or of all.")
+    ] = False,
+    why: Annotated[str | None, typer.Option("--why", help="With --withdraw: why it will not be made.")] = None,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
@@ -30,11 +34,23 @@ def plan(
 
     Every day has a control for each group (foot and gain) in it, and every condition reaches its n.
 
-    Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01
+    With --withdraw, runs that are planned and not made are no longer planned; those that were made stay.
+
+    Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01; labbook plan --withdraw --why "new foot"
     """
+    from data_schema.errors import UsageError
     from labbook.actions.planning import PlanRequest, make_plan
     from labbook.book.opening import opened
 
+    if withdraw:
+        if why is None:
+            raise UsageError("withdrawing a plan needs a reason: add --why, the journal keeps it.")
+        _withdraw(seed, why, dry_run, book, person, as_json)
+        return
+    if seed is None:
+        raise UsageError("a plan needs a seed: add for example --seed 7, the same seed draws the same plan.")
+    if why is not None:
+        raise UsageError("--why belongs to --withdraw: leave it out, or withdraw the plan.")
     request = PlanRequest(seed, n, per_day, method, start, idle, out, dry_run)
     with opened(book) as opened_book:
         done = make_plan(opened_book, request, person)
@@ -46,3 +62,23 @@ def plan(
         ],
         as_json,
     )
+
+
+def _withdraw(
+    seed: int | None, why: str, dry_run: bool, book: BookOption, person: AsOption, as_json: JsonOption
+) -> None:
+    from labbook.actions.planning import withdraw_plans
+    from labbook.book.desk import DryRun
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book:
+        try:
+            with opened_book.desk(person) as desk:
+                done = withdraw_plans(desk, seed, why)
+                if dry_run:
+                    raise DryRun
+        except DryRun:
+            pass
+    stay = f" {len(done.made)} that were made stay." if done.made else ""
+    kept = " (dry run: nothing stored)" if dry_run else ""
+    emit(done, [f"{len(done.withdrawn)} planned runs withdrawn{kept}.{stay}"], as_json)

@@ -10,6 +10,8 @@ from labbook.actions.ingesting import read_bytes
 
 def read_text(path: Path) -> str:
     """Read a text file as UTF-8, with or without a byte order mark."""
+    if path.is_dir():
+        raise InputRefused(f"{path} is a folder: name the file in it.")
     data = read_bytes(path)
     try:
         return data.decode("utf-8-sig")

@@ -32,4 +32,5 @@ def rebuild(
         return
     with progress("rebuilding", None, shown=not as_json) as step:
         done = rebuild_database(folder, step)
-    emit(done, [f"rebuilt from {done.entries} entries; the old database is {done.old or 'gone'}."], as_json)
+    kept = f"the old database is kept as {done.old}" if done.old else "there was no old database"
+    emit(done, [f"rebuilt from {done.entries} entries; {kept}.", *done.differences.sentences], as_json)

@@ -39,6 +39,7 @@ def import_command(
 
     Example: labbook runs import runs.csv
     """
+    from labbook.actions.remarks import remark_lines
     from labbook.actions.runs_importing import import_runs
     from labbook.book.desk import DryRun
     from labbook.book.opening import opened
@@ -57,7 +58,9 @@ def import_command(
         f"{len(done.stated)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
         f"{len(done.not_made)} still to be made{' (dry run: nothing stored)' if dry_run else ''}."
     )
-    emit(done, [*done.remarks, line], as_json)
+    if done.withdrawn:
+        line += f" {len(done.withdrawn)} were planned and are withdrawn."
+    emit(done, [line, *remark_lines(done.remarks)], as_json)
 
 
 @app.command("inbox")

@@ -19,6 +19,8 @@ def why(
 ) -> None:
     """Trace a number to the algorithm, the facts and the bytes it rests on.
 
+    A number printed by an earlier labbook, which a rebuild computes anew under another id, is told as it was printed.
+
     Example: labbook why 3fa9c2d1
     """
     from labbook.actions.tracing import trace, trace_lines

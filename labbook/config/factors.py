@@ -14,7 +14,7 @@ from labbook.config.tables import TableReader, as_number, is_plain
 RESERVED_NAMES = frozenset(
     {
         *("run", "date", "day", "position", "kind", "state", "battery", "robot", "started", "duration_s"),
-        *("jumps_made", "starts", "note", "study", "and", "or", "not", "in"),
+        *("jumps_made", "starts", "note", "study", "levels", "and", "or", "not", "in"),
     }
 )
 """Names that mean something else in a run sheet or in `--where`, so that no factor can have them."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import datetime
 import io
+import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,15 +17,16 @@ from labbook.plan.sheet import BEFORE_FACTORS
 from labbook.plan.sheet_cells import CELL_READERS, one_of
 
 MOST_FAULTS_SHOWN = 50
+MOST_COLUMNS_EXPLAINED = 5
+"""More columns than this that are not known are one fault, not as many."""
 _DELIMITERS = ",;\t"
+_SEPARATOR_LINE = re.compile(r"sep=[,;\t]")
+"""The line by which spreadsheets are told the separator."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunSheetRow:
-    """One run as written down; None where a cell is empty. `levels` (factor: level) is empty for an idle run.
-
-    `remarks` are sentences about what is possible but odd.
-    """
+    """One run as written down; None where a cell is empty. `levels` (factor: level) is empty for an idle run."""
 
     line: int
     name: str
@@ -39,7 +41,6 @@ class RunSheetRow:
     jumps_made: int | None
     starts: int | None
     note: str
-    remarks: tuple[str, ...]
 
     @property
     def done(self) -> bool:
@@ -80,13 +81,14 @@ def read_run_sheet(
     source: str = "the run sheet",
     batteries: Collection[str] | None = None,
     robots: Collection[str] | None = None,
-    jumps_nominal: int | None = None,
 ) -> tuple[RunSheetRow, ...]:
     """Read the rows of a sheet: comma, semicolon or tab between the cells, columns in any order.
 
     `batteries` and `robots` are the names that exist (None: any). Raises `RunSheetRefused` with every fault, and
     `InputRefused` where the text is no table at all.
     """
+    if "\0" in text.partition("\n")[0]:
+        raise InputRefused(f"{source} is no plain text, a spreadsheet's own file or UTF-16: save it as CSV in UTF-8.")
     table = list(_table(text.removeprefix("\ufeff"), source))
     if not table:
         raise InputRefused(f"{source} is empty: give the sheet that `labbook plan` writes, with its header.")
@@ -98,6 +100,11 @@ def read_run_sheet(
     }
     (header_line, header), *body = table
     header = header[: 1 + max(place for place, column in enumerate(header) if column)]
+    if not set(BEFORE_FACTORS) & set(header):
+        raise InputRefused(
+            f"{source} is no run sheet, its first line names none of the columns {', '.join(BEFORE_FACTORS)}: give the "
+            "sheet that `labbook plan` writes, with its header."
+        )
     faults = list(_header_faults(header_line, header, readers, [factor.name for factor in factors]))
     runs: list[tuple[int, dict[str, Any]]] = []
     for line, cells in body:
@@ -108,21 +115,23 @@ def read_run_sheet(
             sentence = f"{len(filled)} cells where the header has {len(header)}: an empty cell needs its separator too."
             faults.append(RunSheetFault(line, None, "", sentence))
     faults += _repeated(runs)
+    if not faults and not body:
+        raise InputRefused(f"{source} has a header and no run below it: write one run a line and try again.")
     if faults:
         raise RunSheetRefused(source, sorted(faults, key=lambda fault: fault.line))
-    return tuple(_row(line, values, factors, jumps_nominal) for line, values in runs)
+    return tuple(_row(line, values, factors) for line, values in runs)
 
 
 def _table(text: str, source: str) -> Iterator[tuple[int, list[str]]]:
     """Cut the text into rows of stripped cells, each with the line it starts on; empty rows are left out."""
     first = next((line for line in text.splitlines() if line.strip()), "")
-    delimiter = max(_DELIMITERS, key=first.count)
+    delimiter = first[-1] if _SEPARATOR_LINE.fullmatch(first) else max(_DELIMITERS, key=first.count)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     line = 1
     try:
         for cells in reader:
             stripped = [cell.strip() for cell in cells]
-            if any(stripped):
+            if any(stripped) and not (line == 1 and _SEPARATOR_LINE.fullmatch(first)):
                 yield line, stripped
             line = reader.line_num + 1
     except csv.Error as error:
@@ -135,11 +144,18 @@ def _header_faults(
     line: int, header: Sequence[str], known: Collection[str], factors: Sequence[str]
 ) -> Iterator[RunSheetFault]:
     explained: set[str | None] = set()
+    unknown = [column for column in header if column not in known]
+    if len(unknown) > MOST_COLUMNS_EXPLAINED:
+        shown = ", ".join(repr(column) for column in unknown[:MOST_COLUMNS_EXPLAINED])
+        sentence = (
+            f"{len(unknown)} columns are not known, {shown} and so on: take them out; known are {', '.join(known)}."
+        )
+        yield RunSheetFault(line, None, "", sentence)
     for place, column in enumerate(header):
-        if column not in known:
+        if column not in known and len(unknown) <= MOST_COLUMNS_EXPLAINED:
             explained.add(nearest(column, known))
             yield RunSheetFault(line, column, column, str(unknown_name("column", column, known)))
-        elif column in header[:place]:
+        elif column in known and column in header[:place]:
             yield RunSheetFault(line, column, column, f"the column {column!r} is there twice: keep one.")
     for column in (*BEFORE_FACTORS, *factors):
         if column not in header and column not in explained:
@@ -166,12 +182,7 @@ def _values(
     return values
 
 
-def _row(line: int, values: Mapping[str, Any], factors: Sequence[PlanFactor], jumps_nominal: int | None) -> RunSheetRow:
-    jumps_made = values.get("jumps_made")
-    remarks: tuple[str, ...] = ()
-    nominal = jumps_nominal if values["kind"] is RunKind.JUMPS else None
-    if nominal is not None and jumps_made is not None and jumps_made > nominal:
-        remarks = (f"run {values['run']} has {jumps_made} jumps where the protocol has {nominal}: check it.",)
+def _row(line: int, values: Mapping[str, Any], factors: Sequence[PlanFactor]) -> RunSheetRow:
     return RunSheetRow(
         line=line,
         name=values["run"],
@@ -183,10 +194,9 @@ def _row(line: int, values: Mapping[str, Any], factors: Sequence[PlanFactor], ju
         robot=values.get("robot"),
         started=values.get("started"),
         duration_s=values.get("duration_s"),
-        jumps_made=jumps_made,
+        jumps_made=values.get("jumps_made"),
         starts=values.get("starts"),
         note=values.get("note", ""),
-        remarks=remarks,
     )
 
 

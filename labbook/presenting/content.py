@@ -29,7 +29,6 @@ def build_content(
     """Fill a report's content; `shown` collects the numbers that it shows."""
     evidence = analysis.evidence
     detector = evidence.configuration.protocol.detector
-    items, note = drain.budget(analysis, shown)
     compared = comparisons.comparisons(analysis, shown)
     bare = ReportContent(
         title=f"Report on {evidence.study.name}",
@@ -47,16 +46,17 @@ def build_content(
         claims=(),
         comparisons=compared,
         anovas=comparisons.anovas(analysis, shown),
-        drain=drain.drain_fit(analysis, shown),
-        budget=items,
-        budget_note=note,
+        drains=drain.drain_fits(analysis, shown),
         order=course.order(analysis, shown),
         methods=methods.methods(analysis),
         limitations=methods.limitations(analysis),
         assumed=methods.assumed(analysis),
     )
+    budget, budget_note = drain.budget(analysis, shown, bare)
     return replace(
         bare,
+        budget=budget,
+        budget_note=budget_note,
         sensitivity=comparisons.sensitivity(analysis, shown, bare),
         claims=_claims(bare, compared),
         provenance=tuple(shown.sources.values()),

@@ -106,10 +106,16 @@ def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
         without = sum(not any(run.is_control for run in of_day) for of_day in days_of.values())
         if without:
             sentences.append(
-                f"{without} of {len(days_of)} days have no control run: on these, the "
+                f"{_days_without_control(without, len(days_of))}: there the "
                 f"{factor_title(analysis, analysis.swept)} is confounded with the day."
             )
     return sentences
+
+
+def _days_without_control(without: int, days: int) -> str:
+    if without == days:
+        return "The only day has no control run" if days == 1 else f"Of {days} days none has a control run"
+    return f"{without} of {days} days {'has' if without == 1 else 'have'} no control run"
 
 
 def _point(item: RunNumber, deviation_j: float) -> RunPoint:

@@ -8,53 +8,81 @@ from collections.abc import Mapping
 import numpy as np
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis.passive_drain import MAH_MIN, fitted, idle_charges
+from labbook.analysis.budget import IN_ALL, ONE_MAH, of_mean
+from labbook.analysis.passive_drain import MAH_MIN, idle_charges
 from labbook.analysis.study import StudyAnalysis
+from labbook.analysis.workbench import number
 from labbook.presenting.methods import drain_sentence
 from labbook.presenting.numbers import Shown
-from reports.content import BudgetItem, DrainFit, IdlePoint
+from reports.content import BudgetItem, DrainFit, IdlePoint, ReportContent
+from reports.sentences import levels_name
 
 LINE_POINTS = 61
 
 
-def drain_fit(analysis: StudyAnalysis, shown: Shown) -> DrainFit | None:
-    """Return points, line and band of the fit; None where there is none."""
-    drain = fitted(analysis.evidence)
+def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
+    """Return points, line and band of each robot's fit, of those that have one."""
     duration_s = analysis.evidence.configuration.protocol.run_duration_s
-    if isinstance(drain, Undefined) or duration_s is None:
-        return None
-    minutes = np.linspace(0.0, drain.duration_max_s * 1.05 / MAH_MIN, LINE_POINTS)
-    band = [drain.at(minute * MAH_MIN) for minute in minutes]
-    return DrainFit(
-        points=tuple(
-            IdlePoint(run.name, (run.duration_s or 0.0) / MAH_MIN, charge.charge_mah)
-            for run, charge in idle_charges(analysis.evidence)
-        ),
-        line_min=tuple(float(minute) for minute in minutes),
-        line_mah=tuple(at.charge_mah for at in band),
-        band_low_mah=tuple(float(at.ci_low) for at in band),
-        band_high_mah=tuple(float(at.ci_high) for at in band),
-        slope=shown.number(analysis.drain, "slope"),
-        intercept=shown.number(analysis.drain, "intercept"),
-        r_squared=shown.value(analysis.drain, "r_squared"),
-        at_run=shown.number(analysis.drain, "at_run"),
-        run_duration_min=duration_s / MAH_MIN,
-        range_sentence=drain_sentence(analysis),
-    )
+    if duration_s is None:
+        return ()
+    found = []
+    for robot_uid, drain in analysis.drains.items():
+        if isinstance(drain.line, Undefined):
+            continue
+        line = drain.line
+        minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, LINE_POINTS)
+        band = [line.at(minute * MAH_MIN) for minute in minutes]
+        found.append(
+            DrainFit(
+                robot=drain.robot,
+                points=tuple(
+                    IdlePoint(run.name, (run.duration_s or 0.0) / MAH_MIN, charge.charge_mah)
+                    for run, charge in idle_charges(analysis.evidence)
+                    if run.robot_uid == robot_uid
+                ),
+                line_min=tuple(float(minute) for minute in minutes),
+                line_mah=tuple(at.charge_mah for at in band),
+                band_low_mah=tuple(float(at.ci_low) for at in band),
+                band_high_mah=tuple(float(at.ci_high) for at in band),
+                slope=shown.number(drain.result, "slope"),
+                intercept=shown.number(drain.result, "intercept"),
+                r_squared=shown.value(drain.result, "r_squared"),
+                at_run=shown.number(drain.result, "at_run"),
+                run_duration_min=duration_s / MAH_MIN,
+                range_sentence=drain_sentence(drain),
+            )
+        )
+    return tuple(found)
 
 
-def budget(analysis: StudyAnalysis, shown: Shown) -> tuple[tuple[BudgetItem, ...], str]:
-    """Return where the uncertainty of one run's joules comes from, for the condition with the most runs."""
+def budget(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:
+    """Return where the uncertainty of joules comes from, for the condition with the most runs, and which that is.
+
+    `content` knows what conditions are called.
+    """
     row = analysis.budget
     if row is None:
         return (), ""
-    payload = json.loads(row.payload_json)
-    items = [
-        BudgetItem(term["name"], shown.value(row, term["name"]), term["shared"], _budget_note(term))
-        for term in payload["terms"]
-    ]
-    items.append(BudgetItem("one run in all", shown.value(row, "one run in all"), shared=False, total=True))
-    return tuple(items), f"Condition {json.loads(row.scope_json)['condition']}. {payload['sentence']}"
+    terms = {term["name"]: term for term in json.loads(row.payload_json)["terms"]}
+    items = tuple(
+        BudgetItem(
+            name,
+            shown.value(row, name),
+            shown.value(row, of_mean(name)),
+            shared=name in terms and terms[name]["shared"],
+            note=_budget_note(terms[name]) if name in terms else "",
+            total=name == IN_ALL,
+        )
+        for name in (*terms, IN_ALL)
+    )
+    key = json.loads(row.scope_json)["condition"]
+    condition = next(item for item in analysis.joules if item.key == key)
+    worth_j = number(row, ONE_MAH).value
+    n = len(condition.runs)
+    return items, (
+        f"Shown for {levels_name(content, condition.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
+        f"{worth_j:.2g} J a jump."
+    )
 
 
 def _budget_note(term: Mapping[str, bool]) -> str:

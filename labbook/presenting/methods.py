@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.gathering import Evidence
-from labbook.analysis.passive_drain import fitted, unused_idle
+from labbook.analysis.passive_drain import Drain, drain_lines, unused_idle
 from labbook.analysis.study import StudyAnalysis, without_day
 from labbook.analysis.workbench import number
 from reports.content import Assumed
@@ -25,8 +25,8 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     paragraphs = [
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
         "charge) divided by the jumps made. The passive charge is read at each run's own duration, power on to power "
-        "off, from one straight line fitted to all idle runs; its error is common to all runs, is stated apart, "
-        "cancels in differences at equal duration and enters savings through the control.",
+        "off, from the straight line fitted to all idle runs of its robot; the line's error is common to the robot's "
+        "runs, is stated apart, cancels in differences at equal duration and enters savings through the control.",
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict on a jump comes before these rules.",
         "Runs are the unit of analysis: a run's joules, and the mean of a run's apex heights. Each comparison is an "
@@ -38,10 +38,11 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
 
 def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     """Return what a reader should know before believing the numbers."""
-    notes = []
-    drain = fitted(analysis.evidence)
-    if isinstance(drain, Undefined):
-        notes.append(f"There is no passive-drain fit ({drain.reason}), so there are no joules a jump.")
+    notes = [
+        f"There is no passive-drain fit for robot {drain.robot} ({drain.line.reason}), so there are no joules a jump."
+        for drain in analysis.drains.values()
+        if isinstance(drain.line, Undefined)
+    ]
     conflicting = _conflicting(analysis.evidence)
     if conflicting:
         notes.append(
@@ -108,9 +109,9 @@ def assumed(analysis: StudyAnalysis) -> tuple[Assumed, ...]:
     )
 
 
-def drain_sentence(analysis: StudyAnalysis) -> str:
-    """Return what the drain line gives at the run duration, and whether that is an extrapolation."""
-    return str(json.loads(analysis.drain.payload_json).get("sentence", ""))
+def drain_sentence(drain: Drain) -> str:
+    """Return what a drain line gives at the run duration, and whether that is an extrapolation."""
+    return str(json.loads(drain.result.payload_json).get("sentence", ""))
 
 
 def _conflicting(evidence: Evidence) -> list[RunRow]:
@@ -125,10 +126,15 @@ def _conflicting(evidence: Evidence) -> list[RunRow]:
 def _days_of_the_fit(analysis: StudyAnalysis) -> list[str]:
     """Return the days whose idle runs the drain line cannot do without."""
     evidence = analysis.evidence
-    if not analysis.varied or isinstance(fitted(evidence), Undefined):
+    if not analysis.varied:
         return []
+    whole = _fitted_robots(evidence)
     days = sorted({run.day for run in evidence.runs})
-    return [day for day in days if isinstance(fitted(without_day(evidence, day)), Undefined)]
+    return [day for day in days if _fitted_robots(without_day(evidence, day)) < whole]
+
+
+def _fitted_robots(evidence: Evidence) -> set[str]:
+    return {robot for robot, line in drain_lines(evidence).items() if not isinstance(line, Undefined)}
 
 
 def _by_cause(causes: Mapping[str, str], runs: Iterable[RunRow]) -> dict[str, list[RunRow]]:

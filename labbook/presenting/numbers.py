@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import dataclass, field
 
 from data_schema.queries.results import NumberRow, ResultRow
 from data_schema.vocabulary import Undefined
+from labbook.analysis import pairing
 from labbook.analysis.workbench import number
 from reports.content import Number, Provenance, SignificanceTest, Value
 
@@ -21,9 +23,9 @@ class Shown:
         """Return a number of a result with its provenance id."""
         item = number(row, name)
         self.sources[item.uid] = Provenance(item.uid, f"{name.replace('_', ' ')}, {_scope(row)}", len(row.inputs))
-        undefined = Undefined(item.undefined_reason or "")
+        undefined = Undefined(_reason(row, item))
         return Number(
-            value=_value(item),
+            value=_value(row, item),
             unit=item.unit,
             se=item.se,
             shared_se=item.shared_se,
@@ -44,16 +46,34 @@ class Shown:
     ) -> SignificanceTest:
         """Return a test as statistic, degrees of freedom and p."""
         return SignificanceTest(
-            name, _value(number(row, statistic)), df or (_df(number(row, statistic)),), _value(number(row, p))
+            name,
+            _value(row, number(row, statistic)),
+            df or (_df(row, number(row, statistic)),),
+            _value(row, number(row, p)),
         )
 
 
-def _value(item: NumberRow) -> Value:
-    return Undefined(item.undefined_reason or "") if item.value is None else item.value
+def _value(row: ResultRow, item: NumberRow) -> Value:
+    return Undefined(_reason(row, item)) if item.value is None else item.value
 
 
-def _df(item: NumberRow) -> Value:
-    return Undefined(item.undefined_reason or "") if item.df is None else item.df
+def _df(row: ResultRow, item: NumberRow) -> Value:
+    return Undefined(_reason(row, item)) if item.df is None else item.df
+
+
+def _reason(row: ResultRow, item: NumberRow) -> str:
+    """Return why a number does not exist, with the two sides of a comparison called as the report calls them.
+
+    A comparison sets its second group against its first (treatment less control); the values compared are runs.
+    """
+    reason, family = item.undefined_reason or "", json.loads(row.scope_json).get("family")
+    if family is None:
+        return reason
+    between = family.startswith(pairing.BETWEEN.partition("{")[0])
+    names = ("the level", "the level it is compared with") if between else ("the treatment", "the control")
+    for group, name in zip(("group a", "group b"), names, strict=True):
+        reason = reason.replace(group, name)
+    return re.sub(r"\bvalue(s?)\b", r"run\1", reason)
 
 
 def _scope(row: ResultRow) -> str:

@@ -1,17 +1,38 @@
-"""What each kind of statement does to the tables: one file a kind, live and on rebuilding."""
+"""What each kind of statement does to the tables: one file a kind, live and on rebuilding.
+
+Readers of files and reports are loaded when they are first needed: a note must not wait for them.
+"""
 
 from __future__ import annotations
 
+from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from labbook.statements.assigning import apply_assign
 from labbook.statements.correcting import apply_correct
 from labbook.statements.deciding import apply_decide
 from labbook.statements.declaring import apply_declare
-from labbook.statements.ingesting import apply_ingest, apply_refuse
-from labbook.statements.reporting import apply_report
 from labbook.statements.scene import Apply, Scene
 
 __all__ = ["APPLY", "Scene"]
+
+
+def _ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+    from labbook.statements.ingesting import apply_ingest
+
+    return apply_ingest(scene, entry, prepared)
+
+
+def _refuse(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+    from labbook.statements.ingesting import apply_refuse
+
+    return apply_refuse(scene, entry, prepared)
+
+
+def _report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+    from labbook.statements.reporting import apply_report
+
+    return apply_report(scene, entry, prepared)
+
 
 APPLY: dict[Action, Apply] = {
     Action.DECLARE: apply_declare,
@@ -20,7 +41,7 @@ APPLY: dict[Action, Apply] = {
     Action.ASSIGN: apply_assign,
     Action.DECIDE: apply_decide,
     Action.NOTE: apply_declare,
-    Action.INGEST: apply_ingest,
-    Action.REFUSE: apply_refuse,
-    Action.REPORT: apply_report,
+    Action.INGEST: _ingest,
+    Action.REFUSE: _refuse,
+    Action.REPORT: _report,
 }

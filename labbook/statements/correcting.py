@@ -1,19 +1,58 @@
-"""A fact was wrong, or a run is void: the row changes, the journal keeps the old value, results become stale."""
+"""A fact was wrong, or a run or a plan is void: the row changes, the journal keeps what it was, results are stale."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 from data_schema.journal import Entry
-from data_schema.queries.facts import update_fact
+from data_schema.queries.facts import read_fact, update_fact
 from data_schema.queries.results import mark_stale
 from labbook.statements.scene import Scene, around_run
 
+NUMBERS_REST_ON: Mapping[str, frozenset[str]] = {
+    "run": frozenset(
+        # what `labbook.analysis.facts.run_input` hashes, how many logs may be used, and the name, day and pack under
+        # which results are stored
+        {"kind", "state", "duration_s", "jumps_made", "condition", "robot", "starts", "name", "day", "battery"}
+    ),
+    "charge": frozenset({"run", "charge_mah", "resolution_mah", "mode"}),
+    "study": frozenset({"reference_voltage_v"}),
+    "robot": frozenset({"name", "rest_length_m"}),
+}
+"""The columns whose correction makes results stale; of a kind that is not here, every column does."""
+
 
 def apply_correct(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
-    """Change the row; what rests on it, on the condition it leaves and on the one it joins becomes stale."""
+    """Change the row; what rests on it, on the condition it leaves and on the one it joins becomes stale.
+
+    A plan that is void changes no row: that it was withdrawn is read from the journal.
+    """
     new = dict(entry.new or {})
-    update_fact(scene.connection, entry.entity_kind, entry.entity_uid, new)
-    changed = [(entry.entity_kind, entry.entity_uid)]
+    if not new:
+        return []
+    kind, uid = entry.entity_kind, entry.entity_uid
+    update_fact(scene.connection, kind, uid, new)
+    if not NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
+        return []
+    changed = [(kind, uid), *_around(scene, kind, uid, new)]
     for values in (entry.old or {}, new):
-        changed += [("condition", values["condition"])] if values.get("condition") else []
-        changed += around_run(scene, values["run"]) if values.get("run") else []
-    return mark_stale(scene.connection, changed)
+        changed += _touched(scene, values)
+    return mark_stale(scene.connection, list(dict.fromkeys(changed)))
+
+
+def _around(scene: Scene, kind: str, uid: str, new: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What may rest on the row as it is now, though nothing rested on it before."""
+    if kind == "run":
+        return around_run(scene, uid)
+    if kind == "charge" and "mode" in new:
+        run_uid = read_fact(scene.connection, "charge", uid, ["run"])["run"]
+        return around_run(scene, run_uid) if run_uid else []
+    return [("idle_runs", uid)] if kind == "robot" and "name" in new else []
+
+
+def _touched(scene: Scene, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What the row belonged to, or belongs to now."""
+    found = [("condition", values["condition"])] if values.get("condition") else []
+    found += [("idle_runs", values["robot"])] if values.get("robot") else []
+    return found + (around_run(scene, values["run"]) if values.get("run") else [])

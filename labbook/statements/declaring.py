@@ -12,7 +12,7 @@ from data_schema.queries.imports import waiting_for_run
 from data_schema.queries.results import mark_stale
 from data_schema.vocabulary import FileRole
 from labbook.statements.assigning import assign_charge, assign_file
-from labbook.statements.scene import Scene, around_run, derived_uid, spoken
+from labbook.statements.scene import Scene, around, around_run, derived_uid, spoken
 
 
 def apply_declare(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
@@ -25,8 +25,9 @@ def apply_declare(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[s
     follow = _FOLLOW.get(entry.entity_kind)
     if follow:
         follow(scene, entry.entity_uid, {**values, **beside})
-    run_uid = entry.entity_uid if entry.entity_kind == "run" else values.get("run")
-    return mark_stale(scene.connection, around_run(scene, run_uid)) if run_uid else []
+    if entry.entity_kind == "run":
+        return mark_stale(scene.connection, around(entry.entity_uid, values))
+    return mark_stale(scene.connection, around_run(scene, values["run"])) if values.get("run") else []
 
 
 def _condition_levels(scene: Scene, uid: str, values: Mapping[str, Any]) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from data_schema.errors import BookDamaged
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
-from data_schema.queries.charges import ChargeOfRun, charges_of_run
+from data_schema.queries.charges import ChargeOfRun, charges_of_run, charges_waiting_for
 from data_schema.queries.facts import find_uid, insert_fact, read_fact
 from data_schema.queries.people import config_in_force
 from data_schema.queries.results import mark_stale
@@ -52,6 +52,17 @@ def apply_refuse(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[st
     )
     imports.add_findings(scene.connection, ingest_key, new["findings"])
     return []
+
+
+def as_read(done: PreparedImport) -> dict[str, Any]:
+    """Return what the journal keeps of how a file was read, so that another reading can be compared with it."""
+    read = done.read
+    return {
+        "reader": read.format,
+        "reader_version": read.reader_version,
+        "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
+        "signals": [part.sha256 for part in done.parts],
+    }
 
 
 def finding_values(finding: Finding) -> dict[str, Any]:
@@ -172,14 +183,15 @@ def _add_signal(
 def _add_charges(scene: Scene, ingest_key: int, file_uid: str, read: ReadFile) -> list[str]:
     """Add a file's charges; returns the runs that got one.
 
-    A hand-kept sheet grows and comes again: a row that a run's charge says already is not a second charge, and one
-    that contradicts it waits in the inbox; both leave a finding.
+    A hand-kept sheet grows and comes again: a row that a run's charge says already, or one that waits for the run, is
+    not a second charge, and one that contradicts the run's waits in the inbox; both leave a finding.
     """
     touched = []
     for row in read.charges:
         run_uid = _run_named(scene, row.stated_run)
         standing = charges_of_run(scene.connection, run_uid) if run_uid else []
-        if any(_same_charge(row, charge) for charge in standing):
+        waiting = charges_waiting_for(scene.connection, row.stated_run) if row.stated_run else []
+        if any(_same_charge(row, charge) for charge in (*standing, *waiting)):
             message = f"The charge of run {row.stated_run} is in the book already; this row adds nothing."
             imports.add_findings(scene.connection, ingest_key, [_charge_finding("charge_known", row, message)])
             continue
@@ -226,10 +238,14 @@ def _charge_values(scene: Scene, file_uid: str, row: ChargeRow) -> dict[str, Any
 
 
 def _jumps_mismatch(scene: Scene, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:
-    """Jumps made are what a person counted; a log that shows another number is worth a look."""
-    run = read_fact(scene.connection, "run", run_uid, ["name", "kind", "jumps_made"])
+    """Jumps made are what a person counted; a log that shows another number is worth a look.
+
+    A run that was started again may have more logs to come: fewer jumps in one of them mean nothing yet.
+    """
+    run = read_fact(scene.connection, "run", run_uid, ["name", "kind", "jumps_made", "starts"])
     found = [len(part.detection.found.jumps) for part in done.parts if part.detection is not None]
-    if run["kind"] != RunKind.JUMPS or not found or sum(found) == run["jumps_made"]:
+    more_to_come = run["starts"] > 1 and sum(found) < run["jumps_made"]
+    if run["kind"] != RunKind.JUMPS or not found or sum(found) == run["jumps_made"] or more_to_come:
         return []
     message = f"{sum(found)} jumps were found and run {run['name']} says {run['jumps_made']} were made."
     return [finding_values(Finding(Severity.NOTE, "jumps_found_not_made", message, None, None, str(sum(found)), 1, ()))]

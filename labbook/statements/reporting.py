@@ -1,16 +1,54 @@
-"""A report was made: which numbers it showed, and the results that were computed for it."""
+"""A report was made: which numbers it showed, and the results that were computed for it.
+
+The journal keeps every number that was shown, with its id and its value, and the versions of the algorithms. A newer
+version gives its numbers other ids; an id on a printed page is known all the same.
+"""
 
 from __future__ import annotations
+
+import math
+from typing import Any
 
 from data_schema.journal import Entry, canonical
 from data_schema.queries.facts import insert_fact
 from data_schema.queries.people import config_in_force
 from data_schema.queries.results import add_report_items
+from labbook.analysis.algorithms import ALGORITHMS
 from labbook.analysis.detections import keep_detections
 from labbook.analysis.workbench import keep
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.making import MadeReport, make_report
 from labbook.statements.scene import Scene
+from stats.apexes import DETECTORS
+
+SAME = 1e-9
+"""Values that differ by less than this part are the same: another machine may add in another order."""
+
+
+def shown_by(made: MadeReport) -> dict[str, Any]:
+    """Return what the journal keeps of a report's numbers: each one's value by its id, and the versions in force."""
+    results = [*made.bench.computed.values(), *made.bench.reused.values()]
+    values = {number.uid: number.value for row in results for number in row.numbers}
+    used = {row.algorithm for row in results}
+    return {
+        "shown": {uid: values[uid] for uid in sorted(made.shown)},
+        "versions": {name: number for name, number in versions_now().items() if name in used or name in DETECTORS},
+    }
+
+
+def versions_now() -> dict[str, int]:
+    """Return the versions of all algorithms of this labbook, detectors among them, by name."""
+    return {
+        **{algorithm.kind: algorithm.version for algorithm in ALGORITHMS},
+        **{name: detector.version for name, detector in DETECTORS.items()},
+    }
+
+
+def agree(printed: float | None, value: float | None) -> bool:
+    """Tell whether a value is the one that was printed."""
+    if printed is None or value is None:
+        return printed is value
+    return math.isclose(printed, value, rel_tol=SAME)
 
 
 def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
@@ -27,10 +65,11 @@ def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
         "options_json": canonical({"where": new["where"]}),
         "as_of_utc": new["made_at"],
         "config": row.uid,
+        "versions_json": canonical(new["versions"]),
         "made_utc": new["made_at"],
     }
     insert_fact(scene.connection, "report", entry.entity_uid, values)
     keep_detections(scene.connection, made.detections)
     keep(scene.connection, made.bench)
-    add_report_items(scene.connection, entry.entity_uid, [(uid, uid) for uid in made.shown])
+    add_report_items(scene.connection, entry.entity_uid, new["shown"])
     return []

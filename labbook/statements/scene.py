@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from data_schema.journal import Entry
 from data_schema.queries.facts import read_fact
 from data_schema.queries.people import person_uid
+from data_schema.vocabulary import RunKind
 from ingest.store import Store
 
 
@@ -24,9 +25,21 @@ class Scene:
 
 
 def around_run(scene: Scene, run_uid: str) -> list[tuple[str, str]]:
-    """Return (kind, uid) of what results may rest on when a run gains something: itself, and the condition it is in."""
-    condition = read_fact(scene.connection, "run", run_uid, ["condition"])["condition"]
-    return [("run", run_uid)] + ([] if condition is None else [("condition", condition)])
+    """Return (kind, uid) of what results may rest on when a run gains something.
+
+    These are the run itself, the condition it is in, and for an idle run the idle runs of its robot.
+    """
+    return around(run_uid, read_fact(scene.connection, "run", run_uid, ["kind", "condition", "robot"]))
+
+
+def around(run_uid: str, run: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the same for a run whose columns are known."""
+    found = [("run", run_uid)]
+    if run["condition"] is not None:
+        found.append(("condition", run["condition"]))
+    if run["kind"] == RunKind.IDLE:
+        found.append(("idle_runs", run["robot"]))
+    return found
 
 
 def spoken(scene: Scene, entry: Entry, values: Mapping[str, Any]) -> dict[str, Any]:

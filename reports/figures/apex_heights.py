@@ -6,10 +6,9 @@ from matplotlib.figure import Figure
 
 from reports.content import ReportContent
 from reports.figures.by_damping import draw_by_damping
-from reports.figures.damping_words import coefficient_of, has_quantity, points_text, range_text
+from reports.figures.damping_words import absent_quantity, coefficient_of, points_text, range_text
 from reports.figures.kind import FigureKind
 from reports.numbers import Quantity
-from reports.sentences import absence_text
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -35,9 +34,7 @@ def alternative(content: ReportContent) -> str:
 
 def absent(content: ReportContent) -> str | None:
     """Give the reason where no condition has an apex."""
-    if has_quantity(content, Quantity.APEX):
-        return None
-    return absence_text(content, "are no apex heights")
+    return absent_quantity(content, Quantity.APEX, "apex heights")
 
 
 APEX_HEIGHTS = FigureKind("apex_heights", "Apex height", draw, caption, alternative, absent)

@@ -6,13 +6,23 @@ from reports.content import ReportContent
 from reports.display import shown_unit
 from reports.figures.series import series_lie_apart, series_of
 from reports.numbers import Quantity
-from reports.sentences import count_text, swept_factor, swept_words
+from reports.sentences import absence_text, swept_factor, swept_words
+from reports.wording import count_text
 
 
 def has_quantity(content: ReportContent, quantity: Quantity) -> bool:
     """Whether any condition has a mean of the quantity."""
     summaries = (condition.summary(quantity) for condition in content.conditions)
     return any(summary is not None and isinstance(summary.mean.value, int | float) for summary in summaries)
+
+
+def absent_quantity(content: ReportContent, quantity: Quantity, what: str) -> str | None:
+    """Give the reason why there is nothing of the quantity to draw, None where there is; `what` is its plural."""
+    if has_quantity(content, quantity):
+        return None
+    if content.flow.runs_done and not content.flow.jumps_made:
+        return f"There are no {what} for this selection: none of its runs counts as one of jumps."
+    return absence_text(content, f"are no {what}")
 
 
 def coefficient_of(content: ReportContent) -> str:
@@ -33,8 +43,11 @@ def points_text(content: ReportContent, quantity: Quantity) -> str:
     if counts:
         low, high = min(counts), max(counts)
         runs = count_text(low, "run") if low == high else f"{low} to {count_text(high, 'run')}"
-        sentences.append(f"Circles: means of {runs} a condition; bars: ± 1 standard error; dots: single runs.")
-    if any(summary.mean.shared_se is not None for _, summary in found):
+        if high == 1:
+            sentences.append("Circles: the only run of a condition, which gives no standard error.")
+        else:
+            sentences.append(f"Circles: means of {runs} a condition; bars: ± 1 standard error; dots: single runs.")
+    if any(summary.mean.shared_se is not None and (summary.mean.n or 0) > 1 for _, summary in found):
         sentences.append("The bars leave out the uncertainty that all runs share.")
     if series_lie_apart(content, quantity):
         sentences.append("Each group has its panel; the vertical axes have one span but not one position.")

@@ -10,7 +10,8 @@ from reports.content import ReportContent, RunPoint
 from reports.display import number_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
-from reports.sentences import SweptWords, count_text, swept_factor, swept_words
+from reports.sentences import SweptWords, swept_factor, swept_words
+from reports.wording import count_text
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -70,8 +71,9 @@ def _scatter(
 def caption(content: ReportContent) -> str:
     """Say what is drawn, with the trend where it was estimated."""
     order = content.order
-    count = count_text(len(order.points), "run")
-    text = f"Energy of a jump in each of {count} by its position in the day; days are spread within a position."
+    count = len(order.points)
+    runs = "one run" if count == 1 else f"each of {count_text(count, 'run')}"
+    text = f"Energy of a jump in {runs} by its position in the day; days are spread within a position."
     if any(point.deviation_j is not None for point in order.points):
         text += " Panel a: as measured; panel b: less the mean of the run's condition."
     if order.position_trend is not None:

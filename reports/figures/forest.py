@@ -11,7 +11,9 @@ from reports.figures.style import BLACK, GREY
 from reports.numbers import Number
 
 
-def draw_estimate(axes: Axes, number: Number, row: float, *, colour: str = BLACK, marker: str = "o") -> None:
+def draw_estimate(
+    axes: Axes, number: Number, row: float, *, colour: str = BLACK, marker: str = "o", scale: float = 1.0
+) -> None:
     """Draw one number and its interval at a height; where the number does not exist, say so in its place."""
     shown = as_shown(number)
     if not isinstance(shown.value, int | float):
@@ -19,8 +21,8 @@ def draw_estimate(axes: Axes, number: Number, row: float, *, colour: str = BLACK
         return
     low, high = shown.ci_low, shown.ci_high
     if isinstance(low, int | float) and isinstance(high, int | float) and math.isfinite(low + high):
-        axes.plot([low, high], [row, row], color=colour, linewidth=1.1, solid_capstyle="butt", zorder=3)
-    axes.plot([shown.value], [row], marker, color=colour, markersize=4.2, zorder=4)
+        axes.plot([low, high], [row, row], color=colour, linewidth=1.1 * scale, solid_capstyle="butt", zorder=3)
+    axes.plot([shown.value], [row], marker, color=colour, markersize=4.2 * scale, zorder=4)
 
 
 def tidy_rows(axes: Axes, rows: int) -> None:

@@ -6,10 +6,9 @@ from matplotlib.figure import Figure
 
 from reports.content import ReportContent
 from reports.figures.by_damping import draw_by_damping
-from reports.figures.damping_words import coefficient_of, has_quantity, points_text, range_text
+from reports.figures.damping_words import absent_quantity, coefficient_of, points_text, range_text
 from reports.figures.kind import FigureKind
 from reports.numbers import Quantity
-from reports.sentences import absence_text
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -32,9 +31,7 @@ def alternative(content: ReportContent) -> str:
 
 def absent(content: ReportContent) -> str | None:
     """Give the reason where no condition has an energy."""
-    if has_quantity(content, Quantity.JOULES):
-        return None
-    return absence_text(content, "are no joules a jump")
+    return absent_quantity(content, Quantity.JOULES, "joules a jump")
 
 
 JOULES_BY_DAMPING = FigureKind("joules_by_damping", "Energy of a jump", draw, caption, alternative, absent)

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
+import textwrap
+from dataclasses import dataclass
+
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -25,8 +29,20 @@ from reports.figures.style import (
 from reports.run_log import LogJump, RunLog
 
 _GAP_COLOURS = {"dropped": GREY}
+_EXCLUDED_MARKERS = "Xv^Ds"
+_LEGEND_LETTERS = 46
+_REASON_IN = 0.2
 _COLUMNS = 2000
 """Pairs of lowest and highest sample that a long log is drawn with: finer than any printed line."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """A marker, its colour, and its size beside that of a jump that is used."""
+
+    marker: str
+    colour: str
+    scale: float
 
 
 def draw_log(log: RunLog, width_in: float = TWO_COLUMNS_IN) -> Figure:
@@ -34,15 +50,16 @@ def draw_log(log: RunLog, width_in: float = TWO_COLUMNS_IN) -> Figure:
     narrow = is_narrow(width_in)
     chosen = _panel_jump(log)
     with publication_style():
-        figure = new_figure(width_in, 4.6 if chosen is not None else 2.6)
+        looks = _looks(log)
+        figure = new_figure(width_in, (4.6 if chosen is not None else 2.6) + _REASON_IN * sum(map(bool, looks)))
         panels = figure.subplots(2 if chosen is not None else 1, 1, squeeze=False)[:, 0]
         overview = panels[0]
         overview.set_title(f"Run {log.run}" + (f": {log.title}" if log.title else ""), loc="left")
         _draw_height(overview, log, np.ones(log.time_s.size, dtype=bool))
-        _draw_jumps(overview, log.jumps, events=False, size=3.0 if narrow else 3.8)
+        _draw_jumps(overview, log.jumps, looks, events=False, size=3.0 if narrow else 3.8)
         if chosen is not None:
             overview.axvspan(*_window(chosen), color=BLUE, alpha=0.12, linewidth=0)
-            _draw_panel(panels[1], log, chosen)
+            _draw_panel(panels[1], log, chosen, looks, int(12 * width_in))
         for axes in panels:
             axes.set_ylabel("Body height (m)")
             light_grid(axes)
@@ -51,9 +68,7 @@ def draw_log(log: RunLog, width_in: float = TWO_COLUMNS_IN) -> Figure:
         for axes in panels:
             handles.update({str(name): handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)})
         if handles:
-            figure.legend(
-                list(handles.values()), list(handles), loc="outside lower center", ncols=2 if narrow else len(handles)
-            )
+            figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=1 if narrow else 3)
         return figure
 
 
@@ -61,7 +76,7 @@ def _panel_jump(log: RunLog) -> LogJump | None:
     numbered = {jump.number: jump for jump in log.jumps}
     if log.panel_jump is not None and log.panel_jump in numbered:
         return numbered[log.panel_jump]
-    return next((jump for jump in log.jumps if not jump.rejected), log.jumps[0] if log.jumps else None)
+    return next((jump for jump in log.jumps if not jump.excluded), log.jumps[0] if log.jumps else None)
 
 
 def _window(jump: LogJump) -> tuple[float, float]:
@@ -69,14 +84,14 @@ def _window(jump: LogJump) -> tuple[float, float]:
     return first - 0.3, jump.apex_s + 0.5
 
 
-def _draw_panel(axes: Axes, log: RunLog, jump: LogJump) -> None:
+def _draw_panel(axes: Axes, log: RunLog, jump: LogJump, looks: dict[str, _Look], letters: int) -> None:
     start, end = _window(jump)
     inside = (log.time_s >= start) & (log.time_s <= end)
     _draw_height(axes, log, inside, samples=True)
-    _draw_jumps(axes, tuple(j for j in log.jumps if start <= j.apex_s <= end), events=True, size=6.0)
+    _draw_jumps(axes, tuple(j for j in log.jumps if start <= j.apex_s <= end), looks, events=True, size=5.0)
     axes.set_xlim(start, end)
-    verdict = f", rejected: {jump.rejected}" if jump.rejected else ""
-    axes.set_title(f"Jump {jump.number}{verdict}", loc="left")
+    verdict = f", excluded: {jump.excluded}" if jump.excluded else ""
+    axes.set_title(textwrap.fill(f"Jump {jump.number}{verdict}", letters), loc="left")
 
 
 def _draw_height(axes: Axes, log: RunLog, inside: NDArray[np.bool_], *, samples: bool = False) -> None:
@@ -107,15 +122,27 @@ def envelope(
     return time_s[order], height_m[order]
 
 
-def _draw_jumps(axes: Axes, jumps: tuple[LogJump, ...], *, events: bool, size: float) -> None:
-    for rejected, name, colour, marker, mark_pt in (
-        (False, "apex", BLUE, "o", size),
-        (True, "apex of a rejected jump", VERMILLION, "X", 1.6 * size),
-    ):
-        chosen = [jump for jump in jumps if bool(jump.rejected) is rejected]
+def _looks(log: RunLog) -> dict[str, _Look]:
+    """Return how the jumps are marked by why they are left out, "" where they are used: a marker a reason."""
+    reasons = sorted({jump.excluded for jump in log.jumps if jump.excluded})
+    markers = zip(reasons, itertools.cycle(_EXCLUDED_MARKERS), strict=False)
+    return {"": _Look("o", BLUE, 1.0), **{reason: _Look(marker, VERMILLION, 1.6) for reason, marker in markers}}
+
+
+def _draw_jumps(axes: Axes, jumps: tuple[LogJump, ...], looks: dict[str, _Look], *, events: bool, size: float) -> None:
+    for reason, look in looks.items():
+        chosen = [jump for jump in jumps if jump.excluded == reason]
         if chosen:
-            times, heights = [jump.apex_s for jump in chosen], [jump.apex_height_m for jump in chosen]
-            axes.plot(times, heights, marker, color=colour, markersize=mark_pt, label=name, zorder=4, markeredgewidth=0)
+            axes.plot(
+                [jump.apex_s for jump in chosen],
+                [jump.apex_height_m for jump in chosen],
+                look.marker,
+                color=look.colour,
+                markersize=look.scale * size,
+                label=textwrap.fill(f"excluded: {reason}", _LEGEND_LETTERS) if reason else "apex",
+                zorder=4,
+                markeredgewidth=0,
+            )
     for attribute, name, colour, style in (
         ("touchdown_s", "touchdown", PURPLE, "--"),
         ("lift_off_s", "lift-off", GREEN, "-."),

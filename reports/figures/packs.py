@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from reports.content import ReportContent
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, is_narrow, light_grid, new_figure
-from reports.sentences import list_text
+from reports.wording import list_text
 
 _GOLDEN_STEP = (math.sqrt(5.0) - 1.0) / 2.0
 

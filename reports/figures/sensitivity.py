@@ -4,83 +4,166 @@ from __future__ import annotations
 
 import re
 import textwrap
+from collections.abc import Sequence
+from dataclasses import dataclass
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent, Sensitivity, Variant
-from reports.display import as_shown, with_unit
+from reports.display import DASH, EQUALS, as_shown
 from reports.figures.forest import draw_estimate, tidy_rows
 from reports.figures.kind import FigureKind
-from reports.figures.style import BLUE, VERMILLION, is_narrow, light_grid, new_figure
+from reports.figures.style import BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.numbers import Number, Value
-from reports.sentences import count_text, list_text
+from reports.wording import count_text, list_text
 
-_ROW_IN, _LABELS_IN, _LETTER_IN = 0.135, 1.25, 0.07
+_ROW_IN, _LABELS_IN, _LETTER_IN, _FRAME_IN, _TITLE_LINE_IN = 0.135, 1.25, 0.07, 0.42, 0.11
+_COUNT_IN = 0.5
+_PAGE_IN = 9.0
+"""A figure that would be higher than a page draws the recomputations without one day as one row."""
+
 _AS_REPORTED = "as reported"
 _DAY = re.compile(r"without \d{4}-\d{2}-\d{2}")
+
+
+@dataclass(frozen=True, slots=True)
+class _Row:
+    """A row of a panel: several numbers where days stand together."""
+
+    label: str
+    numbers: tuple[Number, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Grid:
+    """The panels' rows and places: `height_in` of each line of panels, letters that a panel's title may have."""
+
+    rows: list[list[_Row]]
+    shared: bool
+    across: int
+    heights_in: list[float]
+    letters: int
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
     """Draw one panel a headline and one row a variant that changes it; the line is the number as reported.
 
-    Panels with the same rows share their names; where the rows differ, each panel has its own.
+    Panels with the same rows share their names; where the rows differ, each panel has its own. The runs that a number
+    rests on stand at its right.
     """
     narrow = is_narrow(width_in)
     sets = content.sensitivity
-    rows = [[_AS_REPORTED, *(variant.label for variant in _changed(one))] for one in sets]
-    shared = all(labels == rows[0] for labels in rows)
-    across = min(len(sets), (2 if narrow else 4) if shared else (1 if narrow else 2))
-    lines = [max(map(len, rows[start : start + across])) for start in range(0, len(sets), across)]
-    own_in = width_in / across - _LABELS_IN
-    letters = max(12, int(((width_in - _LABELS_IN) / across if shared else own_in) / _LETTER_IN))
-    heights = [0.95 + _ROW_IN * count for count in lines]
-    figure = new_figure(width_in, sum(heights))
-    grid = figure.subplots(len(lines), across, squeeze=False, sharey=shared, height_ratios=heights)
-    for index, (panel, one, labels) in enumerate(zip(grid.flatten(), sets, rows, strict=False)):
+    grid = _grid(sets, width_in, folded=narrow)
+    if sum(grid.heights_in) > _PAGE_IN:
+        grid = _grid(sets, width_in, folded=True)
+    figure = new_figure(width_in, sum(grid.heights_in))
+    lines = len(grid.heights_in)
+    panels = figure.subplots(lines, grid.across, squeeze=False, sharey=grid.shared, height_ratios=grid.heights_in)
+    for index, (panel, one, rows) in enumerate(zip(panels.flatten(), sets, grid.rows, strict=False)):
+        start = index - index % grid.across
         shown = as_shown(one.as_reported)
         if not isinstance(shown.value, Undefined):
             panel.axvline(shown.value, color=VERMILLION, linewidth=0.7, zorder=1)
-        draw_estimate(panel, one.as_reported, 0, colour=VERMILLION, marker="D")
-        for row, variant in enumerate(_changed(one), start=1):
-            draw_estimate(panel, variant.number, row, colour=BLUE)
-        panel.set_title(textwrap.fill(one.headline, letters), fontsize=7)
+        for place, row in enumerate(rows):
+            _draw_row(panel, row, place)
+        panel.set_title(textwrap.fill(_title(one), grid.letters), fontsize=6 if narrow else 7)
         panel.xaxis.set_major_locator(MaxNLocator(4))
-        panel.set_xlabel(with_unit("", shown.unit).strip() or "value")
         light_grid(panel, "x")
-        tidy_rows(panel, lines[index // across])
-        panel.set_yticks(range(len(labels)), labels, fontsize=6)
-    for panel in grid.flatten()[len(sets) :]:
+        tidy_rows(panel, max(map(len, grid.rows[start : start + grid.across])))
+        panel.set_yticks(range(len(rows)), [row.label for row in rows], fontsize=6)
+    for panel in panels.flatten()[len(sets) :]:
         panel.set_visible(False)
     return figure
 
 
+def _grid(sets: Sequence[Sensitivity], width_in: float, *, folded: bool) -> _Grid:
+    rows = [_rows(one, folded=folded) for one in sets]
+    shared = all([row.label for row in own] == [row.label for row in rows[0]] for own in rows)
+    narrow = is_narrow(width_in)
+    across = 1 if narrow else min(len(sets), 4 if shared else 2)
+    labels_in = _LABELS_IN if shared else across * _LABELS_IN
+    letters = max(12, int(((width_in - labels_in) / across - _COUNT_IN) / _LETTER_IN))
+    titles = [len(textwrap.wrap(_title(one), letters)) for one in sets]
+    heights = [
+        _FRAME_IN
+        + _ROW_IN * max(map(len, rows[start : start + across]))
+        + _TITLE_LINE_IN * max(titles[start : start + across])
+        for start in range(0, len(sets), across)
+    ]
+    return _Grid(rows, shared, across, heights, letters)
+
+
+def _title(one: Sensitivity) -> str:
+    unit = as_shown(one.as_reported).unit
+    return f"{one.headline} ({unit})" if unit not in ("", "1") else one.headline
+
+
+def _rows(one: Sensitivity, *, folded: bool) -> list[_Row]:
+    changed = _changed(one)
+    days = [variant for variant in changed if _DAY.fullmatch(variant.label)]
+    alone = [variant for variant in changed if not folded or variant not in days]
+    rows = [_Row(variant.label, (variant.number,)) for variant in alone]
+    if folded and days:
+        rows.append(_Row(_ONE_DAY, tuple(variant.number for variant in days)))
+    return [_Row(_AS_REPORTED, (one.as_reported,)), *rows]
+
+
+_ONE_DAY = "without one day, each"
+
+
+def _draw_row(axes: Axes, row: _Row, place: int) -> None:
+    """Draw a row's numbers at one height, or close together, and at the right how many runs they rest on."""
+    reported = row.label == _AS_REPORTED
+    for index, number in enumerate(row.numbers):
+        shift = 0.0 if len(row.numbers) == 1 else 0.6 * (index / (len(row.numbers) - 1) - 0.5)
+        colour, marker = (VERMILLION, "D") if reported else (BLUE, "o")
+        draw_estimate(axes, number, place + shift, colour=colour, marker=marker, scale=1 / len(row.numbers) ** 0.4)
+    counts = sorted({number.n for number in row.numbers if number.n is not None})
+    if counts:
+        text = str(counts[0]) if len(counts) == 1 else f"{counts[0]}{DASH}{counts[-1]}"
+        axes.annotate(
+            f"n{EQUALS}{text}",
+            (1.0, place),
+            xycoords=axes.get_yaxis_transform(),
+            xytext=(3, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=5.5,
+            color=GREY,
+            annotation_clip=False,
+        )
+
+
 def _changed(one: Sensitivity) -> list[Variant]:
-    """Return the variants whose value or interval is not the reported one."""
+    """Return the variants whose value, interval or runs are not the reported ones."""
     return [variant for variant in one.variants if _shown(variant.number) != _shown(one.as_reported)]
 
 
 def _shown(number: Number) -> tuple[Value | None, ...]:
-    return number.value, number.ci_low, number.ci_high
+    return number.value, number.ci_low, number.ci_high, number.n
 
 
 def caption(content: ReportContent) -> str:
     """Say what is drawn, and how many variants are not because they change nothing."""
     text = (
         f"{count_text(len(content.sensitivity), 'headline').capitalize()} as reported (diamond, vertical line) and "
-        "recomputed (circles), with the confidence interval of each."
+        "recomputed (circles), with the confidence interval of each; n: runs that a number rests on."
     )
-    every = [variant for one in content.sensitivity for variant in one.variants]
-    drawn = [variant for one in content.sensitivity for variant in _changed(one)]
-    if len(drawn) == len(every):
-        return text
-    parts = []
-    for is_day, name in ((True, "that leave out a day"), (False, "others")):
-        total, left = (sum(bool(_DAY.fullmatch(v.label)) is is_day for v in found) for found in (every, drawn))
-        if total > left:
-            parts.append(f"{total - left} of {total} {name}")
-    return f"{text} Recomputations that change nothing are not drawn: {list_text(parts)}."
+    names = [_kind(variant) for one in content.sensitivity for variant in one.variants]
+    drawn = [_kind(variant) for one in content.sensitivity for variant in _changed(one)]
+    left = [
+        f"{name} ({names.count(name) - drawn.count(name)} of {names.count(name)})"
+        for name in dict.fromkeys(names)
+        if names.count(name) > drawn.count(name)
+    ]
+    return f"{text} Recomputations that change nothing are not drawn: {list_text(left)}." if left else text
+
+
+def _kind(variant: Variant) -> str:
+    return "without one day" if _DAY.fullmatch(variant.label) else variant.label
 
 
 def alternative(content: ReportContent) -> str:

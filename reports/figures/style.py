@@ -11,6 +11,8 @@ import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from reports.figures.font import figure_font
+
 ONE_COLUMN_IN = 3.5
 """Width of one column of a two-column paper, inches (89 mm)."""
 
@@ -43,7 +45,6 @@ _SETTINGS: dict[str, Any] = {
     "figure.constrained_layout.h_pad": 0.03,
     "figure.constrained_layout.w_pad": 0.03,
     "figure.dpi": 100,
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same file on every machine
     "font.size": 8,
     "legend.fontsize": 7,
     "legend.frameon": False,
@@ -64,7 +65,7 @@ _SETTINGS: dict[str, Any] = {
 def publication_style() -> Iterator[None]:
     """Draw and save with our settings only; what a user's matplotlibrc says does not reach a report."""
     defaults = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
-    settings: dict[Any, Any] = {**defaults, **_SETTINGS}
+    settings: dict[Any, Any] = {**defaults, **_SETTINGS, "font.family": figure_font()}
     with matplotlib.rc_context(settings), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes; the page has it in full.
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")

@@ -1,10 +1,15 @@
-"""A table as LaTeX: booktabs rules, units in the heads, every special character escaped."""
+"""A table as LaTeX: booktabs rules, units in the heads, every special character escaped, no wider than its column.
+
+Numbers are text that is rounded already, so no `siunitx` is needed; a row's provenance id follows it as a comment.
+"""
 
 from __future__ import annotations
 
-from reports.tables.table import Cell, Table
+from collections.abc import Container, Sequence
 
-_LONG_ROWS = 45
+from reports.display import NO_BREAK
+from reports.tables.latex_layout import PAGE_LINES, Layout, layout_of
+from reports.tables.table import Cell, Column, Row, Table
 
 _ESCAPES = {
     "\\": r"\textbackslash{}",
@@ -20,10 +25,20 @@ _ESCAPES = {
     "<": r"\textless{}",
     ">": r"\textgreater{}",
     "|": r"\textbar{}",
-    '"': r"\textquotedbl{}",
+    '"': "''",
     "\u00a0": "~",
     "\u2212": r"\ensuremath{-}",
-    "\u2013": "--",
+    "`": r"\textasciigrave{}",
+    "\u2013": r"\textendash{}",
+    "\u2014": r"\textemdash{}",
+    "\u2018": "`",
+    "\u2019": "'",
+    "\u201c": "``",
+    "\u201d": "''",
+    "\u2026": r"\ldots{}",
+    "\u00b5": r"\ensuremath{\mu}",
+    "\u2264": r"\ensuremath{\leq}",
+    "\u2265": r"\ensuremath{\geq}",
     "\u00b1": r"\ensuremath{\pm}",
     "\u00d7": r"\ensuremath{\times}",
     "\u00b2": r"\ensuremath{^2}",
@@ -36,66 +51,97 @@ _ESCAPES = {
 
 
 def latex_text(text: str) -> str:
-    """Escape text so that LaTeX prints it as it is."""
-    return "".join(_ESCAPES.get(letter, letter) for letter in text)
+    """Escape text so that LaTeX prints it as it is; two hyphens stay two."""
+    return "".join(_ESCAPES.get(letter, letter) for letter in text).replace("--", "-{}-")
 
 
 def latex_bytes(table: Table) -> bytes:
-    r"""Write a table for `\input`: needs `booktabs`, and `longtable` where it is longer than a page."""
-    width = len(table.heads)
-    spec = "".join("r" if column.numeric else "l" for column in table.heads)
-    heads = " & ".join(latex_text(column.head) for column in table.heads) + r" \\"
+    r"""Write a table for `\input`; its first line names the packages that it needs.
+
+    Letters that pdfLaTeX has no glyph for (a pack called "包") are left as they are, for XeLaTeX and LuaLaTeX.
+    """
+    columns = [column for column in table.heads if column.fields != _PROVENANCE or table.name == "provenance"]
+    layout = layout_of(table, columns)
+    spec = "@{}" + "".join(_type(column, layout) for column in columns) + "@{}"
+    long = layout.lines > PAGE_LINES
+    heads = " & ".join(_head(column, layout) for column in columns) + r" \\"
     notes = table.footnotes
-    body = _body(table, notes, width)
-    caption = rf"\caption{{{latex_text(table.caption)}}}"
+    below = [rf"\textsuperscript{{{mark}}}~undefined: {latex_text(note)}" for note, mark in notes.items()]
+    caption = latex_text(table.caption)
     label = rf"\label{{tab:{table.name.replace('_', '-')}}}"
-    below = [rf"\textsuperscript{{{mark}}}~{latex_text(note)}" for note, mark in notes.items()]
-    if len(table.rows) > _LONG_ROWS:
+    packages = "array, booktabs, longtable" if long else "array, booktabs"
+    small = rf"{layout.size}\setlength{{\tabcolsep}}{{2.5pt}}"
+    body = _body(table, columns, notes, layout.shares)
+    if long:
         lines = [
+            r"\begingroup",
+            rf"{small}\setlength{{\LTcapwidth}}{{\linewidth}}",
             rf"\begin{{longtable}}{{{spec}}}",
-            rf"{caption} {label} \\",
-            r"\toprule",
-            heads,
-            r"\midrule",
-            r"\endhead",
-            r"\bottomrule",
-            r"\endlastfoot",
+            rf"\caption{{{caption}}} {label} \\",
+            *(r"\toprule", heads, r"\midrule", r"\endfirsthead"),
+            r"\caption[]{(continued)} \\",
+            *(r"\toprule", heads, r"\midrule", r"\endhead"),
+            *(r"\bottomrule", r"\endfoot"),
             *body,
             r"\end{longtable}",
-            *([r"{\footnotesize " + r"\\ ".join(below) + r"\par}"] if below else []),
+            *([r"\noindent " + r"\\ ".join(below) + r"\par"] if below else []),
+            r"\endgroup",
         ]
     else:
         lines = [
             r"\begin{table}",
             r"\centering",
-            caption,
+            rf"\caption{{{caption}}}",
             label,
+            small,
             rf"\begin{{tabular}}{{{spec}}}",
-            r"\toprule",
-            heads,
-            r"\midrule",
+            *(r"\toprule", heads, r"\midrule"),
             *body,
-            r"\bottomrule",
-            r"\end{tabular}",
-            *([r"\par\footnotesize " + r"\\ ".join(below)] if below else []),
+            *(r"\bottomrule", r"\end{tabular}"),
+            *([r"\par\raggedright " + r"\\ ".join(below)] if below else []),
             r"\end{table}",
         ]
-    return ("\n".join(lines) + "\n").encode("utf-8")
+    return ("\n".join([rf"% needs \usepackage{{{packages}}}", *lines]) + "\n").encode("utf-8")
 
 
-def _body(table: Table, notes: dict[str, str], width: int) -> list[str]:
+_PROVENANCE = ("provenance",)
+
+
+def _type(column: Column, layout: Layout) -> str:
+    if column in layout.shares:
+        return rf">{{\raggedright\arraybackslash}}p{{{layout.shares[column]:.3f}\linewidth}}"
+    return "r" if column.numeric else "l"
+
+
+def _head(column: Column, layout: Layout) -> str:
+    lines = [latex_text(line) for line in layout.heads[column]]
+    if len(lines) == 1 or column in layout.shares:
+        return " ".join(lines)
+    return rf"\shortstack[{'r' if column.numeric else 'l'}]{{" + r"\\".join(lines) + "}"
+
+
+def _body(table: Table, columns: Sequence[Column], notes: dict[str, str], broken: Container[Column]) -> list[str]:
+    places = {table.columns.index(column): column in broken for column in columns}
     lines: list[str] = []
     for block, rows in table.blocks:
         if lines:
             lines.append(r"\addlinespace")
         if block:
-            lines.append(rf"\multicolumn{{{width}}}{{l}}{{\textit{{{latex_text(block)}}}}} \\")
-        lines += [" & ".join(_cell(cell, notes) for cell in table.cells(row)) + r" \\" for row in rows]
+            lines.append(rf"\multicolumn{{{len(columns)}}}{{@{{}}l@{{}}}}{{\textit{{{latex_text(block)}}}}} \\*")
+        for row in rows:
+            text = " & ".join(_cell(row.cells[place], notes, breaks) for place, breaks in places.items())
+            lines.append(text + r" \\" + _source(row, places))
     return lines
 
 
-def _cell(cell: Cell, notes: dict[str, str]) -> str:
-    mark = rf"\textsuperscript{{{notes[cell.note]}}}" if cell.note else ""
-    text = latex_text(cell.text)
+def _source(row: Row, places: Container[int]) -> str:
+    """Write the row's provenance id as a comment, where it is no column of its own."""
+    ids = [cell.text for place, cell in enumerate(row.cells) if cell.provenance and place not in places]
+    return " % " + latex_text(" ".join(ids)) if ids else ""
+
+
+def _cell(cell: Cell, notes: dict[str, str], breaks: bool) -> str:
+    mark = rf"\textsuperscript{{{notes[cell.note]}}}" if cell.note in notes else ""
+    text = latex_text(cell.text.replace(NO_BREAK, " ") if breaks else cell.text)
     # A line that starts with a bracket would be read as an argument of the line break before it.
     return ("{}" if text.startswith(("[", "*")) else "") + text + mark

@@ -29,8 +29,8 @@ from reports.tables.table import (
 
 _STORED_UNITS = {Quantity.JOULES: "J", Quantity.APEX: "m"}
 _LEGEND = (
-    "Difference: treatment less control, with interval and p by Welch's t-test (the F-test's choice stands under Tests "
-    "in full); n: runs of the control, of the treatment."
+    "Difference: treatment less control{rows}, with interval and p by Welch's t-test (the F-test's choice stands under "
+    "Tests in full); n: runs of the control, of the treatment."
 )
 _COMPARISON = Column("comparison", ("family", "group", "level"), numeric=False)
 
@@ -184,7 +184,7 @@ def headlines(content: ReportContent) -> Table:
     """Make the table that opens the page: energy under all treated levels together against the control."""
     chosen = [c for c in content.comparisons if c.opens and c.quantity is Quantity.JOULES]
     treatment = swept_words(swept_factor(content)).treatment
-    caption = f"Energy of a jump with {treatment} against the control. {_LEGEND}"
+    caption = f"Energy of a jump with {treatment} against the control. {_LEGEND.format(rows='')}"
     table = _effects(content, chosen, "headlines", caption, "J")
     return replace(table, rows=tuple(replace(row, strong=False) for row in table.rows))
 
@@ -192,7 +192,9 @@ def headlines(content: ReportContent) -> Table:
 def _effects_of(quantity: Quantity, name: str) -> Callable[[ReportContent], Table]:
     def make(content: ReportContent) -> Table:
         chosen = [comparison for comparison in content.comparisons if comparison.quantity is quantity]
-        caption = f"Every comparison of {quantity}. {_LEGEND}"
+        others = any(comparison.savings is None for comparison in chosen) and quantity is Quantity.JOULES
+        rows = ", or what the row says" if others else ""
+        caption = f"Every comparison of {quantity}. {_LEGEND.format(rows=rows)}"
         return _effects(content, chosen, name, caption, _STORED_UNITS[quantity])
 
     return make

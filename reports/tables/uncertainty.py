@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
-from reports.content import BudgetItem, DrainFit, ReportContent
+from reports.content import DrainFit, ReportContent
 from reports.display import common_places, decimals_for, level_text, places_of, shown_unit
-from reports.numbers import Number
+from reports.numbers import Number, Value
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -27,7 +27,8 @@ from reports.tables.table import (
 def _budget(content: ReportContent) -> Table:
     columns = (
         Column("component", ("component",), numeric=False, prose=True),
-        Column("uncertainty", ("uncertainty_j",), "J a jump"),
+        Column("one run", ("uncertainty_j",), "J a jump"),
+        Column("mean of the runs", ("uncertainty_of_mean_j",), "J a jump"),
         Column("shared by all runs", ("shared",), numeric=False),
         Column("note", ("note",), numeric=False, prose=True),
     )
@@ -35,7 +36,8 @@ def _budget(content: ReportContent) -> Table:
         Row(
             (
                 words(item.component),
-                value_cell(item.joules, _budget_places(item)),
+                value_cell(item.joules, _budget_places(item.joules)),
+                value_cell(item.of_mean, _budget_places(item.of_mean)),
                 words("yes" if item.shared else "no") if not item.total else Cell("", (None,)),
                 words(item.note),
             ),
@@ -43,46 +45,49 @@ def _budget(content: ReportContent) -> Table:
         )
         for item in content.budget
     )
-    caption = f"Uncertainty of a joule a jump by source, one standard uncertainty. {content.budget_note}".strip()
+    caption = (
+        "Uncertainty of the joules a jump of a single run, and in the mean over a condition's runs, by source, one "
+        f"standard uncertainty each. In a mean the scatter averages out, what all runs share does not. "
+        f"{content.budget_note}"
+    ).rstrip()
     return Table("uncertainty_budget", caption, columns, rows)
 
 
-def _budget_places(item: BudgetItem) -> int:
-    return 2 if isinstance(item.joules, Undefined) else decimals_for(item.joules)
+def _budget_places(value: Value | None) -> int:
+    return 2 if value is None or isinstance(value, Undefined) else decimals_for(value)
 
 
 def _drain(content: ReportContent) -> Table:
-    level = "CI" if content.drain is None else level_text(content.drain.at_run)
+    fits = content.drains
     columns = (
         Column("quantity", ("quantity",), numeric=False),
         Column("value", ("value",)),
-        Column("SE", ("se",)),
-        Column(level, ("ci_low", "ci_high", "ci_level")),
+        Column("SE", ("se",), shown=any(fit.at_run.se is not None or fit.slope.se is not None for fit in fits)),
+        Column(level_text(fits[0].at_run) if fits else "CI", ("ci_low", "ci_high", "ci_level")),
         Column("unit", ("unit",), numeric=False),
         PROVENANCE,
     )
-    fit = content.drain
-    if fit is None:
-        return Table("passive_drain", "Passive drain: not fitted.", columns, ())
+    rows = tuple(row for fit in fits for row in _drain_rows(fit, fit.robot if len(fits) > 1 else ""))
+    caption = "Passive drain: straight line through the idle runs." if fits else "Passive drain: not fitted."
+    return Table("passive_drain", caption, columns, rows)
+
+
+def _drain_rows(fit: DrainFit, block: str) -> list[Row]:
     named = (
         ("slope", fit.slope),
         ("intercept", fit.intercept),
         (f"at {fit.run_duration_min:g} min", fit.at_run),
     )
-    rows = [Row(_named_cells(name, number)) for name, number in named]
-    rows.append(
-        Row(
-            (
-                words("R²"),
-                value_cell(fit.r_squared, _r_squared_places(fit)),
-                Cell("", (None,)),
-                Cell("", (None, None, None)),
-                words(""),
-                provenance_cell(fit.slope.provenance),
-            )
-        )
+    rows = [Row(_named_cells(name, number), block=block) for name, number in named]
+    cells = (
+        words("R²"),
+        value_cell(fit.r_squared, _r_squared_places(fit)),
+        Cell("", (None,)),
+        Cell("", (None, None, None)),
+        words(""),
+        provenance_cell(fit.slope.provenance),
     )
-    return Table("passive_drain", "Passive drain: straight line through the idle runs.", columns, tuple(rows))
+    return [*rows, Row(cells, block=block)]
 
 
 def _r_squared_places(fit: DrainFit) -> int:
@@ -108,9 +113,14 @@ def _idle_runs(content: ReportContent) -> Table:
         Column("duration", ("duration_min",), "min"),
         Column("charge", ("charge_mah",), "mAh"),
     )
-    points = content.drain.points if isinstance(content.drain, DrainFit) else ()
+    fits = content.drains
     rows = tuple(
-        Row((words(point.run), value_cell(point.duration_min), value_cell(point.charge_mah))) for point in points
+        Row(
+            (words(point.run), value_cell(point.duration_min), value_cell(point.charge_mah)),
+            block=fit.robot if len(fits) > 1 else "",
+        )
+        for fit in fits
+        for point in fit.points
     )
     return Table("idle_runs", "Idle runs that the passive drain is fitted to.", columns, rows)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 
 import pytest
 
-from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.cli.shell import contents, good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
 
 LINKS = "SELECT run.name FROM run_file JOIN run ON run_file.run = run.id ORDER BY run.name"
@@ -133,3 +134,47 @@ def test_typed_charge_stands_in_for_a_sheet(stated: SmallBook) -> None:
     good(labbook("correct", f"charge:{uid}", "charge_mah=161", "--why", "misread the display", at=stated.folder))
     shown = good(labbook("show", "r001", at=stated.folder)).out
     assert "161 mAh" in shown
+
+
+def test_file_taken_off_its_run_is_in_the_inbox_and_can_be_assigned_again(whole: SmallBook) -> None:
+    off = ("assign", "r001.csv", "none", "--why", "wrong card")
+    assert good(labbook(*off, "--json", at=whole.folder)).json["run"] is None
+    refused(labbook("jumps", "list", "r001", at=whole.folder), 2, "run r001 has no log")
+    (item,) = good(labbook("runs", "inbox", "--json", at=whole.folder)).json
+    assert item["name"] == "r001.csv"
+    with unchanged(whole.folder):
+        refused(labbook(*off, at=whole.folder), 2, "r001.csv belongs to no run", "`labbook runs inbox`")
+        assert "imported before" in good(labbook("ingest", whole.log("r001"), at=whole.folder)).out
+    before = contents(whole.folder).rows
+    good(labbook("rebuild", at=whole.folder))
+    assert contents(whole.folder).rows == before
+    ((reason, old, new),) = rows(whole.folder, "SELECT reason, old_json, new_json FROM journal WHERE action = 'assign'")
+    (uid,) = rows(whole.folder, "SELECT uid FROM run WHERE name = 'r001'")
+    assert (reason, json.loads(old), json.loads(new)) == ("wrong card", {"runs": [*uid]}, {"run": None})
+    good(labbook("assign", "r001.csv", "r001", at=whole.folder))
+    assert len(good(labbook("jumps", "list", "r001", "--json", at=whole.folder)).json["jumps"]) == 3
+
+
+def test_charge_taken_off_its_run_waits_in_the_inbox(whole: SmallBook) -> None:
+    said = good(labbook("assign", "2021-06-14.csv#7", "none", "--why", "read a line too low", at=whole.folder)).out
+    assert said == "charge 7 of 2021-06-14.csv belongs to run r007 no longer: it is in the inbox.\n"
+    assert "2021-06-14.csv#7" in good(labbook("runs", "inbox", at=whole.folder)).out
+    again = labbook("assign", "2021-06-14.csv#7", "none", "--why", "x", at=whole.folder)
+    refused(again, 2, "belongs to no run", "`labbook runs inbox`")
+    good(labbook("assign", "2021-06-14.csv#7", "r007", at=whole.folder))
+    assert good(labbook("runs", "inbox", at=whole.folder)).out == "the inbox is empty.\n"
+
+
+def test_charge_follows_the_file_that_holds_nothing_else(stated: SmallBook, tmp_path: Path) -> None:
+    sheet = tmp_path / "one.csv"
+    sheet.write_text("run,mAh,minutes,end_voltage,pack\n,150,12,16.8,A\n")
+    good(labbook("ingest", sheet, "--run", "r001", at=stated.folder))
+    assert rows(stated.folder, CHARGES) == [(1, "r001")]
+    good(labbook("assign", "one.csv", "r002", "--why", "wrong run", at=stated.folder))
+    assert (rows(stated.folder, CHARGES), rows(stated.folder, LINKS)) == ([(1, "r002")], [("r002",)])
+    good(labbook("assign", "one.csv", "none", "--why", "another book", at=stated.folder))
+    assert (rows(stated.folder, CHARGES), rows(stated.folder, LINKS)) == ([(1, None)], [])
+    assert "one.csv#1" in good(labbook("runs", "inbox", at=stated.folder)).out
+    before = contents(stated.folder).rows
+    good(labbook("rebuild", at=stated.folder))
+    assert contents(stated.folder).rows == before

@@ -64,7 +64,7 @@ def test_a_new_book_is_described_first_and_then_only_corrected(tmp_path: Path) -
 def test_level_in_use_cannot_change_its_meaning(stated: SmallBook) -> None:
     stated.toml.write_text(stated.toml.read_text().replace("radius_m = 0.038", "radius_m = 0.039"))
     with unchanged(stated.folder):
-        refused(labbook("note", "r001", "x", at=stated.folder), 2, "foot=small", "0.039", "set it back")
+        refused(labbook("note", "r001", "x", at=stated.folder), 2, "foot=small", "0.039", "write that there")
         good(labbook("runs", "list", at=stated.folder))
 
 

@@ -156,3 +156,62 @@ def test_void_can_be_taken_back_and_both_statements_stay(whole: SmallBook) -> No
     assert "it was r004" in shown
     with unchanged(whole.folder):
         refused(labbook("void", "r003", "--undo", "--reason", "x", at=whole.folder), 2, "r003")
+
+
+def test_ranges_of_jumps_are_each_of_their_jumps_once(whole: SmallBook) -> None:
+    said = good(labbook("jumps", "reject", "r001", "2-3", "3", "1", "--reason", "misfire", "--json", at=whole.folder))
+    assert said.json["jumps"] == [2, 3, 1]
+    assert rows(whole.folder, "SELECT count(*) FROM decision") == [(3,)]
+    assert counting(whole, "r001") == []
+    good(labbook("jumps", "clear", "r001", "1-3", at=whole.folder))
+    with unchanged(whole.folder):
+        refused(labbook("jumps", "reject", "r001", "2-4", "--reason", "misfire", at=whole.folder), 2, "no jump 4")
+
+
+def test_a_run_that_turns_out_idle_is_corrected_in_one_command_and_back(whole: SmallBook) -> None:
+    idle = ("correct", "r002", "kind=idle", "jumps_made=0", "levels=none", "--why", "motor was off")
+    good(labbook(*idle, at=whole.folder))
+    shown = good(labbook("show", "r002", at=whole.folder)).out
+    assert "run r002 (idle, complete)" in shown
+    assert "condition: none" in shown
+    levels = ("foot=small", "k_gain=400.0", "b_ad_gain=1e2")
+    good(labbook("correct", "r002", "kind=jumps", "jumps_made=3.0", *levels, "--why", "x", at=whole.folder))
+    assert "condition: foot=small k_gain=400 b_ad_gain=100" in good(labbook("show", "r002", at=whole.folder)).out
+    with unchanged(whole.folder):
+        again = labbook("correct", "r002", "k_gain=400.0", "jumps_made=3.0", "--why", "x", at=whole.folder)
+        refused(again, 2, "says that already")
+
+
+@pytest.mark.parametrize(
+    ("target", "field", "said"),
+    [
+        ("study", "reference_voltage_v=16.8", "says reference_voltage_v = 15.4 under [study]: change it to 16.8."),
+        ("robot:hopper", "body_mass_kg=1.9", "says body_mass_kg = 1.8 under [robots.hopper]: change it to 1.9."),
+        ("battery:A", "capacity_mah=6000", "says capacity_mah = 6600.0 under [batteries.A]: change it to 6000.0."),
+        ("battery:A", "name=D", "calls it [batteries.A]: rename that table to [batteries.D]."),
+        ("factor:k_gain", "unit=N", 'says unit = nothing under [factors.k_gain]: change it to "N".'),
+        (
+            "level:foot=small",
+            'attributes_json={"radius_m":0.04}',
+            "says otherwise under [factors.foot.levels.small]: let it say radius_m = 0.04.",
+        ),
+    ],
+)
+def test_what_labbook_toml_should_say_now_is_told_and_then_all_is_well(
+    target: str, field: str, said: str, whole: SmallBook
+) -> None:
+    done = good(labbook("correct", target, field, "--why", "measured again", at=whole.folder)).out
+    assert f"labbook.toml {said}" in done
+    assert labbook("today", at=whole.folder).code == 0
+    good(labbook("note", "r001", "goes on", at=whole.folder))
+
+
+def test_the_file_changed_as_told_is_taken_over_without_a_word(whole: SmallBook) -> None:
+    good(labbook("correct", "study", "reference_voltage_v=16.8", "--why", "measured", at=whole.folder))
+    text = whole.toml.read_text()
+    assert "reference_voltage_v = 15.4" in text
+    whole.toml.write_text(text.replace("reference_voltage_v = 15.4", "reference_voltage_v = 16.8"))
+    good(labbook("note", "r001", "goes on", at=whole.folder))
+    assert rows(whole.folder, "SELECT reference_voltage_v FROM study") == [(16.8,)]
+    again = good(labbook("correct", "study", "jumps_nominal=26", "--why", "x", "--json", at=whole.folder)).json
+    assert len(again["labbook_toml"]) == 1

@@ -28,7 +28,7 @@ IN_ORDER = {
     "note": ("note r001 'left rail squeaked'", {"run", "text"}),
     "show": ("show r001", {"run", "files", "signals", "charges", "notes", "history"}),
     "plot": ("plot r001", {"run", "figure"}),
-    "jumps list": ("jumps list r001", {"run", "signal", "detection", "jumps", "waiting"}),
+    "jumps list": ("jumps list r001", {"run", "signals", "detections", "jumps", "waiting"}),
     "jumps reject": ("jumps reject r001 1 --reason misfire", {"run", "jumps", "verdict", "stale"}),
     "jumps accept": ("jumps accept r001 1", {"run", "jumps", "verdict", "stale"}),
     "jumps clear": ("jumps clear r001 1", {"run", "jumps", "verdict", "stale"}),
@@ -36,7 +36,8 @@ IN_ORDER = {
     "void": ("void r002 --reason 'foot came loose'", {"run", "stale"}),
     "db status": ("db status", {"database", "revision", "newest", "rows"}),
     "db upgrade": ("db upgrade", {"before", "after", "backup"}),
-    "rebuild": ("rebuild", {"entries", "old"}),
+    "db check": ("db check", {"whole", "problems", "orphans"}),
+    "rebuild": ("rebuild", {"entries", "old", "differences"}),
 }
 ELSEWHERE = {
     "report": "tests/cli/test_report.py",

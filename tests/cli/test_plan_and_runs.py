@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.cli.shell import contents, good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook, small_book
 
 PLAN = ("plan", "--seed", "7", "--n", "2", "--per-day", "8", "--start", "2021-06-01")
@@ -208,3 +208,73 @@ def test_runs_are_listed_by_what_is_asked(whole: SmallBook) -> None:
     assert "r002" in listed("foot=small")
     assert "r002" not in listed("foot=small and not state=void")
     assert labbook("runs", "list", "--where", "foot=small", at=whole.folder).out.splitlines()[0].startswith("run ")
+
+
+def made_one(book: SmallBook) -> tuple[str, list[dict[str, str]]]:
+    """Draw a plan of 14 runs and make the first jump run of it."""
+    good(labbook(*PLAN, at=book.folder))
+    lines = table(book.folder / "runs.csv")
+    first = next(line for line in lines if line["kind"] == "jumps")
+    first.update(started="09:30", battery="A", jumps_made="25", duration_s="720")
+    write(book.folder / "runs.csv", lines)
+    good(labbook("runs", "import", "runs.csv", at=book.folder))
+    return first["run"], lines
+
+
+def test_withdrawn_plan_leaves_what_was_made_and_makes_room_for_another(fresh: SmallBook) -> None:
+    made, lines = made_one(fresh)
+    with unchanged(fresh.folder):
+        tried = good(labbook("plan", "--withdraw", "--why", "new foot", "--dry-run", at=fresh.folder))
+        assert "nothing stored" in tried.out
+        refused(labbook("plan", "--withdraw", "--seed", "8", "--why", "x", at=fresh.folder), 2, "plans with seed 7")
+    done = good(labbook("plan", "--withdraw", "--why", "new foot", "--json", at=fresh.folder)).json
+    assert (len(done["withdrawn"]), done["made"]) == (13, [made])
+    assert "planned, not done" not in good(labbook("today", at=fresh.folder)).out
+    assert made in good(labbook("runs", "list", at=fresh.folder)).out
+    with unchanged(fresh.folder):
+        again = good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json
+        assert (again["not_made"], len(again["withdrawn"])) == ([], 13)
+        refused(labbook("plan", "--withdraw", "--why", "x", at=fresh.folder), 2, "no planned run is left")
+    before = contents(fresh.folder).rows
+    good(labbook("rebuild", at=fresh.folder))
+    assert contents(fresh.folder).rows == before
+    assert "planned, not done" not in good(labbook("today", at=fresh.folder)).out
+
+    good(labbook(*PLAN, "--out", "next.csv", at=fresh.folder))
+    drawn = {line["run"] for line in table(fresh.folder / "next.csv")}
+    assert not drawn & {line["run"] for line in lines}, "a sheet of the withdrawn plan may still be around"
+    assert "planned, not done (14)" in good(labbook("today", at=fresh.folder)).out
+
+
+def test_run_of_a_withdrawn_plan_can_be_made_all_the_same(fresh: SmallBook) -> None:
+    _made, lines = made_one(fresh)
+    good(labbook("plan", "--withdraw", "--seed", "7", "--why", "new foot", at=fresh.folder))
+    later = next(line for line in lines if line["kind"] == "jumps" and not line["started"])
+    later.update(started="10:30", battery="B", jumps_made="25", duration_s="720")
+    write(fresh.folder / "runs.csv", lines)
+    assert good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json["stated"] == [later["run"]]
+    planned = rows(fresh.folder, "SELECT name, planned_run IS NOT NULL FROM run ORDER BY id")
+    assert planned[-1] == (later["run"], 0)
+    assert "planned, not done" not in good(labbook("today", at=fresh.folder)).out
+
+
+def test_what_is_odd_is_told_after_the_summary_and_refuses_nothing(fresh: SmallBook) -> None:
+    lines = table(fresh.instruments / "runs.csv")
+    for line in lines[:3]:
+        line["duration_s"] = "72"
+    sheet = write(fresh.folder / "odd.csv", lines)
+    with unchanged(fresh.folder):
+        tried = good(labbook("runs", "import", sheet, "--dry-run", "--json", at=fresh.folder)).json
+        assert [(remark["rule"], remark["count"], remark["more"]) for remark in tried["remarks"]] == [
+            ("duration_unusual", 3, ["r002", "r003"])
+        ]
+    summary, remark = good(labbook("runs", "import", sheet, at=fresh.folder)).out.splitlines()
+    assert summary.startswith("16 runs stated")
+    assert remark == ("look again: run r001 lasted 72 s where the protocol has 720 s; the same of r002, r003.")
+    typed = good(labbook("charge", "r001", "0", at=fresh.folder)).out.splitlines()
+    assert typed[-1] == "look again: run r001 has a charge of 0 mAh."
+    fixed = good(labbook("correct", "r001", "duration_s=7200", "--why", "x", at=fresh.folder)).out.splitlines()
+    assert fixed[-1].startswith("look again: run r001 lasted 7200 s")
+    good(labbook("check", "rail_angle", "--value", "0.4", "--unit", "deg", at=fresh.folder))
+    checked = good(labbook("check", "rail_angle", "--value", "0.4", at=fresh.folder)).out
+    assert "look again: rail_angle 0.4 has no unit" in checked

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from data_schema import engine as engines
+from data_schema.errors import BookBusy
 from tests.cli.shell import (
     LABBOOK,
     contents,
@@ -29,6 +30,7 @@ from tests.cli.shell import (
     unchanged,
 )
 from tests.helpers.books import SmallBook, small_book
+from tests.helpers.statements import note
 
 NOBODY = 65534
 
@@ -155,12 +157,19 @@ def test_book_that_may_only_be_read_is_said_to_be_so(open_to_all: Path) -> None:
     secret.chmod(0o000)
     for words in (["note", "r001", "x"], ["ingest", book.log("r001")]):
         good(labbook(*words, at=book.folder))  # as its owner
+    questions = ("runs list", "show r001", "today", "runs inbox", "jumps list r001", "db status", "db check")
+    for words in (*questions, "rebuild"):
+        good(labbook(*words.split(), at=book.folder))  # who has no rights may not be let to the interpreter's modules
     for path in (book.folder, *book.folder.rglob("*")):
         path.chmod(0o555 if path.is_dir() else 0o444)
     with unchanged(book.folder), without_rights():
+        for question in questions:
+            assert good(labbook(*question.split(), at=book.folder)).out
+        refused(labbook("why", "0123", at=book.folder), 2, "'0123' is the beginning of no number's id")
         for statement in ("note r001 x", "void r001 --reason x", "correct r001 foot=large --why x"):
             refused(labbook(*statement.split(), at=book.folder), 3, "cannot be written", "permissions of the book's")
         refused(labbook("ingest", book.log("r002"), at=book.folder), 2, "Permission denied", "check the path")
+        refused(labbook("rebuild", at=book.folder), 2, "Permission denied", "check the path")
     for path in (book.folder, *book.folder.rglob("*")):
         path.chmod(0o777 if path.is_dir() else 0o666)
     with without_rights():
@@ -168,6 +177,40 @@ def test_book_that_may_only_be_read_is_said_to_be_so(open_to_all: Path) -> None:
     assert answer.code == 2
     assert "secret.csv: refused (unknown), nothing stored:\n  file: not_readable: The file cannot be read" in answer.out
     assert answer.out.endswith("2 files: 1 imported, 0 there already, 1 refused.\n")
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody without rights")
+def test_who_may_only_read_sees_what_its_owner_is_just_writing(open_to_all: Path) -> None:
+    book = small_book(open_to_all, ingested=False)
+    for path in (open_to_all, book.folder, *book.folder.rglob("*")):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    with book.open() as own:
+        with own.desk(None) as desk:
+            note(desk, "squeaks since noon")
+        assert (book.folder / "labbook.db-wal").stat().st_size > 0  # not in the database's own file yet
+        with without_rights():
+            assert "squeaks since noon" in good(labbook("show", "r001", at=book.folder)).out
+            refused(labbook("note", "r001", "x", at=book.folder), 3, "cannot be written")
+    with without_rights():
+        assert "squeaks since noon" in good(labbook("show", "r001", at=book.folder)).out
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody without rights")
+def test_what_was_read_while_its_owner_wrote_is_not_believed(open_to_all: Path) -> None:
+    book = small_book(open_to_all, ingested=False)
+    for path in (open_to_all, book.folder, *book.folder.rglob("*")):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+
+    def read() -> None:
+        with without_rights():
+            guest = engines.sqlite_engine(book.database)
+        with engines.reading(guest) as connection:
+            connection.exec_driver_sql("SELECT * FROM run").fetchall()
+            good(labbook("note", "r001", "squeaks", at=book.folder))
+            connection.exec_driver_sql("SELECT * FROM journal").fetchall()
+
+    with pytest.raises(BookBusy, match="somebody wrote to the book while it was read: give the command again"):
+        read()
 
 
 def test_disk_that_takes_no_copy_leaves_the_book_as_it_was(stated: SmallBook) -> None:

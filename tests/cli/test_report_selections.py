@@ -36,7 +36,7 @@ SAYS = {
     "no run fulfils it": "No run matches this selection.",
     "one condition": "no joules of both a control and a treatment to compare",
     "no control": "no joules of both a control and a treatment to compare",
-    "one run a condition": "1 control and 1 treatment runs are too few for an interval",
+    "one run a condition": "treatment run are too few for an interval",
     "no file at all": "12 runs have no apex heights: no log with a body height",
     "no charges": "12 runs have no joules: no charge recorded",
     "no logs": "12 runs have no apex heights: no log with a body height",
@@ -92,6 +92,7 @@ def test_report_of_too_little_is_a_page_with_sentences(case: str, whole: SmallBo
     assert ("Nothing is claimed from this selection." in text) == (not content.claims)
     assert all(claim.text.endswith(".") for claim in content.claims)
     assert SAYS[case] in text
+    assert not re.search(r"\bgroup [ab]\b", text), "a comparison's sides are called what the reader calls them"
 
 
 def test_void_runs_are_counted_and_left_out(whole: SmallBook, tmp_path: Path) -> None:

@@ -24,7 +24,7 @@ WRONG_WORDS = {
     "option missing": ("void r001", "missing option '--reason'", "`labbook void --help`"),
     "option without value": ("note r001 x --as", "'--as' requires an argument", "--help"),
     "number expected": ("check rail_angle --value steep", "invalid value for '--value'", "valid number"),
-    "jump number expected": ("jumps reject r001 first --reason misfire", "invalid value for 'NUMBER...'", "integer"),
+    "jump number expected": ("jumps reject r001 first --reason misfire", "'first' names no jump", "3-5"),
     "group without command": ("db status extra", "unexpected extra argument", "`labbook db status --help`"),
 }
 
@@ -89,9 +89,29 @@ BAD_VALUES = {
     "days too short": ("plan --seed 1 --per-day 1", "1"),
     "sheet that is there": ("plan --seed 1 --out ../instruments/runs.csv", "runs.csv exists", "--out"),
     "second charge": ("charge r001 120", "has a charge already", "labbook correct charge:"),
-    "charge of nothing": ("charge r001 0", "above 0"),
+    "charge that is no number": ("charge r001 nan", "MAH nan is not possible", "0 or more"),
+    "charge in no time": ("charge r001 120 --minutes 0", "--minutes 0", "above 0"),
     "charge no pack takes": ("charge r001 90000", "90000 mAh is more than pack"),
     "file assigned already": ("assign r001.csv r001", "belongs to run r001 already"),
+    "file taken off without why": ("assign r001.csv none", "belongs to run r001", "add --why to take it off"),
+    "charge taken off without why": ("assign 2021-06-14.csv#1 none", "belongs to run r001", "add --why"),
+    "charges taken off at once": ("assign 2021-06-14.csv none --why x", "belong to 8 runs", "2021-06-14.csv#1"),
+    "idle with jumps": ("correct r001 kind=idle --why x", "3 jumps made and levels", "jumps_made=0 levels=none"),
+    "idle with levels": ("correct r001 kind=idle jumps_made=0 --why x", "levels foot=small", "give levels=none"),
+    "jumps of an idle run": ("correct r007 jumps_made=3 --why x", "would be idle with 3 jumps made", "kind=jumps"),
+    "levels of an idle run": (
+        "correct r007 foot=small k_gain=400 b_ad_gain=0 --why x",
+        "would be idle with levels foot=small",
+        "kind=jumps",
+    ),
+    "jumps without levels": ("correct r007 kind=jumps --why x", "without levels", "foot=", "kind=idle"),
+    "levels that are none": ("correct r001 levels=small --why x", "levels=small", "levels=none", "foot=large"),
+    "range of jumps that runs backwards": ("jumps reject r001 3-1 --reason misfire", "'3-1' runs backwards", "1-3"),
+    "range of too many jumps": ("jumps reject r001 2-999999999 --reason misfire", "no jump 4"),
+    "plan without seed": ("plan", "a plan needs a seed", "--seed 7"),
+    "withdrawing without why": ("plan --withdraw", "needs a reason", "--why"),
+    "withdrawing nothing": ("plan --withdraw --why x", "no planned run is left", "draw a plan first"),
+    "why without withdrawing": ("plan --seed 1 --why x", "--why belongs to --withdraw"),
     "file moved without why": ("assign r001.csv r002", "belongs to run r001", "add --why"),
     "rate": ("ingest new.csv --rate -300", "--rate -300", "for example 300"),
     "rate of nothing": ("ingest new.csv --rate nan", "--rate nan"),
@@ -107,10 +127,14 @@ FILES = {
     "one of several missing": ("ingest ../instruments/logs/r001.csv nope.csv", "nope.csv does not exist"),
     "folder without files": ("ingest ../empty", "there is no file in ../empty"),
     "no run sheet": ("runs import nope.csv", "nope.csv"),
-    "folder as run sheet": ("runs import ../instruments", "is not a regular file"),
+    "folder as run sheet": ("runs import ../instruments", "is a folder", "name the file in it"),
     "run sheet not UTF-8": ("runs import ../latin.csv", "is not UTF-8 text (byte 3)", "save it as CSV in UTF-8"),
     "run sheet empty": ("runs import ../nothing.csv", "is empty", "labbook plan"),
-    "log as run sheet": ("runs import ../instruments/logs/r001.csv", "'run' is missing"),
+    "log as run sheet": ("runs import ../instruments/logs/r001.csv", "is no run sheet", "run, date", "labbook plan"),
+    "run sheet without runs": ("runs import ../header.csv", "has a header and no run below it"),
+    "run sheet in UTF-16": ("runs import ../utf16.csv", "is not UTF-8 text (byte 0)", "save it as CSV in UTF-8"),
+    "run sheet in UTF-16 without mark": ("runs import ../utf16le.csv", "is no plain text", "save it as CSV in UTF-8"),
+    "spreadsheet as run sheet": ("runs import ../sheet.xlsx", "is no plain text", "save it as CSV in UTF-8"),
     "pipe as file": ("ingest ../pipe", "is not a regular file"),
     "pipe as run sheet": ("runs import ../pipe", "is not a regular file"),
 }
@@ -125,6 +149,11 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     (above / "empty").mkdir()
     (above / "latin.csv").write_bytes(b"run\xe9\n")
     (above / "nothing.csv").touch()
+    sheet = (made.instruments / "runs.csv").read_text()
+    (above / "header.csv").write_text(sheet.splitlines()[0] + "\n")
+    (above / "utf16.csv").write_text(sheet, encoding="utf-16")
+    (above / "utf16le.csv").write_text(sheet, encoding="utf-16-le")
+    (above / "sheet.xlsx").write_bytes(b"PK\x03\x04" + bytes(60))
     (made.folder / "new.csv").write_text("t,h\n1,2\n2,3\n")
     os.mkfifo(above / "pipe")
     return made

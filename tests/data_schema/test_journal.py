@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from data_schema import journal
 from data_schema.engine import reading, writing
 from data_schema.errors import BookDamaged
-from data_schema.journal import GENESIS, Entry, JournalFile, canonical, chained
+from data_schema.journal import GENESIS, Entry, JournalFile, canonical, chained, commands, placed
 from data_schema.tables.people import journal as table
 from data_schema.vocabulary import Action
 from tests.helpers.journals import chain, entry, renumbered, write_all
@@ -170,6 +170,91 @@ def test_a_row_changed_in_the_database_is_seen_though_it_is_the_last(engine: sa.
         connection.execute(table.insert().values({**row, "id": 3, "seq": 3, "hash": entries[1].hash}))
     with reading(engine) as connection, pytest.raises(BookDamaged, match=r"entry 3 of the database was changed"):
         list(journal.stored(connection))
+
+
+# --- commands
+
+COMMANDS = st.lists(st.lists(SAID, min_size=1, max_size=4), min_size=2, max_size=4)
+
+
+def in_commands(said: list[list[dict[str, Any]]]) -> list[list[Entry]]:
+    """Commands of several entries each, one after another."""
+    made: list[list[Entry]] = []
+    for words in said:
+        after = (made[-1][-1].seq, made[-1][-1].hash) if made else (0, GENESIS)
+        made.append(placed([entry(0, GENESIS, **one) for one in words], after))
+    return made
+
+
+@given(COMMANDS)
+def test_placed_entries_follow_each_other_and_part_into_their_commands(said: list[list[dict[str, Any]]]) -> None:
+    made = in_commands(said)
+    entries = [one for command in made for one in command]
+    assert list(chained(entries)) == entries
+    assert list(commands(entries)) == made
+    assert [one.following for one in made[0]] == list(range(len(made[0])))[::-1]
+
+
+@FEW
+@given(COMMANDS, st.data())
+def test_of_a_command_that_was_cut_off_anywhere_nothing_counts(
+    mirror: JournalFile, said: list[list[dict[str, Any]]], data: st.DataObject
+) -> None:
+    *before, last = in_commands(said)
+    kept = [one for command in before for one in command]
+    whole = written(mirror, kept + last)
+    start = len(written(mirror, kept))
+    left = data.draw(st.integers(start, len(whole) - 1), "bytes left")
+    mirror.path.write_bytes(whole[:left])
+    assert list(mirror.entries()) == kept
+    assert mirror.last() == kept[-1]
+    assert mirror.tail(0) == kept
+    assert mirror.tail(kept[-1].seq) == []
+    mirror.append(last)
+    assert mirror.path.read_bytes() == whole
+
+
+def test_a_command_of_many_entries_is_there_whole_or_not_at_all_at_every_byte(mirror: JournalFile) -> None:
+    first, last, following = in_commands([[{}], [{"reason": "ä"}] * 4, [{}, {}]])
+    whole = written(mirror, first + last)
+    for left in range(len(written(mirror, first)), len(whole) + 1):
+        mirror.path.write_bytes(whole[:left])
+        there = first + last if left == len(whole) else first
+        assert list(mirror.entries()) == mirror.tail(0) == there
+        (said,) = commands(placed(following, (there[-1].seq, there[-1].hash)))
+        mirror.append(said)
+        assert list(mirror.entries()) == there + said
+
+
+def test_a_first_command_that_was_cut_off_leaves_an_empty_journal(mirror: JournalFile) -> None:
+    (command,) = in_commands([[{}, {}, {}]])
+    whole = written(mirror, command)
+    mirror.path.write_bytes(whole[: whole.rindex(b"{")])
+    assert mirror.last() is None
+    assert list(mirror.entries()) == mirror.tail(0) == []
+    mirror.append(command)
+    assert mirror.path.read_bytes() == whole
+
+
+@pytest.mark.parametrize("size", [40, 30_000])
+def test_a_long_command_that_was_cut_off_is_found_from_the_end(mirror: JournalFile, size: int) -> None:
+    """Longer than what is read of the end at first, and than what is read then."""
+    first, last = in_commands([[{}], [{"new": {"text": "x" * size}}] * 100])
+    whole = written(mirror, first + last)
+    mirror.path.write_bytes(whole[:-10])
+    assert mirror.last() == first[0]
+    assert mirror.tail(1) == []
+    mirror.append(last)
+    assert mirror.path.read_bytes() == whole
+    assert mirror.tail(1) == last
+    assert mirror.tail(50) == last[49:]
+
+
+def test_a_command_that_lost_an_entry_in_the_middle_of_the_journal_is_seen() -> None:
+    """Numbers and hashes can be forged to fit; how many follow tells it still."""
+    first, second = in_commands([[{}, {}, {}, {}], [{}]])
+    with pytest.raises(BookDamaged, match="entry 3 does not follow entry 2"):
+        list(chained(renumbered([*first[:2], *second])))
 
 
 # --- the file

@@ -11,7 +11,9 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 from alembic.autogenerate import compare_metadata
+from alembic.config import Config
 from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
 
 from data_schema import migrations
 from data_schema.engine import reading, writing
@@ -53,6 +55,16 @@ def test_the_newest_revision_is_known_and_reached(engine: sa.Engine) -> None:
     assert not migrations.known("4711")
     with reading(engine) as connection:
         assert migrations.current(connection) == migrations.newest()
+
+
+def test_files_are_named_after_the_revisions_that_alembic_finds_in_them() -> None:
+    configuration = Config()
+    configuration.set_main_option("script_location", str(migrations.VERSIONS.parent))
+    scripts = ScriptDirectory.from_config(configuration)
+    assert scripts.get_current_head() == migrations.newest()
+    for script in scripts.walk_revisions():
+        assert Path(script.path).name.startswith(f"m{script.revision}_")
+        assert migrations.known(script.revision)
 
 
 def test_an_empty_database_has_no_revision(empty_engine: sa.Engine) -> None:

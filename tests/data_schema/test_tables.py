@@ -203,8 +203,8 @@ def test_the_same_bytes_are_imported_once_but_may_be_refused_often(engine: sa.En
 
 def replace_on(dialect: str) -> str:
     """Insert over an entry that stands."""
-    columns = "seq, at_utc, person, action, entity_kind, entity_uid, prev_hash, hash"
-    row = "1, 'never', 1, 'note', 'note', 'x', '0', 'forged'"
+    columns = "seq, following, at_utc, person, action, entity_kind, entity_uid, prev_hash, hash"
+    row = "1, 0, 'never', 1, 'note', 'note', 'x', '0', 'forged'"
     if dialect == "sqlite":
         return f"INSERT OR REPLACE INTO journal (id, {columns}) VALUES (1, {row})"
     return f"INSERT INTO journal ({columns}) VALUES ({row}) ON CONFLICT (seq) DO UPDATE SET at_utc = 'never'"
@@ -216,8 +216,8 @@ CHANGES: dict[str, Callable[[str], str]] = {
     "delete all": lambda _dialect: "DELETE FROM journal",
     "replace": replace_on,
     "upsert": lambda _dialect: (
-        "INSERT INTO journal (seq, at_utc, person, action, entity_kind, entity_uid, prev_hash, hash) "
-        "VALUES (1, 'never', 1, 'note', 'note', 'x', '0', 'forged') ON CONFLICT (seq) DO UPDATE SET at_utc = 'never'"
+        "INSERT INTO journal (seq, following, at_utc, person, action, entity_kind, entity_uid, prev_hash, hash) "
+        "VALUES (1, 0, 'never', 1, 'note', 'note', 'x', '0', 'forged') ON CONFLICT (seq) DO UPDATE SET at_utc = 'never'"
     ),
     "truncate": lambda dialect: "TRUNCATE journal" if dialect == "postgresql" else "DELETE FROM journal WHERE 1",
     "truncate all": lambda dialect: (

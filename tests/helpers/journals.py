@@ -19,6 +19,7 @@ ADA = "Ada Nwosu"
 def entry(seq: int, prev_hash: str, **said: Any) -> Entry:
     """One entry; what is not said is filled in."""
     values: dict[str, Any] = {
+        "following": 0,
         "at_utc": "2021-06-14T13:30:00.000Z",
         "person": ADA,
         "action": Action.NOTE,

@@ -11,8 +11,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from ingest.kept_samples import signal_sha256
 from ingest.model import ChannelData, FloatArray, SignalPart
-from ingest.store import Store, signal_sha256
+from ingest.store import Store
 
 N = 20_000
 

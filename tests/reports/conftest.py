@@ -264,15 +264,15 @@ def make_content(seed=5):
         flow=Flow(280, 272, 4, 12, {"no charge record": 2, "pack swapped during the run": 1}, 253, 6325, 6311,
                   {"first jumps of a run": 506, "touches a dropped packet": 83, "rejected on review": 21}, 5701),
         factors=FACTORS, conditions=conditions, claims=(), comparisons=comparisons, anovas=anovas,
-        drain=_drain(maker),
+        drains=(_drain(maker),),
         budget=(
-            BudgetItem("scatter between runs", 0.41, False, "SE of a condition of 10 runs"),
-            BudgetItem("passive-drain fit", 0.21, True, "common to all runs corrected by one fit"),
-            BudgetItem("charger resolution", 0.20, False, "1 mAh is 2.2 J a jump at 25 jumps"),
-            BudgetItem("reference voltage", 0.12, True, "assumed ± 0.1 V"),
-            BudgetItem("all together", 0.52, False, "root of the sum of squares", total=True),
+            BudgetItem("scatter between runs", 1.3, 0.41, False),
+            BudgetItem("passive-drain fit", 0.21, 0.21, True, "common to all runs corrected by one fit"),
+            BudgetItem("charger resolution", 0.64, 0.20, False, "contained in the scatter"),
+            BudgetItem("reference voltage", 0.12, 0.12, True, "assumed ± 0.1 V"),
+            BudgetItem("in all", 1.32, 0.48, False, "root of the sum of squares", total=True),
         ),
-        budget_note="For a condition of 10 runs of 25 jumps.",
+        budget_note="Shown for a condition of 10 runs of 25 jumps, where 1 mAh is 2.2 J a jump.",
         order=order, sensitivity=_sensitivity(comparisons, days),
         methods=("Energy is the charge that went back into the pack, less the passive drain, times 15.4 V.",
                  "The unit of analysis is the run; jumps of one run are not independent."),
@@ -312,7 +312,7 @@ def make_log():
         shape = 0.44 - 4.9 * (phase - 0.65) ** 2
         height[np.flatnonzero(inside)[flight]] = shape[flight]
         jumps.append(LogJump(number, start + 0.65, 0.44, start + 0.25, start + 0.5,
-                             rejected="touched by hand" if number == 5 else ""))  # fmt: skip
+                             excluded="touched by hand" if number == 5 else ""))  # fmt: skip
     keep = ~((time > 40.2) & (time < 41.0)) & ~((time > 77.0) & (time < 79.5))
     gaps = (LogGap(40.2, 41.0, "dropped"), LogGap(77.0, 79.5, "pause"))
     return RunLog("r0042", "small foot, CE", time[keep], height[keep], tuple(jumps), gaps)

@@ -19,6 +19,10 @@ MEASURE = "<script>document.title = 'width ' + document.documentElement.scrollWi
 CUT = """<script>document.title = 'cut:' + [...document.querySelectorAll('.table')]
 .filter(box => box.scrollWidth > box.clientWidth + 1).map(box => box.querySelector('caption').textContent).join(' | ');
 </script></body>"""
+OUTSIDE = """<script>document.title = 'outside:' + [...document.querySelectorAll('table, svg, p, li, figcaption')]
+.filter(part => part.getBoundingClientRect().right > innerWidth + 1).map(part => part.textContent.slice(0, 60))
+.join(' | ');
+</script></body>"""
 DRAWINGS = dict.fromkeys(
     FIGURES, b'<svg xmlns="http://www.w3.org/2000/svg" width="9pt" height="9pt" viewBox="0 0 9 9"></svg>'
 )
@@ -44,12 +48,27 @@ def test_the_page_is_drawn(written, tmp_path):
     assert 0.01 < (pixels.mean(axis=2) < 0.9).mean() < 0.3
 
 
-def test_the_page_prints(written, tmp_path):
-    paper = tmp_path / "page.pdf"
-    browse(tmp_path, "--no-pdf-header-footer", f"--print-to-pdf={paper}", written.page.as_uri())
-    data = paper.read_bytes()
+@pytest.mark.parametrize(("paper", "width_pt"), [("A4", 595), ("Letter", 612)])
+def test_the_page_prints_on_the_paper_that_is_there(written, tmp_path, paper, width_pt):
+    page, printed = tmp_path / "page.html", tmp_path / "page.pdf"
+    text = written.page.read_text(encoding="utf-8")
+    assert not re.search(r"@page[^}]*size", text)
+    page.write_text(text.replace("@page {", f"@page {{ size: {paper};"), encoding="utf-8")
+    browse(tmp_path, "--no-pdf-header-footer", f"--print-to-pdf={printed}", page.as_uri())
+    data = printed.read_bytes()
     assert data.startswith(b"%PDF")
     assert 8 <= len(re.findall(rb"/Type\s*/Page\b", data)) <= 25
+    boxes = {round(float(width)) for width in re.findall(rb"/MediaBox \[0 0 ([\d.]+)", data)}
+    assert boxes == {width_pt}
+
+
+def test_nothing_is_cut_on_paper(written, tmp_path):
+    """The page as it is printed, on a window as wide as A4 paper between its margins; Letter is wider."""
+    page = tmp_path / "page.html"
+    text = written.page.read_text(encoding="utf-8").replace("@media print", "@media all").replace("</body>", OUTSIDE)
+    page.write_text(text, encoding="utf-8")
+    found = browse(tmp_path, f"--window-size={int(178 / 25.4 * 96)},1000", "--dump-dom", page.as_uri())
+    assert re.search(r"<title>(.*)</title>", found).group(1) == "outside:"
 
 
 def test_long_names_are_wrapped_and_nothing_of_a_table_is_cut(content, tmp_path):

@@ -1,4 +1,5 @@
 import dataclasses
+import itertools
 import re
 from html.parser import HTMLParser
 
@@ -127,6 +128,15 @@ def test_figures_are_described_and_tables_headed(html):
     assert '<html lang="en">' in html
 
 
+def test_headings_follow_in_order_and_the_page_keeps_its_colours(html):
+    levels = [int(level) for level in re.findall(r"<h([1-6])", html)]
+    assert levels[0] == 1
+    assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
+    assert "color-scheme: light" in html
+    for title in re.findall(r"<title id=[^>]*>([^<]*)</title><desc id=[^>]*>([^<]*)</desc>", html):
+        assert all(len(text) > 3 for text in title)
+
+
 def test_a_person_s_text_is_only_text(content):
     nasty = '<script>alert("x")</script> & <img src=//a>'
     changed = dataclasses.replace(
@@ -145,6 +155,25 @@ def test_a_person_s_text_is_only_text(content):
     page = Checker(html)
     assert page.faults == []
     assert nasty in "".join(page.text)
+
+
+def test_each_robot_has_its_drain(content):
+    second = dataclasses.replace(content.drains[0], robot="leg_rig 2", range_sentence="Its line is steeper.")
+    drains = (dataclasses.replace(content.drains[0], robot="Minitaur"), second)
+    changed = dataclasses.replace(content, drains=drains)
+    text = text_of(quick_page(changed))
+    assert "Minitaur: A run lasts 12 minutes" in text
+    assert "leg_rig 2: Its line is steeper." in text
+    for name in ("passive_drain", "idle_runs"):
+        assert [block for block, _ in TABLES[name].make(changed).blocks] == ["Minitaur", "leg_rig 2"]
+        alone = dataclasses.replace(content, drains=drains[:1])
+        assert [block for block, _ in TABLES[name].make(alone).blocks] == [""]
+
+
+def test_the_budget_keeps_one_run_and_a_mean_apart(content):
+    table = TABLES["uncertainty_budget"].make(content)
+    assert "of a single run, and in the mean over a condition's runs" in table.caption
+    assert [column.head for column in table.heads][1:3] == ["one run (J a jump)", "mean of the runs (J a jump)"]
 
 
 def test_what_does_not_exist_is_said(content):

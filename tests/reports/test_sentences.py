@@ -6,13 +6,11 @@ from data_schema.vocabulary import Undefined
 from reports.content import Factor
 from reports.numbers import Quantity
 from reports.sentences import (
-    count_text,
     difference_claim,
     formula_text,
     group_name,
     level_of,
     levels_name,
-    list_text,
     savings_claim,
     swept_words,
     title_of,
@@ -58,8 +56,12 @@ def test_a_level_carries_its_gain(content):
 
 
 def test_a_level_of_a_further_factor_carries_its_physical_value(content, headline):
-    between = dataclasses.replace(headline, group={"foot": "small"}, level="300, treated")
-    assert plain(level_of(content, between)) == "k = 835.4 N/m, treated"
+    between = dataclasses.replace(headline, group={"foot": "small"}, level="400, treated")
+    assert plain(level_of(content, between)) == "k = 1091 N/m less k = 835.4 N/m, treated"
+    reverse = dataclasses.replace(between, level="300, control")
+    assert plain(level_of(content, reverse)) == "k = 835.4 N/m less k = 1091 N/m, control"
+    one_level = tuple(c for c in content.conditions if c.levels[1].label == "400")
+    assert plain(level_of(dataclasses.replace(content, conditions=one_level), between)) == "k = 1091 N/m, treated"
 
 
 @pytest.mark.parametrize(
@@ -86,6 +88,26 @@ def test_a_saving_that_is_shown(content, headline):
         "(95 % CI 8.1 to 21.9 %; n = 14 control and 50 treatment runs; Welch t("
     )
     assert claim.provenance == (headline.savings.provenance, headline.difference.provenance)
+
+
+def test_the_headline_says_from_how_many_it_was_picked(content):
+    pooled = [c for c in content.comparisons if c.headline and c.savings is not None]
+    largest = max(pooled, key=lambda comparison: comparison.savings.value)
+    picked = " It stands first as the largest of 4 savings, one a group; its interval makes no allowance for "
+    assert savings_claim(content, largest).text.endswith(f"{picked}having been picked.")
+    for other in pooled:
+        if other is not largest:
+            assert "picked" not in savings_claim(content, other).text
+    assert "picked" not in savings_claim(content, dataclasses.replace(largest, headline=False)).text
+    alone = dataclasses.replace(content, comparisons=(largest,))
+    assert "picked" not in savings_claim(alone, largest).text
+
+
+def test_too_few_runs_for_a_difference_are_counted(content):
+    apex = next(c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX)
+    no_ends = dataclasses.replace(apex.welch_difference, ci_low=None, ci_high=None)
+    claim = difference_claim(content, dataclasses.replace(apex, welch_difference=no_ends, n_control=1, n_treatment=2))
+    assert "(1 control run and 2 treatment runs are too few for an interval)" in plain(claim.text)
 
 
 @pytest.mark.parametrize(
@@ -121,15 +143,3 @@ def test_a_difference_in_height(content):
     nothing = dataclasses.replace(shown, value=Undefined("one run only"))
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=nothing))
     assert "undefined: one run only" in claim.text
-
-
-def test_counts_and_lists():
-    assert plain(count_text(1, "run")) == "1 run"
-    assert plain(count_text(2, "run")) == "2 runs"
-    assert plain(count_text(2, "analysis", "analyses")) == "2 analyses"
-    assert [list_text(words) for words in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == [
-        "",
-        "a",
-        "a and b",
-        "a, b and c",
-    ]

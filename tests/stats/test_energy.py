@@ -34,7 +34,7 @@ def test_wrong_input_is_refused(arguments, sentence):
 
 
 def budget(joules, **changes):
-    settings = {"reference_voltage_v": 15.4, "drain_se_mah": 0.4, "resolution_mah": 1.0} | changes
+    settings = {"reference_voltage_v": 15.4, "drain_se_j": 0.4, "resolution_mah": 1.0} | changes
     return energy_budget(joules, np.full(len(joules), 25), **settings)
 
 
@@ -44,12 +44,12 @@ def test_every_term_by_hand():
     sd = math.sqrt(20.0 / 3.0)
     assert terms["scatter between runs"].one_run_j == pytest.approx(sd)
     assert terms["scatter between runs"].mean_j == pytest.approx(sd / 2.0)
-    assert terms["drain fit"].one_run_j == terms["drain fit"].mean_j == pytest.approx(0.4 * 2.2176)
+    assert terms["drain fit"].one_run_j == terms["drain fit"].mean_j == 0.4
     assert terms["charger resolution"].one_run_j == pytest.approx(2.2176 / math.sqrt(12.0))
     assert terms["charger resolution"].mean_j == pytest.approx(2.2176 / math.sqrt(12.0) / 2.0)
     assert terms["reference voltage"].mean_j == pytest.approx(0.43)
     assert [term.shared for term in found.terms] == [False, True, False, True]
-    assert found.shared_se_j == pytest.approx(math.hypot(0.4 * 2.2176, 0.43))
+    assert found.shared_se_j == pytest.approx(math.hypot(0.4, 0.43))
     assert found.total_mean_j == pytest.approx(math.hypot(sd / 2.0, found.shared_se_j))
     assert found.total_one_run_j == pytest.approx(math.hypot(sd, found.shared_se_j))
 
@@ -79,22 +79,15 @@ def test_an_unknown_drain_or_a_single_run_leaves_its_terms_undefined():
     assert isinstance(single.se_j, Undefined)
     assert isinstance(single.total_mean_j, Undefined)
     assert single.mean_j == 40.0
-    no_drain = budget([40.0, 41.0], drain_se_mah=Undefined("no idle runs"))
+    no_drain = budget([40.0, 41.0], drain_se_j=Undefined("no idle runs"))
     assert isinstance(no_drain.shared_se_j, Undefined)
     assert isinstance(no_drain.se_j, float)
 
 
-def test_the_sentence_names_the_largest_term_first_and_what_is_assumed():
-    text = budget([40.0, 42.0, 44.0], voltage_relative_se=0.05).sentence()
-    assert text.index("reference voltage") < text.index("scatter between runs")
-    assert "(shared) (assumed)" in text
-    assert "1 mAh is 2.22 J a jump" in text
-
-
 def test_budgets_of_nothing_are_refused():
     with pytest.raises(InputRefused, match="no run"):
-        energy_budget([], [], reference_voltage_v=15.4, drain_se_mah=0.1, resolution_mah=1.0)
+        energy_budget([], [], reference_voltage_v=15.4, drain_se_j=0.1, resolution_mah=1.0)
     with pytest.raises(InputRefused, match="without jumps"):
-        energy_budget([1.0], [0], reference_voltage_v=15.4, drain_se_mah=0.1, resolution_mah=1.0)
+        energy_budget([1.0], [0], reference_voltage_v=15.4, drain_se_j=0.1, resolution_mah=1.0)
     with pytest.raises(InputRefused, match="2 joules and 1 counts"):
-        energy_budget([1.0, 2.0], [25], reference_voltage_v=15.4, drain_se_mah=0.1, resolution_mah=1.0)
+        energy_budget([1.0, 2.0], [25], reference_voltage_v=15.4, drain_se_j=0.1, resolution_mah=1.0)

@@ -107,3 +107,22 @@ def test_the_interval_at_twelve_minutes_covers_the_truth_as_often_as_it_says():
     assert np.mean([one.se**2 for one in found]) ** 0.5 == pytest.approx(
         np.std([one.charge_mah for one in found]), rel=0.05
     )
+
+
+def test_idle_runs_on_one_line_are_known_no_better_than_the_charger_counts():
+    minutes = np.array([20.0, 40.0, 60.0])
+    exact = fit_passive_drain(60.0 * minutes, 7.0 * minutes)
+    counted = fit_passive_drain(60.0 * minutes, 7.0 * minutes, resolution_mah=1.0)
+    assert exact.at(720.0).se == pytest.approx(0.0, abs=1e-12)
+    assert counted.residual_sd_mah == pytest.approx(1.0 / 12.0**0.5)
+    assert counted.at(2400.0).se == pytest.approx((1.0 / 36.0) ** 0.5)
+    noisy = fit_passive_drain(60.0 * MINUTES, CHARGE_MAH + np.tile([5.0, -5.0], 3), resolution_mah=1.0)
+    assert noisy.residual_sd_mah > 1.0
+
+
+def test_the_terms_of_the_error_make_up_the_error():
+    drain = fit_passive_drain(60.0 * MINUTES, CHARGE_MAH)
+    for duration_s in (0.0, 720.0, drain.duration_mean_s, 5000.0):
+        terms = drain.error_terms_mah(duration_s)
+        assert drain.at(duration_s).se == pytest.approx(np.hypot(*terms.values()), rel=1e-14)
+    assert drain.error_terms_mah(720.0)["slope"] < 0.0 < drain.error_terms_mah(5000.0)["slope"]

@@ -7,11 +7,18 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.savings import percent_savings
+from stats.savings import Savings, percent_savings
+from stats.shared_error import SharedError
 
 CONTROL = [42.0, 44.5, 40.1, 43.3, 41.6]
 TREATED = [36.0, 37.9, 35.2, 38.8, 36.1, 35.5]
 JOULES = st.lists(st.floats(20.0, 60.0), min_size=2, max_size=10)
+
+
+def with_shared(control, treated, se, df=math.inf, **others) -> Savings:
+    """Savings of groups that carry one error alike."""
+    error = SharedError({("drain", "level"): se}, {"drain": df})
+    return percent_savings(control, treated, shared_in_control=error, shared_in_treated=error, **others)
 
 
 def test_savings_are_a_ratio_of_means():
@@ -22,7 +29,7 @@ def test_savings_are_a_ratio_of_means():
 
 def test_fiellers_ends_are_where_the_test_just_rejects():
     """At each end T - rho C lies exactly a quantile of standard errors from 0: the definition of the interval."""
-    found = percent_savings(CONTROL, TREATED, shared_se=0.7, shared_df=4.0)
+    found = with_shared(CONTROL, TREATED, 0.7, 4.0)
     c, t = np.mean(CONTROL), np.mean(TREATED)
     var_c, var_t = np.var(CONTROL, ddof=1) / 5, np.var(TREATED, ddof=1) / 6
     statistics = []
@@ -42,26 +49,20 @@ def test_the_shared_error_has_the_sensitivity_of_the_derivation():
     shifted = percent_savings(np.array(CONTROL) + e, np.array(TREATED) + e).percent
     slope = (shifted - percent_savings(CONTROL, TREATED).percent) / e
     assert slope == pytest.approx(-100.0 * (c - t) / c**2, rel=1e-4)
-    assert percent_savings(CONTROL, TREATED, shared_se=0.7).shared_se_percent == pytest.approx(
-        0.7 * abs(slope), rel=1e-4
-    )
+    assert with_shared(CONTROL, TREATED, 0.7).shared_se_percent == pytest.approx(0.7 * abs(slope), rel=1e-4)
 
 
 def test_a_shared_error_without_savings_changes_nothing():
-    alone, shared = percent_savings(CONTROL, CONTROL), percent_savings(CONTROL, CONTROL, shared_se=5.0)
+    alone, shared = percent_savings(CONTROL, CONTROL), with_shared(CONTROL, CONTROL, 5.0)
     assert shared.shared_se_percent == 0.0
     assert shared.delta_ci == pytest.approx(alone.delta_ci)
 
 
 @given(JOULES, JOULES, st.floats(0.1, 10.0), st.floats(0.0, 2.0))
 def test_a_common_factor_cancels(control, treated, factor, shared_se):
-    one = percent_savings(control, treated, shared_se=shared_se, shared_df=4.0)
-    other = percent_savings(
-        np.array(control) * factor,
-        np.array(treated) * factor,
-        shared_se=shared_se * factor,
-        shared_df=4.0,
-        scale_relative_se=0.02,
+    one = with_shared(control, treated, shared_se, 4.0)
+    other = with_shared(
+        np.array(control) * factor, np.array(treated) * factor, shared_se * factor, 4.0, scale_relative_se=0.02
     )
     assert other.percent == pytest.approx(one.percent, abs=1e-9)
     assert other.scale_relative_se == 0.02
@@ -71,13 +72,14 @@ def test_a_common_factor_cancels(control, treated, factor, shared_se):
 
 @given(JOULES, JOULES)
 def test_a_shared_error_is_kept_apart_from_the_scatter(control, treated):
-    one, other = percent_savings(control, treated), percent_savings(control, treated, shared_se=0.5)
+    one, other = percent_savings(control, treated), with_shared(control, treated, 0.5)
     assert other.se_percent == one.se_percent
     assert other.shared_se_percent == pytest.approx(0.5 * abs(one.percent) / one.control_mean, rel=1e-9, abs=1e-12)
 
 
-def test_weights_turn_a_shared_error_into_that_of_one_group():
-    found = percent_savings(CONTROL, TREATED, shared_se=0.5, shared_in_control=0.0, shared_in_treated=1.0)
+def test_a_shared_error_may_be_that_of_one_group():
+    error = SharedError({("drain", "level"): 0.5}, {"drain": 4.0})
+    found = percent_savings(CONTROL, TREATED, shared_in_treated=error)
     assert found.shared_se_percent == pytest.approx(100.0 * 0.5 / np.mean(CONTROL))
 
 
@@ -98,10 +100,8 @@ def test_what_does_not_exist_is_undefined_field_by_field():
 def test_wrong_input_is_refused():
     with pytest.raises(InputRefused, match="the treated group"):
         percent_savings(CONTROL, [1.0, float("nan")])
-    with pytest.raises(InputRefused, match="shared_se"):
-        percent_savings(CONTROL, TREATED, shared_se=-1.0)
-    with pytest.raises(InputRefused, match="shared_df"):
-        percent_savings(CONTROL, TREATED, shared_df=0.0)
+    with pytest.raises(InputRefused, match="scale_relative_se"):
+        percent_savings(CONTROL, TREATED, scale_relative_se=-1.0)
 
 
 def test_the_sentence_says_more_or_less():
@@ -119,6 +119,6 @@ def test_the_interval_covers_the_savings_as_often_as_it_says(shared_se):
     n = 2500
     shared = rng.normal(0.0, shared_se, (n, 1)) if shared_se else 0.0
     control, treated = rng.normal(50.0, 10.0, (n, 5)) + shared, rng.normal(35.0, 7.0, (n, 5)) + shared
-    found = [percent_savings(c, t, shared_se=shared_se) for c, t in zip(control, treated, strict=True)]
+    found = [with_shared(c, t, shared_se) for c, t in zip(control, treated, strict=True)]
     covered = np.mean([one.percent_ci[0] <= 30.0 <= one.percent_ci[1] for one in found])
     assert 0.935 < covered < 0.968

@@ -315,6 +315,7 @@ def upgrade() -> None:
         "journal",
         sa.Column("id", WHOLE, nullable=False),
         sa.Column("seq", WHOLE, nullable=False),
+        sa.Column("following", WHOLE, nullable=False),
         sa.Column("at_utc", TEXT, nullable=False),
         sa.Column("person", WHOLE, nullable=False),
         sa.Column("action", TEXT, nullable=False),
@@ -329,6 +330,7 @@ def upgrade() -> None:
             "action IN ('declare', 'correct', 'void', 'assign', 'decide', 'note', 'ingest', 'refuse', 'report')",
             name=op.f("ck_journal_action_known"),
         ),
+        sa.CheckConstraint("following >= 0", name=op.f("ck_journal_following_counted")),
         sa.ForeignKeyConstraint(
             ["person"], ["person.id"], name=op.f("fk_journal_person"), onupdate="RESTRICT", ondelete="RESTRICT"
         ),
@@ -390,6 +392,7 @@ def upgrade() -> None:
         sa.Column("options_json", TEXT, nullable=False),
         sa.Column("as_of_utc", TEXT, nullable=False),
         sa.Column("config", WHOLE, nullable=False),
+        sa.Column("versions_json", TEXT, nullable=False),
         sa.Column("made_utc", TEXT, nullable=False),
         sa.ForeignKeyConstraint(
             ["config"], ["config.id"], name=op.f("fk_report_config"), onupdate="RESTRICT", ondelete="RESTRICT"
@@ -732,8 +735,9 @@ def upgrade() -> None:
     op.create_table(
         "report_item",
         sa.Column("report", WHOLE, nullable=False),
-        sa.Column("place", TEXT, nullable=False),
-        sa.Column("result_number", WHOLE, nullable=False),
+        sa.Column("number_uid", TEXT, nullable=False),
+        sa.Column("value", REAL, nullable=True),
+        sa.Column("result_number", WHOLE, nullable=True),
         sa.ForeignKeyConstraint(
             ["report"], ["report.id"], name=op.f("fk_report_item_report"), onupdate="RESTRICT", ondelete="RESTRICT"
         ),
@@ -744,7 +748,7 @@ def upgrade() -> None:
             onupdate="RESTRICT",
             ondelete="RESTRICT",
         ),
-        sa.PrimaryKeyConstraint("report", "place", name=op.f("pk_report_item")),
+        sa.PrimaryKeyConstraint("report", "number_uid", name=op.f("pk_report_item")),
         sqlite_strict=True,
     )
     op.create_index(op.f("ix_report_item_report"), "report_item", ["report"], unique=False)

@@ -12,6 +12,7 @@ from data_schema.queries.charges import charges_by_run
 from data_schema.queries.imports import inbox
 from data_schema.vocabulary import RunState
 from ingest.store import Store
+from labbook.actions.assigning import assign
 from labbook.actions.correcting import correct, unvoid, void
 from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
@@ -47,6 +48,22 @@ def test_a_sheet_that_grew_adds_only_what_is_new(tmp_path: Path) -> None:
             after = {uid: [charge.uid for charge in charges] for uid, charges in charges_by_run(connection).items()}
             assert after == before
             assert not inbox(connection)
+
+
+def test_a_charge_taken_off_its_run_does_not_come_back_with_the_grown_sheet(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    sheet = min((small.instruments / "charger").iterdir())
+    with small.open() as book:
+        with book.desk(ADA) as desk:
+            assign(desk, f"{sheet.name}#1", "none", "it was another pack's")
+        with book.reading() as connection:
+            run = run_named(connection, sheet.read_text().splitlines()[1].split(",")[0])
+            before = inbox(connection)
+        grown = sheet.read_bytes() + b"r099,300,20,16.8,A\n"
+        ingest_sheet(book, tmp_path, "grown.csv", grown)
+        with book.reading() as connection:
+            assert run.uid not in charges_by_run(connection)
+            assert [item for item in inbox(connection) if item not in before] == inbox(connection)[-1:], "r099 alone"
 
 
 def test_a_contradicting_row_waits_and_the_run_keeps_its_charge(tmp_path: Path) -> None:

@@ -38,13 +38,13 @@ def test_a_corrected_rest_length_makes_apexes_stale_and_new(made: SmallBook) -> 
             correct(book, desk, "robot:hopper", ["rest_length_m=0.26"], "measured again")
         assert {"run_apexes", "condition_summary", "comparison"} <= {kind for kind, _scope in desk.stale}
         with book.reading() as connection:
-            before = review(book, connection, "r001").detection.key
+            before = review(book, connection, "r001").detections[0].key
     made.toml.write_text(made.toml.read_text().replace("rest_length_m = 0.27", "rest_length_m = 0.26"))
     with made.open() as book:
         anew = state_report(book, None, ADA, lambda _step: None).bench.computed.values()
         with book.reading() as connection:
             runs = {run.name: run for run in list_runs(connection)}
-            assert review(book, connection, "r001").detection.key == before
+            assert review(book, connection, "r001").detections[0].key == before
     apexes = [row for row in anew if row.kind == "run_apexes"]
     assert {json.loads(row.scope_json)["run"] for row in apexes} == {
         name for name, run in runs.items() if run.condition_key
@@ -56,27 +56,27 @@ def test_a_corrected_rest_length_makes_apexes_stale_and_new(made: SmallBook) -> 
 
 def test_the_book_says_the_rest_length_whatever_labbook_toml_calls_its_robots(made: SmallBook) -> None:
     with made.open() as book, book.reading() as connection:
-        before = review(book, connection, "r001").detection
+        before = review(book, connection, "r001").detections
     made.toml.write_text(made.toml.read_text().replace("[robots.hopper]", "[robots.other]"))
     with made.open() as book, book.reading() as connection:
-        assert review(book, connection, "r001").detection == before
+        assert review(book, connection, "r001").detections == before
 
 
 @pytest.mark.parametrize("kind", list(GapKind))
 def test_a_jump_over_a_gap_of_any_kind_is_marked_and_has_its_own_key(book: Book, kind: GapKind) -> None:
     with book.reading() as connection:
         found = review(book, connection, "r001")
-    samples = book.store.samples(found.signal.store_path, ["body_height", "leg_length"])
+    samples = book.store.samples(found.signals[0].store_path, ["body_height", "leg_length"])
     apex_s = found.jumps[1].jump.apex_s
     assert apex_s is not None
     gap = Gap(apex_s - 0.01, 0.02, 6, 6, kind)
     keys, touched = [], []
     for gaps in (heeded_gaps([]), heeded_gaps([gap])):
         log = Log(samples["time"], samples["body_height"], samples.get("leg_length"), gaps)
-        values, jumps = detection_rows(detect(log, "robust", 0.27), found.signal.sha256)
+        values, jumps = detection_rows(detect(log, "robust", 0.27), found.signals[0].sha256)
         keys.append(values["key"])
         touched.append([row["gap_touched"] for row in jumps])
-    assert keys[0] == found.detection.key
+    assert keys[0] == found.detections[0].key
     assert keys[1] != keys[0]
     assert not np.any(touched[0])
     assert touched[1][1] == 1

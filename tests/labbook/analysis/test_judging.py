@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from data_schema.queries.signals import DecisionRow, DetectionRow, JumpRow
 from data_schema.vocabulary import ReasonCode, Verdict
-from labbook.analysis.judging import Judgement, Rules, judge
+from labbook.analysis.judging import Judgement, Rules
+from labbook.analysis.judging import judge as judge_run
 
 RULES = Rules(exclude_first_jumps=0, exclude_gap_jumps=False)
 
@@ -26,6 +29,11 @@ def said(verdict: Verdict, anchor_s: float = 1.0, height_m: float | None = 0.2, 
     return DecisionRow(
         uid, "hash", anchor_s, verdict, ReasonCode.OTHER, None, height_m, "robust", 1, "ada", "2026-01-01T00:00:00Z"
     )
+
+
+def judge(found: DetectionRow, decisions: list[DecisionRow], rules: Rules) -> Judgement:
+    """The judgement of a run with one log."""
+    return judge_run([found], {found.signal_sha256: decisions}, rules)
 
 
 def states(judgement: Judgement) -> list[bool]:
@@ -80,3 +88,14 @@ def test_clear_removes_a_waiting_verdict_near_it_and_no_other() -> None:
 def test_of_two_waiting_verdicts_about_one_moment_the_later_waits() -> None:
     accept = said(Verdict.ACCEPT, 1.05)
     assert judge(detection(), [REJECT, accept], RULES).waiting == (accept,)
+
+
+def test_the_jumps_of_a_run_that_was_started_again_are_numbered_through() -> None:
+    first = detection(jump(1, 1.0), jump(2, 2.0))
+    second = replace(first, signal_sha256="other", jumps=(jump(1, 1.0), jump(2, 3.0)))
+    again = replace(REJECT, signal_sha256="other")
+    found = judge_run([first, second], {"other": [again]}, Rules(exclude_first_jumps=1, exclude_gap_jumps=False))
+    assert [item.jump.number for item in found.jumps] == [1, 2, 3, 4]
+    assert [item.signal_sha256 for item in found.jumps] == ["hash", "hash", "other", "other"]
+    assert states(found) == [False, True, False, True], "the first of the run, and the first of the second log"
+    assert found.jumps[2].decision == again

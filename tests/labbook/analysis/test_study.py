@@ -11,13 +11,15 @@ import pytest
 
 from data_schema.queries.results import NumberRow
 from data_schema.queries.runs import PlannedRow
+from labbook.actions.correcting import void
 from labbook.actions.report_command import state_report
 from labbook.analysis.budget import budget
 from labbook.analysis.comparing import compare
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.gathering import Evidence
-from labbook.analysis.passive_drain import fitted, unused_idle
-from labbook.analysis.study import StudyAnalysis, without_day
+from labbook.analysis.passive_drain import drain_lines, passive_drains, unused_idle
+from labbook.analysis.run_energy import run_energies
+from labbook.analysis.study import WITHOUT_EXCLUSIONS, StudyAnalysis, without_day
 from labbook.analysis.workbench import Workbench, number
 from labbook.presenting.course import flow
 from labbook.presenting.making import MadeReport
@@ -25,6 +27,7 @@ from labbook.presenting.methods import limitations
 from reports.numbers import Quantity
 from stats.distributions import t_quantile
 from stats.passive_drain import PassiveDrain
+from stats.shared_error import SharedError
 from tests.helpers.books import ADA, small_book
 
 
@@ -62,27 +65,71 @@ def test_a_shared_error_that_differs_between_the_sides_widens_the_difference(ana
             assert (p < 0.05) == (not difference.ci_low <= 0.0 <= difference.ci_high)
 
 
-def side(condition: ConditionValues, shared_se: float) -> tuple[ConditionValues, ...]:
-    return (replace(condition, runs=tuple(replace(item, shared_se=shared_se) for item in condition.runs)),)
+def side(condition: ConditionValues, *errors_j: float) -> tuple[ConditionValues, ...]:
+    """The condition with a shared error of these sizes, a term each."""
+    shared = SharedError({("drain", f"{place}"): size for place, size in enumerate(errors_j)}, {"drain": 4.0})
+    return (replace(condition, runs=tuple(replace(item, shared=shared) for item in condition.runs)),)
 
 
 def test_what_remains_of_the_shared_error_adds_in_quadrature(tmp_path: Path, analysis: StudyAnalysis) -> None:
     pair = next(item.pair for item in analysis.compared if item.quantity is Quantity.JOULES)
     a, b = pair.a[0], pair.b[0]
     pairs = [
-        replace(pair, label=f"{shared_se}", a=side(a, 1.0), b=side(b, shared_se))
-        for shared_se in (1.0, 1.0 + 1e-15, 3.0)
+        replace(pair, label=f"{errors_j}", a=side(a, 1.0, 1.0), b=side(b, *errors_j))
+        for errors_j in ((1.0, 1.0), (1.0 + 1e-15, 1.0), (3.0, 1.0), (1.0, -1.0))
     ]
     with small_book(tmp_path).open() as book, book.reading() as connection:
         rows = compare(Workbench(connection), pairs, Quantity.JOULES, {})
-    equal, rounded, unequal = [number(row, "welch_difference") for row in rows]
+    equal, rounded, unequal, opposite = [number(row, "welch_difference") for row in rows]
     assert equal.shared_se == rounded.shared_se == 0.0
     assert (equal.ci_low, equal.ci_high) == (rounded.ci_low, rounded.ci_high)
-    assert unequal.shared_se == 2.0
+    assert unequal.shared_se == opposite.shared_se == 2.0
     assert unequal.value == equal.value
     before, after = half_width(equal), half_width(unequal)
-    df = a.runs[0].shared_df
-    assert after == pytest.approx(math.hypot(before, 2.0 * t_quantile(0.95, df)))
+    assert after == pytest.approx(math.hypot(before, 2.0 * t_quantile(0.95, 4.0)))
+
+
+def test_each_robot_has_its_own_drain_line(analysis: StudyAnalysis) -> None:
+    evidence = analysis.evidence
+    assert [drain.robot for drain in analysis.drains.values()] == ["hopper"]
+    others = tuple(replace(run, robot="other", robot_uid="other", uid=f"{run.uid}b") for run in evidence.idle)
+    charges = {f"{uid}b": [replace(item, charge_mah=2 * item.charge_mah) for item in charges]
+               for uid, charges in evidence.charges.items()}  # fmt: skip
+    both = replace(evidence, idle=(*evidence.idle, *others), charges={**evidence.charges, **charges})
+    (one,) = drain_lines(evidence).values()
+    first, second = drain_lines(both).values()
+    assert isinstance(first, PassiveDrain)
+    assert isinstance(second, PassiveDrain)
+    assert first == one
+    assert second.slope_mah_s == pytest.approx(2 * first.slope_mah_s)
+
+
+def test_a_run_of_a_robot_without_idle_runs_has_no_joules(tmp_path: Path, analysis: StudyAnalysis) -> None:
+    evidence = analysis.evidence
+    first, *rest = evidence.runs
+    moved = replace(evidence, runs=(replace(first, robot="other", robot_uid="other"), *rest))
+    with small_book(tmp_path).open() as book, book.reading() as connection:
+        bench = Workbench(connection)
+        found = run_energies(bench, moved, passive_drains(bench, moved))
+    assert found.missing == {first.uid: "no passive-drain fit for robot other"}
+    assert set(found.results) == {run.uid for run in rest}
+
+
+def test_without_exclusions_void_runs_are_back(tmp_path: Path) -> None:
+    with small_book(tmp_path).open() as book:
+        before = state_report(book, None, ADA, lambda _step: None).analysis
+        with book.desk(ADA) as desk:
+            void(desk, "r002", "rail loose")
+        after = state_report(book, None, ADA, lambda _step: None).analysis
+    as_first = {(item.pair.label, item.quantity): item.result for item in before.compared}
+    without = [item for item in after.varied if item.variant == WITHOUT_EXCLUSIONS]
+    assert {item.quantity for item in without} == set(Quantity)
+    for item in without:
+        first = as_first[item.headline, item.quantity]
+        assert [row.n for row in item.result.numbers] == [row.n for row in first.numbers]
+        if item.quantity is Quantity.JOULES:
+            values = [row.value for row in item.result.numbers]
+            assert values == pytest.approx([row.value for row in first.numbers])
 
 
 def half_width(item: NumberRow) -> float:
@@ -98,7 +145,7 @@ def test_the_budget_takes_the_coarsest_resolution_of_the_charges(tmp_path: Path,
     (charge,) = evidence.charges[uid]
     coarse = replace(evidence, charges={**evidence.charges, uid: [replace(charge, resolution_mah=1000.0)]})
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        row = budget(Workbench(connection), coarse, analysis.drain, analysis.joules, {})
+        row = budget(Workbench(connection), coarse, analysis.joules, {})
     assert row is not None
     assert analysis.budget is not None
     larger = [
@@ -116,7 +163,7 @@ def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(analysis: 
     idle = tuple(replace(run, day=second if index else first) for index, run in enumerate(evidence.idle))
     rest = without_day(replace(evidence, idle=idle), first)
     assert {run.day for run in (*rest.runs, *rest.idle)} == {second}
-    whole, refitted = fitted(evidence), fitted(rest)
+    (whole,), (refitted,) = drain_lines(evidence).values(), drain_lines(rest).values()
     assert isinstance(whole, PassiveDrain)
     assert isinstance(refitted, PassiveDrain)
     assert refitted.n == whole.n - 1

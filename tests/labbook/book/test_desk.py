@@ -12,6 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from data_schema.errors import BookDamaged, InputRefused, LabbookError, UsageError
+from data_schema.journal import GENESIS, placed
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.people import config_in_force
 from data_schema.vocabulary import Action, Verdict
@@ -21,7 +22,7 @@ from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.jump_review import decide
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.opening import Book
-from labbook.book.rebuilding import rewrite_journal
+from labbook.book.rebuilding import rebuild_database, rewrite_journal
 from labbook.cli.main import app
 from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.databases import all_rows
@@ -57,9 +58,10 @@ def test_what_is_stated_stands_in_table_and_file(book: SmallBook) -> None:
     with book.open() as standing:
         before = said_alike(standing)
         with standing.desk(ADA) as desk:
-            first, second = note(desk, "left rail squeaked"), note(desk, "oiled")
+            said = [note(desk, "left rail squeaked"), note(desk, "oiled")]
         entries = said_alike(standing)
-        assert entries == [*before, first, second]
+        assert entries == [*before, *placed(said, (before[-1].seq, before[-1].hash))]
+        assert [entry.following for entry in entries[-2:]] == [1, 0]
         assert {entry.person for entry in entries} == {ADA}
         assert notes(standing)[-2:] == ["left rail squeaked", "oiled"]
 
@@ -183,6 +185,52 @@ def test_a_torn_line_is_forgotten(book: SmallBook) -> None:
         with standing.desk(ADA) as desk:
             note(desk, "afterwards")
         assert len(said_alike(standing)) == len(before) + 1
+
+
+def test_of_a_command_cut_off_anywhere_all_or_nothing_is_there_after_the_next(tmp_path: Path) -> None:
+    """The file as a power cut before the commit leaves it; the database knows nothing of the command."""
+    made = small_book(tmp_path, ingested=False)
+    database = made.database.read_bytes()
+    before = made.journal.read_bytes()
+    with made.open() as book:
+        known = notes(book)
+        with book.desk(ADA) as desk:
+            for number in range(3):
+                note(desk, f"n{number}")
+    whole = made.journal.read_bytes()
+    ends = [at for at, letter in enumerate(whole, start=1) if letter == 10 and at > len(before)]
+    assert len(ends) == 3
+    for left in sorted(
+        {len(before), *(end + near for end in ends for near in (-40, -1, 0, 1) if end + near <= len(whole))}
+    ):
+        for piece in made.folder.glob("labbook.db*"):
+            piece.unlink()
+        made.database.write_bytes(database)
+        made.journal.write_bytes(whole[:left])
+        with made.open() as book:
+            with book.desk(ADA) as desk:
+                note(desk, "afterwards")
+            all_of_it = ["n0", "n1", "n2"] if left == len(whole) else []
+            assert notes(book) == [*known, *all_of_it, "afterwards"]
+            said_alike(book)
+            rows = all_rows(book.engine)
+        if left in ends:
+            rebuild_database(made.folder, lambda _step: None)
+            with made.open() as book:
+                assert all_rows(book.engine) == rows
+
+
+def test_half_a_command_in_the_file_is_not_rebuilt(book: SmallBook) -> None:
+    with book.open() as standing:
+        rows = all_rows(standing.engine)
+        last = said_alike(standing)[-1]
+        run = find_run(standing, "r001")
+        said = [entry(0, GENESIS, new={"target_kind": "run", "target_uid": run, "text": "cut off"}) for _ in range(3)]
+        standing.mirror.append(placed(said, (last.seq, last.hash))[:2])
+    rewrite_journal(book.folder)
+    with book.open() as standing:
+        assert said_alike(standing)[-1] == last
+        assert all_rows(standing.engine) == rows
 
 
 @pytest.mark.parametrize("how", ["cut", "emptied", "removed"])

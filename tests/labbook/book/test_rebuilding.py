@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import functools
+import os
 import random
 import shutil
 import sqlite3
+import subprocess
+import sys
 import tempfile
 import time
 from contextlib import closing
@@ -15,14 +18,18 @@ import pyarrow as pa
 import pytest
 import sqlalchemy as sa
 
-from data_schema import journal
 from data_schema.engine import postgres_engine, sqlite_engine, writing
 from data_schema.errors import BookBusy, BookDamaged, UsageError
-from labbook.book.rebuilding import Rebuilt, rebuild_database
-from tests.helpers.books import ADA, SmallBook
+from labbook.book.differing import Differences
+from labbook.book.making import make_sqlite
+from labbook.book.rebuilding import Rebuilt, rebuild_database, rewrite_journal
+from labbook.book.replacing_postgres import FRESH, replace_postgres
+from labbook.book.replacing_sqlite import replace_sqlite
+from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import Rows, all_rows, all_rows_by_name
 from tests.helpers.postgres import Cluster
+from tests.helpers.schemas import schema_lines
 from tests.helpers.statements import note, notes, said_alike
 from tests.helpers.whole_book import whole_book
 
@@ -61,7 +68,7 @@ def test_everything_is_there_again_to_the_row_and_its_keys_and_the_book_goes_on(
     empty = {name for name, rows in before.items() if not rows}
     assert empty == {"instrument", "calibration", "prediction"}, "a table that nothing is written to proves nothing"
     done = rebuild(whole)
-    assert done.entries == len(before["journal"])
+    assert (done.entries, done.differences) == (len(before["journal"]), Differences())
     assert rows_of(whole) == before
     assert done.old is not None  # and the old one is kept
     assert rows_of_sqlite(whole.folder / done.old) == before
@@ -99,18 +106,234 @@ def by_name(url: str | None, folder: Path) -> dict[str, Rows]:
 def test_on_postgresql_the_same_rows_come_of_the_same_journal(postgres_url: str, whole: SmallBook) -> None:
     on_sqlite = by_name(None, whole.folder)
     moved(whole, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
-    assert rebuild(whole) == Rebuilt(len(on_sqlite["journal"]), None)
+    assert rebuild(whole) == Rebuilt(len(on_sqlite["journal"]), None, Differences())
     assert by_name(postgres_url, whole.folder) == on_sqlite
 
 
-def test_what_was_lived_on_postgresql_is_made_again_there_but_for_its_keys(tmp_path: Path, cluster: Cluster) -> None:
-    lived, anew = (cluster.url(cluster.fresh()) for _ in range(2))
-    book = whole_book(tmp_path, lived)
-    before = by_name(lived, book.folder)
-    with pytest.raises(UsageError, match=r"is not empty .*give \[database\] url of an empty one"):
+def schema_and_rows(url: str) -> tuple[list[str], dict[str, Rows]]:
+    """What the book is made of and holds; what lies in the schemas of rebuilds is left out."""
+    engine = postgres_engine(url)
+    try:
+        with engine.connect() as connection:
+            own = [line for line in schema_lines(connection) if "rebuil" not in line]
+            return own, all_rows_by_name(engine)
+    finally:
+        engine.dispose()
+
+
+def schemas(engine: sa.Engine) -> list[str]:
+    with engine.connect() as connection:
+        return [name for name in sa.inspect(connection).get_schema_names() if "rebuil" in name]
+
+
+def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path: Path, postgres_url: str) -> None:
+    book = whole_book(tmp_path, postgres_url)
+    before = schema_and_rows(postgres_url)
+    with book.open() as standing:  # open meanwhile, and usable afterwards
+        with standing.engine.begin() as connection:
+            connection.exec_driver_sql("CREATE TABLE theirs (x TEXT)")
+            connection.exec_driver_sql("DROP ROLE IF EXISTS guest")
+            connection.exec_driver_sql("CREATE ROLE guest")
+            connection.exec_driver_sql("GRANT SELECT, REFERENCES ON run TO guest")
+            connection.exec_driver_sql("GRANT SELECT ON report TO PUBLIC")
+        done = rebuild(book)
+        assert done.old is not None
+        assert schemas(standing.engine) == [done.old]
+        with standing.reading() as connection:
+            old = connection.exec_driver_sql(f"SELECT count(*) FROM {done.old}.journal").scalar_one()
+            rights = [
+                connection.exec_driver_sql(f"SELECT has_table_privilege('guest', '{table}', '{right}')").scalar_one()
+                for table, right in (("run", "SELECT"), ("run", "REFERENCES"), ("report", "SELECT"), ("run", "INSERT"))
+            ]
+            assert connection.exec_driver_sql("SELECT count(*) FROM theirs").scalar_one() == 0
+        assert old == done.entries
+        assert rights == [True, True, True, False]
+        with standing.engine.begin() as connection:
+            connection.exec_driver_sql("DROP TABLE theirs")
+        assert schema_and_rows(postgres_url) == before
+        for schema in ("public", done.old):
+            with pytest.raises(sa.exc.DBAPIError, match="only ever added to"), standing.engine.begin() as connection:
+                connection.exec_driver_sql(f"DELETE FROM {schema}.journal")
+        with standing.desk(ADA) as desk:
+            note(desk, "afterwards")
+        said_alike(standing)
+        assert notes(standing)[-1] == "afterwards"
         rebuild(book)
-    rebuild(moved(book, lived, anew))
-    assert by_name(anew, book.folder) == before
+        assert len(schemas(standing.engine)) == 2
+
+
+def test_a_database_of_another_program_is_not_rebuilt_into(postgres_url: str, whole: SmallBook) -> None:
+    engine = postgres_engine(postgres_url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql("CREATE TABLE recipes (x TEXT)")
+    moved(whole, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
+    with pytest.raises(UsageError, match="holds recipes and no book"):
+        rebuild(whole)
+    assert schemas(engine) == []
+    engine.dispose()
+
+
+def test_another_program_with_migrations_of_its_own_is_not_taken_for_a_book(
+    postgres_url: str, whole: SmallBook
+) -> None:
+    engine = postgres_engine(postgres_url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql("CREATE TABLE alembic_version (version_num TEXT)")
+        connection.exec_driver_sql("INSERT INTO alembic_version VALUES ('0001')")
+        connection.exec_driver_sql("CREATE TABLE run (theirs TEXT)")
+    moved(whole, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
+    with pytest.raises(UsageError, match="holds alembic_version, run and no book"):
+        rebuild(whole)
+    engine.dispose()
+
+
+def test_on_postgresql_one_who_keeps_reading_stops_it(tmp_path: Path, cluster: Cluster) -> None:
+    url = cluster.url(cluster.fresh())
+    book = small_book(tmp_path, ingested=False, database_url=url)
+    before = schema_and_rows(url)
+    hasty = postgres_engine(url, busy_timeout_s=0.1)
+    with book.open() as standing, standing.reading() as connection:
+        connection.exec_driver_sql("SELECT count(*) FROM run").scalar_one()
+        with pytest.raises(BookBusy, match="another program"):
+            replace_postgres(hasty, url, lambda _engine: None, lambda _engine, _standing: None)
+    assert schemas(hasty) == []
+    hasty.dispose()
+    assert schema_and_rows(url) == before
+
+
+def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, whole: SmallBook) -> None:
+    engine = postgres_engine(postgres_url)
+    with engine.begin() as connection:
+        connection.exec_driver_sql("DROP ROLE IF EXISTS visitor")
+        connection.exec_driver_sql("CREATE ROLE visitor LOGIN")
+    engine.dispose()
+    url = postgres_url.replace("labbook@", "visitor@")
+    moved(whole, "[files]", f'[database]\nurl = "{url}"\n\n[files]')
+    with pytest.raises(UsageError, match=r"refused \(permission denied .*GRANT CREATE ON DATABASE"):
+        rebuild(whole)
+
+
+# --- others at the same time
+
+
+def test_what_is_said_while_a_book_is_rebuilt_is_in_it(book: SmallBook, commands: Commands) -> None:
+    """One speaks when all that was there is applied, others at any moment."""
+    running = []
+
+    def speak(step: str) -> None:
+        seq, last = step.split(" ")[0].split("/")
+        if seq == last and not running:
+            code, said = commands.run("note", "r001", "said last", "--book", book.folder)
+            assert code == 0, said
+            words = [("note", "r001", f"said {number}", "--book", book.folder) for number in range(4)]
+            running.extend(commands.start(*some) for some in words)
+
+    rebuild_database(book.folder, speak)
+    assert [one.wait() for one in running] == [0] * 4
+    with book.open() as standing:
+        said_alike(standing)
+        assert sorted(notes(standing)[-5:]) == ["said 0", "said 1", "said 2", "said 3", "said last"]
+        rows = all_rows_by_name(standing.engine)
+    assert rebuild(book).differences == Differences()
+    with book.open() as standing:
+        assert all_rows_by_name(standing.engine) == rows
+
+
+def test_a_second_rebuild_waits_for_the_first(book: SmallBook) -> None:
+    told = []
+
+    def again(_step: str) -> None:
+        if not told:
+            with pytest.raises(BookBusy, match="another program is rebuilding this book") as caught:
+                rebuild(book)
+            told.append(caught)
+
+    rebuild_database(book.folder, again)
+    assert len(told) == 1
+
+
+def test_one_who_has_the_book_open_sees_the_new_database_and_goes_on(whole: SmallBook) -> None:
+    with whole.open() as standing:
+        with standing.reading() as connection:
+            before = connection.exec_driver_sql("SELECT count(*) FROM journal").scalar_one()
+            rebuild(whole)
+            assert connection.exec_driver_sql("SELECT count(*) FROM journal").scalar_one() == before
+        with standing.desk(ADA) as desk:
+            note(desk, "afterwards")
+        said_alike(standing)
+    with whole.open() as fresh:
+        assert notes(fresh)[-1] == "afterwards"
+        assert len(said_alike(fresh)) == before + 1
+
+
+def test_one_who_keeps_writing_stops_it(whole: SmallBook) -> None:
+    before = rows_of(whole)
+    fresh = whole.folder.parent / "fresh.db"
+    shutil.copy(whole.database, fresh)
+    with closing(sqlite3.connect(whole.database, isolation_level=None)) as other:
+        other.execute("BEGIN IMMEDIATE")
+        with pytest.raises(BookBusy, match=r"is writing to .*labbook\.db: close it and run `labbook rebuild` again"):
+            replace_sqlite(whole.folder, fresh, lambda: pytest.fail("not alone"), busy_timeout_s=0.05)
+    assert rows_of(whole) == before
+
+
+KILLED_WHILE_ALONE = """
+import os, signal, sys
+from pathlib import Path
+from labbook.book.replacing_sqlite import replace_sqlite
+
+replace_sqlite(Path(sys.argv[1]), Path(sys.argv[2]), lambda: os.kill(os.getpid(), signal.SIGKILL))
+"""
+
+
+def test_a_rebuild_that_is_killed_while_it_replaces_leaves_the_old_database(whole: SmallBook) -> None:
+    before = rows_of(whole)
+    fresh = whole.folder / ".labbook.db.rebuild.fresh"
+    make_sqlite(fresh)
+    root = Path(__file__).parents[3]
+    done = subprocess.run(
+        [sys.executable, "-c", KILLED_WHILE_ALONE, whole.folder, fresh],
+        env={**os.environ, "PYTHONPATH": str(root)},
+        check=False,
+    )
+    assert done.returncode == KILLED
+    assert rows_of(whole) == before
+    rebuild(whole)
+    assert rows_of(whole) == before
+    assert list(whole.folder.glob(".*")) == []
+
+
+def test_a_journal_that_ends_before_the_database_is_not_rebuilt_from(book: SmallBook) -> None:
+    whole = book.journal.read_bytes()
+    with book.open() as standing:
+        rows = all_rows_by_name(standing.engine)
+        with standing.desk(ADA) as desk:
+            note(desk, "said and lost from the file")
+        later = all_rows_by_name(standing.engine)
+    book.journal.write_bytes(whole)
+    with pytest.raises(BookDamaged, match=r"ends at entry \d+, the database at \d+: .*`labbook rebuild --journal`"):
+        rebuild(book)
+    with book.open() as standing:
+        assert all_rows_by_name(standing.engine) == later != rows
+    rewrite_journal(book.folder)
+    rebuild(book)
+    with book.open() as standing:
+        assert all_rows_by_name(standing.engine) == later
+
+
+def test_the_database_of_another_book_is_not_replaced(book: SmallBook, tmp_path: Path) -> None:
+    other = small_book(tmp_path / "other", ingested=False, two_people=True)
+    with other.open() as standing:
+        for number in range(40):
+            with standing.desk(ADA) as desk:
+                note(desk, f"remark {number}")
+    shutil.copy(other.journal, book.journal)
+    with book.open() as standing:
+        rows = all_rows_by_name(standing.engine)
+    with pytest.raises(BookDamaged, match="the two belong to different books"):
+        rebuild(book)
+    with book.open() as standing:
+        assert all_rows_by_name(standing.engine) == rows
 
 
 # --- interrupted
@@ -132,27 +355,26 @@ def test_a_rebuild_that_is_killed_leaves_the_old_database(whole: SmallBook, comm
     assert list(whole.folder.glob(".*")) == []
 
 
-def test_on_postgresql_a_rebuild_that_was_killed_goes_on(
-    postgres_url: str, whole: SmallBook, commands: Commands
+def test_on_postgresql_a_rebuild_that_is_killed_leaves_the_old_tables(
+    cluster: Cluster, tmp_path: Path, commands: Commands
 ) -> None:
-    on_sqlite = by_name(None, whole.folder)
-    moved(whole, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
-    running = commands.start("rebuild", "--book", whole.folder)
-    engine = postgres_engine(postgres_url)
-    for _ in range(600):
-        time.sleep(0.01)
-        with engine.connect() as connection:
-            begun = sa.inspect(connection).has_table("journal")
-            there = journal.head(connection)[0] if begun else 0
-        if there > 3:
-            break
-    engine.dispose()
-    running.kill()
-    assert running.wait() == KILLED
-    assert 3 < len(by_name(postgres_url, whole.folder)["journal"]) < len(on_sqlite["journal"])
-    code, said = commands.run("rebuild", "--book", whole.folder)
+    url = cluster.url(cluster.fresh())
+    book, chance = small_book(tmp_path, database_url=url), random.Random(6)
+    before = schema_and_rows(url)
+    died = 0
+    for _ in range(4):
+        running = commands.start("rebuild", "--book", book.folder)
+        time.sleep(chance.uniform(0, 0.9))
+        running.kill()
+        died += running.wait() == KILLED
+        assert schema_and_rows(url) == before
+    assert died > 1
+    code, said = commands.run("rebuild", "--book", book.folder)
     assert code == 0, said
-    assert by_name(postgres_url, whole.folder) == on_sqlite
+    assert schema_and_rows(url) == before
+    engine = postgres_engine(url)
+    assert FRESH not in schemas(engine)
+    engine.dispose()
 
 
 # --- what is not as it was
@@ -191,17 +413,6 @@ def test_a_journal_that_was_changed_stops_it(whole: SmallBook) -> None:
     with pytest.raises(BookDamaged, match="is missing"):
         rebuild(whole)
     assert whole.database.read_bytes() == before
-
-
-def test_a_database_that_is_open_elsewhere_is_not_replaced(whole: SmallBook) -> None:
-    with closing(sqlite3.connect(whole.database)) as other:
-        other.execute("BEGIN")
-        other.execute("SELECT count(*) FROM run").fetchone()
-        with pytest.raises(
-            BookBusy, match=r"another program has .*labbook\.db open: close it and run `labbook rebuild`"
-        ):
-            rebuild(whole)
-    rebuild(whole)
 
 
 def test_a_database_that_is_no_longer_one_is_set_aside(whole: SmallBook) -> None:

@@ -19,18 +19,26 @@ from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
 from stats.energy import joules_per_jump, joules_per_mah
 from stats.passive_drain import PassiveDrain, fit_passive_drain
 from stats.savings import percent_savings
-from stats.shared_error import describe_shared
+from stats.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.summary import describe
 
 SEEDS = range(200)
 LEVEL = 0.95
+RESOLUTION_MAH = 1.0
 
 
 def drain_of(campaign: Campaign) -> PassiveDrain:
     idle = campaign.of_kind(RunKind.IDLE)
-    drain = fit_passive_drain([run.duration_s for run in idle], [run.charge_mah for run in idle])
+    drain = fit_passive_drain([run.duration_s for run in idle], [run.charge_mah for run in idle], RESOLUTION_MAH)
     assert isinstance(drain, PassiveDrain)
     return drain
+
+
+def shared_error(drain: PassiveDrain, duration_s: float, voltage_v: float, jumps: int) -> SharedError:
+    """What the drain line's error makes of a run's joules."""
+    worth_j = joules_per_mah(voltage_v, jumps)
+    terms = {("drain", term): -worth_j * mah for term, mah in drain.error_terms_mah(duration_s).items()}
+    return SharedError(terms, {"drain": drain.df})
 
 
 def covers(low: float | Undefined, high: float | Undefined, truth: float) -> bool:
@@ -49,7 +57,7 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
         "passive charge": [covers(at_run.ci_low, at_run.ci_high, truth.passive_charge_mah(truth.run_duration_s))]
     }
     joules: defaultdict[Condition, list[float]] = defaultdict(list)
-    counts: defaultdict[Condition, list[int]] = defaultdict(list)
+    shared: defaultdict[Condition, list[SharedError]] = defaultdict(list)
     apexes: defaultdict[Condition, list[float]] = defaultdict(list)
     for run in campaign.of_kind(RunKind.JUMPS):
         assert run.condition is not None
@@ -58,24 +66,28 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
         )
         assert isinstance(value, float)
         joules[run.condition].append(value)
-        counts[run.condition].append(run.jumps_made)
+        shared[run.condition].append(shared_error(drain, run.duration_s, truth.reference_voltage_v, run.jumps_made))
         apexes[run.condition].append(float(run.reached_apexes_m.mean()))
 
     covered |= {"joules a jump": [], "apex height": [], "saving": [], "pooled saving": []}
     for condition in truth.conditions:
-        shared_se = at_run.se * joules_per_mah(truth.reference_voltage_v, float(np.mean(counts[condition])))
-        mean = describe_shared(joules[condition], shared_se=shared_se, shared_df=drain.df, level=LEVEL)
+        mean = describe_shared(joules[condition], shared_of_mean(shared[condition]), LEVEL)
         covered["joules a jump"].append(covers(mean.ci_low, mean.ci_high, truth.joules_per_jump(condition)))
         apex = describe(apexes[condition], LEVEL)
         covered["apex height"].append(covers(apex.ci_low, apex.ci_high, truth.apex_height_m(condition)))
 
-    shared_se = at_run.se * joules_per_mah(truth.reference_voltage_v, 25)
     for group in truth.groups:
-        control = joules[Condition(group.foot, group.k_gain, CONTROL_GAIN)]
-        treated = [joules[Condition(group.foot, group.k_gain, gain)] for gain in truth.ad_gains]
-        for kind, samples in (("saving", treated), ("pooled saving", [np.concatenate(treated)])):
-            for sample in samples:
-                saving = percent_savings(control, sample, shared_se=shared_se, shared_df=drain.df, level=LEVEL)
+        control = Condition(group.foot, group.k_gain, CONTROL_GAIN)
+        treated = [Condition(group.foot, group.k_gain, gain) for gain in truth.ad_gains]
+        for kind, sides in (("saving", [[one] for one in treated]), ("pooled saving", [treated])):
+            for side in sides:
+                saving = percent_savings(
+                    joules[control],
+                    np.concatenate([joules[one] for one in side]),
+                    shared_in_control=shared_of_mean(shared[control]),
+                    shared_in_treated=shared_of_mean([error for one in side for error in shared[one]]),
+                    level=LEVEL,
+                )
                 assert not isinstance(saving.percent_ci, Undefined)
                 covered[kind].append(covers(*saving.percent_ci, 100 * truth.saving(group.foot, group.k_gain)))
     return covered

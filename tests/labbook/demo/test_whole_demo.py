@@ -15,7 +15,8 @@ from labbook.demo.records import Campaign
 from labbook.demo.running import Stopwatch, make_demo_book, run_demo
 from labbook.demo.truth import Condition
 from labbook.presenting.making import MadeReport, make_report
-from stats import PassiveDrain, fit_passive_drain, joules_per_jump
+from stats.energy import joules_per_jump
+from stats.passive_drain import PassiveDrain, fit_passive_drain
 
 SEEDS = (1, 2, 3, 4, 5)
 JUMPS = 4

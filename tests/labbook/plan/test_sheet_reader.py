@@ -49,7 +49,6 @@ def test_a_filled_row_is_read() -> None:
         jumps_made=25,
         starts=2,
         note="first of the day",
-        remarks=(),
     )
     assert jumps.done
     assert (idle.kind, idle.levels, idle.jumps_made, idle.duration_s) == (RunKind.IDLE, {}, None, 1200.5)
@@ -96,14 +95,6 @@ def test_columns_stand_in_any_order_and_hand_made_sheets_may_leave_some_out() ->
     (row,) = read("k_gain,foot,kind,position,date,run", "300,large,jumps,3,2021-06-01,r7")
     assert (row.name, row.position, row.levels) == ("r7", 3, {"foot": "large", "k_gain": "300"})
     assert (row.battery, row.note, row.done) == (None, "", False)
-
-
-def test_more_jumps_than_the_protocol_has_are_remarked_not_refused() -> None:
-    (row,) = read(HEADER, JUMPS.replace(",25,", ",26,"), jumps_nominal=25)
-    assert row.remarks == ("run r1 has 26 jumps where the protocol has 25: check it.",)
-    for line in (JUMPS, JUMPS.replace("jumps", "characterisation").replace(",25,", ",80,")):
-        (row,) = read(HEADER, line, jumps_nominal=25)
-        assert row.remarks == ()
 
 
 @pytest.mark.parametrize(
@@ -220,3 +211,34 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         except InputRefused as error:
             refusal = str(error)
         assert refusal == "" or "run sheet" in refusal
+
+
+def test_separator_line_of_a_spreadsheet_is_no_row() -> None:
+    for delimiter in ",;\t":
+        text = f"sep={delimiter}\n" + f"{HEADER}\n{JUMPS}".replace(",", delimiter) + "\n"
+        (row,) = read_run_sheet(text, FACTORS)
+        assert (row.name, row.line) == ("r1", 3)
+
+
+def test_many_unknown_columns_are_one_fault() -> None:
+    names = [f"extra {number}" for number in range(1000)]
+    text = ",".join([HEADER, *names]) + "\n" + JUMPS + "," * 1000 + "\n"
+    with pytest.raises(RunSheetRefused, match="1000 columns are not known, 'extra 0'") as refused:
+        read_run_sheet(text, FACTORS)
+    (fault,) = refused.value.faults
+    assert (fault.line, fault.column) == (1, None)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (HEADER + "\n", "has a header and no run below it"),
+        (HEADER + "\n,,,\n", "has a header and no run below it"),
+        ("hello\n", "is no run sheet, its first line names none of the columns run, date, position, kind"),
+        (HEADER.encode("utf-16-le").decode() + "\n", "is no plain text"),
+    ],
+)
+def test_what_is_no_sheet_of_runs_is_told_in_one_sentence(text: str, words: str) -> None:
+    with pytest.raises(InputRefused, match=words) as refused:
+        read_run_sheet(text, FACTORS, source="runs.csv")
+    assert str(refused.value).count("\n") == 0

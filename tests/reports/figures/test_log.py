@@ -16,7 +16,7 @@ def test_a_log_has_an_overview_and_a_jump(run_log, width_in):
     assert overview.get_title("left") == "Run r0042: small foot, CE"
     assert panel.get_title("left") == "Jump 1"
     names = {text.get_text() for text in figure.legends[0].get_texts()}
-    assert names == {"apex", "apex of a rejected jump", "touchdown", "lift-off", "gap (dropped)", "gap (pause)"}
+    assert names == {"apex", "excluded: touched by hand", "touchdown", "lift-off", "gap (dropped)", "gap (pause)"}
     ElementTree.fromstring(svg_bytes(figure))
 
 
@@ -28,9 +28,9 @@ def test_no_line_crosses_a_gap(run_log):
             assert not ((times.min() <= gap.start_s) & (times.max() >= gap.end_s))
 
 
-def test_a_chosen_jump_and_its_rejection(run_log):
+def test_a_chosen_jump_and_why_it_is_excluded(run_log):
     figure = draw_log(dataclasses.replace(run_log, panel_jump=5))
-    assert figure.axes[1].get_title("left") == "Jump 5, rejected: touched by hand"
+    assert figure.axes[1].get_title("left") == "Jump 5, excluded: touched by hand"
 
 
 def test_a_log_without_jumps_or_without_samples(run_log):

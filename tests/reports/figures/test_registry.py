@@ -1,10 +1,11 @@
 import dataclasses
+import itertools
 import xml.etree.ElementTree as ElementTree
 
 import pytest
 
 from data_schema.vocabulary import Undefined
-from reports.content import Number, Summary
+from reports.content import Number, Summary, Variant
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -73,12 +74,12 @@ def undefined_everywhere(content):
         dataclasses.replace(one, as_reported=number, variants=(dataclasses.replace(one.variants[0], number=number),))
         for one in content.sensitivity
     )
-    drain = dataclasses.replace(content.drain, at_run=number)
+    drains = (dataclasses.replace(content.drains[0], at_run=number),)
     order = dataclasses.replace(
         content.order, packs=tuple(dataclasses.replace(pack, mean=number) for pack in content.order.packs)
     )
     return dataclasses.replace(
-        content, conditions=conditions, comparisons=comparisons, sensitivity=sensitivity, drain=drain, order=order
+        content, conditions=conditions, comparisons=comparisons, sensitivity=sensitivity, drains=drains, order=order
     )
 
 
@@ -155,7 +156,7 @@ def test_rows_pooled_across_groups_have_their_own_heading(content):
 def test_recomputations_that_change_nothing_are_counted_instead_of_drawn(content):
     kind = FIGURES["sensitivity"]
     first, *others = content.sensitivity
-    assert "leave out a day" not in kind.caption(content)
+    assert "without one day (" not in kind.caption(content)
     days = [variant for variant in first.variants if variant.label.startswith("without 2")]
     same = tuple(
         dataclasses.replace(variant, number=first.as_reported) if variant in days[:3] else variant
@@ -166,12 +167,63 @@ def test_recomputations_that_change_nothing_are_counted_instead_of_drawn(content
     assert len(panels[0].get_yticks()) == len(first.variants) + 1 - 3 - 1  # the first variant of each is as reported
     assert len(panels[1].get_yticks()) == len(first.variants) + 1 - 1
     total = len(days) * len(content.sensitivity)
-    assert f"not drawn: 3 of {total} that leave out a day and " in kind.caption(changed)
+    sets = len(content.sensitivity)
+    left = f"without exclusions ({sets} of {sets}) and without one day (3 of {total})"
+    assert f"not drawn: {left}." in kind.caption(changed)
 
 
 def test_missing_joules_and_drain_are_not_explained_by_a_guess(content):
     conditions = tuple(dataclasses.replace(condition, joules=None) for condition in content.conditions)
-    changed = dataclasses.replace(content, conditions=conditions, drain=None)
+    changed = dataclasses.replace(content, conditions=conditions, drains=())
     reasons = "; the reasons are listed under Limitations."
     assert FIGURES["joules_by_damping"].absent(changed) == f"There are no joules a jump for this selection{reasons}"
     assert FIGURES["passive_drain"].absent(changed) == f"There is no passive-drain fit for this selection{reasons}"
+
+
+def test_a_recomputation_shows_how_many_runs_it_rests_on(content):
+    one = content.sensitivity[0]
+    put_back = Variant("without exclusions", dataclasses.replace(one.as_reported, n=one.as_reported.n + 3))
+    changed = dataclasses.replace(content, sensitivity=(dataclasses.replace(one, variants=(put_back,)),))
+    (panel,) = draw_figure(FIGURES["sensitivity"], changed, TWO_COLUMNS_IN).axes
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["as reported", "without exclusions"]
+    counts = [text.get_text().replace("\u00a0", " ") for text in panel.texts]
+    assert counts == [f"n = {one.as_reported.n}", f"n = {one.as_reported.n + 3}"]
+    assert panel.get_title().replace("\n", " ").endswith("(%)")
+
+
+@pytest.mark.parametrize("width_in", [ONE_COLUMN_IN, TWO_COLUMNS_IN])
+def test_recomputations_fit_on_a_page_however_many_days_there_are(content, width_in):
+    days = tuple(
+        Variant(f"without 2022-01-{day:02d}", dataclasses.replace(one.number, value=50.0 + day, n=40 + day))
+        for day, one in zip(range(1, 29), itertools.cycle(content.sensitivity[0].variants), strict=False)
+    )
+    sets = tuple(dataclasses.replace(one, variants=(*one.variants[:2], *days)) for one in content.sensitivity)
+    sets *= 1 if width_in == ONE_COLUMN_IN else 3
+    figure = draw_figure(FIGURES["sensitivity"], dataclasses.replace(content, sensitivity=sets), width_in)
+    assert figure.get_figheight() <= 9.0
+    panel = figure.axes[0]
+    assert [label.get_text() for label in panel.get_yticklabels()][-1] == "without one day, each"
+    assert panel.texts[-1].get_text().replace("\u00a0", " ") == "n = 41–68"
+
+
+def test_each_robot_has_a_line_a_colour_and_a_marker_of_its_own(content):
+    kind, robots = FIGURES["passive_drain"], ("Minitaur", "leg_rig 2", "$x_1")
+    assert draw_figure(kind, content, TWO_COLUMNS_IN).axes[0].get_legend() is not None
+    drains = tuple(dataclasses.replace(content.drains[0], robot=robot) for robot in robots)
+    changed = dataclasses.replace(content, drains=drains)
+    axes = draw_figure(kind, changed, TWO_COLUMNS_IN).axes[0]
+    handles = axes.get_legend().get_lines()
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == list(robots)
+    assert len({(line.get_color(), line.get_marker()) for line in handles}) == 3
+    assert all(f"12 of {robot}" in kind.caption(changed) for robot in robots)
+    assert all(f"{robot}: slope" in kind.alternative(changed) for robot in robots)
+    named = dataclasses.replace(content, drains=drains[:1])
+    assert svg_bytes(draw_figure(kind, named, ONE_COLUMN_IN)) == svg_bytes(draw_figure(kind, content, ONE_COLUMN_IN))
+
+
+def test_a_robot_without_an_interval_leaves_the_inset_out(content):
+    unknown = dataclasses.replace(content.drains[0].at_run, ci_low=None, ci_high=None)
+    changed = dataclasses.replace(content, drains=(dataclasses.replace(content.drains[0], at_run=unknown),))
+    assert "inset" in FIGURES["passive_drain"].caption(content)
+    assert "inset" not in FIGURES["passive_drain"].caption(changed)
+    assert draw_figure(FIGURES["passive_drain"], changed, ONE_COLUMN_IN).axes[0].child_axes == []

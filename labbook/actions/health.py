@@ -1,0 +1,168 @@
+"""`labbook db check`: is the book whole? Everything that the book rests on is read once and compared with its hash.
+
+The journal's chain in file and table, every raw copy, every file of samples, and what SQLite says of its own file.
+Nothing is changed or mended; each problem says what to do about it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import sqlalchemy as sa
+
+from data_schema import journal
+from data_schema.engine import reading
+from data_schema.errors import BookDamaged, BookError
+from data_schema.journal import Entry, JournalFile
+from data_schema.queries.integrity import KeptFile, raw_copies, signal_files
+from ingest.store import Store
+from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
+from labbook.config.parsing import Configuration
+
+PROBLEMS_OF_SQLITE = 20
+"""So many at most: what SQLite says of a damaged file can be endless."""
+
+Counted = Callable[[int], AbstractContextManager[Callable[[str], None]]]
+"""Shows that so many steps will be made, and takes each."""
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class Health:
+    """What was checked, each problem with what to do about it, and the store's files that no row speaks of.
+
+    `waiting` entries of the journal file were cut off before the database had them; the next command applies them.
+    """
+
+    whole: bool
+    entries: int
+    waiting: int
+    raw_copies: int
+    signal_files: int
+    problems: tuple[str, ...]
+    orphans: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Told:
+    """What the database says: its own damage, the files it speaks of, and its journal."""
+
+    problems: list[str]
+    raw: list[KeptFile]
+    samples: list[KeptFile]
+    entries: list[Entry] | None
+
+
+def check_book(folder: Path, counted: Counted) -> Health:
+    """Check a book as far as it can be read."""
+    configuration = read_configuration(folder)
+    store, path = store_of(folder, configuration), journal_path(folder, configuration)
+    problems: list[str] = []
+    told = _attempt(problems, lambda: _ask(folder, configuration)) or _Told([], [], [], None)
+    problems += told.problems
+    written = _attempt(problems, lambda: list(JournalFile(path).entries()))  # after the table: it is never behind it
+    waiting = 0
+    if written is not None and told.entries is not None:
+        problems += _compared(path, written, told.entries)
+        waiting = max(0, len(written) - len(told.entries))
+    with counted(len(told.raw) + len(told.samples)) as step:
+        for kept in told.raw:
+            _attempt(problems, partial(store.raw, kept.store_path, kept.sha256))
+            step(kept.name)
+        for kept in told.samples:
+            _attempt(problems, partial(_check_samples, store, kept))
+            step(kept.name)
+    spoken_of = {kept.store_path for kept in (*told.raw, *told.samples)}
+    return Health(
+        whole=not problems,
+        entries=len(written or told.entries or ()),
+        waiting=waiting,
+        raw_copies=len(told.raw),
+        signal_files=len(told.samples),
+        problems=tuple(problems),
+        orphans=() if told.entries is None else tuple(sorted(set(_lying_in(store)) - spoken_of)),
+    )
+
+
+def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
+    """Do a part of the check; what stops it is a problem, and the other parts go on."""
+    try:
+        return work()
+    except BookError as error:
+        problems.append(str(error))
+        return None
+
+
+def _ask(folder: Path, configuration: Configuration) -> _Told:
+    engine = engine_of(folder, configuration)
+    try:
+        check_revision(engine)
+        problems: list[str] = []
+        with reading(engine) as connection:
+            if engine.dialect.name == "sqlite":
+                problems += _damage_of_sqlite(connection)
+            raw, samples = raw_copies(connection), signal_files(connection)
+            entries = _attempt(problems, lambda: list(journal.chained(journal.stored(connection))))
+        return _Told(problems, raw, samples, entries)
+    finally:
+        engine.dispose()
+
+
+def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
+    remedy = "keep the file, and run `labbook rebuild` to make it anew from the raw copies and the journal."
+    found = connection.exec_driver_sql(f"PRAGMA integrity_check({PROBLEMS_OF_SQLITE})").scalars().all()
+    said = [f"the database is damaged ({text}): {remedy}" for text in found if text != "ok"]
+    broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), PROBLEMS_OF_SQLITE)
+    return said + [
+        f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there: {remedy}" for row in broken
+    ]
+
+
+def _compared(path: Path, written: Sequence[Entry], told: Sequence[Entry]) -> list[str]:
+    """Compare the journal's file and table; what the file has more is applied by the next command."""
+    differing = next((a.seq for a, b in zip(written, told, strict=False) if a.hash != b.hash), None)
+    if differing is not None:
+        return [
+            f"entry {differing} of {path} is not entry {differing} of the database: the two belong to different books; "
+            "put the right files together."
+        ]
+    if len(written) < len(told):
+        return [
+            f"{path} ends at entry {len(written)}, the database at {len(told)}: restore the file from a backup, or "
+            "write it anew from the database with `labbook rebuild --journal`."
+        ]
+    return []
+
+
+def _check_samples(store: Store, kept: KeptFile) -> None:
+    """Read all samples of a file, page by page with its checksum, and compare them with the hash in their name."""
+    remedy = "run `labbook rebuild` to read them anew from the raw copy."
+    digest = hashlib.sha256()
+    try:
+        with pq.ParquetFile(store.root / kept.store_path, page_checksum_verification=True) as source:
+            table = source.read()
+            digest.update("\n".join(table.column_names[1:]).encode())  # the first is the time
+            for column in table.columns:
+                digest.update(np.ascontiguousarray(column.to_numpy(), dtype="<f8").data)
+    except (OSError, pa.ArrowException) as error:
+        raise BookDamaged(f"the samples {kept.store_path} of {kept.name} cannot be read ({error}): {remedy}") from error
+    if digest.hexdigest() != kept.sha256:
+        raise BookDamaged(f"the samples {kept.store_path} of {kept.name} are not those that were kept: {remedy}")
+
+
+def _lying_in(store: Store) -> Iterator[str]:
+    for folder in ("raw", "signals"):
+        for path in (store.root / folder).rglob("*"):
+            if path.is_file():
+                yield path.relative_to(store.root).as_posix()

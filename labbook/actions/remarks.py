@@ -1,0 +1,156 @@
+"""What is possible but odd in what a person wrote down: remarks, never refusals, one rule an entry of `RULES`."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from zoneinfo import ZoneInfo
+
+import sqlalchemy as sa
+
+from data_schema.queries.charges import ChargeOfRun, charges_of_runs
+from data_schema.queries.days import CheckRow, days_with_runs
+from data_schema.queries.runs import RunRow, StudyRow, runs_named
+from data_schema.vocabulary import RunKind, RunState
+from labbook.book.naming import study_of
+from labbook.config.parsing import Configuration
+
+MOST_NAMED = 20
+"""Runs that a remark names beside the first."""
+YEAR = datetime.timedelta(days=365)
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """One rule, the first thing that it is about, up to `MOST_NAMED` more, and how many there are in all."""
+
+    rule: str
+    count: int
+    first: str
+    more: tuple[str, ...]
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class Background:
+    """What a run is compared with: the study, the protocol and packs, and on which dates the book has runs."""
+
+    study: StudyRow
+    configuration: Configuration
+    today: str
+    days: Collection[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """What `odd` says of a run, None where nothing is odd, and the columns that it looks at."""
+
+    columns: frozenset[str]
+    odd: Callable[[RunRow, Sequence[ChargeOfRun], Background], str | None]
+
+
+def remarks_on(
+    connection: sa.Connection,
+    configuration: Configuration,
+    runs: Sequence[str],
+    columns: Collection[str] | None = None,
+) -> list[Remark]:
+    """Apply the rules to runs, given by name: all rules, or those that look at one of `columns`."""
+    study = study_of(connection)
+    today = datetime.datetime.now(ZoneInfo(study.time_zone)).date().isoformat()
+    background = Background(study, configuration, today, days_with_runs(connection))
+    rows = runs_named(connection, runs)
+    charges = charges_of_runs(connection, [row.uid for row in rows])
+    found = []
+    for name, rule in RULES.items():
+        if columns is None or rule.columns.intersection(columns):
+            said = {row.name: rule.odd(row, charges.get(row.uid, ()), background) for row in rows}
+            found += _remark(name, {run: text for run, text in said.items() if text is not None})
+    return found
+
+
+def remarks_on_check(earlier: Sequence[CheckRow], kind: str, value: float | None, unit: str | None) -> list[Remark]:
+    """Compare a check just made with the earlier ones of its kind."""
+    units = [check.unit for check in earlier if check.kind == kind and check.unit]
+    if value is None or unit or not units:
+        return []
+    said = f"{kind} {value:g} has no unit and earlier ones were in {units[-1]}: make the check again with --unit"
+    return _remark("check_without_unit", {kind: said})
+
+
+def remark_lines(remarks: Sequence[Remark]) -> list[str]:
+    """Write remarks for people."""
+    return [f"look again: {remark.message}" for remark in remarks]
+
+
+def _remark(rule: str, said: Mapping[str, str]) -> list[Remark]:
+    if not said:
+        return []
+    first, *more = said
+    message = said[first]
+    if more:
+        rest = f" and {len(more) - MOST_NAMED} more" if len(more) > MOST_NAMED else ""
+        message += f"; the same of {', '.join(more[:MOST_NAMED])}{rest}"
+    return [Remark(rule, len(said), first, tuple(more[:MOST_NAMED]), f"{message}.")]
+
+
+def _duration(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    protocol = background.configuration.protocol
+    if run.kind is RunKind.IDLE:
+        usual_s = [minutes * 60.0 for minutes in protocol.idle_minutes]
+    else:
+        usual_s = [protocol.run_duration_s] if run.kind is RunKind.JUMPS and protocol.run_duration_s else []
+    if run.duration_s is None or not usual_s or min(usual_s) / 2 <= run.duration_s <= 2 * max(usual_s):
+        return None
+    usual = " to ".join(f"{value:g}" for value in dict.fromkeys((min(usual_s), max(usual_s))))
+    return f"run {run.name} lasted {run.duration_s:g} s where the protocol has {usual} s"
+
+
+def _future(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    return f"run {run.name} is of {run.day}, which is yet to come" if run.day > background.today else None
+
+
+def _long_ago(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    others = [day for day in background.days if day != run.day]
+    if not others or datetime.date.fromisoformat(min(others)) - datetime.date.fromisoformat(run.day) <= YEAR:
+        return None
+    return f"run {run.name} is of {run.day}, more than a year before the other days, the first of them {min(others)}"
+
+
+def _jumps(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    nominal = background.study.jumps_nominal
+    if run.kind is not RunKind.JUMPS or run.state is RunState.OPEN or 0 < run.jumps_made <= 2 * nominal:
+        return None
+    return f"run {run.name} has {run.jumps_made} jumps made where the protocol has {nominal}"
+
+
+def _charge(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    pack = background.configuration.batteries.get(run.battery)
+    for charge in charges:
+        if charge.charge_mah == 0:
+            return f"run {run.name} has a charge of 0 mAh"
+        if pack is not None and charge.charge_mah > pack.capacity_mah:
+            return (
+                f"run {run.name} has a charge of {charge.charge_mah:g} mAh, more than the {pack.capacity_mah:g} mAh "
+                f"that pack {run.battery} holds"
+            )
+    return None
+
+
+def _pack(run: RunRow, charges: Sequence[ChargeOfRun], _background: Background) -> str | None:
+    for charge in charges:
+        if charge.stated_pack is not None and charge.stated_pack != run.battery:
+            return f"run {run.name} was made with pack {run.battery} and its charge is of pack {charge.stated_pack}"
+    return None
+
+
+RULES: Mapping[str, Rule] = {
+    "duration_unusual": Rule(frozenset({"duration_s", "kind"}), _duration),
+    "date_in_future": Rule(frozenset({"day"}), _future),
+    "date_long_ago": Rule(frozenset({"day"}), _long_ago),
+    "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),
+    "charge_unusual": Rule(frozenset({"charge_mah", "battery", "run"}), _charge),
+    "pack_differs": Rule(frozenset({"battery", "stated_pack", "run"}), _pack),
+}
+"""The rules on runs, by name, in the order in which they are told."""

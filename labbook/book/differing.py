@@ -1,0 +1,82 @@
+"""What a rebuild made otherwise than it was made the first time: a newer labbook computes and reads anew.
+
+The journal keeps what a report showed and how a file was read, so both can be compared with what came of them now.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.journal import Entry
+from data_schema.queries.integrity import readings
+from data_schema.queries.results import shown_numbers
+from data_schema.vocabulary import Action
+from labbook.statements.reporting import agree
+
+
+@dataclass(frozen=True, slots=True)
+class Differences:
+    """Counts; all are 0 where this labbook computes and reads what the earlier ones did.
+
+    `numbers_gone` shown numbers of `reports_concerned` reports could not be computed again under their ids,
+    `numbers_changed` could, and have another value; `files_read_anew` were read by another version of their reader,
+    `files_changed` of them gave other rows or samples.
+    """
+
+    numbers_gone: int = 0
+    reports_concerned: int = 0
+    numbers_changed: int = 0
+    files_read_anew: int = 0
+    files_changed: int = 0
+
+    @property
+    def sentences(self) -> list[str]:
+        """Say in words what differs; nothing where all agrees."""
+        said = []
+        if self.numbers_gone:
+            said.append(
+                f"{_counted(self.numbers_gone, 'shown number')} of {_counted(self.reports_concerned, 'report')} could "
+                "not be computed again under their ids (an algorithm or a reader has another version now); `labbook "
+                "why` still tells what was printed."
+            )
+        if self.numbers_changed:
+            said.append(
+                f"{_counted(self.numbers_changed, 'shown number')} came out with another value than was printed; "
+                "`labbook why` tells both."
+            )
+        if self.files_read_anew:
+            result = (
+                f"{self.files_changed} of them with another result" if self.files_changed else "with the same result"
+            )
+            said.append(
+                f"{_counted(self.files_read_anew, 'file')} went through another version of their reader than at their "
+                f"import, {result}."
+            )
+        return said
+
+
+def differences(connection: sa.Connection, entries: Sequence[Entry]) -> Differences:
+    """Compare a rebuilt database with what its journal says of reports and files."""
+    shown = shown_numbers(connection)
+    gone = [item for item in shown if not item.known]
+    changed = [item for item in shown if item.known and not agree(item.printed, item.value)]
+    now = readings(connection)
+    said = {entry.entity_uid: entry.new or {} for entry in entries if entry.action is Action.INGEST}
+    versions = {uid: (new["reader"], new["reader_version"]) for uid, new in said.items()}
+    anew = [uid for uid, reading in now.items() if versions[uid] != (reading.reader, reading.reader_version)]
+    return Differences(
+        numbers_gone=len(gone),
+        reports_concerned=len({item.report for item in gone}),
+        numbers_changed=len(changed),
+        files_read_anew=len(anew),
+        files_changed=sum(
+            (said[uid]["rows"], said[uid]["signals"]) != (now[uid].rows, now[uid].signals) for uid in anew
+        ),
+    )
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" if count == 1 else f"{count} {what}s"

@@ -1,0 +1,166 @@
+"""Rebuilding on the book's own PostgreSQL database: the new tables grow in a schema of their own, then change places.
+
+Until the one transaction in which they do, the old tables are in use as ever; afterwards they lie in a schema
+`before_rebuild_<time>`, which can be dropped when nobody misses anything. Who might use the old tables may use the new.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+
+import sqlalchemy as sa
+
+from data_schema import journal
+from data_schema.engine import postgres_engine, reading, translated
+from data_schema.errors import UsageError
+from data_schema.migrations import current
+from data_schema.tables import METADATA
+from labbook.book.making import make_tables
+from labbook.book.opening import check_revision, shown
+from labbook.book.replacing_sqlite import stamp
+
+FRESH = "labbook_rebuild"
+"""The schema in which new tables grow; what an interrupted rebuild left there is removed by the next."""
+
+INSUFFICIENT_PRIVILEGE = "42501"
+"""How the server names a refusal, in its own list of conditions."""
+
+_OWN = {*METADATA.tables, "alembic_version"}
+
+
+def replace_postgres(
+    engine: sa.Engine,
+    url: str,
+    fill: Callable[[sa.Engine], None],
+    finish: Callable[[sa.Engine, tuple[int, str]], None],
+) -> str | None:
+    """Make the book's tables anew; returns the schema in which the old ones are kept, None where there were none.
+
+    `fill` writes everything into an engine whose tables are empty; `finish` brings them up to date and is told how far
+    the old journal goes: nobody else can write to the book while it runs, nor until all is done.
+    """
+    _refuse_foreign(engine)
+    with _allowed(engine), engine.begin() as connection:
+        connection.exec_driver_sql(f"DROP SCHEMA IF EXISTS {FRESH} CASCADE")
+        connection.exec_driver_sql(f"CREATE SCHEMA {FRESH}")
+    fresh = postgres_engine(url, schema=FRESH)
+    try:
+        make_tables(fresh)
+        fill(fresh)
+        with _allowed(engine), translated(), engine.begin() as connection:
+            old = _tables(connection, _home(connection))
+            if "journal" in old:
+                connection.exec_driver_sql("LOCK TABLE journal IN ACCESS EXCLUSIVE MODE")
+                finish(fresh, journal.head(connection))
+            else:
+                finish(fresh, (0, journal.GENESIS))
+            fresh.dispose()
+            return _change_places(connection, old)
+    finally:
+        fresh.dispose()
+        with engine.begin() as connection:
+            connection.exec_driver_sql(f"DROP SCHEMA IF EXISTS {FRESH} CASCADE")
+
+
+def _refuse_foreign(engine: sa.Engine) -> None:
+    """Refuse a database that holds another program's tables only, or a newer labbook's."""
+    with reading(engine) as connection:
+        tables = _tables(connection, _home(connection))
+        others = sorted(set(sa.inspect(connection).get_table_names()) - set(tables))
+        revision = current(connection)
+    if revision is not None and "journal" in tables:
+        check_revision(engine, older=True)
+    elif tables or others:
+        raise UsageError(
+            f"the database {shown(engine)} holds {', '.join([*others, *tables][:3])} and no book: give [database] url "
+            "of the book's own, or of an empty one."
+        )
+
+
+@contextlib.contextmanager
+def _allowed(engine: sa.Engine) -> Iterator[None]:
+    """Say what a rebuild needs where the server refuses it."""
+    try:
+        yield
+    except sa.exc.ProgrammingError as error:
+        if getattr(error.orig, "sqlstate", None) != INSUFFICIENT_PRIVILEGE:
+            raise
+        raise UsageError(
+            f"the database {shown(engine)} refused ({str(error.orig).splitlines()[0]}) and nothing was changed: "
+            "rebuild as the role that owns the book's tables, and let it make schemas with GRANT CREATE ON DATABASE."
+        ) from error
+
+
+def _home(connection: sa.Connection) -> str:
+    home: str = connection.exec_driver_sql("SELECT current_schema()").scalar_one()
+    return home
+
+
+def _tables(connection: sa.Connection, schema: str) -> list[str]:
+    """Return the book's own tables in a schema, in one order for all."""
+    return sorted(_OWN & set(sa.inspect(connection).get_table_names(schema)))
+
+
+def _change_places(connection: sa.Connection, old: Sequence[str]) -> str | None:
+    home = _home(connection)
+    if not old:
+        _move(connection, sorted(_OWN), FRESH, home)
+        return None
+    aside = f"before_rebuild_{stamp().lower()}"
+    connection.exec_driver_sql(f"LOCK TABLE {', '.join(_name(connection, home, name) for name in old)}")
+    connection.exec_driver_sql(f"CREATE SCHEMA {aside}")
+    _move(connection, old, home, aside)
+    _move(connection, sorted(_OWN), FRESH, home)
+    _same_rights(connection, aside, home)
+    return aside
+
+
+def _move(connection: sa.Connection, tables: Sequence[str], source: str, target: str) -> None:
+    """Move tables to another schema with all that is theirs: indexes, rules, sequences, triggers' functions."""
+    quoted = connection.dialect.identifier_preparer.quote
+    functions = connection.execute(
+        sa.text(
+            "SELECT DISTINCT f.proname FROM pg_trigger t JOIN pg_proc f ON f.oid = t.tgfoid "
+            "JOIN pg_class c ON c.oid = t.tgrelid WHERE NOT t.tgisinternal AND c.relname = ANY(:tables) "
+            "AND c.relnamespace = (SELECT oid FROM pg_namespace WHERE nspname = :source)"
+        ),
+        {"tables": list(tables), "source": source},
+    ).scalars()
+    for name in functions:
+        connection.exec_driver_sql(f"ALTER FUNCTION {_name(connection, source, name)}() SET SCHEMA {quoted(target)}")
+    for name in tables:
+        connection.exec_driver_sql(f"ALTER TABLE {_name(connection, source, name)} SET SCHEMA {quoted(target)}")
+
+
+def _same_rights(connection: sa.Connection, old: str, new: str) -> None:
+    """Give the new tables the owner and the rights of the old ones of the same name."""
+    quoted = connection.dialect.identifier_preparer.quote
+    rows = connection.execute(
+        sa.text(
+            "SELECT c.relname AS name, pg_get_userbyid(c.relowner) AS owner, pg_get_userbyid(a.grantee) AS role, "
+            "a.grantee = 0 AS public, a.privilege_type AS may, a.is_grantable AS may_pass_on, "
+            "c.relkind = 'S' AS sequence FROM pg_class c "
+            "LEFT JOIN LATERAL aclexplode(c.relacl) a ON a.grantee <> c.relowner "
+            "WHERE c.relkind IN ('r', 'S') AND c.relnamespace = (SELECT oid FROM pg_namespace WHERE nspname = :old) "
+            "AND c.relname IN (SELECT relname FROM pg_class WHERE relnamespace = "
+            "(SELECT oid FROM pg_namespace WHERE nspname = :new)) ORDER BY c.relname"
+        ),
+        {"old": old, "new": new},
+    ).all()
+    me = connection.exec_driver_sql("SELECT current_user").scalar_one()
+    for name, owner in sorted({(row.name, row.owner) for row in rows if not row.sequence and row.owner != me}):
+        connection.exec_driver_sql(f"ALTER TABLE {_name(connection, new, name)} OWNER TO {quoted(owner)}")
+    for row in rows:
+        if row.may is not None:
+            kind = "SEQUENCE" if row.sequence else "TABLE"
+            who = "PUBLIC" if row.public else quoted(row.role)
+            pass_on = " WITH GRANT OPTION" if row.may_pass_on else ""
+            connection.exec_driver_sql(
+                f"GRANT {row.may} ON {kind} {_name(connection, new, row.name)} TO {who}{pass_on}"
+            )
+
+
+def _name(connection: sa.Connection, schema: str, name: str) -> str:
+    quoted = connection.dialect.identifier_preparer.quote
+    return f"{quoted(schema)}.{quoted(name)}"

@@ -1,0 +1,59 @@
+"""Where in `labbook.toml` a fact stands that was corrected in the book, and what to change there."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from labbook.config.model import Configuration
+
+_TABLES = {"robot": "robots", "battery": "batteries", "instrument": "instruments", "factor": "factors"}
+
+
+def to_change(configuration: Configuration, target: str, corrected: Mapping[str, Any]) -> list[str]:
+    """Say, one line a field, what labbook.toml should say now; nothing where it says so already or never did.
+
+    `target` is `study`, `robot:NAME`, `battery:NAME`, `instrument:NAME`, `factor:NAME` or `level:FACTOR=LABEL`;
+    `corrected` holds the new values by field.
+    """
+    kind, _colon, name = target.partition(":")
+    if kind == "level":
+        return _of_level(configuration, name, corrected)
+    if target == "study":
+        table, says = "study", configuration.study
+    else:
+        declared: Mapping[str, Any] = getattr(configuration, _TABLES[kind]) if kind in _TABLES else {}
+        if name not in declared:
+            return []
+        table, says = f"{_TABLES[kind]}.{name}", declared[name]
+        if "name" in corrected:
+            return [f"labbook.toml calls it [{table}]: rename that table to [{_TABLES[kind]}.{corrected['name']}]."]
+    return [
+        f"labbook.toml says {field} = {_toml(getattr(says, field))} under [{table}]: {_change(value)}."
+        for field, value in corrected.items()
+        if hasattr(says, field) and getattr(says, field) != value
+    ]
+
+
+def _of_level(configuration: Configuration, name: str, corrected: Mapping[str, Any]) -> list[str]:
+    factor, _equals, label = name.partition("=")
+    levels = (
+        {level.label: level for level in configuration.factors[factor].levels}
+        if factor in configuration.factors
+        else {}
+    )
+    attributes = json.loads(corrected.get("attributes_json", "null"))
+    if label not in levels or attributes is None or dict(levels[label].attributes) == attributes:
+        return []
+    says = ", ".join(f"{key} = {_toml(value)}" for key, value in attributes.items()) or "nothing"
+    return [f"labbook.toml says otherwise under [factors.{factor}.levels.{label}]: let it say {says}."]
+
+
+def _change(value: Any) -> str:
+    return "take it out" if value is None else f"change it to {_toml(value)}"
+
+
+def _toml(value: Any) -> str:
+    """Write a value as TOML has it; numbers and strings are written as in JSON."""
+    return "nothing" if value is None else json.dumps(value, ensure_ascii=False)

@@ -1,0 +1,178 @@
+"""`labbook db check`: every kind of damage, done for real, is found and told with what to do."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+
+import pyarrow.parquet as pq
+import pytest
+
+from tests.cli.shell import Answer, good, labbook, unchanged
+from tests.helpers.books import SmallBook
+
+
+def check(book: SmallBook) -> Answer:
+    with unchanged(book.folder):
+        return labbook("db", "check", at=book.folder)
+
+
+def found(book: SmallBook, *said: str) -> None:
+    """The check finds one problem and says all of this about it; for programs too."""
+    answer = check(book)
+    assert (answer.code, answer.err) == (3, "")
+    head, problem = answer.out.splitlines()
+    assert head.startswith("1 problem: ")
+    for words in said:
+        assert words in problem
+    told = labbook("db", "check", "--json", at=book.folder)
+    assert told.code == 3
+    assert told.json["whole"] is False
+    assert told.json["problems"] == [problem.strip()]
+
+
+def first(book: SmallBook, pattern: str) -> Path:
+    path = min((book.folder).glob(pattern))
+    path.chmod(0o644)
+    return path
+
+
+def execute(book: SmallBook, *statements: str) -> None:
+    with contextlib.closing(sqlite3.connect(book.database, isolation_level=None)) as connection:
+        for statement in statements:
+            connection.execute(statement)
+
+
+def test_a_whole_book_is_said_to_be_whole(book: SmallBook) -> None:
+    answer = good(labbook("db", "check", at=book.folder))
+    entries = len(book.journal.read_text().splitlines())
+    assert answer.out == f"the book is whole: {entries} entries, 14 raw copies, 12 files of samples read.\n"
+    told = good(labbook("db", "check", "--json", at=book.folder)).json
+    assert told["whole"] is True
+    assert told["problems"] == told["orphans"] == []
+
+
+@pytest.mark.parametrize("how", ["missing", "cut", "other bytes"])
+def test_a_damaged_raw_copy_is_named(whole: SmallBook, how: str) -> None:
+    victim, other = sorted(whole.folder.glob("raw/*/*.zst"))[:2]
+    victim.chmod(0o644)
+    if how == "missing":
+        victim.unlink()
+    elif how == "cut":
+        victim.write_bytes(victim.read_bytes()[:-30])
+    else:
+        shutil.copyfile(other, victim)
+    found(whole, victim.name, "restore it from a backup")
+
+
+def flip(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 3] ^= 0x10
+    path.write_bytes(content)
+
+
+def change_a_value(path: Path) -> None:
+    """As a program would that knows the format: all checksums fit."""
+    table = pq.read_table(path)
+    name = table.column_names[-1]
+    values = table[name].to_numpy().copy()
+    values[len(values) // 2] += 1e-9
+    pq.write_table(table.set_column(table.num_columns - 1, name, [values]), path, write_page_checksum=True)
+
+
+def rename_a_channel(path: Path) -> None:
+    table = pq.read_table(path)
+    pq.write_table(table.rename_columns([*table.column_names[:-1], "other"]), path, write_page_checksum=True)
+
+
+@pytest.mark.parametrize("damage", [Path.unlink, flip, change_a_value, rename_a_channel])
+def test_damaged_samples_are_named_and_come_back_with_rebuild(whole: SmallBook, damage: Callable[[Path], None]) -> None:
+    victim = first(whole, "signals/*/*.parquet")
+    damage(victim)
+    found(whole, victim.name, "r0", "run `labbook rebuild`")
+    good(labbook("rebuild", at=whole.folder))
+    assert check(whole).code == 0
+
+
+def test_a_journal_that_was_changed_is_told(whole: SmallBook) -> None:
+    whole.journal.write_text(whole.journal.read_text().replace("Nwosu", "Nwoso", 1))
+    found(whole, "was changed after it was written", "restore journal.jsonl from a backup")
+
+
+def test_a_journal_that_is_short_or_missing_is_told(whole: SmallBook) -> None:
+    text = whole.journal.read_text()
+    whole.journal.write_text("".join(text.splitlines(keepends=True)[:-1]))
+    found(whole, "journal.jsonl ends at entry", "labbook rebuild --journal")
+    whole.journal.unlink()
+    found(whole, "journal.jsonl is missing", "labbook rebuild --journal")
+
+
+def test_an_entry_changed_in_the_database_is_told(whole: SmallBook) -> None:
+    execute(whole, "DROP TRIGGER journal_never_changed", "UPDATE journal SET reason = 'because' WHERE seq = 3")
+    found(whole, "journal entry 3 of the database was changed", "run `labbook rebuild`")
+
+
+def test_a_reference_to_nothing_is_told(whole: SmallBook) -> None:
+    execute(whole, "PRAGMA foreign_keys = off", "DELETE FROM battery WHERE name = 'C'")
+    answer = check(whole)
+    assert answer.code == 3
+    assert "refers to a row of battery that is not there" in answer.out
+    assert "labbook rebuild" in answer.out
+
+
+def test_a_page_of_rubbish_is_told(whole: SmallBook) -> None:
+    with contextlib.closing(sqlite3.connect(whole.database)) as connection:
+        (page,) = connection.execute("SELECT rootpage FROM sqlite_master WHERE name = 'ix_jump_detection'").fetchone()
+        (size,) = connection.execute("PRAGMA page_size").fetchone()
+    with whole.database.open("r+b") as handle:
+        handle.seek((page - 1) * size)
+        handle.write(b"\xff" * size)
+    answer = check(whole)
+    assert answer.code == 3
+    assert "the database is damaged" in answer.out
+    assert "labbook rebuild" in answer.out
+
+
+@pytest.mark.parametrize("how", ["gone", "rubbish"])
+def test_without_a_database_the_rest_is_checked_all_the_same(whole: SmallBook, how: str) -> None:
+    whole.journal.write_text(whole.journal.read_text().replace("Nwosu", "Nwoso", 1))
+    for piece in whole.folder.glob("labbook.db*"):
+        piece.unlink()
+    if how == "rubbish":
+        whole.database.write_bytes(b"not a database " * 1000)
+    answer = check(whole)
+    assert answer.code == 3
+    assert answer.out.startswith("2 problems: ")
+    assert "labbook.db" in answer.out or "the database is damaged" in answer.out
+    assert "was changed after it was written" in answer.out
+
+
+def test_what_nothing_speaks_of_is_named_and_does_no_harm(whole: SmallBook) -> None:
+    stray = whole.folder / "signals" / "ab" / "stray.parquet"
+    stray.parent.mkdir(exist_ok=True)
+    stray.write_bytes(b"left by a crash")
+    answer = good(check(whole))
+    assert answer.out.startswith("the book is whole")
+    assert answer.out.endswith("1 file in the store belongs to nothing and does no harm:\n  signals/ab/stray.parquet\n")
+
+
+def test_an_entry_that_waits_in_the_file_is_no_damage(whole: SmallBook) -> None:
+    copy = whole.folder.with_name("before")
+    shutil.copytree(whole.folder, copy)
+    good(labbook("note", "r001", "said before the power cut", at=whole.folder))
+    shutil.copy(whole.journal, copy / "journal.jsonl")
+    assert "1 entry of journal.jsonl waits" in good(labbook("db", "check", at=copy)).out
+    good(labbook("note", "r001", "said after it", at=copy))
+    assert "wait" not in good(labbook("db", "check", at=copy)).out
+
+
+def test_many_problems_are_all_told(whole: SmallBook) -> None:
+    shutil.rmtree(whole.folder / "signals")
+    shutil.rmtree(whole.folder / "raw")
+    answer = check(whole)
+    assert answer.code == 3
+    assert answer.out.startswith("26 problems: ")
+    assert len(answer.out.splitlines()) == 27

@@ -1,0 +1,162 @@
+"""What a statement names as stale: what rests on what it changes, and nothing else. Tried on one report, kept never."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import fields, replace
+
+import pytest
+
+from data_schema.queries.charges import charges_of_run
+from labbook.actions.assigning import assign
+from labbook.actions.correcting import correct, void
+from labbook.actions.report_command import state_report
+from labbook.actions.runs_importing import import_runs
+from labbook.actions.typed_charge import state_charge
+from labbook.analysis.facts import run_input
+from labbook.book.desk import Desk, DryRun
+from labbook.book.naming import run_named
+from labbook.book.opening import Book
+from labbook.statements.correcting import NUMBERS_REST_ON
+from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
+
+Stale = dict[str, set[str]]
+NOTHING: Stale = {}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
+    return small_book(tmp_path_factory.mktemp("reported"))
+
+
+@pytest.fixture(scope="module")
+def book(made: SmallBook) -> Iterator[Book]:
+    with made.open() as standing:
+        state_report(standing, None, ADA, lambda _step: None)
+        yield standing
+
+
+def stale_after(book: Book, *said: Callable[[Desk], object]) -> Stale:
+    """State something and take it back; returns what became stale by its last part: kinds, and runs they are about."""
+    found: Stale = {}
+    with contextlib.suppress(DryRun), book.desk(ADA) as desk:
+        for statement in said:
+            desk.stale.clear()
+            statement(desk)
+        for kind, scope in desk.stale:
+            found.setdefault(kind, set()).add(json.loads(scope).get("run", ""))
+        raise DryRun
+    return found
+
+
+def corrected(book: Book, target: str, *fields: str) -> Stale:
+    return stale_after(book, lambda desk: correct(book, desk, target, fields, "x"))
+
+
+def charge_of(book: Book, run: str) -> str:
+    with book.reading() as connection:
+        (charge,) = charges_of_run(connection, run_named(connection, run).uid)
+    return f"charge:{charge.uid}"
+
+
+@pytest.mark.parametrize(
+    ("target", "field"),
+    [
+        ("r002", "position_in_day=12"),
+        ("r002", "started_utc=2021-06-14T09:31:00-04:00"),
+        ("r007", "position_in_day=12"),
+        ("battery:A", "capacity_mah=6000"),
+        ("study", "jumps_nominal=26"),
+        ("study", "time_zone=Europe/Berlin"),
+        ("robot:hopper", "body_mass_kg=1.9"),
+    ],
+)
+def test_a_column_without_numbers_on_it_names_nothing(target: str, field: str, book: Book) -> None:
+    assert corrected(book, target, field) == NOTHING
+
+
+@pytest.mark.parametrize("field", ["end_voltage_v=16.7", "duration_s=700", "stated_pack=C"])
+def test_what_else_a_charge_says_names_nothing(field: str, book: Book) -> None:
+    assert corrected(book, charge_of(book, "r002"), field) == NOTHING
+
+
+def test_a_jump_run_names_its_numbers_and_its_conditions(book: Book) -> None:
+    for columns in (["jumps_made=2"], ["duration_s=700"], ["foot=large"]):
+        stale = corrected(book, "r002", *columns)
+        assert stale["run_energy"] == stale["run_apexes"] == {"r002"}
+        assert {"condition_summary", "comparison"} <= stale.keys()
+        assert "passive_drain" not in stale
+
+
+def test_a_charge_names_joules_and_no_apexes(book: Book) -> None:
+    stale = corrected(book, charge_of(book, "r002"), "charge_mah=118")
+    assert stale["run_energy"] == {"r002"}
+    assert {"condition_summary", "comparison"} <= stale.keys()
+    assert "run_apexes" not in stale
+
+
+def all_joules(stale: Stale) -> bool:
+    return "passive_drain" in stale and len(stale["run_energy"]) == 12
+
+
+def test_an_idle_run_names_the_drain_fit_and_every_joule(book: Book) -> None:
+    assert all_joules(corrected(book, "r007", "duration_s=1300"))
+    assert all_joules(corrected(book, charge_of(book, "r007"), "charge_mah=118"))
+    assert all_joules(stale_after(book, lambda desk: void(desk, "r007", "was touched")))
+    assert len(corrected(book, "study", "reference_voltage_v=16.8")["run_energy"]) == 12
+    assert len(corrected(book, "robot:hopper", "rest_length_m=0.3")["run_apexes"]) == 12
+
+
+def test_an_idle_run_that_joins_names_the_drain_fit_though_nothing_rested_on_it(book: Book) -> None:
+    head = instrument_files()["runs.csv"].decode().splitlines()[0]
+    sheet = f"{head}\nr017,2021-06-16,9,idle,,,,A,hopper,17:00,1500,,1,\n"
+
+    def declared(desk: Desk) -> object:
+        return import_runs(book, desk, sheet, "more.csv")
+
+    assert all_joules(stale_after(book, declared))
+    assert all_joules(corrected(book, "r002", "kind=idle", "jumps_made=0", "levels=none"))
+
+
+def test_the_charge_of_an_idle_run_names_the_drain_fit_when_it_comes_and_when_it_goes(book: Book) -> None:
+    charge = "2021-06-14.csv#7"
+
+    def taken_off(desk: Desk) -> object:
+        return assign(desk, charge, "none", "read a line too low")
+
+    assert all_joules(stale_after(book, taken_off))
+    joined = Fresh(book, taken_off)
+    assert joined.names_the_drain(lambda desk: assign(desk, charge, "r007", None))
+    assert joined.names_the_drain(lambda desk: state_charge(desk, book.configuration, "r007", 60.0, None, None))
+    assert joined.names_the_drain(
+        lambda desk: correct(book, desk, charge_of(book, "r007"), ["run=r007"], "it was right")
+    )
+
+
+class Fresh:
+    """What a second statement names, where all that the first one named was computed again in between."""
+
+    def __init__(self, book: Book, first: Callable[[Desk], object]) -> None:
+        self.book, self.first = book, first
+
+    def names_the_drain(self, second: Callable[[Desk], object]) -> bool:
+        def renewed(desk: Desk) -> None:
+            desk.connection.exec_driver_sql("UPDATE result SET stale = 0")
+
+        return all_joules(stale_after(self.book, self.first, renewed, second))
+
+
+def test_a_log_taken_off_names_apexes_and_no_joules(book: Book) -> None:
+    stale = stale_after(book, lambda desk: assign(desk, "r001.csv", "none", "wrong card"))
+    assert stale["run_apexes"] == {"r001"}
+    assert stale.keys() == {"run_apexes", "condition_summary", "comparison"}
+
+
+def test_columns_of_a_run_that_a_result_hashes_are_known_to_the_statements(book: Book) -> None:
+    with book.reading() as connection:
+        run = run_named(connection, "r001")
+    hashed = {field.name for field in fields(run) if run_input(replace(run, **{field.name: "other"})) != run_input(run)}
+    of_column = {"condition_key": "condition", "uid": "kind"}
+    assert {of_column.get(name, name) for name in hashed} <= NUMBERS_REST_ON["run"]
