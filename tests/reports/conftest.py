@@ -37,6 +37,7 @@ from reports.content import (
 from reports.page import write_report
 from reports.run_log import LogGap, LogJump, RunLog
 from reports.sentences import difference_claim, savings_claim
+from tests.helpers.once import made_once
 
 FACTORS = (
     Factor("foot", "Foot", symbol="r", unit="m"),
@@ -336,4 +337,4 @@ def run_log():
 @pytest.fixture(scope="session")
 def written(content, tmp_path_factory):
     """The campaign's report, written once for all tests that look at it."""
-    return write_report(content, tmp_path_factory.mktemp("report") / "out")
+    return made_once(tmp_path_factory, "report", lambda folder: write_report(content, folder / "out"))
