@@ -18,7 +18,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number, as_values
 from stats.distributions import t_quantile
 from stats.sums import common_shift, moments
-from stats.wording import number_text
+from stats.wording import estimate_texts, number_text
 
 MINIMUM_IDLE_RUNS = 3
 """Two runs fix a line and leave nothing to measure its uncertainty with."""
@@ -107,9 +107,9 @@ class PassiveDrain:
     def sentence(self, duration_s: float) -> str:
         """Return the passive charge at one duration in words, and whether that is an extrapolation."""
         estimate = self.at(duration_s)
+        charge, low, high = estimate_texts([estimate.charge_mah, estimate.ci_low, estimate.ci_high], estimate.se)
         text = (
-            f"The electronics draw {number_text(estimate.charge_mah, 5)} mAh in {number_text(duration_s / 60.0)} min "
-            f"(95 % CI {number_text(estimate.ci_low, 5)} to {number_text(estimate.ci_high, 5)} mAh; "
+            f"The electronics draw {charge} mAh in {number_text(duration_s / 60.0)} min (95 % CI {low} to {high} mAh; "
             f"{self.n} idle runs, R squared {number_text(self.r_squared, 6)})"
         )
         if estimate.extrapolated:

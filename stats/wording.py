@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
 from data_schema.vocabulary import Undefined
 
 
@@ -13,6 +16,12 @@ def number_text(value: float | Undefined, digits: int = 4) -> str:
     if "e" in text and 1e-4 <= abs(value) < 1e15:
         text = f"{value:.0f}"
     return "0" if text == "-0" else text
+
+
+def estimate_texts(values: Sequence[float], se: float) -> list[str]:
+    """Return an estimate and its ends with the decimals that their standard error is worth: two digits of it."""
+    decimals = max(0, 1 - math.floor(math.log10(se))) if se > 0.0 and math.isfinite(se) else 3
+    return [f"{value:.{decimals}f}" for value in values]
 
 
 def p_text(p: float | Undefined) -> str:

@@ -121,7 +121,7 @@ def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Outco
         "at_run",
         at_run.charge_mah,
         "mAh",
-        shared_se=at_run.se,
+        at_run.se,
         ci_low=at_run.ci_low,
         ci_high=at_run.ci_high,
         ci_level=at_run.level,

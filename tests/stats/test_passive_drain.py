@@ -51,6 +51,12 @@ def test_twelve_minutes_lie_outside_what_was_measured():
     assert not drain.at(1200.0).extrapolated
     assert "12 min lies outside the 20 to 60 min that were measured" in drain.sentence(720.0)
     assert "outside" not in drain.sentence(1800.0)
+    estimate = drain.at(720.0)
+    assert 0.1 < estimate.se < 1.0
+    numbers = (
+        f"draw {estimate.charge_mah:.2f} mAh in 12 min (95 % CI {estimate.ci_low:.2f} to {estimate.ci_high:.2f} mAh"
+    )
+    assert numbers in drain.sentence(720.0)
 
 
 def test_the_published_value_follows_from_its_line():
