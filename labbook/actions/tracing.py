@@ -23,8 +23,12 @@ from labbook.statements.reporting import agree, versions_now
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A result, what it rests on directly, and the traces of the results among that."""
+    """A result, what it rests on directly, and the traces of the results among that.
 
+    A result that was met before is not followed again: `again`, without inputs.
+    """
+
+    uid: str
     kind: str
     scope: str
     algorithm: str
@@ -32,6 +36,7 @@ class Trace:
     stale: bool
     inputs: tuple[Source, ...]
     below: tuple[Trace, ...]
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +70,7 @@ def trace(connection: sa.Connection, beginning: str) -> NumberTrace | PrintedNum
     if found is None:
         return PrintedNumber(uid, shown_in[-1].value, shown_in, versions_now())
     row, number = found
-    return NumberTrace(number, shown_in, _trace(connection, row))
+    return NumberTrace(number, shown_in, _trace(connection, row, set()))
 
 
 def trace_lines(found: NumberTrace | PrintedNumber) -> list[str]:
@@ -103,21 +108,25 @@ def _named(versions: Mapping[str, int]) -> str:
     return ", ".join(f"{name} {version}" for name, version in versions.items())
 
 
-def _trace(connection: sa.Connection, row: ResultRow) -> Trace:
+def _trace(connection: sa.Connection, row: ResultRow, met: set[str]) -> Trace:
+    again = row.uid in met
+    met.add(row.uid)
     sources, below = [], []
-    for item in row.inputs:
+    for item in () if again else row.inputs:
         result = result_by_uid(connection, item.input_uid) if item.input_kind == "result" else None
         if result is not None:
-            below.append(_trace(connection, result))
+            below.append(_trace(connection, result, met))
         else:
             sources.append(describe_input(connection, item))
-    return Trace(row.kind, row.scope_json, row.algorithm, row.version, row.stale, tuple(sources), tuple(below))
+    about = (row.uid, row.kind, row.scope_json, row.algorithm, row.version, row.stale)
+    return Trace(*about, tuple(sources), tuple(below), again)
 
 
 def _lines(found: Trace, depth: int) -> list[str]:
     indent = "  " * depth
-    stale = " (stale: an input has changed since)" if found.stale else ""
-    lines = [f"{indent}{found.kind} {found.scope}, {found.algorithm} version {found.version}{stale}"]
+    remark = " (stale: an input has changed since)" if found.stale else ""
+    remark += ", as above" if found.again else ""
+    lines = [f"{indent}{found.kind} {found.scope}, {found.algorithm} version {found.version}{remark}"]
     lines += [f"{indent}  {source.kind}: {source.text}" for source in found.inputs]
     for below in found.below:
         lines += _lines(below, depth + 1)
