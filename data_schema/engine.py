@@ -122,26 +122,27 @@ def translated() -> Iterator[None]:
     """Turn what a database says about locks, damage and absence into labbook's own errors."""
     try:
         yield
-    except OperationalError as error:
-        text = str(error.orig).lower()
+    except (OperationalError, sqlite3.OperationalError) as error:
+        said = error.orig if isinstance(error, OperationalError) else error
+        text = str(said).lower()
         if any(word in text for word in ("locked", "busy", "lock timeout", "deadlock")):
             raise BookBusy(
                 "another program is writing to the book and did not finish in time: wait until it has finished, or "
                 "close it, and try again."
             ) from error
         if "disk is full" in text or "disk i/o" in text:
-            raise BookDamaged(f"the disk refused to write ({error.orig}): free space on it and try again.") from error
+            raise BookDamaged(f"the disk refused to write ({said}): free space on it and try again.") from error
         if "readonly" in text or "unable to open" in text:
             what = "written" if "readonly" in text else "opened"
             raise BookDamaged(
-                f"the database cannot be {what} ({error.orig}): check the permissions of the book's folder."
+                f"the database cannot be {what} ({said}): check the permissions of the book's folder."
             ) from error
-        if isinstance(error.orig, sqlite3.Error):
+        if isinstance(said, sqlite3.Error):
             raise BookDamaged(
-                f"the database does not hold what labbook put there ({error.orig}): keep the file, and run `labbook "
+                f"the database does not hold what labbook put there ({said}): keep the file, and run `labbook "
                 "rebuild` to make it anew from the raw copies and the journal."
             ) from error
-        raise BookDamaged(f"the database did not answer: {str(error.orig).strip()}; check that it runs.") from error
+        raise BookDamaged(f"the database did not answer: {' '.join(str(said).split())}; check that it runs.") from error
     except DBAPIError as error:
         if isinstance(error.orig, sqlite3.DatabaseError) and _is_damage(str(error.orig)):
             raise BookDamaged(

@@ -7,7 +7,7 @@ database lacks was cut off between the two and is applied when the book is next 
 
 What one command says is accepted or refused as a whole, so every entry also says how many of its command follow. A
 power cut can leave the first lines of a command in the file; they do not count, as half a line does not, and the next
-command removes them. Nobody was ever told that such a command was done, for its database transaction never began to
+command sets them aside. Nobody was ever told that such a command was done, for its database transaction never began to
 commit.
 """
 
@@ -15,10 +15,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from pathlib import Path
 from typing import Any, Self
 
 import sqlalchemy as sa
@@ -175,113 +173,3 @@ def stored(connection: sa.Connection) -> Iterator[Entry]:
                 "run `labbook rebuild` to make the database anew from journal.jsonl."
             )
         yield entry
-
-
-class JournalFile:
-    """The mirror of the journal on disk, append-only; what a cut-off command left at its end does not count."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def entries(self) -> Iterator[Entry]:
-        """Read and verify every entry of every complete command."""
-        yield from chained(Entry.from_line(line) for line in self._read(None).lines)
-
-    def tail(self, after_seq: int) -> list[Entry]:
-        """Return the entries of complete commands after `after_seq`, reading from the end of the file."""
-        for part in self._from_the_end():
-            newest: list[Entry] = []
-            for line in reversed(part.lines):
-                entry = Entry.from_line(line)
-                if entry.seq <= after_seq:
-                    return newest[::-1]
-                newest.append(entry)
-            if part.start == 0 or (newest and newest[-1].seq == after_seq + 1):
-                return newest[::-1]
-        raise AssertionError("the last part is the whole file")
-
-    def last(self) -> Entry | None:
-        """Return the last entry of the last complete command."""
-        for part in self._from_the_end():
-            if part.lines:
-                return Entry.from_line(part.lines[-1])
-        return None
-
-    def append(self, entries: list[Entry]) -> None:
-        """Write complete commands at the end and sync them to the disk; what a cut-off one left is removed first."""
-        lines = "".join(entry.line + "\n" for entry in entries).encode()
-        end = self._end()
-        with self.path.open("r+b", buffering=0) as handle:
-            handle.truncate(end)
-            handle.seek(end)
-            try:
-                written = 0
-                while written < len(lines):
-                    written += handle.write(lines[written:])
-                os.fsync(handle.fileno())
-            except BaseException:
-                handle.truncate(end)
-                raise
-
-    def _end(self) -> int:
-        """Return how many bytes of the file are complete commands."""
-        for part in self._from_the_end():
-            if part.lines:
-                return part.end
-        return 0
-
-    def _from_the_end(self) -> Iterator[_Part]:
-        """Read ever more of the end of the file, at last all of it."""
-        for last_bytes in _FROM_THE_END:
-            part = self._read(last_bytes)
-            yield part
-            if part.start == 0:
-                return
-
-    def _read(self, last_bytes: int | None) -> _Part:
-        try:
-            with self.path.open("rb") as handle:
-                size = handle.seek(0, os.SEEK_END)
-                start = 0 if last_bytes is None else max(0, size - last_bytes)
-                handle.seek(start)
-                data = handle.read()
-        except FileNotFoundError as error:
-            raise BookDamaged(
-                f"{self.path} is missing: restore it from a backup, or write it anew from the database with "
-                "`labbook rebuild --journal`."
-            ) from error
-        begin = data.find(b"\n") + 1 if start else 0  # a part begins within a line
-        whole = max(begin, data.rfind(b"\n") + 1)
-        try:
-            lines = data[begin:whole].decode().split("\n")[:-1]
-        except UnicodeDecodeError as error:
-            raise BookDamaged(
-                f"{self.path} is not the text that was written (byte {error.start + start + begin}): restore it from a "
-                "backup, or write it anew from the database with `labbook rebuild --journal`."
-            ) from error
-        kept = lines[: len(lines) - _cut_off(lines)]
-        return _Part(start + begin if start else 0, kept, start + begin + sum(len(line.encode()) + 1 for line in kept))
-
-
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """The complete lines of complete commands from byte `start` of a journal up to byte `end`."""
-
-    start: int
-    lines: list[str]
-    end: int
-
-
-_FROM_THE_END: tuple[int | None, ...] = (1 << 16, 1 << 20, None)
-"""How many bytes of the end are read: almost always the first are enough."""
-
-
-def _cut_off(lines: Sequence[str]) -> int:
-    """Return how many of the last lines belong to a command whose last line is not there."""
-    count, awaited = 0, None
-    for line in reversed(lines):
-        following = Entry.from_line(line).following
-        if following == 0 or awaited not in (None, following):
-            break
-        count, awaited = count + 1, following + 1
-    return count

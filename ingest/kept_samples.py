@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +18,8 @@ _PICKED = 1 << 12
 
 def signal_sha256(part: SignalPart) -> str:
     """Hash what was sampled, whatever file it is kept in: channel names, units, then every value in order."""
-    digest = hashlib.sha256("\n".join(_column_name(channel) for channel in part.channels).encode())
-    for values in (part.time_s, *(channel.values for channel in part.channels)):
-        digest.update(np.ascontiguousarray(values, dtype="<f8").data)
-    return digest.hexdigest()
+    columns = (part.time_s, *(channel.values for channel in part.channels))
+    return _sha256([_column_name(channel) for channel in part.channels], columns)
 
 
 def write_samples(part: SignalPart, handle: pa.NativeFile) -> None:
@@ -53,6 +51,25 @@ def read_samples(path: Path, channels: Sequence[str]) -> dict[str, np.ndarray]:
             f"the samples {path} cannot be read ({error}): run `labbook rebuild` to read them anew from the raw copy."
         ) from error
     return {name: table.column(column).to_numpy() for name, column in wanted.items()}
+
+
+def kept_sha256(path: Path) -> str:
+    """Read all samples of a file, page by page with its checksum, and hash them as `signal_sha256` did.
+
+    Raises `OSError` or `pa.ArrowException` when they cannot be read.
+    """
+    with pq.ParquetFile(path, page_checksum_verification=True) as source:
+        table = source.read()
+    time, *channels = table.column_names
+    return _sha256(channels, (table.column(name).to_numpy() for name in (time, *channels)))
+
+
+def _sha256(names: Sequence[str], columns: Iterable[np.ndarray]) -> str:
+    """Hash the names of the channels, then every value of the time and of the channels in order."""
+    digest = hashlib.sha256("\n".join(names).encode())
+    for values in columns:
+        digest.update(np.ascontiguousarray(values, dtype="<f8").data)
+    return digest.hexdigest()
 
 
 def _column_name(channel: ChannelData) -> str:

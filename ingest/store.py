@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from data_schema.disk import sync
 from data_schema.errors import BookDamaged
 
 if TYPE_CHECKING:
@@ -92,6 +93,20 @@ class Store:
 
         return read_samples(self.root / store_path, channels)
 
+    def check_samples(self, store_path: str, sha256: str, of: str) -> None:
+        """Read all samples that were kept of the file `of`; raises `BookDamaged` where their hash is another."""
+        import pyarrow as pa
+
+        from ingest.kept_samples import kept_sha256
+
+        remedy = "run `labbook rebuild` to read them anew from the raw copy."
+        try:
+            found = kept_sha256(self.root / store_path)
+        except (OSError, pa.ArrowException) as error:
+            raise BookDamaged(f"the samples {store_path} of {of} cannot be read ({error}): {remedy}") from error
+        if found != sha256:
+            raise BookDamaged(f"the samples {store_path} of {of} are not those that were kept: {remedy}")
+
     def _write(self, path: str, write: Callable[[pa.NativeFile], object]) -> None:
         import pyarrow as pa
 
@@ -111,13 +126,4 @@ class Store:
         except BaseException:
             temporary.unlink(missing_ok=True)
             raise
-        sync_folder(target.parent)
-
-
-def sync_folder(folder: Path) -> None:
-    """Make a rename in `folder` survive a power cut."""
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+        sync(target.parent)

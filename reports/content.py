@@ -56,7 +56,8 @@ __all__ = [
 class Factor:
     """A factor of the study; `swept` is the one on the x axis (say the active-damping gain).
 
-    Where levels are gains, physical = `slope` * gain + `offset` in `unit`; the control's gain stands for 0.
+    Where levels are gains, physical = `slope` * gain + `offset` in `unit`; the control's gain stands for 0. Levels that
+    are plain numbers are in `unit` themselves.
     """
 
     name: str
@@ -94,12 +95,16 @@ class RunValue:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """One quantity in one condition: `mean` carries SE, CI and n (runs); `runs` has every point."""
+    """One quantity in one condition: `mean` carries SE, CI and n (runs); `runs` has every point.
+
+    `robots` counts the runs of each robot.
+    """
 
     mean: Number
     sd: Value
     runs: tuple[RunValue, ...] = ()
     jumps: int | None = None
+    robots: Mapping[str, int] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +188,7 @@ class Assumed:
 class ReportContent:
     """All of one report. `claims[0]` is the headline; `selection` is the --where text as given.
 
-    `drains` has one line a robot.
+    `drains` has one line a robot; `robots` counts the analysed runs of each.
     """
 
     title: str
@@ -210,3 +215,4 @@ class ReportContent:
     limitations: tuple[str, ...] = ()
     assumed: tuple[Assumed, ...] = ()
     provenance: tuple[Provenance, ...] = ()
+    robots: Mapping[str, int] = field(default_factory=dict)

@@ -78,7 +78,7 @@ class DrainFit:
     band_high_mah: tuple[float, ...]
     slope: Number
     intercept: Number
-    r_squared: Value
+    r_squared: Number
     at_run: Number
     run_duration_min: float
     range_sentence: str
@@ -90,7 +90,8 @@ class DrainFit:
 class BudgetItem:
     """One source of uncertainty of a joule a jump (J); `shared`: common to all runs; `total`: the sum.
 
-    `joules` is for a single run, `of_mean` for the mean over the condition's runs.
+    `joules` is for a single run, `of_mean` for the mean over the condition's runs. `within_robot`: what is shared is
+    shared by the runs of one robot, of several.
     """
 
     component: str
@@ -99,6 +100,8 @@ class BudgetItem:
     shared: bool
     note: str = ""
     total: bool = False
+    provenance: str = ""
+    within_robot: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -140,7 +140,7 @@ def _facts(content: ReportContent) -> list[tuple[str, str]]:
         facts.append(("People", list_text(content.people)))
     facts += [
         ("Made", content.made_at),
-        ("Software", f"labbook {content.software_version}, configuration {content.configuration_hash}"),
+        ("Software", f"labbook {content.software_version}, labbook.toml {content.configuration_hash}"),
         ("Detector", content.detector),
     ]
     return facts

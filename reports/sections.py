@@ -5,10 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from reports.content import Anova, Condition, ReportContent
-from reports.display import general_text, significance_text
+from reports.content import Anova, Condition, Level, ReportContent
+from reports.display import general_text, significance_text, with_unit
+from reports.naming import (
+    control_name,
+    formula_text,
+    is_number,
+    levels_name,
+    physical_text,
+    swept_factor,
+    swept_words,
+    title_of,
+)
 from reports.numbers import Quantity
-from reports.sentences import formula_text, levels_name, swept_factor, swept_words, title_of
 from reports.wording import count_text, list_text, sentence_start
 
 
@@ -87,9 +96,24 @@ def _in_short(content: ReportContent) -> Section:
         if others:
             parts.append(Bullets(tuple(Paragraph(claim.text, claim.provenance) for claim in others)))
     else:
-        parts.append(Paragraph("Nothing is claimed from this selection.", lead=True))
+        parts.append(Paragraph(f"Nothing is claimed from this selection: {_why_no_claim(content)}.", lead=True))
     parts += [TableHere("headlines"), FigureHere("savings")]
     return Section("in-short", "In short", tuple(parts))
+
+
+def _why_no_claim(content: ReportContent) -> str:
+    swept = swept_factor(content)
+    if not content.conditions:
+        return "none of its runs has joules or apex heights"
+    if swept is None:
+        return (
+            "no factor names a control level, so nothing is compared with a control (write `control = ...` under a "
+            "[factors.NAME] of labbook.toml)"
+        )
+    return (
+        f"no group of its conditions has runs of both {control_name(content)} and another level of the "
+        f"{title_of(swept).lower()}"
+    )
 
 
 def _energy(content: ReportContent) -> Section:
@@ -159,6 +183,14 @@ def _measured(content: ReportContent) -> Section:
                 f"{flow.jumps_made} made.{who}"
             )
         )
+    if len(content.robots) > 1:
+        counts = list_text([f"{count_text(runs, 'run')} of {robot}" for robot, runs in content.robots.items()])
+        parts.append(
+            Paragraph(
+                f"The analysed runs are of {len(content.robots)} robots: {counts}. Means and comparisons take the runs "
+                "of all robots together; the tables of conditions count each robot's."
+            )
+        )
     parts += [FigureHere("flow"), TableHere("days")]
     if sum(_run_count(condition) for condition in content.conditions) <= _FEW_RUN_VALUES:
         parts.append(TableHere("run_values"))
@@ -183,7 +215,7 @@ def _methods(content: ReportContent) -> Section:
 def _gains(content: ReportContent) -> str:
     formulas = [f"{title_of(factor).lower()} {text}" for factor in content.factors if (text := formula_text(factor))]
     found = {
-        (level.factor, level.label): f"{level.label} {general_text(level.value)} {level.unit}".strip()
+        (level.factor, level.label): physical_text(level) if is_number(level) else _size_text(level)
         for condition in content.conditions
         for level in condition.levels
         if level.gain is None and level.value is not None
@@ -197,6 +229,11 @@ def _gains(content: ReportContent) -> str:
             symbol = f", {factor.symbol}" if factor.symbol else ""
             sentences.append(f"{sentence_start(factor.title)}{symbol}: {list_text(sizes)}.")
     return " ".join(sentences)
+
+
+def _size_text(level: Level) -> str:
+    """Write a label with its size: "small 0.038 m"."""
+    return with_unit(f"{level.label} {general_text(level.value or 0.0)}", level.unit)
 
 
 def _provenance(content: ReportContent) -> Section:

@@ -68,10 +68,6 @@ class EnergyBudget:
     mean_j: float
     terms: tuple[BudgetTerm, ...]
     """Scatter between runs, drain fit, charger resolution, reference voltage, in this order."""
-    se_j: float | Undefined
-    """Standard error of the mean from the scatter between runs."""
-    shared_se_j: float | Undefined
-    """What is common to all runs: drain fit and reference voltage together."""
     total_one_run_j: float | Undefined
     total_mean_j: float | Undefined
     """Scatter and shared terms together, added in quadrature."""
@@ -84,16 +80,18 @@ def energy_budget(
     jumps_made: ArrayLike,
     *,
     reference_voltage_v: float,
-    drain_se_j: float | Undefined,
+    drain_se_run_j: float,
+    drain_se_mean_j: float,
     resolution_mah: float,
     voltage_relative_se: float = 0.0,
     voltage_assumed: bool = True,
 ) -> EnergyBudget:
     """Return the budget of one condition from its runs' joules a jump and jumps made, both of shape (n,).
 
-    `drain_se_j` is what the drain line's error makes of the mean of their joules (`stats.shared_error`). A charger that
-    counts in steps of `resolution_mah` errs by at most half a step, standard deviation step / sqrt(12); it differs from
-    run to run, so the scatter holds it already. The voltage's relative standard error shifts all joules by one factor.
+    `drain_se_run_j` and `drain_se_mean_j` are what the drain line's error makes of one run's joules and of their mean
+    (`stats.shared_error`; the same at equal durations and jumps). A charger that counts in steps of `resolution_mah`
+    errs by at most half a step, standard deviation step / sqrt(12); it differs from run to run, so the scatter holds it
+    already. The voltage's relative standard error shifts all joules by one factor.
     Raises `InputRefused` for NaN or infinite values, lengths that differ, counts that are not positive, or no run.
     """
     values, counts = as_values("the joules", joules), as_values("jumps made", jumps_made)
@@ -109,17 +107,15 @@ def energy_budget(
     mean = float(np.mean(values))
     worth = joules_per_mah(reference_voltage_v, 1.0 / float(np.mean(1.0 / counts)))
 
-    drain: float | Undefined = drain_se_j
-    if not isinstance(drain, Undefined):
-        drain = as_number("the drain fit's standard error", drain, low=0.0)
+    of_run = as_number("the drain fit's standard error of a run", drain_se_run_j, low=0.0)
+    of_mean = as_number("the drain fit's standard error of the mean", drain_se_mean_j, low=0.0)
     voltage = relative * abs(mean)
-    shared = _in_quadrature(drain, voltage)
     return EnergyBudget(
         n=about.n,
         mean_j=mean,
         terms=(
             BudgetTerm("scatter between runs", about.sd, about.se, shared=False, in_scatter=False, assumed=False),
-            BudgetTerm("drain fit", drain, drain, shared=True, in_scatter=False, assumed=False),
+            BudgetTerm("drain fit", of_run, of_mean, shared=True, in_scatter=False, assumed=False),
             BudgetTerm(
                 "charger resolution",
                 worth * step_sd_mah,
@@ -130,17 +126,11 @@ def energy_budget(
             ),
             BudgetTerm("reference voltage", voltage, voltage, shared=True, in_scatter=False, assumed=voltage_assumed),
         ),
-        se_j=about.se,
-        shared_se_j=shared,
-        total_one_run_j=_in_quadrature(about.sd, shared),
-        total_mean_j=_in_quadrature(about.se, shared),
+        total_one_run_j=_in_quadrature(about.sd, of_run, voltage),
+        total_mean_j=_in_quadrature(about.se, of_mean, voltage),
         joules_per_mah=worth,
     )
 
 
-def _in_quadrature(first: float | Undefined, second: float | Undefined) -> float | Undefined:
-    if isinstance(first, Undefined):
-        return first
-    if isinstance(second, Undefined):
-        return second
-    return math.hypot(first, second)
+def _in_quadrature(scatter: float | Undefined, *shared: float) -> float | Undefined:
+    return scatter if isinstance(scatter, Undefined) else math.hypot(scatter, *shared)

@@ -9,6 +9,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UnknownName
+from data_schema.queries.broken_rules import why_refused
 from data_schema.tables import design, equipment, files, people, results, runs
 
 FACTS: dict[str, sa.Table] = {
@@ -48,7 +49,7 @@ def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
         done = connection.execute(table.insert(), {"uid": uid, **row})
     except (sa.exc.StatementError, OverflowError) as error:
         _pass_on_trouble(error)
-        raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {_why(error)}.") from error
+        raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
     key = done.inserted_primary_key
     assert key is not None  # noqa: S101 - every fact has a private key
     return int(key[0])
@@ -62,7 +63,7 @@ def update_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
         changed = connection.execute(table.update().where(table.c.uid == uid).values(**row)).rowcount
     except (sa.exc.StatementError, OverflowError) as error:
         _pass_on_trouble(error)
-        raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {_why(error)}.") from error
+        raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
     if changed != 1:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
 
@@ -157,11 +158,3 @@ def _pass_on_trouble(error: Exception) -> None:
     """Raise again what is not about the values: locks, rights, a full disk, damage."""
     if isinstance(error, sa.exc.OperationalError) or type(error) is sa.exc.DatabaseError:
         raise error
-
-
-def _why(error: sa.exc.StatementError | OverflowError) -> str:
-    """Name the broken rule: constraints are named after what they demand."""
-    text = str(getattr(error, "orig", None) or error).strip().splitlines()[0]
-    return text.replace("CHECK constraint failed:", "it breaks the rule").replace(
-        "UNIQUE constraint failed:", "there is one already, by"
-    )

@@ -1,4 +1,4 @@
-"""Plans: what is left of them, and what was withdrawn."""
+"""Plans: what they hold, what is left of them, and what was withdrawn."""
 
 from __future__ import annotations
 
@@ -6,10 +6,46 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.tables.design import plan, planned_run
+from data_schema.tables.design import condition, plan, planned_run
 from data_schema.tables.people import journal
 from data_schema.tables.runs import run
 from data_schema.vocabulary import Action
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedRow:
+    """A run of a plan and, once done, the run."""
+
+    uid: str
+    name: str
+    position: int
+    day_number: int
+    block: str
+    condition_key: str | None
+    run_name: str | None
+
+
+def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
+    """List what all plans hold, in the order in which they were stated; what was withdrawn is left out."""
+    query = (
+        sa.select(
+            planned_run.c.uid,
+            planned_run.c.name,
+            planned_run.c.position,
+            planned_run.c.day_number,
+            planned_run.c.block,
+            condition.c.key,
+            run.c.name,
+        )
+        .select_from(
+            planned_run.outerjoin(condition, planned_run.c.condition == condition.c.id).outerjoin(
+                run, run.c.planned_run == planned_run.c.id
+            )
+        )
+        .where(sa.or_(run.c.id.is_not(None), planned_run.c.plan.not_in(withdrawn_plans())))
+        .order_by(planned_run.c.plan, planned_run.c.position)
+    )
+    return [PlannedRow(*row) for row in connection.execute(query)]
 
 
 @dataclass(frozen=True, slots=True)

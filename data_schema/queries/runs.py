@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.queries.chunks import in_chunks
-from data_schema.queries.plans import withdrawn_plans
-from data_schema.tables.design import condition, condition_level, day, factor, level, planned_run, study
+from data_schema.queries.study import factors
+from data_schema.tables.design import condition, condition_level, day, factor, level
 from data_schema.tables.equipment import battery, robot
 from data_schema.tables.runs import run
 from data_schema.vocabulary import RunKind, RunState
@@ -38,47 +38,6 @@ class RunRow:
     jumps_made: int
     starts: int
     planned: bool
-
-
-@dataclass(frozen=True, slots=True)
-class LevelRow:
-    """One level of a factor."""
-
-    uid: str
-    label: str
-    value: float | None
-    attributes_json: str
-
-
-@dataclass(frozen=True, slots=True)
-class FactorRow:
-    """A factor with its levels, in the order they were declared."""
-
-    uid: str
-    name: str
-    kind: str
-    levels: tuple[LevelRow, ...]
-
-
-def factors(connection: sa.Connection) -> tuple[FactorRow, ...]:
-    """Return all factors and levels in the order of their declaration."""
-    rows = connection.execute(
-        sa.select(
-            factor.c.uid,
-            factor.c.name,
-            factor.c.kind,
-            level.c.uid,
-            level.c.label,
-            level.c.value,
-            level.c.attributes_json,
-        )
-        .join(level, level.c.factor == factor.c.id)
-        .order_by(factor.c.id, level.c.id)
-    ).all()
-    found: dict[tuple[str, str, str], list[LevelRow]] = {}
-    for factor_uid, name, kind, *of_level in rows:
-        found.setdefault((factor_uid, name, kind), []).append(LevelRow(*of_level))
-    return tuple(FactorRow(*key, tuple(levels)) for key, levels in found.items())
 
 
 def condition_levels(connection: sa.Connection) -> dict[int, dict[str, str]]:
@@ -116,9 +75,9 @@ _LISTED = (
     run.c.planned_run,
 )
 
-
 # A book has thousands of runs, and looking a word up costs a tenth of asking the enumeration for it.
 _KINDS = {str(kind): kind for kind in RunKind}
+
 _STATES = {str(state): state for state in RunState}
 
 
@@ -194,66 +153,3 @@ def where_columns(connection: sa.Connection) -> dict[str, WhereColumn]:
         "starts": WhereColumn(ColumnKind.NUMBER, run.c.starts),
     }
     return of_run | columns
-
-
-@dataclass(frozen=True, slots=True)
-class StudyRow:
-    """The study that a book is about."""
-
-    uid: str
-    name: str
-    kind: str
-    reference_voltage_v: float
-    jumps_nominal: int
-    time_zone: str
-
-
-def the_study(connection: sa.Connection) -> StudyRow | None:
-    """Return the book's study; a book has one."""
-    row = connection.execute(
-        sa.select(
-            study.c.uid,
-            study.c.name,
-            study.c.kind,
-            study.c.reference_voltage_v,
-            study.c.jumps_nominal,
-            study.c.time_zone,
-        ).order_by(study.c.id)
-    ).first()
-    return None if row is None else StudyRow(*row)
-
-
-@dataclass(frozen=True, slots=True)
-class PlannedRow:
-    """A run of a plan and, once done, the run."""
-
-    uid: str
-    name: str
-    position: int
-    day_number: int
-    block: str
-    condition_key: str | None
-    run_name: str | None
-
-
-def planned_runs(connection: sa.Connection) -> list[PlannedRow]:
-    """List what all plans hold, in the order in which they were stated; what was withdrawn is left out."""
-    query = (
-        sa.select(
-            planned_run.c.uid,
-            planned_run.c.name,
-            planned_run.c.position,
-            planned_run.c.day_number,
-            planned_run.c.block,
-            condition.c.key,
-            run.c.name,
-        )
-        .select_from(
-            planned_run.outerjoin(condition, planned_run.c.condition == condition.c.id).outerjoin(
-                run, run.c.planned_run == planned_run.c.id
-            )
-        )
-        .where(sa.or_(run.c.id.is_not(None), planned_run.c.plan.not_in(withdrawn_plans())))
-        .order_by(planned_run.c.plan, planned_run.c.position)
-    )
-    return [PlannedRow(*row) for row in connection.execute(query)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.imports import (
+from data_schema.queries.imported_files import (
     ChargeRef,
     FileRow,
     Link,

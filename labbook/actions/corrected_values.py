@@ -5,6 +5,7 @@ from __future__ import annotations
 import datetime
 import json
 import math
+import re
 import zoneinfo
 from collections.abc import Mapping
 from enum import StrEnum
@@ -23,6 +24,10 @@ _WORDS: Mapping[tuple[str, str], type[StrEnum]] = {
     ("factor", "kind"): FactorKind,
     ("charge", "mode"): ChargeMode,
 }
+
+
+_DIGITS = re.compile(r"[+-]?[0-9]+")
+"""A whole number as it is written without a decimal point; read as such, no digit of it is lost."""
 
 
 def text_value(kind: str, text: str, column: sa.Column[Any]) -> str | None:
@@ -68,7 +73,10 @@ def number_value(name: str, text: str, column: sa.Column[Any]) -> float | int:
         if math.isfinite(value):
             return value
     elif value.is_integer():
-        return int(value)
+        whole = int(text) if _DIGITS.fullmatch(text) else int(value)
+        if -(2**63) <= whole < 2**63:
+            return whole
+        raise UsageError(f"{name}={text} cannot be stored: a whole number goes from {-(2**63)} to {2**63 - 1}.")
     raise UsageError(
         f"{name}={text} cannot be stored: {name} is a {'finite' if isinstance(column.type, Real) else 'whole'} number."
     )

@@ -9,7 +9,9 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.facts import FACTS, find_uid, read_fact
-from data_schema.queries.runs import RunRow, factors
+from data_schema.queries.plans import planned_runs
+from data_schema.queries.runs import RunRow, list_runs
+from data_schema.queries.study import factors
 from data_schema.vocabulary import Action, RunKind, RunState
 from labbook.actions.corrected_values import date_value, number_value, text_value
 from labbook.book.desk import Desk, Statement
@@ -55,6 +57,10 @@ def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why
         new["condition"] = ensure_condition(desk, book.configuration, study_uid, levels) if levels else None
     if run is not None and new.keys() & {"kind", "jumps_made", "condition"}:
         _refuse_contradiction(book.configuration, run, {"kind": run.kind, "jumps_made": run.jumps_made, **new}, levels)
+    if run is not None and new.keys() & {"position_in_day", "day"}:
+        _refuse_taken_place(desk.connection, run, new)
+    if run is not None and "name" in new and not run.planned:
+        new |= _planned_as(desk.connection, new["name"])
     old = old_values(desk.connection, kind, uid, new) if new else {}
     changed = {name: value for name, value in new.items() if old[name] != value}
     if not changed:
@@ -141,6 +147,27 @@ def _refuse_contradiction(
             f"run {run.name} would be a run of jumps without levels: give one of each factor in the same command, for "
             f"example {needed}, or kind=idle."
         )
+
+
+def _refuse_taken_place(connection: sa.Connection, run: RunRow, new: Mapping[str, Any]) -> None:
+    """Raise `UsageError` where a day would have two runs in one place: their order would not be known."""
+    day = read_fact(connection, "day", new["day"], ["date_local"])["date_local"] if "day" in new else run.day
+    position = new.get("position_in_day", run.position_in_day)
+    if (day, position) == (run.day, run.position_in_day):
+        return
+    of_day = {other.position_in_day: other.name for other in list_runs(connection) if other.day == day}
+    if position in of_day and of_day[position] != run.name:
+        free = max(of_day) + 1
+        raise UsageError(
+            f"run {of_day[position]} has position_in_day={position} of {day} already: give run {run.name} one that is "
+            f"free, for example position_in_day={free}, or move {of_day[position]} there first."
+        )
+
+
+def _planned_as(connection: sa.Connection, name: str) -> dict[str, str]:
+    """Return the reference to the planned run of this name that was not made yet: a run renamed to it is that run."""
+    uids = [row.uid for row in planned_runs(connection) if row.name == name and row.run_name is None]
+    return {"planned_run": uids[0]} if uids else {}
 
 
 def _assignments(texts: Sequence[str]) -> dict[str, str]:

@@ -6,7 +6,6 @@ Nothing is changed or mended; each problem says what to do about it.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -15,15 +14,13 @@ from itertools import islice
 from pathlib import Path
 from typing import TypeVar
 
-import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.engine import reading
-from data_schema.errors import BookDamaged, BookError
-from data_schema.journal import Entry, JournalFile
+from data_schema.errors import BookError
+from data_schema.journal import Entry
+from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.integrity import KeptFile, raw_copies, signal_files
 from ingest.store import Store
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
@@ -43,11 +40,13 @@ class Health:
     """What was checked, each problem with what to do about it, and the store's files that no row speaks of.
 
     `waiting` entries of the journal file were cut off before the database had them; the next command applies them.
+    What is `left_out` at the end of that file is no complete command; the next one that writes sets it aside.
     """
 
     whole: bool
     entries: int
     waiting: int
+    left_out: LeftOut
     raw_copies: int
     signal_files: int
     problems: tuple[str, ...]
@@ -72,6 +71,7 @@ def check_book(folder: Path, counted: Counted) -> Health:
     told = _attempt(problems, lambda: _ask(folder, configuration)) or _Told([], [], [], None)
     problems += told.problems
     written = _attempt(problems, lambda: list(JournalFile(path).entries()))  # after the table: it is never behind it
+    left_out = NOTHING if written is None else JournalFile(path).left_out()
     waiting = 0
     if written is not None and told.entries is not None:
         problems += _compared(path, written, told.entries)
@@ -81,13 +81,14 @@ def check_book(folder: Path, counted: Counted) -> Health:
             _attempt(problems, partial(store.raw, kept.store_path, kept.sha256))
             step(kept.name)
         for kept in told.samples:
-            _attempt(problems, partial(_check_samples, store, kept))
+            _attempt(problems, partial(store.check_samples, kept.store_path, kept.sha256, kept.name))
             step(kept.name)
     spoken_of = {kept.store_path for kept in (*told.raw, *told.samples)}
     return Health(
         whole=not problems,
         entries=len(written or told.entries or ()),
         waiting=waiting,
+        left_out=left_out,
         raw_copies=len(told.raw),
         signal_files=len(told.samples),
         problems=tuple(problems),
@@ -143,22 +144,6 @@ def _compared(path: Path, written: Sequence[Entry], told: Sequence[Entry]) -> li
             "write it anew from the database with `labbook rebuild --journal`."
         ]
     return []
-
-
-def _check_samples(store: Store, kept: KeptFile) -> None:
-    """Read all samples of a file, page by page with its checksum, and compare them with the hash in their name."""
-    remedy = "run `labbook rebuild` to read them anew from the raw copy."
-    digest = hashlib.sha256()
-    try:
-        with pq.ParquetFile(store.root / kept.store_path, page_checksum_verification=True) as source:
-            table = source.read()
-            digest.update("\n".join(table.column_names[1:]).encode())  # the first is the time
-            for column in table.columns:
-                digest.update(np.ascontiguousarray(column.to_numpy(), dtype="<f8").data)
-    except (OSError, pa.ArrowException) as error:
-        raise BookDamaged(f"the samples {kept.store_path} of {kept.name} cannot be read ({error}): {remedy}") from error
-    if digest.hexdigest() != kept.sha256:
-        raise BookDamaged(f"the samples {kept.store_path} of {kept.name} are not those that were kept: {remedy}")
 
 
 def _lying_in(store: Store) -> Iterator[str]:

@@ -20,13 +20,8 @@ from data_schema.errors import InputRefused, unknown_name
 from data_schema.journal import canonical
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
-from data_schema.queries.imports import (
-    FirstImport,
-    findings_about_runs,
-    first_import,
-    refused_before,
-    runs_of_file,
-)
+from data_schema.queries.imported_files import runs_of_file
+from data_schema.queries.imports import FirstImport, findings_about_runs, first_import, refused_before
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.model import Finding, ReadFile, SignalPart

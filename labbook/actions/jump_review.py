@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.detections import DecisionRow, DetectionRow, jump_decisions
 from data_schema.queries.runs import RunRow
-from data_schema.queries.signals import DecisionRow, DetectionRow, SignalRow, jump_decisions, signals_of_runs
+from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Verdict
 from labbook.analysis.detecting import BODY_HEIGHT
 from labbook.analysis.detections import Detections, rest_length_m

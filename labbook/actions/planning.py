@@ -11,8 +11,8 @@ from pathlib import Path
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.plans import open_plans, withdrawn_names
-from data_schema.queries.runs import planned_runs, run_names
+from data_schema.queries.plans import OpenPlan, open_plans, planned_runs, withdrawn_names
+from data_schema.queries.runs import run_names
 from data_schema.vocabulary import Action, PlanMethod, RunKind
 from labbook.actions.runs_importing import plan_factors
 from labbook.book.desk import Desk, Statement, now_utc
@@ -49,6 +49,7 @@ class PlanMade:
     idle: int
     sheet: str
     printed: str
+    remarks: tuple[str, ...]
 
 
 def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
@@ -71,6 +72,7 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         run_duration_s=configuration.protocol.run_duration_s,
     )
     with book.reading() as connection:
+        _refuse_seed_in_use(open_plans(connection), request.seed)
         planned = {row.name for row in planned_runs(connection)}
         taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
     names = names_of(drawn, first=_first_free(taken))
@@ -97,7 +99,33 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         idle=sum(run.kind is RunKind.IDLE for run in drawn.runs),
         sheet=str(request.out),
         printed=str(page),
+        remarks=tuple(_remarks(configuration, sum(run.kind is RunKind.IDLE for run in drawn.runs))),
     )
+
+
+def _refuse_seed_in_use(plans: Sequence[OpenPlan], seed: int) -> None:
+    """Raise `UsageError` where runs of a plan with this seed are still to be made: the seed is how a plan is called."""
+    left = sum(len(plan.to_be_made) for plan in plans if plan.seed == seed)
+    if left:
+        raise UsageError(
+            f"a plan with seed {seed} has {left} run{'' if left == 1 else 's'} still to be made: give another seed, or "
+            f'withdraw that plan first with `labbook plan --withdraw --seed {seed} --why "..."`.'
+        )
+
+
+def _remarks(configuration: Configuration, idle: int) -> Iterator[str]:
+    """Say what the plan leaves open and a person would miss only when the runs are made."""
+    if all(factor.control is None for factor in configuration.factors.values()):
+        yield (
+            "no factor has a control, so nothing can be compared: before the runs are made, name the control level of "
+            "what is varied, as control = ... under its [factors.NAME] in labbook.toml."
+        )
+    robots = len(configuration.robots)
+    if robots > 1:
+        yield (
+            f"the book has {robots} robots and the plan leaves open which one makes a run: write it in every row. Each "
+            f"robot's passive drain is fitted to its own idle runs, three or more, and the plan has {idle} in all."
+        )
 
 
 @contextlib.contextmanager

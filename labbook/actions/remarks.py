@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime
+import re
+import shlex
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from zoneinfo import ZoneInfo
@@ -11,7 +13,9 @@ import sqlalchemy as sa
 
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
 from data_schema.queries.days import CheckRow, days_with_runs
-from data_schema.queries.runs import RunRow, StudyRow, runs_named
+from data_schema.queries.plans import PlannedRow, planned_runs
+from data_schema.queries.runs import RunRow, runs_named
+from data_schema.queries.study import StudyRow
 from data_schema.vocabulary import RunKind, RunState
 from labbook.book.naming import study_of
 from labbook.config.parsing import Configuration
@@ -34,20 +38,25 @@ class Remark:
 
 @dataclass(frozen=True, slots=True)
 class Background:
-    """What a run is compared with: the study, the protocol and packs, and on which dates the book has runs."""
+    """What a run is compared with: the study, protocol and packs, the dates of all runs, and its plan (by run name)."""
 
     study: StudyRow
     configuration: Configuration
     today: str
     days: Collection[str]
+    planned: Mapping[str, PlannedRow]
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """What `odd` says of a run, None where nothing is odd, and the columns that it looks at."""
+    """What `odd` says of a run, None where nothing is odd, and the columns that it looks at.
+
+    `alike`: what it says of one run goes for the next, so that all are told in one remark; else each has its own.
+    """
 
     columns: frozenset[str]
     odd: Callable[[RunRow, Sequence[ChargeOfRun], Background], str | None]
+    alike: bool = True
 
 
 def remarks_on(
@@ -59,24 +68,58 @@ def remarks_on(
     """Apply the rules to runs, given by name: all rules, or those that look at one of `columns`."""
     study = study_of(connection)
     today = datetime.datetime.now(ZoneInfo(study.time_zone)).date().isoformat()
-    background = Background(study, configuration, today, days_with_runs(connection))
+    planned = {row.run_name: row for row in planned_runs(connection) if row.run_name is not None}
+    background = Background(study, configuration, today, days_with_runs(connection), planned)
     rows = runs_named(connection, runs)
     charges = charges_of_runs(connection, [row.uid for row in rows])
     found = []
     for name, rule in RULES.items():
         if columns is None or rule.columns.intersection(columns):
-            said = {row.name: rule.odd(row, charges.get(row.uid, ()), background) for row in rows}
-            found += _remark(name, {run: text for run, text in said.items() if text is not None})
+            odd = {row.name: rule.odd(row, charges.get(row.uid, ()), background) for row in rows}
+            said = {run: text for run, text in odd.items() if text is not None}
+            for several in [said] if rule.alike else [{run: text} for run, text in said.items()]:
+                found += _remark(name, several)
     return found
 
 
 def remarks_on_check(earlier: Sequence[CheckRow], kind: str, value: float | None, unit: str | None) -> list[Remark]:
     """Compare a check just made with the earlier ones of its kind."""
     units = [check.unit for check in earlier if check.kind == kind and check.unit]
-    if value is None or unit or not units:
+    if value is None or not units or unit in units:
         return []
+    if unit:
+        said = (
+            f"{kind} {value:g} is in {unit} and earlier ones were in {units[-1]}: make the check again if that is wrong"
+        )
+        return _remark("check_in_other_unit", {kind: said})
     said = f"{kind} {value:g} has no unit and earlier ones were in {units[-1]}: make the check again with --unit"
     return _remark("check_without_unit", {kind: said})
+
+
+def remarks_on_names(names: Sequence[str], known: Collection[str]) -> list[Remark]:
+    """Compare the names of new runs with those of planned runs and of runs that were there: `R 7` may be `r7`."""
+    folded = {_folded(name): name for name in known}
+    said = {
+        name: f"run {name} is another run than {folded[_folded(name)]}, and their names differ in case or blanks only: "
+        f"`labbook correct {shlex.quote(name)} name=...` renames it"
+        for name in names
+        if name not in known and _folded(name) in folded
+    }
+    return _remark("name_almost_taken", said)
+
+
+def remarks_on_places(new: Mapping[str, tuple[str, int]], taken: Mapping[tuple[str, int], str]) -> list[Remark]:
+    """Compare the (day, position) of new runs, by name, with those that runs in the book have."""
+    said = {
+        name: f"run {name} has position {place[1]} of {place[0]}, as run {taken[place]} has: their order is not known"
+        for name, place in new.items()
+        if place in taken
+    }
+    return _remark("position_taken", said)
+
+
+def _folded(name: str) -> str:
+    return "".join(name.split()).casefold()
 
 
 def remark_lines(remarks: Sequence[Remark]) -> list[str]:
@@ -145,6 +188,23 @@ def _pack(run: RunRow, charges: Sequence[ChargeOfRun], _background: Background) 
     return None
 
 
+def _plan(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    planned = background.planned.get(run.name)
+    if planned is None or (planned.condition_key or "") == run.condition_key:
+        return None
+    if planned.condition_key is None:
+        return f"run {run.name} was planned as an idle run"
+    levels = _levels(planned.condition_key, tuple(run.levels))
+    differing = " ".join(f"{name}={label}" for name, label in levels.items() if run.levels.get(name) != label)
+    return f"run {run.name} was planned with {differing or planned.condition_key}"
+
+
+def _levels(condition_key: str, factors: Sequence[str]) -> dict[str, str]:
+    """Read the levels in a condition's name; empty where it is not of these factors."""
+    found = re.fullmatch(" ".join(f"{re.escape(name)}=(.+)" for name in factors), condition_key)
+    return {} if found is None else dict(zip(factors, found.groups(), strict=True))
+
+
 RULES: Mapping[str, Rule] = {
     "duration_unusual": Rule(frozenset({"duration_s", "kind"}), _duration),
     "date_in_future": Rule(frozenset({"day"}), _future),
@@ -152,5 +212,6 @@ RULES: Mapping[str, Rule] = {
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),
     "charge_unusual": Rule(frozenset({"charge_mah", "battery", "run"}), _charge),
     "pack_differs": Rule(frozenset({"battery", "stated_pack", "run"}), _pack),
+    "differs_from_plan": Rule(frozenset({"condition", "kind"}), _plan, alike=False),
 }
 """The rules on runs, by name, in the order in which they are told."""

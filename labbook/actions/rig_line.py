@@ -8,8 +8,10 @@ from typing import TypeAlias
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import GapKind, Undefined
 from ingest.model import ReadFile
+from labbook.analysis.detections import Detections, rest_length_m
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import drain_lines
+from labbook.analysis.run_apexes import usable_logs
 from labbook.analysis.run_energy import usable_charge
 from labbook.statements.importing import PreparedImport
 from stats.energy import joules_per_jump
@@ -24,23 +26,33 @@ LIMITS_FROM_RUNS = 5
 Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 
 
-def rig_lines(prepared: PreparedImport, runs: tuple[str, ...], evidence: Evidence) -> list[str]:
+def rig_lines(detections: Detections, prepared: PreparedImport, runs: tuple[str, ...], evidence: Evidence) -> list[str]:
     """Say, for every run a file belongs to, how many jumps and gaps it has and whether its joules are in control."""
     rows = {run.name: run for run in evidence.runs if run.name in runs}
     drains = drain_lines(evidence)
-    return [_line(run, prepared, evidence, drains) for run in rows.values()]
+    return [_line(run, detections, prepared, evidence, drains) for run in rows.values()]
 
 
-def _line(run: RunRow, prepared: PreparedImport, evidence: Evidence, drains: Lines) -> str:
+def _line(run: RunRow, detections: Detections, prepared: PreparedImport, evidence: Evidence, drains: Lines) -> str:
     parts = [f"run {run.name}:"]
-    counts = [len(stored.detection.found.jumps) for stored in prepared.parts if stored.detection is not None]
-    if counts:
-        found = sum(counts)
-        parts.append(f"{found} of {run.jumps_made} jumps found{_mismatch(found, run.jumps_made)},")
+    if any(stored.detection is not None for stored in prepared.parts):
+        parts.append(f"{_jumps(run, detections, evidence)},")
     if prepared.parts:
         parts.append(f"{_gaps(prepared.read)},")
     parts.append(_joules(run, evidence, drains))
     return " ".join(parts)
+
+
+def _jumps(run: RunRow, detections: Detections, evidence: Evidence) -> str:
+    """Count the jumps of a run over all its logs: of one that was started again, this file holds a part only."""
+    logs = usable_logs(run, evidence.logs.get(run.uid, []))
+    if isinstance(logs, str):
+        return f"its jumps do not count ({logs})"
+    length_m = rest_length_m(detections.connection, run.robot_uid)
+    found = detections.of({run.uid: logs}, evidence.configuration.protocol.detector, length_m)[run.uid]
+    count = sum(len(detection.jumps) for detection in found)
+    where = "" if len(logs) == 1 else f" in {len(logs)} logs"
+    return f"{count} of {run.jumps_made} jumps found{where}{_mismatch(count, run.jumps_made)}"
 
 
 def _mismatch(found: int, made: int) -> str:

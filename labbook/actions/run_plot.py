@@ -26,17 +26,13 @@ _UNKNOWN_PAUSE_S = 5.0
 
 
 def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> Path:
-    """Draw a run's log to a file, whose ending says in which form; of several logs the one that holds the jump."""
+    """Draw a run's logs to a file, whose ending says in which form; `jump` is the one that is shown enlarged."""
     if out.suffix not in KINDS:
         raise UsageError(f"--out {out} does not say which form: end it in {', '.join(KINDS)}.")
     found = review(book, connection, name)
     numbers = {item.jump.number for item in found.jumps}
     if jump is not None and jump not in numbers:
         raise UsageError(f"run {name} has no jump {jump}: it has {len(numbers)}.")
-    signal = found.signals[0]
-    if jump is not None:
-        sha256 = next(item.signal_sha256 for item in found.jumps if item.jump.number == jump)
-        signal = next(item for item in found.signals if item.sha256 == sha256)
     detections = Detections(connection, book.store)
     pieces: list[_Piece] = []
     for before, signal in zip((None, *found.signals), found.signals, strict=False):

@@ -14,10 +14,10 @@ from zoneinfo import ZoneInfo
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.days import day_uids
-from data_schema.queries.plans import withdrawn_names
-from data_schema.queries.runs import RunRow, list_runs, planned_runs
+from data_schema.queries.plans import planned_runs, withdrawn_names
+from data_schema.queries.runs import RunRow, list_runs
 from data_schema.vocabulary import Action, RunKind, RunState
-from labbook.actions.remarks import Remark, remarks_on
+from labbook.actions.remarks import Remark, remarks_on, remarks_on_names, remarks_on_places
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.naming import ensure_condition, ensure_day, named_uid, study_of
 from labbook.book.opening import Book
@@ -56,6 +56,7 @@ def import_runs(book: Book, desk: Desk, text: str, source: str) -> RunsImported:
     withdrawn = withdrawn_names(desk.connection)
     planned = {row.name: row.uid for row in planned_runs(desk.connection) if row.run_name is None}
     standing = {run.name: run for run in list_runs(desk.connection)}
+    named_before = {*standing, *planned, *withdrawn}
     contradictions: list[str] = []
     for row in rows:
         if not row.done:
@@ -63,7 +64,7 @@ def import_runs(book: Book, desk: Desk, text: str, source: str) -> RunsImported:
             continue
         values = _values(known, row)
         if row.name in standing:
-            _fill_in(desk, known, standing[row.name], values, done, contradictions)
+            _fill_in(desk, known, standing[row.name], row, values, done, contradictions)
             continue
         new = desk.declare("run", **values, name=row.name, planned_run=planned.get(row.name))
         if row.note:
@@ -72,6 +73,10 @@ def import_runs(book: Book, desk: Desk, text: str, source: str) -> RunsImported:
     if contradictions:
         raise InputRefused("\n".join(contradictions))
     done.remarks = remarks_on(desk.connection, configuration, [*done.stated, *done.filled_in])
+    done.remarks += remarks_on_names(done.stated, named_before)
+    places = {row.name: (row.date.isoformat(), row.position) for row in rows if row.done and row.name not in standing}
+    taken = {(run.day, run.position_in_day): run.name for run in standing.values() if run.state is not RunState.VOID}
+    done.remarks += remarks_on_places(places, taken)
     return done
 
 
@@ -176,6 +181,7 @@ def _fill_in(
     desk: Desk,
     known: _Known,
     run: RunRow,
+    row: RunSheetRow,
     values: Mapping[str, Any],
     done: RunsImported,
     contradictions: list[str],
@@ -194,10 +200,7 @@ def _fill_in(
     }
     contradicted = [column for column in differing if column not in blank]
     if contradicted:
-        contradictions.append(
-            f"run {name} is in the book with other values of {', '.join(contradicted)}: correct the sheet, or the book "
-            f'with `labbook correct {name} FIELD=VALUE --why "..."`.'
-        )
+        contradictions.append(_contradiction(run, row, values, contradicted))
     elif differing:
         old = {column: standing[column] for column in differing}
         desk.state(
@@ -206,6 +209,35 @@ def _fill_in(
         done.filled_in.append(name)
     else:
         done.unchanged.append(name)
+
+
+def _contradiction(run: RunRow, row: RunSheetRow, values: Mapping[str, Any], columns: Sequence[str]) -> str:
+    """Say what the book and the sheet each have, in the fields of `labbook correct`."""
+    both: dict[str, tuple[Any, Any]] = {}
+    for column in columns:
+        if column == "condition":
+            both |= {
+                name: (run.levels.get(name), label)
+                for name, label in row.levels.items()
+                if run.levels.get(name) != label
+            }
+        elif column == "day":
+            both[column] = run.day, row.date
+        elif column in ("robot", "battery"):
+            both[column] = getattr(run, column), getattr(row, column)
+        else:
+            both[column] = getattr(run, column), values[column]
+    differing = ", ".join(
+        f"{name}={_plain(book)} where the sheet has {_plain(sheet)}" for name, (book, sheet) in both.items()
+    )
+    return (
+        f"run {run.name} is in the book with {differing}: correct the sheet, or the book with "
+        f'`labbook correct {run.name} FIELD=VALUE --why "..."`.'
+    )
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) and value == float(f"{value:g}") else str(value)
 
 
 def _note(run_uid: str, text: str) -> Statement:

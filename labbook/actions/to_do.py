@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from zoneinfo import ZoneInfo
 
@@ -11,16 +12,22 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.days import checks_by_day
-from data_schema.queries.imports import inbox
-from data_schema.queries.runs import RunRow, list_runs, planned_runs
-from data_schema.queries.signals import signals_of_runs
+from data_schema.queries.plans import planned_runs
+from data_schema.queries.runs import RunRow, list_runs
+from data_schema.queries.signals import SignalRow, signals_of_runs
+from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
+from labbook.analysis.detecting import BODY_HEIGHT
+from labbook.analysis.run_apexes import usable_logs
 from labbook.config.parsing import Configuration
 
 
 @dataclass(frozen=True, slots=True)
 class ToDo:
-    """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days."""
+    """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days.
+
+    `logs_do_not_count` says why, by run, though the run has logs.
+    """
 
     day: str
     runs_done: tuple[str, ...]
@@ -29,6 +36,7 @@ class ToDo:
     log_without_charge: tuple[str, ...]
     charge_without_log: tuple[str, ...]
     neither: tuple[str, ...]
+    logs_do_not_count: Mapping[str, str]
     checks_not_made: tuple[str, ...]
     inbox: int
 
@@ -38,14 +46,16 @@ def to_do(connection: sa.Connection, configuration: Configuration, day: str | No
     date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
     runs = [run for run in list_runs(connection) if run.day == date.isoformat() and run.state is not RunState.VOID]
     charged = set(charges_by_run(connection))
-    logged = {signal.run_uid for signal in signals_of_runs(connection, FileRole.LOG)}
+    logs: dict[str, list[SignalRow]] = {}
+    for signal in signals_of_runs(connection, FileRole.LOG):
+        logs.setdefault(signal.run_uid, []).append(signal)
     made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
 
     def names(has_log: bool, has_charge: bool) -> tuple[str, ...]:
         return tuple(
             run.name
             for run in runs
-            if _needs_log(run) and ((run.uid in logged), (run.uid in charged)) == (has_log, has_charge)
+            if _needs_log(run) and ((run.uid in logs), (run.uid in charged)) == (has_log, has_charge)
         )
 
     idle_uncharged = tuple(run.name for run in runs if run.kind is RunKind.IDLE and run.uid not in charged)
@@ -57,6 +67,13 @@ def to_do(connection: sa.Connection, configuration: Configuration, day: str | No
         log_without_charge=names(True, False),
         charge_without_log=names(False, True),
         neither=names(False, False) + idle_uncharged,
+        logs_do_not_count={
+            run.name: said
+            for run in runs
+            if run.uid in logs and _needs_log(run)
+            for said in [_why_not(run, logs[run.uid])]
+            if said is not None
+        },
         checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
         inbox=len(inbox(connection)),
     )
@@ -66,7 +83,7 @@ def to_do_lines(found: ToDo) -> list[str]:
     """Say it line by line; what is in order is not mentioned."""
     lines = [f"{found.day}: {len(found.runs_done)} runs."]
     for what, names in (
-        ("planned, not done", found.planned_not_done),
+        ("planned, not done, of all plans and days", found.planned_not_done),
         ("still open (duration or jumps missing)", found.open_runs),
         ("log without charge", found.log_without_charge),
         ("charge without log", found.charge_without_log),
@@ -74,11 +91,22 @@ def to_do_lines(found: ToDo) -> list[str]:
         ("checks not made", found.checks_not_made),
     ):
         if names:
-            more = f" and {len(names) - 12} more" if len(names) > 12 else ""
-            lines.append(f"{what} ({len(names)}): {', '.join(names[:12])}{more}")
+            lines.append(f"{what} ({len(names)}): {_listed(names)}")
+    for why in dict.fromkeys(found.logs_do_not_count.values()):
+        those = [name for name, said in found.logs_do_not_count.items() if said == why]
+        lines.append(f"logs that do not count ({why}): {_listed(those)}")
     if found.inbox:
         lines.append(f"in the inbox: {found.inbox} (`labbook runs inbox`)")
     return lines if len(lines) > 1 else [*lines, "nothing is missing."]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+
+
+def _why_not(run: RunRow, logs: Sequence[SignalRow]) -> str | None:
+    usable = usable_logs(run, [log for log in logs if BODY_HEIGHT in log.channels])
+    return usable if isinstance(usable, str) else None
 
 
 def _needs_log(run: RunRow) -> bool:

@@ -8,17 +8,10 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.errors import UnknownName
-from data_schema.queries.results import (
-    NumberRow,
-    ResultRow,
-    ShownIn,
-    number_beginning,
-    reports_showing,
-    result_by_uid,
-    result_of_number,
-)
+from data_schema.queries.results import NumberRow, ResultRow, result_by_uid, result_of_number
+from data_schema.queries.shown_numbers import ShownIn, number_beginning, reports_showing
 from data_schema.queries.sources import Source, describe_input
-from labbook.statements.reporting import agree, versions_now
+from labbook.analysis.as_printed import agree, versions_now
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +117,8 @@ def _trace(connection: sa.Connection, row: ResultRow, met: set[str]) -> Trace:
 
 def _lines(found: Trace, depth: int) -> list[str]:
     indent = "  " * depth
-    remark = " (stale: an input has changed since)" if found.stale else ""
+    stale = " (stale: something it rests on has changed since; facts below are told as they are now)"
+    remark = stale if found.stale else ""
     remark += ", as above" if found.again else ""
     lines = [f"{indent}{found.kind} {found.scope}, {found.algorithm} version {found.version}{remark}"]
     lines += [f"{indent}  {source.kind}: {source.text}" for source in found.inputs]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from data_schema.queries.results import ResultRow
@@ -13,7 +14,7 @@ from stats.energy import energy_budget
 from stats.shared_error import shared_of_mean
 
 ALGORITHM = Algorithm(
-    "energy_budget", 2, ("labbook.analysis.budget", "stats.energy", "stats.shared_error", "stats.sums")
+    "energy_budget", 3, ("labbook.analysis.budget", "stats.energy", "stats.shared_error", "stats.sums")
 )
 
 IN_ALL = "in all"
@@ -63,7 +64,8 @@ def _outcome(condition: ConditionValues, voltage_v: float, resolution_mah: float
         condition.values,
         [item.run.jumps_made for item in condition.runs],
         reference_voltage_v=voltage_v,
-        drain_se_j=shared_of_mean([item.shared for item in condition.runs]).se,
+        drain_se_run_j=math.sqrt(sum(item.shared.se**2 for item in condition.runs) / len(condition.runs)),
+        drain_se_mean_j=shared_of_mean([item.shared for item in condition.runs]).se,
         resolution_mah=resolution_mah,
     )
     sources = [(term.name, term.one_run_j, term.mean_j) for term in found.terms]

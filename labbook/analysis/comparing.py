@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,14 +12,13 @@ from labbook.analysis.conditions import NUMBER_OF, ConditionValues
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on_result
 from reports.numbers import Quantity
 from stats.anova import one_way_anova
-from stats.distributions import t_quantile, t_two_sided_p
 from stats.savings import percent_savings
-from stats.shared_error import SharedError, shared_of_mean
+from stats.shared_error import SharedError, difference_with_shared, shared_of_mean
 from stats.two_sample import compare_two
 
 COMPARISON = Algorithm(
     "comparison",
-    2,
+    3,
     (
         "labbook.analysis.comparing",
         "stats.two_sample",
@@ -30,7 +28,7 @@ COMPARISON = Algorithm(
         "stats.distributions",
     ),
 )
-ANOVA = Algorithm("anova", 2, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
+ANOVA = Algorithm("anova", 3, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
 
 LEVEL = 0.95
 """Level of all intervals."""
@@ -99,60 +97,31 @@ def _compared(pair: Pair, quantity: Quantity) -> Outcome:
     unit = NUMBER_OF[quantity][1]
     test = compare_two(b, a)
     shared = _shared(pair.b).minus(_shared(pair.a))
-    chosen = _widened(test.t, test.df, test.p, test.difference_ci, shared)
-    welch = _widened(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared)
+    chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, LEVEL)
+    welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, LEVEL)
     shown_se = shared.se if quantity is Quantity.JOULES else None
     total = len(a) + len(b)
     numbers = [
         NewNumber("f", test.f, "1", n=total),
         NewNumber("f_p", test.f_p, "1", n=total),
         NewNumber("brown_forsythe_p", test.brown_forsythe_p, "1", n=total),
-        NewNumber("t", chosen.t, "1", df=test.df, n=total),
-        NewNumber("p", chosen.p, "1", df=test.df, n=total),
+        NewNumber("t", chosen.t, "1", df=chosen.df, n=total),
+        NewNumber("p", chosen.p, "1", df=chosen.df, n=total),
         NewNumber(
-            "difference", test.difference, unit, shared_se=shown_se, ci_low=chosen.low, ci_high=chosen.high,
-            ci_level=LEVEL, df=test.df, n=total,
+            "difference", test.difference, unit, shared_se=shown_se, ci_low=chosen.ci_low, ci_high=chosen.ci_high,
+            ci_level=LEVEL, df=chosen.df, n=total,
         ),
-        NewNumber("welch_t", welch.t, "1", df=test.welch_df, n=total),
-        NewNumber("welch_p", welch.p, "1", df=test.welch_df, n=total),
+        NewNumber("welch_t", welch.t, "1", df=welch.df, n=total),
+        NewNumber("welch_p", welch.p, "1", df=welch.df, n=total),
         NewNumber(
-            "welch_difference", test.difference, unit, shared_se=shown_se, ci_low=welch.low, ci_high=welch.high,
-            ci_level=LEVEL, df=test.welch_df, n=total,
+            "welch_difference", test.difference, unit, shared_se=shown_se, ci_low=welch.ci_low, ci_high=welch.ci_high,
+            ci_level=LEVEL, df=welch.df, n=total,
         ),
         NewNumber("hedges_g", test.hedges_g, "1", n=total),
     ]  # fmt: skip
     if _has_savings(pair, quantity):
         numbers.append(_savings(pair, a, b))
     return Outcome(tuple(numbers), {"test": test.test, "n_a": len(a), "n_b": len(b)})
-
-
-@dataclass(frozen=True, slots=True)
-class _Test:
-    t: float | Undefined
-    p: float | Undefined
-    low: float | Undefined
-    high: float | Undefined
-
-
-def _widened(
-    t: float | Undefined,
-    df: float | Undefined,
-    p: float | Undefined,
-    ends: tuple[float, float] | Undefined,
-    shared: SharedError,
-) -> _Test:
-    """Add what the shared error leaves in a difference to its test, in quadrature with the scatter.
-
-    t shrinks by the factor by which the interval grows, so that p is below 0.05 just where zero lies outside.
-    """
-    if isinstance(ends, Undefined) or shared.se == 0.0:
-        return _Test(t, p, *_interval(ends))
-    middle, half = (ends[0] + ends[1]) / 2.0, (ends[1] - ends[0]) / 2.0
-    wide = math.hypot(half, t_quantile(LEVEL, shared.degrees_of_freedom) * shared.se)
-    if not isinstance(t, Undefined) and not isinstance(df, Undefined):
-        t = t * half / wide
-        p = t_two_sided_p(t, df)
-    return _Test(t, p, middle - wide, middle + wide)
 
 
 def _shared(side: Sequence[ConditionValues]) -> SharedError:

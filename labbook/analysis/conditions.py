@@ -15,7 +15,7 @@ from reports.numbers import Quantity
 from stats.shared_error import SharedError, describe_shared, shared_of_mean
 
 ALGORITHM = Algorithm(
-    "condition_summary", 1, ("labbook.analysis.conditions", "stats.shared_error", "stats.summary", "stats.sums")
+    "condition_summary", 2, ("labbook.analysis.conditions", "stats.shared_error", "stats.summary", "stats.sums")
 )
 
 NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
@@ -105,7 +105,7 @@ def _outcome(items: Sequence[RunNumber], quantity: Quantity) -> Outcome:
                 mean.ci_low,
                 mean.ci_high,
                 mean.level,
-                df=mean.df,
+                df=about.n - 1,
                 n=about.n,
             ),
             NewNumber("sd", about.sd, unit, n=about.n),

@@ -9,17 +9,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.detections import DetectionRow, JumpRow, NewDetection, add_detections, detections_by_key
 from data_schema.queries.facts import read_fact
-from data_schema.queries.signals import (
-    DetectionRow,
-    GapRow,
-    JumpRow,
-    NewDetection,
-    SignalRow,
-    add_detections,
-    detections_by_key,
-    gaps_by_signal,
-)
+from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
 from ingest.store import Store
 from labbook.analysis.detecting import (
     BODY_HEIGHT,

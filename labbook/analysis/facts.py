@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from data_schema.journal import canonical
 from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.detections import DecisionRow
 from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
-from data_schema.queries.signals import DecisionRow, SignalRow
+from data_schema.queries.signals import SignalRow
 from labbook.analysis.workbench import rests_on
 
 
@@ -30,9 +31,9 @@ def idle_runs_input(robot_uid: str) -> InputRow:
     return rests_on("idle runs", "idle_runs", robot_uid, robot_uid)
 
 
-def signal_input(signal: SignalRow) -> InputRow:
+def signal_input(signal: SignalRow, role: str) -> InputRow:
     """Name the samples of a signal; they are their own hash."""
-    return InputRow("log", "signal", signal.sha256, signal.sha256)
+    return InputRow(role, "signal", signal.sha256, signal.sha256)
 
 
 def decision_input(decision: DecisionRow) -> InputRow:

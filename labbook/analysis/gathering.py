@@ -9,8 +9,10 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import ChargeOfRun, charges_by_run
-from data_schema.queries.runs import FactorRow, RunRow, StudyRow, factors, list_runs, the_study, where_columns
-from data_schema.queries.signals import DecisionRow, SignalRow, jump_decisions, signals_of_runs
+from data_schema.queries.detections import DecisionRow, jump_decisions
+from data_schema.queries.runs import RunRow, list_runs, where_columns
+from data_schema.queries.signals import SignalRow, signals_of_runs
+from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
 from data_schema.vocabulary import FileRole, RunKind, RunState
 from data_schema.where import compile_where
 from labbook.analysis.detecting import BODY_HEIGHT

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from data_schema.queries.signals import DecisionRow, DetectionRow, JumpRow
+from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow
 from data_schema.vocabulary import Verdict
 
 UNKNOWN_FLIGHT_S = 0.25

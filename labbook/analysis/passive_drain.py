@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from data_schema.queries.charges import ChargeOfRun
@@ -13,7 +14,7 @@ from labbook.analysis.gathering import Evidence
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
 from stats.passive_drain import PassiveDrain, fit_passive_drain
 
-ALGORITHM = Algorithm("passive_drain", 2, ("labbook.analysis.passive_drain", "stats.passive_drain", "stats.sums"))
+ALGORITHM = Algorithm("passive_drain", 3, ("labbook.analysis.passive_drain", "stats.passive_drain", "stats.sums"))
 MAH_MIN = 60.0
 """mAh/s to mAh/min."""
 
@@ -27,15 +28,25 @@ class Drain:
     result: ResultRow
 
 
+def recharge_of(run: RunRow, charges: Sequence[ChargeOfRun]) -> ChargeOfRun | str:
+    """Return the one charge that says what a run of known duration took, or why there is none."""
+    charged = [item for item in charges if item.mode == ChargeMode.CHARGE]
+    if not charged:
+        return "no charge recorded"
+    if len(charged) > 1:
+        return f"{len(charged)} charges recorded"
+    return "no duration recorded" if run.duration_s is None else charged[0]
+
+
 def idle_charges(evidence: Evidence) -> list[tuple[RunRow, ChargeOfRun]]:
     """Return the idle runs that can be fitted: with a duration and exactly one charge."""
-    found = [(run, _usable_charge(run, evidence)) for run in evidence.idle]
+    found = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in evidence.idle]
     return [(run, charge) for run, charge in found if not isinstance(charge, str)]
 
 
 def unused_idle(evidence: Evidence) -> list[tuple[RunRow, str]]:
     """Return the idle runs that cannot be fitted, and why."""
-    found = [(run, _usable_charge(run, evidence)) for run in evidence.idle]
+    found = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in evidence.idle]
     return [(run, reason) for run, reason in found if isinstance(reason, str)]
 
 
@@ -81,15 +92,6 @@ def _fit(idle: list[tuple[RunRow, ChargeOfRun]]) -> PassiveDrain | Undefined:
         [charge.charge_mah for _, charge in idle],
         resolution_mah=max((charge.resolution_mah for _, charge in idle), default=0.0),
     )
-
-
-def _usable_charge(run: RunRow, evidence: Evidence) -> ChargeOfRun | str:
-    charges = [item for item in evidence.charges.get(run.uid, []) if item.mode == ChargeMode.CHARGE]
-    if not charges:
-        return "no charge recorded"
-    if len(charges) > 1:
-        return f"{len(charges)} charges recorded"
-    return "no duration recorded" if run.duration_s is None else charges[0]
 
 
 def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Outcome:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ from labbook.analysis.judging import Judgement, Rules, judge
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
 from stats.summary import describe
 
-ALGORITHM = Algorithm("run_apexes", 2, ("labbook.analysis.run_apexes", "labbook.analysis.judging", "stats.summary"))
+ALGORITHM = Algorithm("run_apexes", 3, ("labbook.analysis.run_apexes", "labbook.analysis.judging", "stats.summary"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,16 +53,24 @@ def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...]
     """Return the logs that a run's apexes rest on in their order, or why there are none.
 
     A run that was started again leaves several: segments of one file, or as many files as the run had starts. More
-    files than starts are copies or mistakes, and which one counts is for a person to say.
+    files than starts are copies or mistakes, and which one counts is for a person to say; the same samples saved twice
+    are one log. Logs follow each other by the clock where all have one, else by their files' names, so that it does not
+    matter which was ingested first.
     """
     if not logs:
         return "no log with a body height"
-    files = len({log.file_sha256 for log in logs})
+    distinct = list({log.sha256: log for log in reversed(logs)}.values())[::-1]
+    files = len({log.file_sha256 for log in distinct})
     if files > max(run.starts, 1):
         return f"{files} log files with a body height and {run.starts} start{'' if run.starts == 1 else 's'}"
-    if all(log.start_utc is not None for log in logs):
-        return tuple(sorted(logs, key=lambda log: log.start_utc or ""))
-    return tuple(logs)
+    if all(log.start_utc is not None for log in distinct):
+        return tuple(sorted(distinct, key=lambda log: log.start_utc or ""))
+    return tuple(sorted(distinct, key=lambda log: _in_number_order(log.file_name)))
+
+
+def _in_number_order(name: str) -> list[tuple[str, int]]:
+    """Sort LOG9 before LOG10; segments of one file keep their order, for sorting is stable."""
+    return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d*)", name)]
 
 
 def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, variant: ApexVariant) -> RunApexes:
@@ -86,7 +95,8 @@ def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, var
         found = detections.of(of_robot, variant.detector, lengths_m[robot])
         for uid, detected in found.items():
             judgements[uid] = judge(detected, evidence.decisions if variant.heed_decisions else {}, variant.rules)
-            inputs = [run_input(runs[uid]), *map(signal_input, logs[uid])]
+            inputs = [run_input(runs[uid])]
+            inputs += [signal_input(log, f"log {place}") for place, log in enumerate(logs[uid], start=1)]
             inputs.append(rests_on("robot", "robot", robot, repr(lengths_m[robot])))
             inputs += [InputRow("detection", "detection", item.uid, item.key) for item in detected]
             inputs += [decision_input(decision) for decision in judgements[uid].in_force]

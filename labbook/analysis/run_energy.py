@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import ChargeMode, Undefined
+from data_schema.vocabulary import Undefined
 from labbook.analysis.facts import charge_input, run_input
 from labbook.analysis.gathering import Evidence
-from labbook.analysis.passive_drain import Drain
+from labbook.analysis.passive_drain import Drain, recharge_of
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on, rests_on_result
 from stats.energy import joules_per_jump, joules_per_mah
 from stats.passive_drain import PassiveDrain
@@ -21,7 +21,7 @@ from stats.shared_error import SharedError
 
 ALGORITHM = Algorithm(
     "run_energy",
-    2,
+    3,
     ("labbook.analysis.run_energy", "stats.energy", "stats.passive_drain", "stats.shared_error", "stats.sums"),
 )
 
@@ -35,17 +35,9 @@ class RunEnergies:
 
 
 def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | str:
-    """Return the one charge that a run's energy rests on, or why there is none."""
-    charged = [item for item in charges if item.mode == ChargeMode.CHARGE]
-    if not charged:
-        return "no charge recorded"
-    if len(charged) > 1:
-        return f"{len(charged)} charges recorded"
-    if run.duration_s is None:
-        return "no duration recorded"
-    if run.jumps_made == 0:
-        return "no jumps made"
-    return charged[0]
+    """Return the one charge that a jump run's energy rests on, or why there is none."""
+    charge = recharge_of(run, charges)
+    return charge if isinstance(charge, str) or run.jumps_made else "no jumps made"
 
 
 def run_energies(

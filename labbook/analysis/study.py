@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from data_schema.queries.results import ResultRow
-from data_schema.vocabulary import RunKind
 from labbook.analysis import pairing
 from labbook.analysis.budget import budget
 from labbook.analysis.comparing import Pair, analyse_variance, compare
@@ -15,13 +14,11 @@ from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.packs import pack_deviations
 from labbook.analysis.passive_drain import Drain, passive_drains
-from labbook.analysis.run_apexes import RunApexes, as_protocol, run_apexes, without_exclusions
+from labbook.analysis.run_apexes import RunApexes, as_protocol, run_apexes
 from labbook.analysis.run_energy import RunEnergies, run_energies
+from labbook.analysis.varying import Variations, vary
 from labbook.analysis.workbench import Workbench
 from reports.numbers import Quantity
-from stats.apexes import DETECTORS
-
-WITHOUT_EXCLUSIONS = "without exclusions"
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,16 +41,6 @@ class VarianceAnalysed:
 
 
 @dataclass(frozen=True, slots=True)
-class Varied:
-    """One headline recomputed another way."""
-
-    headline: str
-    variant: str
-    quantity: Quantity
-    result: ResultRow
-
-
-@dataclass(frozen=True, slots=True)
 class StudyAnalysis:
     """Everything computed for one selection."""
 
@@ -66,7 +53,7 @@ class StudyAnalysis:
     apex_heights: list[ConditionValues]
     compared: list[Compared]
     anovas: list[VarianceAnalysed]
-    varied: list[Varied]
+    variations: Variations
     packs: dict[str, ResultRow]
     budget: ResultRow | None
 
@@ -89,7 +76,9 @@ def analyse(
     swept = pairing.swept_factor(evidence.configuration)
     packs = pack_deviations(bench, joules, scope)
     of_a_joule = budget(bench, evidence, joules, scope)
-    analysis = StudyAnalysis(evidence, drains, energies, apexes, swept, joules, heights, [], [], [], packs, of_a_joule)
+    analysis = StudyAnalysis(
+        evidence, drains, energies, apexes, swept, joules, heights, [], [], Variations(), packs, of_a_joule
+    )
     if swept is None:
         return analysis
     compared = [
@@ -108,87 +97,10 @@ def analyse(
         if len(treated) > 1
     ]
     progress("what the headlines depend on")
-    varied = vary(bench, detections, evidence, drains, apexes, swept)
-    return replace(analysis, compared=compared, anovas=anovas, varied=varied)
-
-
-def without_day(evidence: Evidence, day: str) -> Evidence:
-    """Return the evidence without the jump runs and the idle runs of one day."""
-    return replace(
-        evidence,
-        runs=tuple(run for run in evidence.runs if run.day != day),
-        idle=tuple(run for run in evidence.idle if run.day != day),
-    )
-
-
-def with_void(evidence: Evidence) -> Evidence:
-    """Return the evidence with the runs that are void put back."""
-    return replace(
-        evidence,
-        runs=(*evidence.runs, *(run for run in evidence.void if run.kind is RunKind.JUMPS)),
-        idle=(*evidence.idle, *(run for run in evidence.void if run.kind is RunKind.IDLE)),
-        void=(),
-    )
-
-
-def vary(
-    bench: Workbench,
-    detections: Detections,
-    evidence: Evidence,
-    drains: dict[str, Drain],
-    apexes: RunApexes,
-    swept: str,
-) -> list[Varied]:
-    """Recompute the pooled comparisons without exclusions, with the other detector, and without each day."""
-    found: list[Varied] = []
-    protocol = as_protocol(evidence)
-    everything = with_void(evidence)
-    joules = _energies_of(bench, everything, evidence, drains, WITHOUT_EXCLUSIONS)
-    found += _vary_with(bench, WITHOUT_EXCLUSIONS, everything, Quantity.JOULES, joules.results, swept)
-    variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
-    variants += [
-        (f"with the {name} detector", evidence, replace(protocol, detector=name))
-        for name in DETECTORS
-        if name != protocol.detector
-    ]
-    for label, varied, variant in variants:
-        other = run_apexes(bench, detections, varied, variant)
-        found += _vary_with(bench, label, varied, Quantity.APEX, other.results, swept)
-    for day in sorted({run.day for run in evidence.runs}):
-        label = f"without {day}"
-        rest = without_day(evidence, day)
-        joules = _energies_of(bench, rest, evidence, drains, label)
-        found += _vary_with(bench, label, rest, Quantity.JOULES, joules.results, swept)
-        found += _vary_with(bench, label, rest, Quantity.APEX, apexes.results, swept)
-    return found
+    variations = vary(bench, detections, evidence, drains, apexes, swept)
+    return replace(analysis, compared=compared, anovas=anovas, variations=variations)
 
 
 def _compare_all(bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: dict[str, str]) -> list[Compared]:
     rows = compare(bench, pairs, quantity, scope)
     return [Compared(pair, quantity, row) for pair, row in zip(pairs, rows, strict=True)]
-
-
-def _energies_of(
-    bench: Workbench, varied: Evidence, evidence: Evidence, drains: dict[str, Drain], label: str
-) -> RunEnergies:
-    """Return the joules of other runs; where the idle runs are the same, so are the drain lines."""
-    if varied.idle == evidence.idle and all(run.robot_uid in drains for run in varied.runs):
-        return run_energies(bench, varied, drains)
-    return run_energies(bench, varied, passive_drains(bench, varied, label), label)
-
-
-def _vary_with(
-    bench: Workbench,
-    label: str,
-    evidence: Evidence,
-    quantity: Quantity,
-    results: Mapping[str, ResultRow],
-    swept: str,
-) -> list[Varied]:
-    """Compare the pooled conditions again with other runs, or other results of the same runs."""
-    scope = {"selection": evidence.selection, "variant": label}
-    conditions = condition_values(bench, run_numbers(evidence.runs, results, quantity), quantity, scope)
-    return [
-        Varied(item.pair.label, label, quantity, item.result)
-        for item in _compare_all(bench, pairing.pairs_pooled(conditions, swept), quantity, scope)
-    ]

@@ -20,7 +20,8 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.engine import writing
 from data_schema.errors import BookDamaged, BookError, InputRefused
-from data_schema.journal import Entry, JournalFile
+from data_schema.journal import Entry
+from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.statements import APPLY, Scene
@@ -53,10 +54,10 @@ class Desk:
     said: list[Entry] = field(default_factory=list)
     stale: list[tuple[str, str]] = field(default_factory=list)
 
-    def state(self, statement: Statement) -> Entry:
+    def state(self, statement: Statement) -> None:
         """Apply one statement; raises a `LabbookError` when it cannot be accepted.
 
-        The entry that comes back gets its place in the chain when the desk closes.
+        Its entry gets its place in the chain when the desk closes.
         """
         refuse_no_text([statement.old, statement.new, statement.reason])
         entry = Entry(
@@ -74,7 +75,6 @@ class Desk:
         )
         self.stale += apply(self.connection, self.store, entry, statement.prepared)
         self.said.append(entry)
-        return entry
 
     def declare(self, entity: str, /, **values: Any) -> str:
         """State that a thing exists; returns its new uid."""

@@ -12,9 +12,9 @@ import sqlalchemy as sa
 
 from data_schema.journal import Entry
 from data_schema.queries.integrity import readings
-from data_schema.queries.results import shown_numbers
+from data_schema.queries.shown_numbers import shown_numbers
 from data_schema.vocabulary import Action
-from labbook.statements.reporting import agree
+from labbook.analysis.as_printed import agree
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,9 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import migrations
-from data_schema.engine import reading, sqlite_engine
+from data_schema.disk import sync
+from data_schema.engine import reading, sqlite_engine, translated
 from data_schema.errors import UsageError
-from ingest.store import sync_folder
 from labbook.book.opening import (
     CONFIGURATION,
     DATABASE,
@@ -86,22 +86,27 @@ def make_database(folder: Path, configuration: Configuration) -> None:
 def make_sqlite(path: Path) -> None:
     """Make an empty database file of this labbook's revision under a temporary name, then rename it."""
     temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    temporary.touch()  # where that is not allowed, the system says why
     try:
-        with closing(sqlite3.connect(temporary)) as fresh:
-            fresh.execute("PRAGMA journal_mode = wal")
-        engine = sqlite_engine(temporary)
-        try:
-            make_tables(engine)
-        finally:
-            engine.dispose()
+        fill_sqlite(temporary)
         temporary.rename(path)
-        sync_folder(path.parent)
+        sync(path.parent)
     finally:
         temporary.unlink(missing_ok=True)
 
 
+def fill_sqlite(path: Path) -> None:
+    """Make an empty database of this labbook's revision in a file that is not there yet, step by step."""
+    path.touch()  # where that is not allowed, the system says why
+    with translated(), closing(sqlite3.connect(path)) as fresh:
+        fresh.execute("PRAGMA journal_mode = wal")
+    engine = sqlite_engine(path)
+    try:
+        make_tables(engine)
+    finally:
+        engine.dispose()
+
+
 def make_tables(engine: sa.Engine) -> None:
     """Make all tables in an empty database."""
-    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
+    with translated(), engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
         migrations.upgrade(connection)

@@ -11,7 +11,8 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.conditions import conditions_by_key
 from data_schema.queries.days import day_uids
 from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.runs import RunRow, StudyRow, factors, find_run, run_names, the_study
+from data_schema.queries.runs import RunRow, find_run, run_names
+from data_schema.queries.study import StudyRow, factors, the_study
 from labbook.book.desk import Desk
 from labbook.config.parsing import Configuration
 

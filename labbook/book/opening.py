@@ -16,7 +16,7 @@ import sqlalchemy as sa
 from data_schema import migrations
 from data_schema.engine import postgres_engine, reading, sqlite_engine
 from data_schema.errors import BookMissing, BookVersion, UsageError, unknown_name
-from data_schema.journal import JournalFile
+from data_schema.journal_file import JournalFile
 from ingest.store import Store
 from labbook.book.desk import Desk, desk_of
 from labbook.book.proposing import propose
@@ -161,8 +161,8 @@ def check_revision(engine: sa.Engine, versions: Path = migrations.VERSIONS, *, o
     if revision is None or "journal" not in tables:
         what = "is empty" if not tables else f"was not made by labbook (it holds {', '.join(sorted(tables)[:3])})"
         raise BookVersion(
-            f"the database {shown(engine)} {what}: make a book with `labbook init DIR`, or point [database] url in "
-            "labbook.toml to the right one."
+            f"the database {shown(engine)} {what}: make a book with `labbook init DIR`, make it anew from "
+            "journal.jsonl with `labbook rebuild`, or point [database] url in labbook.toml to the right one."
         )
     newest = migrations.newest(versions)
     if revision == newest:

@@ -21,9 +21,11 @@ from data_schema.journal import canonical
 from data_schema.queries.conditions import conditions_by_key
 from data_schema.queries.days import day_uids
 from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.imports import imported_names
+from data_schema.queries.imported_files import imported_names
 from data_schema.queries.people import config_in_force, person_uid
-from data_schema.queries.runs import condition_levels, planned_runs, the_study
+from data_schema.queries.plans import planned_runs
+from data_schema.queries.runs import condition_levels
+from data_schema.queries.study import the_study
 from data_schema.vocabulary import Action
 from labbook.book.desk import Desk, Statement, now_utc
 from labbook.config.model import number_label

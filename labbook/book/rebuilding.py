@@ -17,13 +17,15 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import journal
+from data_schema.disk import stamp, sync
 from data_schema.engine import reading, sqlite_engine, writing
 from data_schema.errors import BookBusy, BookDamaged, UsageError
-from data_schema.journal import Entry, JournalFile
-from ingest.store import Store, sync_folder
+from data_schema.journal import Entry
+from data_schema.journal_file import NOTHING, JournalFile, LeftOut
+from ingest.store import Store
 from labbook.book.desk import apply_again
 from labbook.book.differing import Differences, differences
-from labbook.book.making import make_sqlite
+from labbook.book.making import fill_sqlite
 from labbook.book.opening import (
     DATABASE,
     check_revision,
@@ -33,16 +35,20 @@ from labbook.book.opening import (
     store_of,
 )
 from labbook.book.replacing_postgres import replace_postgres
-from labbook.book.replacing_sqlite import head_of_sqlite, remove_leftovers, replace_sqlite, stamp
+from labbook.book.replacing_sqlite import head_of_sqlite, remove_leftovers, replace_sqlite
 
 
 @dataclass(frozen=True, slots=True)
 class Rebuilt:
-    """How many entries were applied, where the old database is kept, and what came out otherwise than at first."""
+    """How many entries were applied, where the old database is kept, and what came out otherwise than at first.
+
+    `left_out` is what stands at the end of the journal file and is no complete command.
+    """
 
     entries: int
     old: str | None
     differences: Differences
+    left_out: LeftOut
 
 
 @dataclass
@@ -53,6 +59,7 @@ class Replay:
     mirror: JournalFile
     step: Callable[[str], None]
     entries: list[Entry] = field(default_factory=list)
+    left_out: LeftOut = NOTHING
 
     def onto(self, engine: sa.Engine) -> None:
         """Apply what the journal holds beyond what was applied before, one transaction a command as at first."""
@@ -73,6 +80,7 @@ class Replay:
     def finish(self, engine: sa.Engine, standing: tuple[int, str] | None) -> None:
         """Apply the last entries while nobody can write; `standing` is how far the old database goes, if known."""
         self.onto(engine)
+        self.left_out = self.mirror.left_out()
         if standing is None or standing[0] == 0:
             return
         seq, last_hash = standing
@@ -112,7 +120,7 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
             found = differences(connection, replay.entries)
     finally:
         engine.dispose()
-    return Rebuilt(len(replay.entries), old, found)
+    return Rebuilt(len(replay.entries), old, found, replay.left_out)
 
 
 @contextlib.contextmanager
@@ -130,7 +138,7 @@ def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:
     remove_leftovers(folder)
     path, fresh = folder / DATABASE, folder / f".{DATABASE}.rebuild.{secrets.token_hex(4)}"
     try:
-        make_sqlite(fresh)
+        fill_sqlite(fresh)
         engine = sqlite_engine(fresh)
         try:
             replay.onto(engine)
@@ -152,7 +160,7 @@ def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:
 def rewrite_journal(folder: Path) -> int:
     """Write journal.jsonl anew from the database, where the file was lost, cut or damaged; returns how many entries.
 
-    A file that was damaged is kept beside the new one.
+    A file that was damaged is kept beside the new one, and so is what was cut off at the end of one that was not.
     """
     configuration = read_configuration(folder)
     path = journal_path(folder, configuration)
@@ -178,8 +186,10 @@ def _replace_journal(path: Path, entries: list[Entry]) -> None:
     fresh.append(entries)
     if known is None:
         path.rename(path.with_name(f"{path.name}.before-rebuild.{stamp()}"))
+    elif path.exists():
+        JournalFile(path).keep_cut_off()
     fresh.path.rename(path)
-    sync_folder(path.parent)
+    sync(path.parent)
 
 
 def _known(path: Path) -> list[str] | None:

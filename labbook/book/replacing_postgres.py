@@ -1,7 +1,8 @@
 """Rebuilding on the book's own PostgreSQL database: the new tables grow in a schema of their own, then change places.
 
 Until the one transaction in which they do, the old tables are in use as ever; afterwards they lie in a schema
-`before_rebuild_<time>`, which can be dropped when nobody misses anything. Who might use the old tables may use the new.
+`before_rebuild_<time>`, which can be dropped when nobody misses anything. Who might use the old tables may use the new,
+and a lab's own views show the new.
 """
 
 from __future__ import annotations
@@ -12,19 +13,17 @@ from collections.abc import Callable, Iterator, Sequence
 import sqlalchemy as sa
 
 from data_schema import journal
+from data_schema.disk import stamp
 from data_schema.engine import postgres_engine, reading, translated
 from data_schema.errors import UsageError
 from data_schema.migrations import current
 from data_schema.tables import METADATA
 from labbook.book.making import make_tables
 from labbook.book.opening import check_revision, shown
-from labbook.book.replacing_sqlite import stamp
+from labbook.book.views_postgres import INSUFFICIENT_PRIVILEGE, define_again, refuse_what_cannot_follow, views_on
 
 FRESH = "labbook_rebuild"
 """The schema in which new tables grow; what an interrupted rebuild left there is removed by the next."""
-
-INSUFFICIENT_PRIVILEGE = "42501"
-"""How the server names a refusal, in its own list of conditions."""
 
 _OWN = {*METADATA.tables, "alembic_version"}
 
@@ -71,6 +70,8 @@ def _refuse_foreign(engine: sa.Engine) -> None:
         revision = current(connection)
     if revision is not None and "journal" in tables:
         check_revision(engine, older=True)
+        with reading(engine) as connection:  # now, and not only when all is computed anew
+            refuse_what_cannot_follow(connection, _home(connection), tables)
     elif tables or others:
         raise UsageError(
             f"the database {shown(engine)} holds {', '.join([*others, *tables][:3])} and no book: give [database] url "
@@ -109,10 +110,13 @@ def _change_places(connection: sa.Connection, old: Sequence[str]) -> str | None:
         return None
     aside = f"before_rebuild_{stamp().lower()}"
     connection.exec_driver_sql(f"LOCK TABLE {', '.join(_name(connection, home, name) for name in old)}")
+    refuse_what_cannot_follow(connection, home, old)
+    views = views_on(connection, home, old)
     connection.exec_driver_sql(f"CREATE SCHEMA {aside}")
     _move(connection, old, home, aside)
     _move(connection, sorted(_OWN), FRESH, home)
     _same_rights(connection, aside, home)
+    define_again(connection, views)
     return aside
 
 

@@ -3,6 +3,9 @@
 The new content is copied into the file that is there, in one transaction, by SQLite's own backup. A file that is
 renamed over one in use would leave programs that write to the old one beside those that write to the new one, and a
 write-ahead log that belongs to neither. Only a file that is no database any more is set aside by name.
+
+A copy of the old database has its lasting name, and is synced, before any page of the new one is committed: from then
+on nothing removes it. Where the replacing is cut off after that, there is a copy too many, never one too few.
 """
 
 from __future__ import annotations
@@ -11,13 +14,12 @@ import contextlib
 import secrets
 import sqlite3
 from collections.abc import Callable
-from datetime import UTC, datetime
 from pathlib import Path
 
+from data_schema.disk import stamp, sync
 from data_schema.engine import BUSY_TIMEOUT_S
 from data_schema.errors import BookBusy, BookDamaged
 from data_schema.journal import GENESIS
-from ingest.store import sync_folder
 from labbook.book.opening import DATABASE
 
 PAGES_A_STEP = 8
@@ -42,20 +44,14 @@ def replace_sqlite(
     finish()
     old = _set_aside(folder)
     fresh.rename(path)
-    sync_folder(folder)
+    sync(folder)
     return old
-
-
-def stamp() -> str:
-    """Return the time as part of a name."""
-    return f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}Z"
 
 
 def remove_leftovers(folder: Path) -> None:
     """Remove databases that were never finished, of this rebuild or of one that was interrupted."""
-    for pattern in (f".{DATABASE}.*", f"..{DATABASE}.*"):
-        for leftover in folder.glob(pattern):
-            leftover.unlink()
+    for leftover in folder.glob(f".{DATABASE}.*"):
+        leftover.unlink()
 
 
 def head_of_sqlite(path: Path) -> tuple[int, str] | None:
@@ -79,10 +75,13 @@ def _overwrite(path: Path, fresh: Path, finish: Callable[[], None], busy_timeout
         nonlocal locked
         if status in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
             raise BookBusy(f"another program is writing to {path}: close it and run `labbook rebuild` again.")
-        if not locked:  # the first step has locked the old database for writing
+        if not locked:  # the first step has locked the old database for writing; what it has copied is not committed
             locked = True
-            _copy(path, kept)
             finish()
+            _copy(path, kept)
+            sync(kept)
+            kept.rename(old)
+            sync(path.parent)
 
     with (
         contextlib.closing(_connect(path, busy_timeout_s)) as target,
@@ -90,8 +89,6 @@ def _overwrite(path: Path, fresh: Path, finish: Callable[[], None], busy_timeout
     ):
         target.execute("PRAGMA journal_mode = wal")  # readers do not stop the copying, and it does not stop them
         source.backup(target, pages=PAGES_A_STEP, progress=between_steps)
-    kept.rename(old)
-    sync_folder(path.parent)
     return old.name
 
 

@@ -14,7 +14,9 @@ def register(app: typer.Typer) -> None:
 
 def charge(
     run: Annotated[str, typer.Argument(help="The run after which the pack was charged.")],
-    charge_mah: Annotated[float, typer.Argument(metavar="MAH", help="What the charger put back, in mAh.")],
+    charge_mah: Annotated[
+        float, typer.Argument(metavar="MAH", help="What the charger put back, in mAh: 0 or more, without a sign.")
+    ],
     minutes: Annotated[float | None, typer.Option("--minutes", help="How long charging took.")] = None,
     end_voltage: Annotated[
         float | None, typer.Option("--end-voltage", help="The pack's voltage at the end, V.")

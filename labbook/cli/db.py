@@ -51,6 +51,8 @@ def check_command(book: BookOption = None, as_json: JsonOption = False) -> None:
             "1 entry of journal.jsonl waits" if found.waiting == 1 else f"{found.waiting} entries of journal.jsonl wait"
         )
         lines.append(f"{what} for the next command that writes, which applies what it finds there.")
+    if found.left_out.sentence:
+        lines.append(found.left_out.sentence)
     if found.orphans:
         several = len(found.orphans) > 1
         what = f"{len(found.orphans)} files in the store belong" if several else "1 file in the store belongs"

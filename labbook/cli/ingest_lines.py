@@ -11,7 +11,9 @@ from data_schema.vocabulary import IngestStatus
 from ingest.model import Finding
 from labbook.actions.ingesting import FileOutcome
 from labbook.actions.rig_line import rig_lines
-from labbook.analysis.gathering import gather
+from labbook.analysis.detections import Detections
+from labbook.analysis.gathering import Evidence, gather
+from labbook.analysis.run_apexes import usable_logs
 from labbook.book.opening import Book
 
 
@@ -42,9 +44,31 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[str]]
         return [[] for _outcome in outcomes]
     with book.reading() as connection:
         evidence = gather(connection, book.configuration, None)
-    return [
-        [] if outcome.prepared is None else rig_lines(outcome.prepared, outcome.runs, evidence) for outcome in outcomes
-    ]
+        detections = Detections(connection, book.store)
+        return [
+            []
+            if outcome.prepared is None
+            else [
+                *rig_lines(detections, outcome.prepared, outcome.runs, evidence),
+                *_logs_too_many(outcome.runs, evidence),
+            ]
+            for outcome in outcomes
+        ]
+
+
+def _logs_too_many(names: Sequence[str], evidence: Evidence) -> list[str]:
+    """Say which runs have logs that do not count, for there are more of them than the run had starts."""
+    found = []
+    for run in evidence.runs:
+        logs = evidence.logs.get(run.uid, ())
+        why = usable_logs(run, logs) if run.name in names and logs else ()
+        if isinstance(why, str):
+            found.append(
+                f"look again: run {run.name} has {why}, so none of them counts: take one off with "
+                f"`labbook assign FILE none --why ...`, or say how often the run was started with "
+                f"`labbook correct {run.name} starts=N --why ...`."
+            )
+    return found
 
 
 def _run_not_heeded(first: FirstImport, run: str | None) -> list[str]:

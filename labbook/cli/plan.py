@@ -13,7 +13,19 @@ def register(app: typer.Typer) -> None:
     app.command("plan")(plan)
 
 
+_OF_DRAWING = {
+    "n": "--n",
+    "per_day": "--per-day",
+    "method": "--method",
+    "start": "--start",
+    "idle": "--idle/--no-idle",
+    "out": "--out",
+}
+"""Options, by parameter, that say how a plan is drawn and written."""
+
+
 def plan(
+    ctx: typer.Context,
     seed: Annotated[int | None, typer.Option("--seed", help="The same seed draws the same plan, to the byte.")] = None,
     n: Annotated[int, typer.Option("--n", help="Runs of each condition.")] = 10,
     per_day: Annotated[int, typer.Option("--per-day", help="Runs a day at most.")] = 16,
@@ -34,7 +46,8 @@ def plan(
 
     Every day has a control for each group (foot and gain) in it, and every condition reaches its n.
 
-    With --withdraw, runs that are planned and not made are no longer planned; those that were made stay.
+    With --withdraw, runs that are planned and not made are no longer planned; those that were made stay. The seed is
+    how a plan is called: while runs of it are to be made, no other plan is drawn with that seed.
 
     Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01; labbook plan --withdraw --why "new foot"
     """
@@ -45,6 +58,7 @@ def plan(
     if withdraw:
         if why is None:
             raise UsageError("withdrawing a plan needs a reason: add --why, the journal keeps it.")
+        _refuse_drawing_options(ctx)
         _withdraw(seed, why, dry_run, book, person, as_json)
         return
     if seed is None:
@@ -59,9 +73,26 @@ def plan(
         [
             f"{done.runs} runs on {done.days} days, {done.controls} of them controls, {done.idle} idle.",
             f"{done.sheet} to fill in, {done.printed} to print; then `labbook runs import {done.sheet}`.",
+            *(f"look again: {remark}" for remark in done.remarks),
         ],
         as_json,
     )
+
+
+def _refuse_drawing_options(ctx: typer.Context) -> None:
+    """Raise `UsageError` for options that say how to draw a plan where one is withdrawn."""
+    from data_schema.errors import UsageError
+
+    given = []
+    for name, option in _OF_DRAWING.items():
+        source = ctx.get_parameter_source(name)
+        if source is not None and source.name == "COMMANDLINE":
+            given.append(option)
+    if given:
+        raise UsageError(
+            f"--withdraw draws no plan and has no use for {' and '.join(given)}: leave that out, --seed, --why and "
+            "--dry-run go with it."
+        )
 
 
 def _withdraw(

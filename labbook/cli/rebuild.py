@@ -33,4 +33,7 @@ def rebuild(
     with progress("rebuilding", None, shown=not as_json) as step:
         done = rebuild_database(folder, step)
     kept = f"the old database is kept as {done.old}" if done.old else "there was no old database"
-    emit(done, [f"rebuilt from {done.entries} entries; {kept}.", *done.differences.sentences], as_json)
+    lines = [f"rebuilt from {done.entries} entries; {kept}.", *done.differences.sentences]
+    if done.left_out.sentence:
+        lines.append(done.left_out.sentence)
+    emit(done, lines, as_json)

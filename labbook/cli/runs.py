@@ -69,7 +69,7 @@ def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
 
     Example: labbook runs inbox
     """
-    from data_schema.queries.imports import inbox
+    from data_schema.queries.waiting import inbox
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:

@@ -17,7 +17,9 @@ def today(
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List what a day still needs: planned runs not made, logs without charge, charges without log, checks not made.
+    """List what a day still needs: logs without charge, charges without log, logs that do not count, checks not made.
+
+    Planned runs that were not made are listed of all plans and days, for a plan's days are not bound to dates.
 
     Example: labbook today
     """

@@ -26,7 +26,8 @@ time_zone = ZONE
 # Who may speak in this book: name = initials.
 PERSON = INITIALS
 
-# What is varied between runs. The level named as control makes a condition a control.
+# What is varied between runs. The level named as control makes a condition a control; without one, nothing can be
+# compared: name it before the first run is made.
 #[factors.foot]
 #kind = "label"
 #levels = { small = { radius_m = 0.038 }, large = { radius_m = 0.051 } }

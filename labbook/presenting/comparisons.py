@@ -9,7 +9,7 @@ from labbook.analysis.study import Compared, StudyAnalysis
 from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown
 from reports.content import Anova, Comparison, Quantity, ReportContent, Sensitivity, Variant
-from reports.sentences import levels_name
+from reports.naming import levels_name
 
 
 def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
@@ -23,7 +23,7 @@ def _family(analysis: StudyAnalysis, item: Compared) -> str:
     for name in analysis.evidence.configuration.factors:
         for pattern in (pairing.ACROSS, pairing.BETWEEN):
             if item.pair.family == pattern.format(factor=name):
-                return pattern.format(factor=factor_title(analysis, name))
+                return pattern.format(factor=factor_title(analysis, name).lower())
     return item.pair.family
 
 
@@ -63,7 +63,7 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
                 shown.number(item.result, name),
                 tuple(
                     Variant(varied.variant, shown.number(varied.result, name))
-                    for varied in analysis.varied
+                    for varied in analysis.variations.varied
                     if varied.headline == item.pair.label and varied.quantity is item.quantity
                 ),
             )

@@ -7,10 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from data_schema.queries.days import CheckRow
-from data_schema.queries.runs import PlannedRow
+from data_schema.queries.plans import PlannedRow
 from labbook.analysis import pairing
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting import comparisons, course, design, drain, methods
+from labbook.presenting import comparisons, course, design, drain, methods, robots
 from labbook.presenting.numbers import Shown
 from reports.content import Claim, Comparison, Quantity, ReportContent
 from reports.sentences import difference_claim, savings_claim
@@ -51,7 +51,9 @@ def build_content(
         methods=methods.methods(analysis),
         limitations=methods.limitations(analysis),
         assumed=methods.assumed(analysis),
+        robots=robots.runs_by_robot(analysis),
     )
+    bare = replace(bare, limitations=(*robots.limitations(analysis, bare), *bare.limitations))
     budget, budget_note = drain.budget(analysis, shown, bare)
     return replace(
         bare,

@@ -6,7 +6,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from data_schema.queries.days import CheckRow
-from data_schema.queries.runs import PlannedRow, RunRow
+from data_schema.queries.plans import PlannedRow
+from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import CheckKind, RunKind, RunState
 from labbook.analysis.conditions import RunNumber
 from labbook.analysis.study import StudyAnalysis
@@ -86,36 +87,46 @@ def order(analysis: StudyAnalysis, shown: Shown) -> Order:
 
 
 def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
-    """Say which factors cannot be told from the day, because days saw one level of them only."""
+    """Say which factors cannot be told from the day, because most days saw one level of them only.
+
+    A day with a single run shows nothing of the kind and does not count.
+    """
     runs = [run for run in analysis.evidence.runs if run.levels]
-    days_of: dict[str, list[RunRow]] = {}
+    by_day: dict[str, list[RunRow]] = {}
     for run in runs:
-        days_of.setdefault(run.day, []).append(run)
-    sentences = []
+        by_day.setdefault(run.day, []).append(run)
+    days_of = [of_day for of_day in by_day.values() if len(of_day) > 1]
+    sentences, named = [], set()
     for factor in analysis.evidence.factors:
         levels = {run.levels.get(factor.name) for run in runs}
-        single = sum(len({run.levels.get(factor.name) for run in of_day}) == 1 for of_day in days_of.values())
-        if len(levels) < 2 or not single:
-            continue
-        share = "every day" if single == len(days_of) else f"{single} of {len(days_of)} days"
-        sentences.append(
-            f"On {share} all runs had one level of the {factor_title(analysis, factor.name)}: differences between its "
-            "levels are confounded with differences between days."
-        )
-    if analysis.swept:
-        without = sum(not any(run.is_control for run in of_day) for of_day in days_of.values())
-        if without:
+        single = sum(len({run.levels.get(factor.name) for run in of_day}) == 1 for of_day in days_of)
+        if len(levels) > 1 and 2 * single > len(days_of):
+            named.add(factor.name)
+            title = factor_title(analysis, factor.name).lower()
             sentences.append(
-                f"{_days_without_control(without, len(days_of))}: there the "
-                f"{factor_title(analysis, analysis.swept)} is confounded with the day."
+                f"{_days(single, len(days_of))} all runs had one level of the {title}: "
+                f"differences between its levels are {_confounded(single, len(days_of))} differences between days."
+            )
+    swept = analysis.swept
+    if swept is not None and swept not in named and any(run.is_control for run in runs):
+        without = sum(not any(run.is_control for run in of_day) for of_day in days_of)
+        if 2 * without > len(days_of):
+            sentences.append(
+                f"{_days(without, len(days_of))} there was no control run: differences from the control are "
+                f"{_confounded(without, len(days_of))} differences between days."
             )
     return sentences
 
 
-def _days_without_control(without: int, days: int) -> str:
-    if without == days:
-        return "The only day has no control run" if days == 1 else f"Of {days} days none has a control run"
-    return f"{without} of {days} days {'has' if without == 1 else 'have'} no control run"
+def _days(count: int, days: int) -> str:
+    """Open a sentence with the days of several runs that it is true of."""
+    if count == days:
+        return "On the only day with two or more runs" if days == 1 else "On every day with two or more runs"
+    return f"On {count} of the {days} days with two or more runs"
+
+
+def _confounded(count: int, days: int) -> str:
+    return "confounded with" if count == days else "largely confounded with"
 
 
 def _point(item: RunNumber, deviation_j: float) -> RunPoint:

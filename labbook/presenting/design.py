@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 
-from data_schema.queries.runs import FactorRow
+from data_schema.queries.study import FactorRow
+from data_schema.vocabulary import FactorKind
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
@@ -23,7 +25,7 @@ def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
                 name=row.name,
                 title=factor_title(analysis, row.name),
                 symbol=gain.symbol if gain else "",
-                unit=gain.unit if gain else "",
+                unit=gain.unit if gain else _number_unit(analysis, row),
                 slope=gain.slope if gain else None,
                 offset=gain.offset if gain else None,
                 control=settings.control if settings else None,
@@ -39,6 +41,12 @@ def factor_title(analysis: StudyAnalysis, name: str) -> str:
     return (settings.title if settings else None) or name.replace("_", " ")
 
 
+def _number_unit(analysis: StudyAnalysis, row: FactorRow) -> str:
+    """Return the unit of levels that are plain numbers, as labbook.toml names it."""
+    settings = analysis.evidence.configuration.factors.get(row.name)
+    return (settings.unit or "") if settings is not None and settings.kind is FactorKind.NUMBER else ""
+
+
 def _considered(analysis: StudyAnalysis) -> list[FactorRow]:
     """Leave out what labbook.toml no longer names and no condition has: a name that was mistyped at first."""
     measured = {name for item in (*analysis.joules, *analysis.apex_heights) for name in item.levels}
@@ -47,10 +55,14 @@ def _considered(analysis: StudyAnalysis) -> list[FactorRow]:
 
 
 def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:
-    """Return every condition that has a measured quantity, in the order of the factors' levels."""
+    """Return every condition that has a measured quantity, in the order of the factors' levels, the swept one last.
+
+    So the control and the treated conditions of one group stand together.
+    """
     joules = {item.key: item for item in analysis.joules}
     apexes = {item.key: item for item in analysis.apex_heights}
-    ordered = sorted({**joules, **apexes}.values(), key=lambda item: _place(analysis.evidence.factors, item.levels))
+    factors = sorted(analysis.evidence.factors, key=lambda row: row.name == analysis.swept)
+    ordered = sorted({**joules, **apexes}.values(), key=lambda item: _place(factors, item.levels))
     return tuple(
         Condition(
             levels=_levels(analysis, item.levels),
@@ -62,7 +74,7 @@ def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:
     )
 
 
-def _place(rows: tuple[FactorRow, ...], levels: Mapping[str, str]) -> list[int]:
+def _place(rows: Sequence[FactorRow], levels: Mapping[str, str]) -> list[int]:
     return [[level.label for level in row.levels].index(levels[row.name]) if row.name in levels else -1 for row in rows]
 
 
@@ -77,11 +89,11 @@ def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, 
         if gain is not None and level.value is not None:
             found.append(Level(row.name, level.label, gain.physical(level.value), gain.unit, level.value))
             continue
-        attributes = json.loads(level.attributes_json)
-        radius_m = attributes.get("radius_m")
-        found.append(
-            Level(row.name, level.label, level.value if radius_m is None else radius_m, "" if radius_m is None else "m")
-        )
+        radius_m = json.loads(level.attributes_json).get("radius_m")
+        if radius_m is None:
+            found.append(Level(row.name, level.label, level.value, _number_unit(analysis, row)))
+        else:
+            found.append(Level(row.name, level.label, radius_m, "m"))
     return tuple(found)
 
 
@@ -94,4 +106,5 @@ def _summary(values: ConditionValues | None, shown: Shown) -> Summary | None:
         sd=shown.value(values.result, "sd"),
         runs=tuple(RunValue(item.run.name, item.value) for item in values.runs),
         jumps=sum(len(heights) for heights in jumps if heights is not None) if any(jumps) else None,
+        robots=dict(Counter(item.run.robot for item in values.runs)),
     )

@@ -15,9 +15,11 @@ from labbook.analysis.workbench import number
 from labbook.presenting.methods import drain_sentence
 from labbook.presenting.numbers import Shown
 from reports.content import BudgetItem, DrainFit, IdlePoint, ReportContent
-from reports.sentences import levels_name
+from reports.naming import levels_name
 
 LINE_POINTS = 61
+_DRAIN_FIT = "drain fit"
+"""The source of the budget that runs of one robot share; others are shared by all runs."""
 
 
 def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
@@ -46,7 +48,7 @@ def drain_fits(analysis: StudyAnalysis, shown: Shown) -> tuple[DrainFit, ...]:
                 band_high_mah=tuple(float(at.ci_high) for at in band),
                 slope=shown.number(drain.result, "slope"),
                 intercept=shown.number(drain.result, "intercept"),
-                r_squared=shown.value(drain.result, "r_squared"),
+                r_squared=shown.number(drain.result, "r_squared"),
                 at_run=shown.number(drain.result, "at_run"),
                 run_duration_min=duration_s / MAH_MIN,
                 range_sentence=drain_sentence(drain),
@@ -72,6 +74,8 @@ def budget(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tup
             shared=name in terms and terms[name]["shared"],
             note=_budget_note(terms[name]) if name in terms else "",
             total=name == IN_ALL,
+            provenance=shown.number(row, name).provenance,
+            within_robot=name == _DRAIN_FIT and len(content.robots) > 1,
         )
         for name in (*terms, IN_ALL)
     )

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from data_schema.queries.days import checks_by_day
 from data_schema.queries.people import people
-from data_schema.queries.runs import planned_runs
+from data_schema.queries.plans import planned_runs
 from ingest.store import Store
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import gather

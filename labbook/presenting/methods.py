@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.gathering import Evidence
-from labbook.analysis.passive_drain import Drain, drain_lines, unused_idle
-from labbook.analysis.study import StudyAnalysis, without_day
+from labbook.analysis.passive_drain import Drain, unused_idle
+from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.workbench import number
+from labbook.presenting import design
 from reports.content import Assumed
+from reports.naming import SweptWords, swept_words
+from reports.numbers import Quantity
 from stats.apexes import DETECTORS
 
 LISTED = 8
@@ -22,18 +25,41 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     """Return the methods paragraphs."""
     evidence = analysis.evidence
     protocol = evidence.configuration.protocol
+    called = swept_words(next((factor for factor in design.factors(analysis) if factor.swept), None))
+    saved = any(item.quantity is Quantity.JOULES and item.pair.with_savings for item in analysis.compared)
+    shared = (
+        "is stated apart, cancels in differences at equal durations and jumps and enters savings through the control. "
+        "What is left of it in a mean or a difference widens the interval (half widths in quadrature), and t shrinks "
+        "in the same proportion."
+        if saved
+        else "is stated apart and widens the interval of a mean (half widths in quadrature)."
+    )
     paragraphs = [
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
         "charge) divided by the jumps made. The passive charge is read at each run's own duration, power on to power "
         "off, from the straight line fitted to all idle runs of its robot; the line's error is common to the robot's "
-        "runs, is stated apart, cancels in differences at equal duration and enters savings through the control.",
+        f"runs, {shared}",
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict on a jump comes before these rules.",
-        "Runs are the unit of analysis: a run's joules, and the mean of a run's apex heights. Each comparison is an "
-        "F-test for equal variances, then Student's t-test or Welch's (thesis 5.2.1); Welch's test stands beside it in "
-        "any case. Savings are the ratio of means (CE - AD) / CE with Fieller's interval. Intervals are at 95 %.",
+        "Runs are the unit of analysis: a run's joules, and the mean of a run's apex heights. "
+        f"{_compared(analysis, called, saved=saved)}Intervals are at 95 %.",
     ]
     return tuple(paragraphs)
+
+
+def _compared(analysis: StudyAnalysis, called: SweptWords, *, saved: bool) -> str:
+    """Say how conditions were compared, as far as any were."""
+    if not analysis.compared:
+        none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
+        return f"Nothing is compared: {none}. "
+    tests = (
+        "Each comparison is an F-test for equal variances, then Student's t-test or Welch's (thesis 5.2.1); Welch's "
+        "test stands beside it in any case. "
+    )
+    if not saved:
+        return tests
+    ratio = f"({called.control} - {called.treatment_short}) / {called.control}"
+    return f"{tests}Savings are the ratio of means {ratio} with Fieller's interval. "
 
 
 def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
@@ -59,18 +85,20 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     for what, missing in (("joules", analysis.energies.missing), ("apex heights", analysis.apexes.missing)):
         left = {uid: cause for uid, cause in missing.items() if what != "joules" or uid not in known}
         for cause, names in _by_cause(left, analysis.evidence.runs).items():
-            notes.append(f"{_count(len(names), 'run has', 'runs have')} no {what}: {cause}.")
-    alone = _days_of_the_fit(analysis)
-    if alone:
-        notes.append(
-            f"Without the idle runs of {' or of '.join(alone)} there is no passive-drain fit, so the savings are not "
-            "recomputed without that day."
-        )
+            notes.append(f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {_have(names)} no {what}: {cause}.")
+    notes += _lost_fits(analysis)
     mismatched = jumps_mismatched(analysis)
-    if mismatched:
+    if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
         notes.append(
-            f"In {_count(len(mismatched), 'run', 'runs')} the jumps found are not the jumps made "
-            f"({_listed(mismatched)}); joules are divided by the jumps made."
+            f"In {_count(len(differing), 'run', 'runs')} the jumps found are not the jumps made "
+            f"({_listed(differing)}); joules are divided by the jumps made."
+        )
+    if unmade := [(run, found) for run, found in mismatched if not run.jumps_made]:
+        counts = [f"{run.name}: {found} found" for run, found in unmade]
+        notes.append(
+            f"{_count(len(unmade), 'run', 'runs')} ({_listed(counts)}) {_have([run for run, _ in unmade])} jumps in "
+            "the log though none is recorded as made: no joules, while the apexes found are analysed. `labbook correct "
+            "RUN jumps_made=N --why ...` records how many were made."
         )
     waiting = sum(len(judgement.waiting) for judgement in analysis.apexes.judgements.values())
     if waiting:
@@ -85,15 +113,15 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def jumps_mismatched(analysis: StudyAnalysis) -> list[str]:
-    """Return the runs, with counts, in which the jumps found are not the jumps made."""
+def jumps_mismatched(analysis: StudyAnalysis) -> list[tuple[RunRow, int]]:
+    """Return the runs in which the jumps found are not the jumps made, and how many were found."""
     found = []
     for run in analysis.evidence.runs:
         row = analysis.apexes.results.get(run.uid)
         if row is not None:
             count = number(row, "jumps_found").n or 0
             if count != run.jumps_made:
-                found.append(f"{run.name}: {count} of {run.jumps_made}")
+                found.append((run, count))
     return found
 
 
@@ -123,18 +151,21 @@ def _conflicting(evidence: Evidence) -> list[RunRow]:
     ]
 
 
-def _days_of_the_fit(analysis: StudyAnalysis) -> list[str]:
-    """Return the days whose idle runs the drain line cannot do without."""
-    evidence = analysis.evidence
-    if not analysis.varied:
-        return []
-    whole = _fitted_robots(evidence)
-    days = sorted({run.day for run in evidence.runs})
-    return [day for day in days if _fitted_robots(without_day(evidence, day)) < whole]
-
-
-def _fitted_robots(evidence: Evidence) -> set[str]:
-    return {robot for robot, line in drain_lines(evidence).items() if not isinstance(line, Undefined)}
+def _lost_fits(analysis: StudyAnalysis) -> list[str]:
+    """Say which days' idle runs a drain line cannot do without."""
+    days_by_robots: dict[tuple[str, ...], list[str]] = {}
+    for day, robots in analysis.variations.fits_lost.items():
+        days_by_robots.setdefault(robots, []).append(day)
+    several = len(analysis.drains) > 1
+    return [
+        f"Without the idle runs of {' or of '.join(days)} there is no passive-drain fit"
+        + (
+            f" for {' and '.join(robots)}: savings without that day rest on the other robots' runs."
+            if several and len(robots) < len(analysis.drains)
+            else ", so the savings are not recomputed without that day."
+        )
+        for robots, days in days_by_robots.items()
+    ]
 
 
 def _by_cause(causes: Mapping[str, str], runs: Iterable[RunRow]) -> dict[str, list[RunRow]]:
@@ -147,6 +178,10 @@ def _by_cause(causes: Mapping[str, str], runs: Iterable[RunRow]) -> dict[str, li
 
 def _count(count: int, one: str, several: str) -> str:
     return f"{count} {one if count == 1 else several}"
+
+
+def _have(runs: Sequence[RunRow]) -> str:
+    return "has" if len(runs) == 1 else "have"
 
 
 def _names(runs: Iterable[RunRow]) -> str:

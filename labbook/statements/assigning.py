@@ -5,7 +5,7 @@ from __future__ import annotations
 from data_schema.journal import Entry
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import insert_fact, read_fact, update_fact
-from data_schema.queries.imports import (
+from data_schema.queries.imported_files import (
     links_of_file,
     parts_of_file,
     signals_of_file,

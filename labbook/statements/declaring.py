@@ -8,8 +8,8 @@ from typing import Any
 from data_schema.journal import Entry
 from data_schema.queries.conditions import add_condition_levels, add_planned_run
 from data_schema.queries.facts import insert_fact
-from data_schema.queries.imports import waiting_for_run
 from data_schema.queries.results import mark_stale
+from data_schema.queries.waiting import waiting_for_run
 from data_schema.vocabulary import FileRole
 from labbook.statements.assigning import assign_charge, assign_file
 from labbook.statements.scene import Scene, around, around_run, derived_uid, spoken

@@ -9,10 +9,10 @@ from data_schema.errors import BookDamaged
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
 from data_schema.queries.charges import ChargeOfRun, charges_of_run, charges_waiting_for
+from data_schema.queries.detections import NewDetection, add_detections
 from data_schema.queries.facts import find_uid, insert_fact, read_fact
 from data_schema.queries.people import config_in_force
 from data_schema.queries.results import mark_stale
-from data_schema.queries.signals import NewDetection, add_detections
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.model import ChargeRow, Finding, ReadFile, SignalPart
 from labbook.analysis.detecting import detection_rows

@@ -6,23 +6,19 @@ version gives its numbers other ids; an id on a printed page is known all the sa
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from data_schema.journal import Entry, canonical
 from data_schema.queries.facts import insert_fact
 from data_schema.queries.people import config_in_force
-from data_schema.queries.results import add_report_items
-from labbook.analysis.algorithms import ALGORITHMS
+from data_schema.queries.shown_numbers import add_report_items
+from labbook.analysis.as_printed import versions_now
 from labbook.analysis.detections import keep_detections
 from labbook.analysis.workbench import keep
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.making import MadeReport, make_report
 from labbook.statements.scene import Scene
 from stats.apexes import DETECTORS
-
-SAME = 1e-9
-"""Values that differ by less than this part are the same: another machine may add in another order."""
 
 
 def shown_by(made: MadeReport) -> dict[str, Any]:
@@ -34,21 +30,6 @@ def shown_by(made: MadeReport) -> dict[str, Any]:
         "shown": {uid: values[uid] for uid in sorted(made.shown)},
         "versions": {name: number for name, number in versions_now().items() if name in used or name in DETECTORS},
     }
-
-
-def versions_now() -> dict[str, int]:
-    """Return the versions of all algorithms of this labbook, detectors among them, by name."""
-    return {
-        **{algorithm.kind: algorithm.version for algorithm in ALGORITHMS},
-        **{name: detector.version for name, detector in DETECTORS.items()},
-    }
-
-
-def agree(printed: float | None, value: float | None) -> bool:
-    """Tell whether a value is the one that was printed."""
-    if printed is None or value is None:
-        return printed is value
-    return math.isclose(printed, value, rel_tol=SAME)
 
 
 def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:

@@ -14,7 +14,6 @@ from reports.display import shown_unit
 from reports.figures.series import Axis, Series, axis_of, series_lie_apart, series_of
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure
 from reports.numbers import Quantity
-from reports.sentences import swept_factor
 
 _GOLDEN_STEP = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -39,7 +38,7 @@ def draw_by_damping(content: ReportContent, quantity: Quantity, y_label: str, un
     between conditions could be seen, each has a panel, and the axes of all have one span.
     """
     narrow, axis = is_narrow(width_in), axis_of(content)
-    every = (_marks(content, series, axis, quantity, unit) for series in series_of(content))
+    every = (_marks(series, axis, quantity, unit) for series in series_of(content))
     drawn = [marks for marks in every if marks.runs or marks.means]
     if series_lie_apart(content, quantity):
         figure = _draw_panels(drawn, axis, y_label, width_in)
@@ -60,15 +59,15 @@ def draw_by_damping(content: ReportContent, quantity: Quantity, y_label: str, un
     return figure
 
 
-def _marks(content: ReportContent, series: Series, axis: Axis, quantity: Quantity, unit: str) -> _Marks:
-    factor, swept = shown_unit(unit)[1], swept_factor(content)
+def _marks(series: Series, axis: Axis, quantity: Quantity, unit: str) -> _Marks:
+    factor = shown_unit(unit)[1]
     means: list[tuple[float, float, float]] = []
     runs: list[tuple[float, float]] = []
     for condition in series.conditions:
         summary = condition.summary(quantity)
         if summary is None:
             continue
-        at = axis.position(condition, swept)
+        at = axis.position(condition)
         # A fixed spread by the golden ratio: points apart, and the same file each time.
         runs += [
             (at + ((index * _GOLDEN_STEP) % 1.0 - 0.5) * 0.08 * axis.step, run.value * factor)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from reports.content import ReportContent
-from reports.display import shown_unit
-from reports.figures.series import series_lie_apart, series_of
+from reports.display import general_text, shown_unit
+from reports.figures.series import axis_of, drawn_factor, series_lie_apart, series_of
+from reports.naming import swept_factor, swept_words
 from reports.numbers import Quantity
-from reports.sentences import absence_text, swept_factor, swept_words
+from reports.sentences import absence_text
 from reports.wording import count_text
 
 
@@ -27,7 +28,7 @@ def absent_quantity(content: ReportContent, quantity: Quantity, what: str) -> st
 
 def coefficient_of(content: ReportContent) -> str:
     """Return what the swept factor's levels are called."""
-    return swept_words(swept_factor(content)).coefficient
+    return swept_words(drawn_factor(content)).coefficient
 
 
 def points_text(content: ReportContent, quantity: Quantity) -> str:
@@ -36,9 +37,7 @@ def points_text(content: ReportContent, quantity: Quantity) -> str:
     counts = [summary.mean.n for _, summary in found if summary.mean.n is not None]
     sentences = []
     if any(condition.control for condition, _ in found):
-        long = swept_words(swept_factor(content)).control_long
-        name = "" if long == "control" else f", {long},"
-        sentences.append(f"The control{name} stands at 0.")
+        sentences.append(_control_text(content))
     sentences.append("The vertical axis does not start at zero.")
     if counts:
         low, high = min(counts), max(counts)
@@ -48,7 +47,8 @@ def points_text(content: ReportContent, quantity: Quantity) -> str:
         else:
             sentences.append(f"Circles: means of {runs} a condition; bars: ± 1 standard error; dots: single runs.")
     if any(summary.mean.shared_se is not None and (summary.mean.n or 0) > 1 for _, summary in found):
-        sentences.append("The bars leave out the uncertainty that all runs share.")
+        shared_by = "the runs of a robot" if len(content.robots) > 1 else "all runs"
+        sentences.append(f"The bars leave out the uncertainty that {shared_by} share.")
     if series_lie_apart(content, quantity):
         sentences.append("Each group has its panel; the vertical axes have one span but not one position.")
     elif len(series_of(content)) > 1:
@@ -56,26 +56,35 @@ def points_text(content: ReportContent, quantity: Quantity) -> str:
     return " ".join(sentences)
 
 
+def _control_text(content: ReportContent) -> str:
+    """Say where the control stands: at its value, or before the levels that have none."""
+    called, axis = swept_words(swept_factor(content)), axis_of(content)
+    name = f"The control, {called.control_long}," if called.of_active_damping else f"The {called.control_level}"
+    return f"{name} stands {f'at {general_text(axis.control_position)}' if axis.continuous else 'first'}."
+
+
 def range_text(content: ReportContent, quantity: Quantity) -> str:
     """Say in words between which values the condition means lie, for a reader who cannot see the plot."""
     stored = "J" if quantity is Quantity.JOULES else "m"
     unit, factor = shown_unit(stored)
     sentences = []
-    called = swept_words(swept_factor(content))
+    swept = swept_factor(content)
+    called = swept_words(swept)
+    sides = (("", False),) if swept is None else ((called.control_level, True), (called.treatment, False))
     for series in series_of(content):
         parts = []
-        for name, control in ((called.control, True), (called.treatment, False)):
+        for name, control in sides:
             means = [
                 summary.mean.value * factor
                 for condition in series.conditions
-                if condition.control is control
+                if (condition.control and swept is not None) is control
                 and (summary := condition.summary(quantity)) is not None
                 and isinstance(summary.mean.value, int | float)
             ]
             if means:
                 low, high = min(means), max(means)
                 span = f"{low:.1f}" if low == high else f"{low:.1f} to {high:.1f}"
-                parts.append(f"{name} {span} {unit}")
+                parts.append(f"{name} {span} {unit}".strip())
         if parts:
             sentences.append(f"{series.label}: {', '.join(parts)}.")
     return " ".join(sentences)

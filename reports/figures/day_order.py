@@ -10,7 +10,7 @@ from reports.content import ReportContent, RunPoint
 from reports.display import number_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
-from reports.sentences import SweptWords, swept_factor, swept_words
+from reports.naming import SweptWords, swept_factor, swept_words
 from reports.wording import count_text
 
 

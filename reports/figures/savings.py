@@ -12,8 +12,8 @@ from reports.display import EQUALS, common_places, interval_text, level_text, va
 from reports.figures.forest import draw_estimate, tidy_rows
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
+from reports.naming import level_of, levels_name, swept_factor, swept_words
 from reports.numbers import Number
-from reports.sentences import level_of, levels_name, swept_factor, swept_words
 
 _ROW_IN, _LETTER_PT = 0.165, 4.0
 _ACROSS = "pooled across groups"

@@ -9,8 +9,9 @@ from typing import Literal, TypeAlias
 from reports.content import Condition, Factor, ReportContent
 from reports.display import general_text
 from reports.figures.style import SERIES_COLOURS
+from reports.naming import group_name, is_number, swept_factor, swept_words, title_of
 from reports.numbers import Quantity
-from reports.sentences import group_name, swept_factor, swept_words, title_of
+from reports.wording import sentence_start
 
 LineStyle: TypeAlias = Literal["-", "--", ":", "-."]
 """How a series' line is broken."""
@@ -43,17 +44,18 @@ class Axis:
     continuous: bool
     positions: dict[str, float]
     control_position: float
+    factor: Factor | None = None
 
     @property
     def step(self) -> float:
         """Return the smallest distance between two ticks; 1 where there is one tick."""
         return min((after - before for before, after in itertools.pairwise(self.ticks)), default=1.0)
 
-    def position(self, condition: Condition, swept: Factor | None) -> float:
+    def position(self, condition: Condition) -> float:
         """Return where the condition stands on this axis."""
-        if condition.control:
+        if self.factor is None or (condition.control and self.factor.swept):
             return self.control_position
-        level = condition.level(swept.name) if swept is not None else None
+        level = condition.level(self.factor.name)
         return self.positions[level.label] if level is not None else self.control_position
 
 
@@ -65,9 +67,22 @@ def _levels(content: ReportContent, factor: Factor) -> list[str]:
     return list(dict.fromkeys(level.label for level in found))
 
 
+def drawn_factor(content: ReportContent) -> Factor | None:
+    """Return the factor of the x axis: the swept one, else that of most levels; None where there is none."""
+    known = [factor for factor in content.factors if _levels(content, factor)]
+    return swept_factor(content) or max(known, key=lambda factor: _suits_an_axis(content, factor), default=None)
+
+
+def _suits_an_axis(content: ReportContent, factor: Factor) -> tuple[int, bool]:
+    """Rank a factor for the x axis: by the number of its levels, and of two alike the one whose levels are numbers."""
+    found = [level for condition in content.conditions if (level := condition.level(factor.name)) is not None]
+    return len(_levels(content, factor)), all(level.gain is not None or is_number(level) for level in found)
+
+
 def series_of(content: ReportContent) -> tuple[Series, ...]:
     """Return the series in the order of their first conditions."""
-    factors = [factor for factor in content.factors if not factor.swept]
+    drawn = drawn_factor(content)
+    factors = [factor for factor in content.factors if factor != drawn]
     order = {factor.name: _levels(content, factor) for factor in factors}
     grouped: dict[tuple[str, ...], list[Condition]] = {}
     for condition in content.conditions:
@@ -101,7 +116,7 @@ def _series(
         hue, shade = divmod(number, 2)  # more factors than styles: by turns, so that no two lines look the same
     share = ranks[0] / (sizes[0] - 1) if ranks and sizes[0] > 1 else 0.5
     return Series(
-        label=group_name(content, conditions[0], gain=True) or "all runs",
+        label=group_name(content, conditions[0], gain=True, axis=drawn_factor(content)) or "all runs",
         colour=SERIES_COLOURS[hue % len(SERIES_COLOURS)][shade % 2],
         line_style=_LINE_STYLES[shade % len(_LINE_STYLES)],
         marker_pt=_SMALLEST_MARKER_PT + share * (_LARGEST_MARKER_PT - _SMALLEST_MARKER_PT),
@@ -111,7 +126,12 @@ def _series(
 
 
 def series_lie_apart(content: ReportContent, quantity: Quantity) -> bool:
-    """Whether the series lie so much further apart than each spreads that one scale would hide what is in them."""
+    """Whether the series lie so much further apart than each spreads that one scale would hide what is in them.
+
+    Without a control no difference inside a series is looked for, and one scale shows the series beside each other.
+    """
+    if swept_factor(content) is None:
+        return False
     ranges = []
     for series in series_of(content):
         summaries = [summary for c in series.conditions if (summary := c.summary(quantity)) is not None]
@@ -126,31 +146,36 @@ def series_lie_apart(content: ReportContent, quantity: Quantity) -> bool:
 
 
 def axis_of(content: ReportContent) -> Axis:
-    """Lay out the swept factor's levels: at their physical values where all have one, else evenly spaced."""
-    swept = swept_factor(content)
-    if swept is None:
+    """Lay out the levels of the x axis: at their physical values where all have one, else evenly spaced."""
+    drawn = drawn_factor(content)
+    if drawn is None:
         return Axis("", (0.0,), ("all conditions",), (), False, {}, 0.0)
-    treated = [c for c in content.conditions if not c.control]
-    levels = {level.label: level for c in treated if (level := c.level(swept.name)) is not None}
-    continuous = all(level.value is not None for level in levels.values())
-    names = _levels(content, swept)
+    found = [(c, level) for c in content.conditions if (level := c.level(drawn.name)) is not None]
+    levels = {level.label: level for c, level in found if not (c.control and drawn.swept)}
+    controls = [level for c, level in found if c.control and drawn.swept]
+    continuous = all(level.gain is not None or is_number(level) for level in levels.values())
     if continuous:
         positions = {label: float(level.value or 0.0) for label, level in levels.items()}
     else:
-        positions = {label: 1.0 + index for index, label in enumerate(n for n in names if n in levels)}
+        positions = {
+            label: 1.0 + index for index, label in enumerate(n for n in _levels(content, drawn) if n in levels)
+        }
     labels = {at: general_text(levels[label].value or 0.0) if continuous else label for label, at in positions.items()}
     gains = {at: general_text(gain) for label, at in positions.items() if (gain := levels[label].gain) is not None}
-    if any(condition.control for condition in content.conditions):
-        labels = {0.0: swept_words(swept).control, **labels}
-        gains = {0.0: "0", **gains} if gains else {}
-    title = title_of(swept) + (f" {swept.symbol}" if swept.symbol else "")
+    # A gain's control stands for 0, that of a plain number for itself.
+    control_at = float(controls[0].value or 0.0) if continuous and controls and is_number(controls[0]) else 0.0
+    if controls or any(condition.control for condition in content.conditions if drawn.swept):
+        labels = {control_at: swept_words(drawn).control_level, **labels}
+        gains = {control_at: "0", **gains} if gains else {}
+    title = sentence_start(title_of(drawn)) + (f" {drawn.symbol}" if drawn.symbol else "")
     ticks = tuple(sorted(labels))
     return Axis(
-        title=f"{title} ({swept.unit})" if swept.unit and continuous else title,
+        title=f"{title} ({drawn.unit})" if drawn.unit and continuous else title,
         ticks=ticks,
         labels=tuple(labels[tick] for tick in ticks),
         gains=tuple(gains[tick] for tick in ticks) if len(gains) == len(ticks) else (),
         continuous=continuous,
         positions=positions,
-        control_position=0.0,
+        control_position=control_at,
+        factor=drawn,
     )

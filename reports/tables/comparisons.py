@@ -9,8 +9,8 @@ from dataclasses import replace
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, decimal_text, degrees_text, level_text, shown_unit
+from reports.naming import control_name, level_of, levels_name, swept_factor, swept_words, treatment_name
 from reports.numbers import Number, Quantity, SignificanceTest
-from reports.sentences import level_of, levels_name, swept_factor, swept_words
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -183,8 +183,8 @@ def _anovas(content: ReportContent) -> Table:
 def headlines(content: ReportContent) -> Table:
     """Make the table that opens the page: energy under all treated levels together against the control."""
     chosen = [c for c in content.comparisons if c.opens and c.quantity is Quantity.JOULES]
-    treatment = swept_words(swept_factor(content)).treatment
-    caption = f"Energy of a jump with {treatment} against the control. {_LEGEND.format(rows='')}"
+    treatment = treatment_name(content, {})
+    caption = f"Energy of a jump with {treatment} against {control_name(content)}. {_LEGEND.format(rows='')}"
     table = _effects(content, chosen, "headlines", caption, "J")
     return replace(table, rows=tuple(replace(row, strong=False) for row in table.rows))
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from reports.content import Condition, Factor, ReportContent, Summary
 from reports.display import DASH, common_places, general_text, level_text, shown_unit
+from reports.naming import formula_text, group_name, is_number, swept_factor, swept_words
 from reports.numbers import Quantity
-from reports.sentences import formula_text, group_name, physical_text, swept_words
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -21,18 +21,47 @@ from reports.tables.table import (
     value_cell,
     words,
 )
+from reports.wording import sentence_start
 
 
 def factor_columns(content: ReportContent) -> tuple[Column, ...]:
-    """Return two columns a factor: the level and its physical value; only the swept factor's are shown."""
+    """Return two columns a factor: the level and its physical value.
+
+    The swept factor's are shown, since the others head the groups; all where none is swept.
+    """
     return tuple(column for factor in content.factors for column in _columns(content, factor))
 
 
 def _columns(content: ReportContent, factor: Factor) -> tuple[Column, Column]:
     physical = (f"{factor.name}_{unit_slug(factor.unit)}" if factor.unit else f"{factor.name}_value",)
     title = factor.symbol if factor.symbol and _has_gain(content, factor) else factor.title
-    value = Column(title, physical, factor.unit, shown=factor.swept)
-    return value, Column("gain", (factor.name,), shown=factor.swept and _has_gain(content, factor))
+    shown = factor.swept or swept_factor(content) is None
+    value = Column(
+        sentence_start(title) if title == factor.title else title,
+        physical,
+        factor.unit,
+        numeric=_is_numeric(content, factor),
+        shown=shown,
+    )
+    return value, Column("gain", (factor.name,), shown=shown and _has_gain(content, factor))
+
+
+def block_of(content: ReportContent, condition: Condition) -> str:
+    """Return the heading that a condition stands under: its group; "" where no factor is swept and columns say all."""
+    return "" if swept_factor(content) is None else group_name(content, condition, gain=True)
+
+
+def by_group(content: ReportContent) -> list[tuple[str, Condition]]:
+    """Return the conditions with their headings, those of one group together."""
+    found = [(block_of(content, condition), condition) for condition in content.conditions]
+    places = {block: place for place, block in reversed(list(enumerate(block for block, _ in found)))}
+    return sorted(found, key=lambda item: places[item[0]])
+
+
+def _is_numeric(content: ReportContent, factor: Factor) -> bool:
+    """Whether a factor's levels are read as numbers: gains, or numbers themselves."""
+    levels = (condition.level(factor.name) for condition in content.conditions)
+    return all(level.gain is not None or is_number(level) for level in levels if level is not None)
 
 
 def _has_gain(content: ReportContent, factor: Factor) -> bool:
@@ -48,9 +77,10 @@ def factor_cells(content: ReportContent, condition: Condition) -> tuple[Cell, ..
         if level is None:
             cells += [Cell(DASH, (None,)), Cell(DASH, (None,))]
             continue
-        shown = general_text(level.value) if level.value is not None else physical_text(level)
+        numeric = level.gain is not None or is_number(level)
+        shown = general_text(level.value) if numeric and level.value is not None else level.label
         gain = DASH if level.gain is None else general_text(level.gain)
-        text = swept_words(factor).control if factor.swept and condition.control else shown
+        text = swept_words(factor).control_level if factor.swept and condition.control else shown
         cells += [Cell(text, (level.value,)), Cell(gain, (level.label,))]
     return tuple(cells)
 
@@ -61,17 +91,24 @@ def gains_note(content: ReportContent) -> str:
     return f"Gains g and physical values: {'; '.join(formulas)}." if formulas else ""
 
 
+_SHARED_NOTE = (
+    "SD and SE hold the scatter between runs alone; the interval also holds the error of the drain fit, so it is wider "
+    "than the SE says."
+)
+
+
 def _make(content: ReportContent, quantity: Quantity, name: str, stored: str, title: str) -> Table:
-    found = [(condition, condition.summary(quantity)) for condition in content.conditions]
-    summaries = [(condition, summary) for condition, summary in found if summary is not None]
-    places = common_places([summary.mean for _, summary in summaries])
+    found = [(block, condition, condition.summary(quantity)) for block, condition in by_group(content)]
+    summaries = [(block, condition, summary) for block, condition, summary in found if summary is not None]
+    places = common_places([summary.mean for _, _, summary in summaries])
     unit, factor = shown_unit(stored)
     slug = unit_slug(stored)
-    level = level_text(summaries[0][1].mean) if summaries else "CI"
+    level = level_text(summaries[0][2].mean) if summaries else "CI"
     columns = (
         *factor_columns(content),
         Column("n", ("n_runs",)),
-        Column("jumps", ("n_jumps",), shown=any(summary.jumps is not None for _, summary in summaries)),
+        Column("jumps", ("n_jumps",), shown=any(summary.jumps is not None for _, _, summary in summaries)),
+        Column("robots", ("robots",), numeric=False, shown=len(content.robots) > 1),
         Column("mean", (f"mean_{slug}",), unit),
         Column("SD", (f"sd_{slug}",), unit),
         Column("SE", (f"se_{slug}",), unit),
@@ -82,12 +119,15 @@ def _make(content: ReportContent, quantity: Quantity, name: str, stored: str, ti
     rows = tuple(
         Row(
             (*factor_cells(content, condition), *_numbers(summary, places, factor)),
-            block=group_name(content, condition, gain=True),
+            block=block,
             strong=condition.control,
         )
-        for condition, summary in summaries
+        for block, condition, summary in summaries
     )
-    caption = f"{title} by condition; n counts runs. {gains_note(content)}".strip()
+    shared = any((summary.mean.shared_se or 0.0) != 0.0 for _, _, summary in summaries)
+    about = f"{title} by condition; n counts runs."
+    notes = (about, _SHARED_NOTE if shared else "", gains_note(content))
+    caption = " ".join(filter(None, notes))
     return Table(name, caption, columns, rows)
 
 
@@ -96,6 +136,7 @@ def _numbers(summary: Summary, places: int, factor: float) -> tuple[Cell, ...]:
     return (
         count(mean.n),
         count(summary.jumps),
+        words(", ".join(f"{robot} {runs}" for robot, runs in summary.robots.items())),
         number_cell(mean, places),
         value_cell(summary.sd, places, factor),
         value_cell(mean.se, places, factor),
@@ -131,9 +172,9 @@ def run_values(content: ReportContent) -> Table:
                 words(run.run),
                 Cell(f"{general_text(run.value * shown_unit(unit)[1], 5)} {shown_unit(unit)[0]}", (run.value, unit)),
             ),
-            block=group_name(content, condition, gain=True),
+            block=block,
         )
-        for condition in content.conditions
+        for block, condition in by_group(content)
         for quantity, unit in ((Quantity.JOULES, "J"), (Quantity.APEX, "m"))
         if (summary := condition.summary(quantity)) is not None
         for run in summary.runs

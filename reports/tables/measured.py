@@ -5,7 +5,7 @@ from __future__ import annotations
 from reports.content import Condition, Day, Factor, ReportContent
 from reports.display import DASH, EQUALS, general_text, with_unit
 from reports.flow_steps import jump_steps, run_steps
-from reports.sentences import group_name, swept_factor, swept_words
+from reports.naming import group_name, swept_factor, swept_words
 from reports.tables.table import Cell, Column, Row, Table, TableKind, count, provenance_cell, words
 
 
@@ -38,18 +38,18 @@ def _day_cells(content: ReportContent, day: Day) -> tuple[Cell, ...]:
 def _conditions_text(content: ReportContent, day: Day) -> str:
     """Sum up the conditions of a day's analysed runs: "small foot, k = 1091 N/m: CE, d = 185.7, 351.7 kg/s"."""
     swept, runs = swept_factor(content), set(day.runs)
-    if swept is None:
-        return ""
     groups: dict[str, list[Condition]] = {}
     for condition in content.conditions:
         summaries = (condition.joules, condition.apex)
         if any(run.run in runs for summary in summaries if summary is not None for run in summary.runs):
             groups.setdefault(group_name(content, condition), []).append(condition)
-    return "; ".join(f"{name}: {_levels_text(swept, found)}" for name, found in groups.items())
+    return "; ".join(": ".join(filter(None, (name, _levels_text(swept, found)))) for name, found in groups.items())
 
 
-def _levels_text(swept: Factor, conditions: list[Condition]) -> str:
-    names = [swept_words(swept).control] if any(condition.control for condition in conditions) else []
+def _levels_text(swept: Factor | None, conditions: list[Condition]) -> str:
+    if swept is None:
+        return ""
+    names = [swept_words(swept).control_level] if any(condition.control for condition in conditions) else []
     levels = [level for c in conditions if not c.control and (level := c.level(swept.name)) is not None]
     values = [level.label if level.value is None else general_text(level.value) for level in levels]
     if values:

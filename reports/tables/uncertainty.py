@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
-from reports.content import DrainFit, ReportContent
+from reports.content import BudgetItem, DrainFit, ReportContent
 from reports.display import common_places, decimals_for, level_text, places_of, shown_unit
 from reports.numbers import Number, Value
 from reports.tables.table import (
@@ -24,13 +24,24 @@ from reports.tables.table import (
 )
 
 
+def _shared_text(item: BudgetItem, *, several_robots: bool) -> str:
+    """Say which runs share an error; with one robot, whether they all do."""
+    if not several_robots:
+        return "yes" if item.shared else "no"
+    if not item.shared:
+        return "no runs"
+    return "a robot's runs" if item.within_robot else "all runs"
+
+
 def _budget(content: ReportContent) -> Table:
+    several = len(content.robots) > 1
     columns = (
         Column("component", ("component",), numeric=False, prose=True),
         Column("one run", ("uncertainty_j",), "J a jump"),
         Column("mean of the runs", ("uncertainty_of_mean_j",), "J a jump"),
-        Column("shared by all runs", ("shared",), numeric=False),
+        Column("shared by" if several else "shared by all runs", ("shared",), numeric=False),
         Column("note", ("note",), numeric=False, prose=True),
+        replace(PROVENANCE, shown=any(item.provenance for item in content.budget)),
     )
     rows = tuple(
         Row(
@@ -38,8 +49,9 @@ def _budget(content: ReportContent) -> Table:
                 words(item.component),
                 value_cell(item.joules, _budget_places(item.joules)),
                 value_cell(item.of_mean, _budget_places(item.of_mean)),
-                words("yes" if item.shared else "no") if not item.total else Cell("", (None,)),
+                Cell("", (None,)) if item.total else words(_shared_text(item, several_robots=several)),
                 words(item.note),
+                provenance_cell(item.provenance),
             ),
             strong=item.total,
         )
@@ -47,7 +59,7 @@ def _budget(content: ReportContent) -> Table:
     )
     caption = (
         "Uncertainty of the joules a jump of a single run, and in the mean over a condition's runs, by source, one "
-        f"standard uncertainty each. In a mean the scatter averages out, what all runs share does not. "
+        f"standard uncertainty each. In a mean the scatter averages out, what runs share does not. "
         f"{content.budget_note}"
     ).rstrip()
     return Table("uncertainty_budget", caption, columns, rows)
@@ -81,18 +93,18 @@ def _drain_rows(fit: DrainFit, block: str) -> list[Row]:
     rows = [Row(_named_cells(name, number), block=block) for name, number in named]
     cells = (
         words("R²"),
-        value_cell(fit.r_squared, _r_squared_places(fit)),
+        value_cell(fit.r_squared.value, _r_squared_places(fit.r_squared.value)),
         Cell("", (None,)),
         Cell("", (None, None, None)),
         words(""),
-        provenance_cell(fit.slope.provenance),
+        provenance_cell(fit.r_squared.provenance),
     )
     return [*rows, Row(cells, block=block)]
 
 
-def _r_squared_places(fit: DrainFit) -> int:
+def _r_squared_places(r_squared: Value) -> int:
     """Return the decimals that tell R² from 1."""
-    return 2 if isinstance(fit.r_squared, Undefined) else decimals_for(1.0 - fit.r_squared)
+    return 2 if isinstance(r_squared, Undefined) else decimals_for(1.0 - r_squared)
 
 
 def _named_cells(name: str, number: Number) -> tuple[Cell, ...]:

@@ -169,6 +169,28 @@ def test_an_entry_that_waits_in_the_file_is_no_damage(whole: SmallBook) -> None:
     assert "wait" not in good(labbook("db", "check", at=copy)).out
 
 
+def test_what_was_cut_off_at_the_end_of_the_journal_is_told_and_no_damage(whole: SmallBook) -> None:
+    with whole.journal.open("a") as handle:
+        handle.write('{"action":"note","at_utc":"2021')
+    said = "1 line at the end of journal.jsonl (31 bytes) does not count"
+    answer = good(check(whole))
+    assert answer.out.startswith("the book is whole")
+    assert said in answer.out
+    assert good(labbook("db", "check", "--json", at=whole.folder)).json["left_out"] == {"lines": 1, "n_bytes": 31}
+    assert said in good(labbook("rebuild", at=whole.folder)).out
+    good(labbook("note", "r001", "after the crash", at=whole.folder))
+    (kept,) = whole.folder.glob("journal.jsonl.cut-off.*")
+    assert kept.read_text() == '{"action":"note","at_utc":"2021'
+    assert "does not count" not in good(check(whole)).out
+
+
+def test_a_journal_that_lacks_only_its_last_newline_is_whole(whole: SmallBook) -> None:
+    whole.journal.write_bytes(whole.journal.read_bytes()[:-1])
+    answer = good(check(whole))
+    assert answer.out.startswith("the book is whole")
+    assert len(answer.out.splitlines()) == 1
+
+
 def test_many_problems_are_all_told(whole: SmallBook) -> None:
     shutil.rmtree(whole.folder / "signals")
     shutil.rmtree(whole.folder / "raw")

@@ -74,7 +74,10 @@ def test_plan_is_filled_in_row_by_row(fresh: SmallBook) -> None:
     lines = table(sheet)
     waiting = good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json
     assert (waiting["stated"], len(waiting["not_made"])) == ([], 14)
-    assert "planned, not done (14)" in good(labbook("today", "--day", "2021-06-01", at=fresh.folder)).out
+    assert (
+        "planned, not done, of all plans and days (14)"
+        in good(labbook("today", "--day", "2021-06-01", at=fresh.folder)).out
+    )
 
     first = next(line for line in lines if line["kind"] == "jumps")
     first.update(started="09:30", battery="A", jumps_made="3")
@@ -95,7 +98,10 @@ def test_plan_is_filled_in_row_by_row(fresh: SmallBook) -> None:
     with unchanged(fresh.folder):
         again = good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json
     assert (again["stated"], again["filled_in"], again["unchanged"]) == ([], [], [first["run"]])
-    assert "planned, not done (13)" in good(labbook("today", "--day", "2021-06-01", at=fresh.folder)).out
+    assert (
+        "planned, not done, of all plans and days (13)"
+        in good(labbook("today", "--day", "2021-06-01", at=fresh.folder)).out
+    )
 
 
 def test_contradictions_with_the_book_are_refused_all_at_once(stated: SmallBook) -> None:
@@ -106,7 +112,30 @@ def test_contradictions_with_the_book_are_refused_all_at_once(stated: SmallBook)
     write(sheet, lines)
     with unchanged(stated.folder):
         answer = labbook("runs", "import", sheet, at=stated.folder)
-        refused(answer, 2, "run r001", "condition", "run r002", "duration_s, jumps_made", "labbook correct r002")
+        refused(
+            answer,
+            2,
+            "run r001 is in the book with foot=small where the sheet has large: correct",
+            "run r002 is in the book with duration_s=720 where the sheet has 900, "
+            "jumps_made=3 where the sheet has 2: correct",
+            "labbook correct r002",
+        )
+
+
+def test_values_of_every_kind_are_shown_as_a_sheet_has_them(stated: SmallBook) -> None:
+    lines = table(stated.instruments / "runs.csv")
+    assert (lines[0]["battery"], lines[0]["started"]) == ("A", "09:30")
+    lines[0].update(battery="B", started="10:30", date="2021-06-13", kind="characterisation")
+    sheet = write(stated.folder / "other.csv", lines)
+    with unchanged(stated.folder):
+        refused(
+            labbook("runs", "import", sheet, at=stated.folder),
+            2,
+            "battery=A where the sheet has B",
+            "day=2021-06-14 where the sheet has 2021-06-13",
+            "started_utc=2021-06-14T13:30:00Z where the sheet has 2021-06-13T14:30:00Z",
+            "kind=jumps where the sheet has characterisation",
+        )
 
 
 def test_faults_of_a_sheet_are_told_all_at_once_with_line_and_column(fresh: SmallBook) -> None:
@@ -243,7 +272,7 @@ def test_withdrawn_plan_leaves_what_was_made_and_makes_room_for_another(fresh: S
     good(labbook(*PLAN, "--out", "next.csv", at=fresh.folder))
     drawn = {line["run"] for line in table(fresh.folder / "next.csv")}
     assert not drawn & {line["run"] for line in lines}, "a sheet of the withdrawn plan may still be around"
-    assert "planned, not done (14)" in good(labbook("today", at=fresh.folder)).out
+    assert "planned, not done, of all plans and days (14)" in good(labbook("today", at=fresh.folder)).out
 
 
 def test_run_of_a_withdrawn_plan_can_be_made_all_the_same(fresh: SmallBook) -> None:
@@ -278,3 +307,93 @@ def test_what_is_odd_is_told_after_the_summary_and_refuses_nothing(fresh: SmallB
     good(labbook("check", "rail_angle", "--value", "0.4", "--unit", "deg", at=fresh.folder))
     checked = good(labbook("check", "rail_angle", "--value", "0.4", at=fresh.folder)).out
     assert "look again: rail_angle 0.4 has no unit" in checked
+
+
+def test_a_run_that_differs_from_its_plan_or_has_almost_its_name_is_remarked(fresh: SmallBook) -> None:
+    good(labbook(*PLAN, at=fresh.folder))
+    lines = table(fresh.folder / "runs.csv")
+    other = {"0": "100", "100": "0"}
+    first, second, third = [line for line in lines if line["kind"] == "jumps"][:3]
+    idle = next(line for line in lines if line["kind"] == "idle")
+    for minute, line in enumerate((first, second, third, idle)):
+        line.update(started=f"09:3{minute}", battery="A", duration_s="720", jumps_made="3")
+    planned_gain = first["b_ad_gain"]
+    first.update(b_ad_gain=other[planned_gain])
+    planned_foot = third["foot"]
+    third.update(foot={"small": "large", "large": "small"}[third["foot"]])
+    idle.update(kind="jumps", foot="small", k_gain="400", b_ad_gain="0")
+    planned_name = second["run"]
+    second.update(run=planned_name.upper() + " ")
+    write(fresh.folder / "runs.csv", lines)
+    done = good(labbook("runs", "import", "runs.csv", at=fresh.folder)).out.splitlines()
+    told = [line for line in done if line.startswith("look again")]
+    assert {
+        f"look again: run {first['run']} was planned with b_ad_gain={planned_gain}.",
+        f"look again: run {third['run']} was planned with foot={planned_foot}.",
+        f"look again: run {idle['run']} was planned as an idle run.",
+    } <= set(told)
+    renamed = planned_name.upper()
+    assert told[-1].startswith(f"look again: run {renamed} is another run than {planned_name}, and their names differ")
+
+    (left,) = [name for name in planned_not_done(fresh) if name == planned_name]
+    fixed = good(labbook("correct", renamed, f"name={left}", "--why", "typed large", at=fresh.folder))
+    assert fixed.out.startswith(f"{renamed}: name={left}.")
+    assert left not in planned_not_done(fresh)
+    before = contents(fresh.folder).rows
+    good(labbook("rebuild", at=fresh.folder))
+    assert contents(fresh.folder).rows == before
+    back = ("kind=idle", "jumps_made=0", "levels=none", "--why", "x", "--json")
+    assert good(labbook("correct", idle["run"], *back, at=fresh.folder)).json["remarks"] == []
+
+
+def planned_not_done(book: SmallBook) -> list[str]:
+    found: list[str] = good(labbook("today", "--json", at=book.folder)).json["planned_not_done"]
+    return found
+
+
+def test_today_and_ingest_say_that_a_second_log_takes_the_first_out_of_the_count(whole: SmallBook) -> None:
+    day = ("today", "--day", "2021-06-14")
+    assert "do not count" not in good(labbook(*day, at=whole.folder)).out
+    again = whole.folder / "r001 again.csv"
+    again.write_bytes(b"".join(whole.log("r003").read_bytes().splitlines(keepends=True)[:-1]))
+    said = good(labbook("ingest", again, "--run", "r001", at=whole.folder)).out
+    assert "look again: run r001 has 2 log files with a body height and 1 start, so none of them counts" in said
+    assert (
+        "logs that do not count (2 log files with a body height and 1 start): r001"
+        in good(labbook(*day, at=whole.folder)).out.splitlines()
+    )
+    assert good(labbook(*day, "--json", at=whole.folder)).json["logs_do_not_count"] == {
+        "r001": "2 log files with a body height and 1 start"
+    }
+    good(labbook("correct", "r001", "starts=2", "--why", "it was switched on twice", at=whole.folder))
+    assert "do not count" not in good(labbook(*day, at=whole.folder)).out
+
+
+def test_a_seed_names_one_plan_that_is_being_made(fresh: SmallBook) -> None:
+    good(labbook(*PLAN, at=fresh.folder))
+    with unchanged(fresh.folder):
+        refused(
+            labbook(*PLAN, "--out", "second.csv", at=fresh.folder),
+            2,
+            "a plan with seed 7 has 14 runs still to be made",
+            "labbook plan --withdraw --seed 7",
+        )
+    good(labbook("plan", "--withdraw", "--seed", "7", "--why", "new foot", at=fresh.folder))
+    good(labbook(*PLAN, "--out", "second.csv", at=fresh.folder))
+
+
+def test_plan_says_what_it_leaves_open(fresh: SmallBook) -> None:
+    assert "look again" not in good(labbook(*PLAN, "--dry-run", "--out", "one.csv", at=fresh.folder)).out
+    text = fresh.toml.read_text()
+    robot = text[text.index("[robots.hopper]") : text.index("[batteries.A]")]
+    changed = text.replace(robot, robot + robot.replace("hopper", "second")).replace("control = 0\n", "")
+    fresh.toml.write_text(changed)
+    drawn = good(labbook(*PLAN, "--out", "two.csv", at=fresh.folder)).out.splitlines()[2:]
+    assert [line.startswith("look again: ") for line in drawn] == [True, True]
+    assert "control = ..." in drawn[0]
+    assert "the book has 2 robots" in drawn[1]
+    assert "three or more, and the plan has 6 in all" in drawn[1]
+
+
+def test_charge_says_that_it_takes_no_sign(fresh: SmallBook) -> None:
+    assert "0 or more" in good(labbook("charge", "--help", at=fresh.folder)).out

@@ -170,7 +170,7 @@ def test_correction_names_what_it_made_stale_and_no_more(reported: Reported, tmp
     stale = rows(book, "SELECT count(*) FROM result WHERE stale = 1")
     assert stale == [(len(done["stale"]),)]
     assert (
-        "stale: an input has changed since"
+        "stale: something it rests on has changed since"
         in good(labbook("why", reported.table("headlines")[0]["provenance"], at=book)).out
     )
     void = good(labbook("void", "r002", "--reason", "foot came loose", "--json", at=book)).json

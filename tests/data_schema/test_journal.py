@@ -19,7 +19,8 @@ from hypothesis import strategies as st
 from data_schema import journal
 from data_schema.engine import reading, writing
 from data_schema.errors import BookDamaged
-from data_schema.journal import GENESIS, Entry, JournalFile, canonical, chained, commands, placed
+from data_schema.journal import GENESIS, Entry, canonical, chained, commands, placed
+from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.tables.people import journal as table
 from data_schema.vocabulary import Action
 from tests.helpers.journals import chain, entry, renumbered, write_all
@@ -204,7 +205,7 @@ def test_of_a_command_that_was_cut_off_anywhere_nothing_counts(
     kept = [one for command in before for one in command]
     whole = written(mirror, kept + last)
     start = len(written(mirror, kept))
-    left = data.draw(st.integers(start, len(whole) - 1), "bytes left")
+    left = data.draw(st.integers(start, len(whole) - 2), "bytes left")  # without its newline alone it is whole
     mirror.path.write_bytes(whole[:left])
     assert list(mirror.entries()) == kept
     assert mirror.last() == kept[-1]
@@ -219,11 +220,62 @@ def test_a_command_of_many_entries_is_there_whole_or_not_at_all_at_every_byte(mi
     whole = written(mirror, first + last)
     for left in range(len(written(mirror, first)), len(whole) + 1):
         mirror.path.write_bytes(whole[:left])
-        there = first + last if left == len(whole) else first
+        there = first + last if left >= len(whole) - 1 else first
         assert list(mirror.entries()) == mirror.tail(0) == there
         (said,) = commands(placed(following, (there[-1].seq, there[-1].hash)))
         mirror.append(said)
         assert list(mirror.entries()) == there + said
+
+
+@FEW
+@given(COMMANDS)
+def test_a_journal_that_lacks_only_its_last_newline_lacks_nothing(
+    mirror: JournalFile, said: list[list[dict[str, Any]]]
+) -> None:
+    *before, last = in_commands(said)
+    kept = [one for command in before for one in command]
+    whole = written(mirror, kept)
+    mirror.path.write_bytes(whole[:-1])
+    assert list(mirror.entries()) == mirror.tail(0) == kept
+    assert mirror.last() == kept[-1]
+    assert mirror.left_out() == NOTHING
+    assert mirror.keep_cut_off() is None
+    mirror.append(last)
+    assert mirror.path.read_bytes() == whole + "".join(one.line + "\n" for one in last).encode()
+
+
+def test_what_was_cut_off_is_kept_beside_the_journal_before_it_is_removed(tmp_path: Path) -> None:
+    mirror = JournalFile(tmp_path / "journal.jsonl")
+    first, last = in_commands([[{}], [{"reason": "ä"}] * 3])
+    whole = written(mirror, first + last)
+    start = len(written(mirror, first))
+    expected: dict[bytes, None] = {}
+    for left in range(start, len(whole)):
+        mirror.path.write_bytes(whole[:left])
+        rest = whole[start:left] if left < len(whole) - 1 else b""
+        lines = rest.splitlines()
+        assert mirror.left_out() == LeftOut(len(lines), len(rest))
+        assert (mirror.left_out().sentence is None) == (not rest)
+        assert mirror.path.read_bytes() == whole[:left]
+        mirror.append([])
+        if rest:
+            expected[rest] = None
+    kept = sorted(tmp_path.glob("journal.jsonl.cut-off.*"))
+    assert [path.read_bytes() for path in kept] == list(expected)
+
+
+def test_a_last_line_without_newline_that_was_changed_is_set_aside(tmp_path: Path) -> None:
+    """Its hash does not fit: it is no statement, and no byte of it is lost."""
+    mirror = JournalFile(tmp_path / "journal.jsonl")
+    first, last = in_commands([[{}], [{}]])
+    whole = written(mirror, first + last)
+    changed = whole[:-1].replace(b"remark", b"remork")
+    mirror.path.write_bytes(whole[: len(first[0].line) + 1] + changed[len(first[0].line) + 1 :])
+    assert mirror.last() == first[0]
+    mirror.append(last)
+    assert mirror.path.read_bytes() == whole
+    (kept,) = tmp_path.glob("journal.jsonl.cut-off.*")
+    assert kept.read_bytes() == changed[len(first[0].line) + 1 :]
 
 
 def test_a_first_command_that_was_cut_off_leaves_an_empty_journal(mirror: JournalFile) -> None:
@@ -267,7 +319,7 @@ def test_a_cut_off_last_line_does_not_count_and_is_written_again(
 ) -> None:
     whole = written(mirror, entries)
     before = len(written(mirror, entries[:-1]))
-    cut = data.draw(st.integers(before, len(whole) - 1), "bytes left")
+    cut = data.draw(st.integers(before, len(whole) - 2), "bytes left")
     mirror.path.write_bytes(whole[:cut])
     assert list(mirror.entries()) == entries[:-1]
     assert mirror.last() == entries[-2]
@@ -309,7 +361,7 @@ def test_bytes_that_are_no_text_are_damage(mirror: JournalFile) -> None:
 FULL_DISK = """
 import resource, sys
 from pathlib import Path
-from data_schema.journal import JournalFile
+from data_schema.journal_file import JournalFile
 from tests.helpers.journals import chain
 
 mirror, entries = JournalFile(Path(sys.argv[1])), chain([{}] * 5)

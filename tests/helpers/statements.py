@@ -10,11 +10,11 @@ from labbook.book.naming import run_named
 from labbook.book.opening import Book
 
 
-def note(desk: Desk, text: str, run: str = "r001") -> Entry:
+def note(desk: Desk, text: str, run: str = "r001") -> None:
     """State a remark on a run."""
     target = run_named(desk.connection, run).uid
     new = {"target_kind": "run", "target_uid": target, "text": text}
-    return desk.state(Statement(Action.NOTE, "note", new_uid(), new=new))
+    desk.state(Statement(Action.NOTE, "note", new_uid(), new=new))
 
 
 def notes(book: Book) -> list[str]:

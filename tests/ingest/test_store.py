@@ -11,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from data_schema.errors import BookDamaged
 from ingest.kept_samples import signal_sha256
 from ingest.model import ChannelData, FloatArray, SignalPart
 from ingest.store import Store
@@ -43,6 +44,7 @@ def test_samples_come_back_bit_by_bit(tmp_path: Path, columns: list[FloatArray])
     for channel in kept.channels:
         assert found[channel.name].tobytes() == channel.values.tobytes()
     assert sha256 == signal_sha256(kept)
+    store.check_samples(path, sha256, "log")
     assert store.put_signal(kept) == (sha256, path)
 
 
@@ -67,3 +69,20 @@ def test_a_few_decimals_take_less_space_than_noise(tmp_path: Path) -> None:
     store = Store(tmp_path)
     sizes = [(tmp_path / store.put_signal(part(values))[1]).stat().st_size for values in (noise, np.round(noise, 6))]
     assert sizes[1] < 0.5 * sizes[0]
+
+
+@pytest.mark.parametrize("damage", ["another value", "another name", "cut", "missing"])
+def test_samples_that_are_not_those_that_were_kept_are_told(tmp_path: Path, damage: str) -> None:
+    store = Store(tmp_path)
+    sha256, path = store.put_signal(part(np.arange(300.0)))
+    file = tmp_path / path
+    content, table = file.read_bytes(), pq.read_table(file)
+    file.unlink()
+    if damage == "cut":
+        file.write_bytes(content[:-20])
+    elif damage == "another value":
+        pq.write_table(table.set_column(1, "c0 [m]", [np.arange(1, 301.0)]), file)
+    elif damage == "another name":
+        pq.write_table(table.rename_columns(["time [s]", "c1 [m]"]), file)
+    with pytest.raises(BookDamaged, match=r"of r001\.csv (cannot be read|are not those that were kept).*rebuild"):
+        store.check_samples(path, sha256, "r001.csv")

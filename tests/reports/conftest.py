@@ -190,7 +190,8 @@ def _drain(maker):
         band_low_mah=tuple((at - t * se).tolist()), band_high_mah=tuple((at + t * se).tolist()),
         slope=number(fit.slope, "mAh/min", fit.stderr),
         intercept=number(fit.intercept, "mAh", fit.intercept_stderr),
-        r_squared=float(fit.rvalue**2), at_run=number(at[12], "mAh", se[12]), run_duration_min=12.0,
+        r_squared=Number(float(fit.rvalue**2), "1", provenance=key), at_run=number(at[12], "mAh", se[12]),
+        run_duration_min=12.0,
         range_sentence="A run lasts 12 minutes, outside the 20 to 60 minutes that were fitted: the estimate is "
         "an extrapolation of 8 minutes.",
     )  # fmt: skip

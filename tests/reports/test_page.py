@@ -113,7 +113,7 @@ def test_the_facts_of_the_report(html):
     text = text_of(html)
     for fact in (
         "granular bed", "k_gain in (300, 400)", "2021-05-03 to 2021-05-21, 19 days", "253 of 272 runs analysed",
-        "Ada Nwosu (AN) and Li Wei (LW)", "2021-07-30 14:05", "labbook 0.1.0, configuration 9c41f2e07ab3", "robust",
+        "Ada Nwosu (AN) and Li Wei (LW)", "2021-07-30 14:05", "labbook 0.1.0, labbook.toml 9c41f2e07ab3", "robust",
         "outside the 20 to 60 minutes", "foot and day are confounded", "The bed was stirred by hand.",
         "uncertainty of the reference voltage", "k = 2.56 g + 67.36 N/m",
     ):  # fmt: skip
@@ -195,7 +195,14 @@ def test_a_selection_with_little_in_it_says_why(minimal):
     for name in ("savings", "passive_drain", "day_order", "packs", "sensitivity"):
         assert FIGURES[name].absent(minimal) in text
     assert "What each run contributed to its condition." in text
-    assert "Nothing is claimed from this selection." in text_of(quick_page(dataclasses.replace(minimal, claims=())))
+    silent = text_of(quick_page(dataclasses.replace(minimal, claims=())))
+    assert "Nothing is claimed from this selection: no group of its conditions has runs of both the control" in silent
+    no_control = tuple(dataclasses.replace(factor, swept=False) for factor in minimal.factors)
+    silent = text_of(quick_page(dataclasses.replace(minimal, claims=(), factors=no_control)))
+    assert "Nothing is claimed from this selection: no factor names a control level" in silent
+    assert "`control = ...`" in silent
+    silent = text_of(quick_page(dataclasses.replace(minimal, claims=(), conditions=())))
+    assert "Nothing is claimed from this selection: none of its runs has joules or apex heights." in silent
 
 
 def test_all_files_are_there_and_no_part_is_left_over(written):

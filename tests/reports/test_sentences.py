@@ -4,17 +4,9 @@ import pytest
 
 from data_schema.vocabulary import Undefined
 from reports.content import Factor
+from reports.naming import swept_words
 from reports.numbers import Quantity
-from reports.sentences import (
-    difference_claim,
-    formula_text,
-    group_name,
-    level_of,
-    levels_name,
-    savings_claim,
-    swept_words,
-    title_of,
-)
+from reports.sentences import difference_claim, savings_claim
 
 
 def plain(text):
@@ -28,40 +20,6 @@ def headline(content):
 
 def with_savings(comparison, **changes):
     return dataclasses.replace(comparison, savings=dataclasses.replace(comparison.savings, **changes))
-
-
-def test_formulas_between_gains_and_physical_values(content):
-    formulas = [plain(formula_text(factor)) for factor in content.factors]
-    assert formulas == ["", "k = 2.56 g + 67.36 N/m", "d = 3.32 g + 19.67 kg/s; gain 0 is CE and stands for 0"]
-
-
-def test_names_of_groups(content):
-    assert plain(group_name(content, content.conditions[6])) == "small foot, k = 1091 N/m"
-    assert plain(group_name(content, content.conditions[6], gain=True)) == "small foot, k = 1091 N/m (gain 400)"
-    assert plain(levels_name(content, {"k_gain": "300"})) == "k = 835.4 N/m"
-    assert levels_name(content, {"surface": "sand"}) == "surface sand"
-
-
-def test_a_factor_without_a_title_is_called_by_its_unit():
-    gain = Factor("b_ad_gain", "b ad gain", symbol="d", unit="kg/s", slope=3.32, offset=19.67)
-    assert title_of(gain) == "Damping coefficient"
-    assert title_of(dataclasses.replace(gain, unit="1")) == "b ad gain"
-    assert title_of(dataclasses.replace(gain, title="Active damping")) == "Active damping"
-
-
-def test_a_level_carries_its_gain(content):
-    level = {c.level: plain(level_of(content, c)) for c in content.comparisons}
-    assert level["50"] == "d = 185.7 kg/s (gain 50)"
-    assert level["pooled"] == "pooled"
-
-
-def test_a_level_of_a_further_factor_carries_its_physical_value(content, headline):
-    between = dataclasses.replace(headline, group={"foot": "small"}, level="400, treated")
-    assert plain(level_of(content, between)) == "k = 1091 N/m less k = 835.4 N/m, treated"
-    reverse = dataclasses.replace(between, level="300, control")
-    assert plain(level_of(content, reverse)) == "k = 835.4 N/m less k = 1091 N/m, control"
-    one_level = tuple(c for c in content.conditions if c.levels[1].label == "400")
-    assert plain(level_of(dataclasses.replace(content, conditions=one_level), between)) == "k = 1091 N/m, treated"
 
 
 @pytest.mark.parametrize(

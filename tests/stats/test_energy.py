@@ -34,7 +34,12 @@ def test_wrong_input_is_refused(arguments, sentence):
 
 
 def budget(joules, **changes):
-    settings = {"reference_voltage_v": 15.4, "drain_se_j": 0.4, "resolution_mah": 1.0} | changes
+    settings = {
+        "reference_voltage_v": 15.4,
+        "drain_se_run_j": 0.5,
+        "drain_se_mean_j": 0.4,
+        "resolution_mah": 1.0,
+    } | changes
     return energy_budget(joules, np.full(len(joules), 25), **settings)
 
 
@@ -44,14 +49,13 @@ def test_every_term_by_hand():
     sd = math.sqrt(20.0 / 3.0)
     assert terms["scatter between runs"].one_run_j == pytest.approx(sd)
     assert terms["scatter between runs"].mean_j == pytest.approx(sd / 2.0)
-    assert terms["drain fit"].one_run_j == terms["drain fit"].mean_j == 0.4
+    assert (terms["drain fit"].one_run_j, terms["drain fit"].mean_j) == (0.5, 0.4)
     assert terms["charger resolution"].one_run_j == pytest.approx(2.2176 / math.sqrt(12.0))
     assert terms["charger resolution"].mean_j == pytest.approx(2.2176 / math.sqrt(12.0) / 2.0)
     assert terms["reference voltage"].mean_j == pytest.approx(0.43)
     assert [term.shared for term in found.terms] == [False, True, False, True]
-    assert found.shared_se_j == pytest.approx(math.hypot(0.4, 0.43))
-    assert found.total_mean_j == pytest.approx(math.hypot(sd / 2.0, found.shared_se_j))
-    assert found.total_one_run_j == pytest.approx(math.hypot(sd, found.shared_se_j))
+    assert found.total_mean_j == pytest.approx(math.hypot(sd / 2.0, 0.4, 0.43))
+    assert found.total_one_run_j == pytest.approx(math.hypot(sd, 0.5, 0.43))
 
 
 def test_the_resolution_is_within_the_scatter_and_not_added_twice():
@@ -70,24 +74,24 @@ def test_rounding_by_a_charger_has_the_standard_deviation_of_the_budget():
 def test_more_runs_shrink_the_scatter_alone():
     rng = np.random.default_rng(4)
     few, many = budget(rng.normal(42.0, 3.0, 10)), budget(rng.normal(42.0, 3.0, 1000))
-    assert many.se_j < few.se_j / 5.0
-    assert many.shared_se_j == few.shared_se_j
+    scatter = [found.terms[0].mean_j for found in (few, many)]
+    assert scatter[1] < scatter[0] / 5.0
+    assert many.terms[1] == few.terms[1]
+    assert many.total_mean_j > 0.4
 
 
-def test_an_unknown_drain_or_a_single_run_leaves_its_terms_undefined():
+def test_a_single_run_leaves_the_scatter_undefined():
     single = budget([40.0])
-    assert isinstance(single.se_j, Undefined)
+    assert isinstance(single.terms[0].mean_j, Undefined)
     assert isinstance(single.total_mean_j, Undefined)
     assert single.mean_j == 40.0
-    no_drain = budget([40.0, 41.0], drain_se_j=Undefined("no idle runs"))
-    assert isinstance(no_drain.shared_se_j, Undefined)
-    assert isinstance(no_drain.se_j, float)
 
 
-def test_budgets_of_nothing_are_refused():
-    with pytest.raises(InputRefused, match="no run"):
-        energy_budget([], [], reference_voltage_v=15.4, drain_se_j=0.1, resolution_mah=1.0)
-    with pytest.raises(InputRefused, match="without jumps"):
-        energy_budget([1.0], [0], reference_voltage_v=15.4, drain_se_j=0.1, resolution_mah=1.0)
-    with pytest.raises(InputRefused, match="2 joules and 1 counts"):
-        energy_budget([1.0, 2.0], [25], reference_voltage_v=15.4, drain_se_j=0.1, resolution_mah=1.0)
+@pytest.mark.parametrize(
+    ("joules", "jumps_made", "sentence"),
+    [([], [], "no run"), ([1.0], [0], "without jumps"), ([1.0, 2.0], [25], "2 joules and 1 counts")],
+)
+def test_budgets_of_nothing_are_refused(joules, jumps_made, sentence):
+    settings = {"reference_voltage_v": 15.4, "drain_se_run_j": 0.1, "drain_se_mean_j": 0.1, "resolution_mah": 1.0}
+    with pytest.raises(InputRefused, match=sentence):
+        energy_budget(joules, jumps_made, **settings)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,16 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.shared_error import SharedError, describe_shared, shared_of_mean
+from stats.distributions import t_quantile
+from stats.shared_error import SharedError, describe_shared, difference_with_shared, joint, shared_of_mean
 from stats.summary import describe
+from stats.two_sample import compare_two
+
+ERRORS = st.builds(
+    lambda level, slope: SharedError({("drain", "level"): level, ("drain", "slope"): slope}, {"drain": 4.0}),
+    st.floats(-10, 10),
+    st.floats(-10, 10),
+)
 
 
 def level_error(se: float, df: float = math.inf) -> SharedError:
@@ -23,7 +32,6 @@ def test_without_a_shared_error_it_is_the_plain_interval() -> None:
     values = [40.1, 41.7, 39.2, 42.0]
     plain, shared = describe(values), describe_shared(values, SharedError())
     assert (shared.ci_low, shared.ci_high) == pytest.approx((plain.ci_low, plain.ci_high), rel=1e-14)
-    assert shared.df == pytest.approx(3.0)
 
 
 def test_the_shared_error_stays_with_any_number_of_values() -> None:
@@ -34,29 +42,50 @@ def test_the_shared_error_stays_with_any_number_of_values() -> None:
     assert width[0] > width[1]
 
 
-def test_it_covers_at_its_level_when_all_values_share_one_error() -> None:
+@pytest.mark.parametrize("shared_df", [1.0, 2.0, 4.0, 20.0])
+def test_a_mean_and_a_difference_cover_at_their_level_however_little_the_fit_knows(shared_df: float) -> None:
+    """10 runs against 8 with another share of one error, whose size is known with few degrees of freedom."""
     rng = np.random.default_rng(11)
-    covered = 0
-    for _ in range(4000):
-        shared_se, shared_df = 0.6, 4
-        estimate_of_se = shared_se * np.sqrt(rng.chisquare(shared_df) / shared_df)
-        values = rng.normal(40, 1.5, 10) + rng.normal(0, shared_se)
-        interval = describe_shared(values, level_error(float(estimate_of_se), shared_df))
-        assert not isinstance(interval.ci_low, Undefined)
-        assert not isinstance(interval.ci_high, Undefined)
-        covered += interval.ci_low <= 40 <= interval.ci_high
-    assert 0.94 <= covered / 4000 <= 0.965
+    rounds, shared_se = 3000, 0.6
+    covered = np.zeros(2)
+    for _ in range(rounds):
+        error, estimated = rng.normal(0, shared_se), shared_se * np.sqrt(rng.chisquare(shared_df) / shared_df)
+        a, b = rng.normal(40, 1.5, 10) + error, rng.normal(38, 1.5, 8) + 3.0 * error
+        in_a, in_b = level_error(float(estimated), shared_df), level_error(float(3.0 * estimated), shared_df)
+        mean, test = describe_shared(a, in_a), compare_two(b, a)
+        difference = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, in_b.minus(in_a))
+        for place, (found, truth) in enumerate(((mean, 40.0), (difference, -2.0))):
+            assert not isinstance(found.ci_low, Undefined)
+            assert not isinstance(found.ci_high, Undefined)
+            covered[place] += found.ci_low <= truth <= found.ci_high
+    assert np.all(covered / rounds >= 0.935)
+    assert np.all(covered / rounds <= 0.985)
+
+
+@given(st.floats(0.1, 5.0), st.sampled_from([1.0, 2.0, 3.0, 7.0, 40.0]), ERRORS, st.sampled_from([1.0, 3.0, 5.0, 30.0]))
+def test_a_further_error_never_makes_an_interval_narrower(se: float, df: float, error: SharedError, own: float) -> None:
+    both = joint([(se * se, df)], replace(error, df={"drain": own}), 0.95)
+    assert both.quantile * math.hypot(se, math.sqrt(both.more) * error.se) >= t_quantile(0.95, df) * se * (1 - 1e-12)
+
+
+def test_what_has_no_scatter_keeps_the_shared_error() -> None:
+    found = describe_shared([1.0, 1.0, 1.0], level_error(0.5))
+    assert (found.ci_low, found.ci_high) == pytest.approx((1.0 - 0.98, 1.0 + 0.98), abs=1e-4)
+
+
+def test_a_difference_is_significant_just_where_its_interval_leaves_zero_out() -> None:
+    for shared_se in np.linspace(0.0, 3.0, 61):
+        test = compare_two([44.0, 46.1, 45.2, 44.7], [41.2, 42.9, 41.7, 43.1])
+        error = level_error(float(shared_se), 4.0)
+        found = difference_with_shared(test.t, test.df, test.p, test.difference_ci, error)
+        assert not isinstance(found.p, Undefined)
+        assert not isinstance(found.ci_low, Undefined)
+        assert (found.p < 0.05) == (found.ci_low > 0.0)
+    assert difference_with_shared(test.t, test.df, test.p, test.difference_ci, SharedError()).t == test.t
 
 
 def test_one_value_has_a_reason() -> None:
     assert isinstance(describe_shared([40.0], level_error(0.5)).ci_low, Undefined)
-
-
-ERRORS = st.builds(
-    lambda level, slope: SharedError({("drain", "level"): level, ("drain", "slope"): slope}, {"drain": 4.0}),
-    st.floats(-10, 10),
-    st.floats(-10, 10),
-)
 
 
 @given(st.lists(ERRORS, min_size=1, max_size=5), st.lists(ERRORS, min_size=1, max_size=5))

@@ -9,7 +9,7 @@ import pytest
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_by_run
-from data_schema.queries.imports import inbox
+from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import RunState
 from ingest.store import Store
 from labbook.actions.assigning import assign

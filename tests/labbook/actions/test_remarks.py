@@ -10,7 +10,7 @@ import pytest
 
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.days import checks_by_day
-from labbook.actions.correcting import correct, runs_corrected
+from labbook.actions.correcting import correct, runs_corrected, void
 from labbook.actions.remarks import MOST_NAMED, RULES, Remark, remark_lines, remarks_on, remarks_on_check
 from labbook.actions.runs_importing import RunsImported, import_runs
 from labbook.actions.typed_charge import state_charge
@@ -106,6 +106,18 @@ def after_correction(book: Book, target: str, *fields: str) -> list[Remark]:
         )
 
 
+def test_a_place_that_a_run_of_another_sheet_has_is_remarked(stated: SmallBook) -> None:
+    with stated.open() as book:
+        (remark,) = imported(book, sheet({"date": "2021-06-14"}, {"date": "2021-06-14", "position": "40"})).remarks
+        assert (remark.rule, remark.first, remark.count) == ("position_taken", "q1", 1)
+        assert "run q1 has position 1 of 2021-06-14, as run r001 has" in remark.message
+        with book.desk(ADA) as desk:
+            void(desk, "q1", "typed twice")
+            void(desk, "r001", "typed twice")
+        again = sheet({"run": "q3", "date": "2021-06-14", "position": "1"})
+        assert imported(book, again).remarks == []
+
+
 def rules(remarks: list[Remark]) -> list[str]:
     return [remark.rule for remark in remarks]
 
@@ -144,7 +156,12 @@ def test_a_check_without_the_unit_of_earlier_ones_is_remarked(stated: SmallBook)
     (remark,) = remarks_on_check(earlier, "rail_angle", 0.4, None)
     assert remark.rule == "check_without_unit"
     assert "earlier ones were in deg" in remark.message
-    assert remarks_on_check(earlier, "rail_angle", 0.4, "mrad") == []
+    (other,) = remarks_on_check(earlier, "rail_angle", 400.0, "parsec")
+    assert (other.rule, other.message) == (
+        "check_in_other_unit",
+        "rail_angle 400 is in parsec and earlier ones were in deg: make the check again if that is wrong.",
+    )
+    assert remarks_on_check(earlier, "rail_angle", 0.4, "deg") == []
     assert remarks_on_check(earlier, "rail_angle", None, None) == []
     assert remarks_on_check(earlier, "lubrication", 3.0, None) == []
 

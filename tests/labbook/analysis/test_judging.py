@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from data_schema.queries.signals import DecisionRow, DetectionRow, JumpRow
+from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow
 from data_schema.vocabulary import ReasonCode, Verdict
 from labbook.analysis.judging import Judgement, Rules
 from labbook.analysis.judging import judge as judge_run

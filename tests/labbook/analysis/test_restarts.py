@@ -13,6 +13,7 @@ from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.jump_review import decide, review
 from labbook.actions.report_command import state_report
 from labbook.book.opening import Book
+from labbook.cli.ingest_lines import rig_lines_of
 from tests.helpers.books import ADA, SmallBook, small_book
 
 RUN = "r001"
@@ -92,3 +93,39 @@ def missing(book: Book) -> set[str]:
     """The runs of a report that have no apex heights."""
     analysis = state_report(book, None, ADA, lambda _step: None).analysis
     return {run.name for run in analysis.evidence.runs if run.uid in analysis.apexes.missing}
+
+
+def test_the_order_of_ingesting_does_not_matter(made: SmallBook, book: Book, tmp_path: Path) -> None:
+    first, second, _before = halves(made)
+    with book.desk(ADA) as desk:
+        correct(book, desk, RUN, ["starts=2"], "power button pressed")
+    ingest(book, tmp_path, "LOG10.csv", second)
+    ingest(book, tmp_path, "LOG9.csv", first)
+    assert heights_m(book) == pytest.approx(whole_heights_m(tmp_path), abs=1e-4)
+
+
+def test_the_same_samples_saved_twice_are_one_log(made: SmallBook, book: Book, tmp_path: Path) -> None:
+    whole = made.log(RUN).read_bytes()
+    ingest(book, tmp_path, "as_logged.csv", whole)
+    ingest(book, tmp_path, "saved_again.csv", whole.replace(b"\n", b"\r\n"))
+    for starts in (1, 2):
+        if starts == 2:
+            with book.desk(ADA) as desk:
+                correct(book, desk, RUN, ["starts=2"], "power button pressed")
+        assert heights_m(book) == whole_heights_m(tmp_path / f"{starts}")
+        assert RUN not in missing(book)
+
+
+def test_the_line_at_the_rig_counts_the_jumps_of_all_logs(made: SmallBook, book: Book, tmp_path: Path) -> None:
+    first, second, _before = halves(made)
+    ingest(book, tmp_path, "first.csv", first)
+    second_file = tmp_path / "second.csv"
+    second_file.write_bytes(second)
+    outcome = ingest_file(book, second_file, IngestRequest(run=RUN, person=ADA))
+    ((line, again),) = rig_lines_of(book, [outcome])
+    assert "its jumps do not count (2 log files with a body height and 1 start)" in line
+    assert again.startswith("look again: ")
+    with book.desk(ADA) as desk:
+        correct(book, desk, RUN, ["starts=2"], "power button pressed")
+    ((line,),) = rig_lines_of(book, [outcome])
+    assert "3 of 3 jumps found in 2 logs," in line

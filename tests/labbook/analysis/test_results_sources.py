@@ -10,6 +10,7 @@ from __future__ import annotations
 import importlib
 import os
 import pkgutil
+import subprocess
 import tomllib
 from pathlib import Path
 
@@ -48,7 +49,10 @@ def current() -> dict[str, tuple[int, set[str]]]:
 
 
 def recorded() -> dict[str, dict[str, str]]:
-    tables = tomllib.loads(RECORD.read_text(encoding="utf-8")) if RECORD.exists() else {}
+    return by_name(tomllib.loads(RECORD.read_text(encoding="utf-8")) if RECORD.exists() else {})
+
+
+def by_name(tables: dict[str, dict[str, dict[str, str]]]) -> dict[str, dict[str, str]]:
     return {f"{kind}.{name}": versions for kind, table in tables.items() for name, versions in table.items()}
 
 
@@ -76,6 +80,18 @@ def test_no_source_changes_without_a_new_version() -> None:
             f"for numbers of the new source. Raise its version to {version + 1}, then add it with "
             f"`LABBOOK_SOURCES=write pytest {Path(__file__).name}`. Its source is {', '.join(sorted(modules))}."
         )
+
+
+def test_what_is_on_record_is_never_edited() -> None:
+    """What was committed stands as it was: changing a hash in place would hide that a number changed its meaning."""
+    shown = subprocess.run(
+        ["git", "show", f"HEAD:./{RECORD.name}"], cwd=RECORD.parent, capture_output=True, check=False
+    )
+    if shown.returncode:
+        pytest.skip("not in a git checkout, so nothing says what the record was")
+    record = recorded()
+    for name, versions in by_name(tomllib.loads(shown.stdout.decode())).items():
+        assert versions.items() <= record[name].items(), f"{name}: an old version was edited"
 
 
 def test_versions_only_rise_and_the_newest_is_in_use() -> None:

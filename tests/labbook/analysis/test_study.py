@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.queries.plans import PlannedRow
 from data_schema.queries.results import NumberRow
-from data_schema.queries.runs import PlannedRow
 from labbook.actions.correcting import void
 from labbook.actions.report_command import state_report
 from labbook.analysis.budget import budget
@@ -19,7 +19,8 @@ from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import drain_lines, passive_drains, unused_idle
 from labbook.analysis.run_energy import run_energies
-from labbook.analysis.study import WITHOUT_EXCLUSIONS, StudyAnalysis, without_day
+from labbook.analysis.study import StudyAnalysis
+from labbook.analysis.varying import WITHOUT_EXCLUSIONS, without_day
 from labbook.analysis.workbench import Workbench, number
 from labbook.presenting.course import flow
 from labbook.presenting.making import MadeReport
@@ -27,7 +28,7 @@ from labbook.presenting.methods import limitations
 from reports.numbers import Quantity
 from stats.distributions import t_quantile
 from stats.passive_drain import PassiveDrain
-from stats.shared_error import SharedError
+from stats.shared_error import SharedError, joint
 from tests.helpers.books import ADA, small_book
 
 
@@ -76,17 +77,21 @@ def test_what_remains_of_the_shared_error_adds_in_quadrature(tmp_path: Path, ana
     a, b = pair.a[0], pair.b[0]
     pairs = [
         replace(pair, label=f"{errors_j}", a=side(a, 1.0, 1.0), b=side(b, *errors_j))
-        for errors_j in ((1.0, 1.0), (1.0 + 1e-15, 1.0), (3.0, 1.0), (1.0, -1.0))
+        for errors_j in ((1.0, 1.0), (1.0 + 1e-15, 1.0), (31.0, 1.0), (1.0, -29.0))
     ]
     with small_book(tmp_path).open() as book, book.reading() as connection:
         rows = compare(Workbench(connection), pairs, Quantity.JOULES, {})
     equal, rounded, unequal, opposite = [number(row, "welch_difference") for row in rows]
     assert equal.shared_se == rounded.shared_se == 0.0
     assert (equal.ci_low, equal.ci_high) == (rounded.ci_low, rounded.ci_high)
-    assert unequal.shared_se == opposite.shared_se == 2.0
+    assert unequal.shared_se == opposite.shared_se == 30.0
     assert unequal.value == equal.value
-    before, after = half_width(equal), half_width(unequal)
-    assert after == pytest.approx(math.hypot(before, 2.0 * t_quantile(0.95, 4.0)))
+    assert equal.df is not None
+    variance = (half_width(equal) / t_quantile(0.95, equal.df)) ** 2
+    left = SharedError({("drain", "0"): 30.0}, {"drain": 4.0})
+    both = joint([(variance, equal.df)], left, 0.95)
+    assert half_width(unequal) == pytest.approx(both.quantile * math.sqrt(variance + both.more * 900.0))
+    assert half_width(unequal) > half_width(equal)
 
 
 def test_each_robot_has_its_own_drain_line(analysis: StudyAnalysis) -> None:
@@ -122,7 +127,7 @@ def test_without_exclusions_void_runs_are_back(tmp_path: Path) -> None:
             void(desk, "r002", "rail loose")
         after = state_report(book, None, ADA, lambda _step: None).analysis
     as_first = {(item.pair.label, item.quantity): item.result for item in before.compared}
-    without = [item for item in after.varied if item.variant == WITHOUT_EXCLUSIONS]
+    without = [item for item in after.variations.varied if item.variant == WITHOUT_EXCLUSIONS]
     assert {item.quantity for item in without} == set(Quantity)
     for item in without:
         first = as_first[item.headline, item.quantity]
@@ -223,4 +228,6 @@ def test_a_day_that_the_drain_line_cannot_do_without_is_said(analysis: StudyAnal
     days = sorted({run.day for run in analysis.evidence.runs})
     (note,) = [note for note in limitations(analysis) if note.startswith("Without the idle runs")]
     assert all(day in note for day in days)
-    assert {item.quantity for item in analysis.varied if item.variant == f"without {days[0]}"} == {Quantity.APEX}
+    assert {item.quantity for item in analysis.variations.varied if item.variant == f"without {days[0]}"} == {
+        Quantity.APEX
+    }

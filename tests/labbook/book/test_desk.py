@@ -58,7 +58,9 @@ def test_what_is_stated_stands_in_table_and_file(book: SmallBook) -> None:
     with book.open() as standing:
         before = said_alike(standing)
         with standing.desk(ADA) as desk:
-            said = [note(desk, "left rail squeaked"), note(desk, "oiled")]
+            note(desk, "left rail squeaked")
+            note(desk, "oiled")
+            said = list(desk.said)
         entries = said_alike(standing)
         assert entries == [*before, *placed(said, (before[-1].seq, before[-1].hash))]
         assert [entry.following for entry in entries[-2:]] == [1, 0]
@@ -72,11 +74,11 @@ def test_what_the_tables_refuse_leaves_nothing_of_the_command(book: SmallBook) -
         desk.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
 
     with book.open() as standing:
-        refused(standing, InputRefused, "verdict_known", wrong_verdict)
+        refused(standing, InputRefused, "verdict must be one of", wrong_verdict)
         refused(
             standing,
             InputRefused,
-            "cells_counted",
+            "cells must be 1 or more",
             lambda desk: desk.declare("battery", name="Z", cells=0, capacity_mah=1.0),
         )
         refused(
@@ -93,8 +95,8 @@ def test_what_the_tables_refuse_leaves_nothing_of_the_command(book: SmallBook) -
         )
         refused(
             standing,
-            InputRefused,
-            "run r001 cannot be stored|jumps_made",
+            UsageError,
+            "jumps_made=1e300 cannot be stored: a whole number goes from",
             lambda desk: correct(standing, desk, "r001", ["jumps_made=1e300"], "typed wrong"),
         )
 
@@ -210,7 +212,7 @@ def test_of_a_command_cut_off_anywhere_all_or_nothing_is_there_after_the_next(tm
         with made.open() as book:
             with book.desk(ADA) as desk:
                 note(desk, "afterwards")
-            all_of_it = ["n0", "n1", "n2"] if left == len(whole) else []
+            all_of_it = ["n0", "n1", "n2"] if left >= len(whole) - 1 else []  # a newline that lacks is no loss
             assert notes(book) == [*known, *all_of_it, "afterwards"]
             said_alike(book)
             rows = all_rows(book.engine)

@@ -14,9 +14,9 @@ from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from labbook.actions.report_command import state_report
 from labbook.actions.tracing import NumberTrace, PrintedNumber, trace, trace_lines
+from labbook.analysis.as_printed import versions_now
 from labbook.book.differing import Differences
 from labbook.book.rebuilding import rebuild_database
-from labbook.statements.reporting import versions_now
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file

@@ -54,7 +54,10 @@ def test_the_book_is_found_from_a_folder_inside_it(folder: Path) -> None:
 
 
 def test_an_empty_database_is_no_book(empty_engine: sa.Engine) -> None:
-    with pytest.raises(BookVersion, match=r"is empty: make a book with `labbook init DIR`, or point \[database\] url"):
+    with pytest.raises(
+        BookVersion,
+        match=r"is empty: .*`labbook init DIR`.*`labbook rebuild`, or point \[database\] url",
+    ):
         check_revision(empty_engine)
     with reading(empty_engine) as connection:
         assert sa.inspect(connection).get_table_names() == []

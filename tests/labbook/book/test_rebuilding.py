@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import os
 import random
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -20,6 +21,7 @@ import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, sqlite_engine, writing
 from data_schema.errors import BookBusy, BookDamaged, UsageError
+from data_schema.journal_file import NOTHING, LeftOut
 from labbook.book.differing import Differences
 from labbook.book.making import make_sqlite
 from labbook.book.rebuilding import Rebuilt, rebuild_database, rewrite_journal
@@ -106,7 +108,7 @@ def by_name(url: str | None, folder: Path) -> dict[str, Rows]:
 def test_on_postgresql_the_same_rows_come_of_the_same_journal(postgres_url: str, whole: SmallBook) -> None:
     on_sqlite = by_name(None, whole.folder)
     moved(whole, "[files]", f'[database]\nurl = "{postgres_url}"\n\n[files]')
-    assert rebuild(whole) == Rebuilt(len(on_sqlite["journal"]), None, Differences())
+    assert rebuild(whole) == Rebuilt(len(on_sqlite["journal"]), None, Differences(), NOTHING)
     assert by_name(postgres_url, whole.folder) == on_sqlite
 
 
@@ -160,6 +162,83 @@ def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path
         assert notes(standing)[-1] == "afterwards"
         rebuild(book)
         assert len(schemas(standing.engine)) == 2
+
+
+VIEWS = """
+CREATE VIEW remark AS SELECT text, '%' || text AS marked FROM note WHERE text LIKE '%';
+CREATE SCHEMA lab;
+CREATE VIEW lab."Runs of a day" WITH (security_barrier=true, check_option=local) AS
+    SELECT name, position_in_day FROM run WHERE kind = 'jumps';
+CREATE VIEW lab.both AS SELECT text, (SELECT count(*) FROM public.run) AS runs FROM remark;
+COMMENT ON VIEW remark IS 'what was said';
+DROP ROLE IF EXISTS guest;
+CREATE ROLE guest;
+GRANT SELECT ON remark TO guest;
+"""
+OF_VIEWS = """
+SELECT c.oid, c.relname, c.reloptions, obj_description(c.oid), has_table_privilege('guest', c.oid, 'SELECT'),
+    pg_get_viewdef(c.oid) FROM pg_class c WHERE relname IN ('remark', 'Runs of a day', 'both') ORDER BY relname
+"""
+
+
+def execute(engine: sa.Engine, statements: str) -> None:
+    with engine.begin() as connection:
+        connection.exec_driver_sql(statements, execution_options={"no_parameters": True})
+
+
+def test_a_labs_own_views_show_the_new_tables_and_keep_what_is_theirs(tmp_path: Path, postgres_url: str) -> None:
+    book = small_book(tmp_path, ingested=False, database_url=postgres_url)
+    with book.open() as standing:
+        execute(standing.engine, VIEWS)
+        with standing.engine.connect() as connection:
+            before = connection.exec_driver_sql(OF_VIEWS).all()
+        for number in range(2):
+            old = rebuild(book).old
+            with standing.desk(ADA) as desk:
+                note(desk, f"said after rebuild {number}")
+            with standing.engine.connect() as connection:
+                assert connection.exec_driver_sql(OF_VIEWS).all() == before
+                said = connection.exec_driver_sql("SELECT text FROM remark").scalars().all()
+                assert said == notes(standing)
+                assert connection.exec_driver_sql("SELECT text FROM lab.both").scalars().all() == said
+                assert connection.exec_driver_sql('SELECT count(*) FROM lab."Runs of a day"').scalar_one() == 12
+            execute(standing.engine, f"DROP SCHEMA {old} CASCADE")
+            with standing.engine.connect() as connection:
+                assert connection.exec_driver_sql(OF_VIEWS).all() == before, "nothing stands on the old tables"
+
+
+@pytest.mark.parametrize(
+    ("made", "named"),
+    [
+        ("CREATE MATERIALIZED VIEW counted AS SELECT count(*) FROM note", "materialized view counted"),
+        (
+            "CREATE TABLE photo (run INTEGER CONSTRAINT of_run REFERENCES run (id))",
+            "constraint of_run on table photo",
+        ),
+        (
+            "CREATE FUNCTION how_many() RETURNS bigint LANGUAGE sql BEGIN ATOMIC SELECT count(*) FROM note; END",
+            "function how_many()",
+        ),
+        ("CREATE FUNCTION shout(note) RETURNS text LANGUAGE sql AS 'SELECT upper($1.text)'", "function shout(note)"),
+        ("CREATE POLICY own ON note USING (true)", "policy own on table note"),
+        ("CREATE PUBLICATION out FOR TABLE note", "publication of table note in publication out"),
+    ],
+    ids=["materialized view", "foreign key", "function", "function of a row", "policy", "publication"],
+)
+def test_what_cannot_follow_to_new_tables_is_named_before_anything_is_done(
+    cluster: Cluster, postgres_book: Path, made: str, named: str
+) -> None:
+    url = cluster.url(cluster.fresh("finished_book"))
+    engine = postgres_engine(url)
+    execute(engine, made)
+    before = schema_and_rows(url)
+    with pytest.raises(UsageError, match=rf"^{re.escape(named)}: made on the book's tables.*Drop it, rebuild"):
+        replace_postgres(
+            engine, url, lambda _engine: pytest.fail("begun"), lambda _engine, _standing: pytest.fail("begun")
+        )
+    assert schema_and_rows(url) == before
+    assert schemas(engine) == []
+    engine.dispose()
 
 
 def test_a_database_of_another_program_is_not_rebuilt_into(postgres_url: str, whole: SmallBook) -> None:
@@ -239,7 +318,7 @@ def test_what_is_said_while_a_book_is_rebuilt_is_in_it(book: SmallBook, commands
         assert all_rows_by_name(standing.engine) == rows
 
 
-def test_a_second_rebuild_waits_for_the_first(book: SmallBook) -> None:
+def test_a_second_rebuild_is_refused_while_one_runs(book: SmallBook) -> None:
     told = []
 
     def again(_step: str) -> None:
@@ -303,6 +382,51 @@ def test_a_rebuild_that_is_killed_while_it_replaces_leaves_the_old_database(whol
     assert list(whole.folder.glob(".*")) == []
 
 
+KILLED_BEFORE_A_RENAME = """
+import os, signal, sys
+from pathlib import Path
+from labbook.book.rebuilding import rebuild_database
+
+left = int(sys.argv[2])
+
+def watch(event, _arguments):
+    global left
+    if event == "os.rename":
+        left -= 1
+        if left == 0:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+sys.addaudithook(watch)
+rebuild_database(Path(sys.argv[1]), lambda _step: None)
+"""
+
+
+def test_a_rebuild_that_is_killed_at_any_rename_keeps_the_old_database_for_good(tmp_path: Path) -> None:
+    """Whatever the old one alone held is found again, also after the next rebuild has cleaned up."""
+    root = Path(__file__).parents[3]
+    for number in range(1, 10):
+        book = small_book(tmp_path / str(number), ingested=False)
+        with closing(sqlite3.connect(book.database)) as old:
+            old.execute("CREATE TABLE theirs (x TEXT)")
+        done = subprocess.run(
+            [sys.executable, "-c", KILLED_BEFORE_A_RENAME, book.folder, str(number)],
+            env={**os.environ, "PYTHONPATH": str(root)},
+            check=False,
+        )
+        assert done.returncode in (0, KILLED)
+        rebuild(book)
+        tables = []
+        for path in sorted(book.folder.glob("labbook.db*")):
+            with closing(sqlite3.connect(path)) as database:
+                tables += database.execute("SELECT name FROM sqlite_master").fetchall()
+        assert ("theirs",) in tables
+        assert list(book.folder.glob(".*")) == []
+        if done.returncode == 0:
+            break
+    assert done.returncode == 0
+    assert number > 1
+
+
 def test_a_journal_that_ends_before_the_database_is_not_rebuilt_from(book: SmallBook) -> None:
     whole = book.journal.read_bytes()
     with book.open() as standing:
@@ -334,6 +458,35 @@ def test_the_database_of_another_book_is_not_replaced(book: SmallBook, tmp_path:
         rebuild(book)
     with book.open() as standing:
         assert all_rows_by_name(standing.engine) == rows
+
+
+def test_a_journal_that_lacks_only_its_last_newline_is_rebuilt_from_to_its_end(book: SmallBook) -> None:
+    with book.open() as standing:
+        rows, entries = all_rows_by_name(standing.engine), len(said_alike(standing))
+    whole = book.journal.read_bytes()
+    book.journal.write_bytes(whole[:-1])
+    book.database.unlink(missing_ok=True)
+    done = rebuild(book)
+    assert (done.entries, done.left_out) == (entries, NOTHING)
+    with book.open() as standing:
+        assert all_rows_by_name(standing.engine) == rows
+        with standing.desk(ADA) as desk:
+            note(desk, "afterwards")
+        assert len(said_alike(standing)) == entries + 1
+    assert book.journal.read_bytes().startswith(whole)
+
+
+def test_what_is_cut_off_is_told_and_never_thrown_away(tmp_path: Path) -> None:
+    book = small_book(tmp_path, ingested=False)
+    whole = book.journal.read_bytes()
+    book.journal.write_bytes(whole + b'{"action":"note"')
+    left_out = LeftOut(1, 16)
+    assert rebuild(book).left_out == left_out
+    assert book.journal.read_bytes() == whole + b'{"action":"note"'
+    rewrite_journal(book.folder)
+    assert book.journal.read_bytes() == whole
+    (kept,) = book.folder.glob("journal.jsonl.cut-off.*")
+    assert kept.read_bytes() == b'{"action":"note"'
 
 
 # --- interrupted
@@ -437,3 +590,16 @@ def test_the_log_of_a_lost_database_is_not_read_into_the_new_one(whole: SmallBoo
     log.write_bytes(kept)
     rebuild(whole)
     assert rows_of(whole) == before
+
+
+@pytest.mark.parametrize("most", [100, 5_000, 60_000, 150_000])
+def test_a_rebuild_without_space_is_a_sentence_and_leaves_the_book(
+    most: int, tmp_path: Path, commands: Commands
+) -> None:
+    book = small_book(tmp_path)
+    before = book.database.read_bytes()
+    code, said = commands.run("rebuild", "--book", book.folder, largest_file=most)
+    assert (code, said.count("labbook: ")) == (3, 1), said
+    assert "Traceback" not in said
+    assert book.database.read_bytes() == before
+    assert commands.run("db", "check", "--book", book.folder)[0] == 0

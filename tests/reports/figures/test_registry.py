@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 import pytest
 
 from data_schema.vocabulary import Undefined
-from reports.content import Number, Summary, Variant
+from reports.content import Factor, Level, Number, Summary, Variant
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -227,3 +227,17 @@ def test_a_robot_without_an_interval_leaves_the_inset_out(content):
     assert "inset" in FIGURES["passive_drain"].caption(content)
     assert "inset" not in FIGURES["passive_drain"].caption(changed)
     assert draw_figure(FIGURES["passive_drain"], changed, ONE_COLUMN_IN).axes[0].child_axes == []
+
+
+def test_a_control_that_is_a_plain_number_stands_at_its_value(content):
+    """Levels 2 (the control), 1 and 3: the control lies between them, not at 0."""
+    load = Factor("load", "Load", unit="kg", control="2", swept=True)
+    conditions = tuple(
+        dataclasses.replace(c, levels=(Level("load", str(at), float(at), "kg"),), control=at == 2)
+        for c, at in zip(content.conditions[:3], (2, 1, 3), strict=True)
+    )
+    changed = dataclasses.replace(content, factors=(load,), conditions=conditions)
+    axes = draw_figure(FIGURES["joules_by_damping"], changed, TWO_COLUMNS_IN).axes[0]
+    assert axes.get_xticks().tolist() == [1.0, 2.0, 3.0]
+    assert [label.get_text().replace("\u00a0", " ") for label in axes.get_xticklabels()] == ["1", "control (2 kg)", "3"]
+    assert "The control (2 kg) stands at 2." in FIGURES["joules_by_damping"].caption(changed).replace("\u00a0", " ")

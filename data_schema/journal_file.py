@@ -1,0 +1,194 @@
+"""The journal's file: append-only lines, of which only complete commands count.
+
+What a power cut left of a command at the end of the file does not count, and nothing that stands in the file is ever
+thrown away: before the next command is written, those bytes are kept beside the journal under another name. A last line
+that lacks only its newline is whole, as its hash tells.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from data_schema.disk import stamp, sync
+from data_schema.errors import BookDamaged
+from data_schema.journal import Entry, chained
+
+CUT_OFF = "cut-off"
+"""Part of the name under which is kept what was cut off."""
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """The end of a journal file that does not count: how many lines, the last perhaps half a one, and bytes."""
+
+    lines: int
+    n_bytes: int
+
+    @property
+    def sentence(self) -> str | None:
+        """Say in words what does not count and what becomes of it; None where all of the file does."""
+        if not self.n_bytes:
+            return None
+        several = self.lines > 1
+        return (
+            f"{self.lines} line{'s' if several else ''} at the end of journal.jsonl ({self.n_bytes} bytes) "
+            f"{'do' if several else 'does'} not count, being what is left of a command that was cut off; the next "
+            f"command that writes keeps {'them' if several else 'it'} as journal.jsonl.{CUT_OFF}.TIME."
+        )
+
+
+NOTHING = LeftOut(0, 0)
+
+
+class JournalFile:
+    """The mirror of the journal on disk, append-only; what a cut-off command left at its end does not count."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def entries(self) -> Iterator[Entry]:
+        """Read and verify every entry of every complete command."""
+        yield from chained(Entry.from_line(line) for line in self._read(None).lines)
+
+    def tail(self, after_seq: int) -> list[Entry]:
+        """Return the entries of complete commands after `after_seq`, reading from the end of the file."""
+        for part in self._from_the_end():
+            newest: list[Entry] = []
+            for line in reversed(part.lines):
+                entry = Entry.from_line(line)
+                if entry.seq <= after_seq:
+                    return newest[::-1]
+                newest.append(entry)
+            if part.start == 0 or (newest and newest[-1].seq == after_seq + 1):
+                return newest[::-1]
+        raise AssertionError("the last part is the whole file")
+
+    def last(self) -> Entry | None:
+        """Return the last entry of the last complete command."""
+        lines = self._last_part().lines
+        return Entry.from_line(lines[-1]) if lines else None
+
+    def left_out(self) -> LeftOut:
+        """Return how much at the end of the file does not count."""
+        rest = self._last_part().rest
+        return LeftOut(rest.count(b"\n") + (not rest.endswith(b"\n")) if rest else 0, len(rest))
+
+    def keep_cut_off(self) -> Path | None:
+        """Copy what does not count to a file beside the journal; returns its path, None where all counts."""
+        rest = self._last_part().rest
+        if not rest:
+            return None
+        kept = self.path.with_name(f"{self.path.name}.{CUT_OFF}.{stamp()}")
+        try:
+            kept.write_bytes(rest)
+            sync(kept)
+        except BaseException:
+            kept.unlink(missing_ok=True)
+            raise
+        sync(kept.parent)
+        return kept
+
+    def append(self, entries: list[Entry]) -> None:
+        """Write complete commands at the end and sync them to the disk; what a cut-off one left is set aside first."""
+        self.keep_cut_off()
+        part = self._last_part()
+        lines = (b"" if part.ended else b"\n") + "".join(entry.line + "\n" for entry in entries).encode()
+        with self.path.open("r+b", buffering=0) as handle:
+            handle.truncate(part.end)
+            handle.seek(part.end)
+            try:
+                written = 0
+                while written < len(lines):
+                    written += handle.write(lines[written:])
+                os.fsync(handle.fileno())
+            except BaseException:
+                handle.truncate(part.end)
+                raise
+
+    def _last_part(self) -> _Part:
+        """Read as much of the end of the file as holds a complete command."""
+        for part in self._from_the_end():
+            if part.lines or part.start == 0:
+                return part
+        raise AssertionError("the last part is the whole file")
+
+    def _from_the_end(self) -> Iterator[_Part]:
+        """Read ever more of the end of the file, at last all of it."""
+        for last_bytes in _FROM_THE_END:
+            part = self._read(last_bytes)
+            yield part
+            if part.start == 0:
+                return
+
+    def _read(self, last_bytes: int | None) -> _Part:
+        try:
+            with self.path.open("rb") as handle:
+                size = handle.seek(0, os.SEEK_END)
+                start = 0 if last_bytes is None else max(0, size - last_bytes)
+                handle.seek(start)
+                data = handle.read()
+        except FileNotFoundError as error:
+            raise BookDamaged(
+                f"{self.path} is missing: restore it from a backup, or write it anew from the database with "
+                "`labbook rebuild --journal`."
+            ) from error
+        if start:  # a part begins within a line
+            begin = data.find(b"\n") + 1 or len(data)
+            start, data = start + begin, data[begin:]
+        end_of_lines = data.rfind(b"\n") + 1
+        try:
+            lines = data[:end_of_lines].decode().split("\n")[:-1]
+        except UnicodeDecodeError as error:
+            raise BookDamaged(
+                f"{self.path} is not the text that was written (byte {error.start + start}): restore it from a "
+                "backup, or write it anew from the database with `labbook rebuild --journal`."
+            ) from error
+        unended = _whole(data[end_of_lines:])
+        if unended is not None:
+            lines.append(unended)
+        kept = lines[: len(lines) - _cut_off(lines)]
+        ended = unended is None or len(kept) < len(lines)
+        length = len(data) if not ended else sum(len(line.encode()) + 1 for line in kept)
+        return _Part(start, kept, start + length, ended, data[length:])
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """The complete lines of complete commands from byte `start` of a journal up to byte `end`.
+
+    `ended`: the last of them has its newline; `rest`: the bytes after `end`.
+    """
+
+    start: int
+    lines: list[str]
+    end: int
+    ended: bool
+    rest: bytes
+
+
+_FROM_THE_END: tuple[int | None, ...] = (1 << 16, 1 << 20, None)
+"""How many bytes of the end are read: almost always the first are enough."""
+
+
+def _whole(line: bytes) -> str | None:
+    """Return the text of a last line without newline where all of it is there and fits its hash."""
+    try:
+        text = line.decode()
+        Entry.from_line(text)
+    except (UnicodeDecodeError, BookDamaged):
+        return None
+    return text
+
+
+def _cut_off(lines: Sequence[str]) -> int:
+    """Return how many of the last lines belong to a command whose last line is not there."""
+    count, awaited = 0, None
+    for line in reversed(lines):
+        following = Entry.from_line(line).following
+        if following == 0 or awaited not in (None, following):
+            break
+        count, awaited = count + 1, following + 1
+    return count

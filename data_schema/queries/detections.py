@@ -1,0 +1,164 @@
+"""The jumps that algorithms found in signals, and what people decided about jumps."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.queries.chunks import in_chunks
+from data_schema.tables.people import person
+from data_schema.tables.runs import decision
+from data_schema.tables.signals import detection, jump, signal
+from data_schema.vocabulary import ReasonCode, TargetKind, Verdict
+
+
+@dataclass(frozen=True, slots=True)
+class JumpRow:
+    """One jump of a detection; times in s on the log's own clock, heights in m."""
+
+    uid: str
+    number: int
+    touchdown_s: float | None
+    liftoff_s: float | None
+    apex_s: float | None
+    apex_height_m: float | None
+    apex_height_se_m: float | None
+    undefined_reason: str | None
+    flight_time_s: float | None
+    samples_used: int
+    gap_touched: bool
+    flags: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DetectionRow:
+    """What one algorithm found in one signal."""
+
+    uid: str
+    key: str
+    algorithm: str
+    version: int
+    signal_uid: str
+    signal_sha256: str
+    jumps: tuple[JumpRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class DecisionRow:
+    """A person's verdict on the jump nearest to `anchor_s` of a signal; later ones replace earlier ones."""
+
+    uid: str
+    signal_sha256: str
+    anchor_s: float
+    verdict: Verdict
+    reason_code: ReasonCode
+    note: str | None
+    old_value: float | None
+    algorithm: str | None
+    version: int | None
+    person: str
+    at_utc: str
+
+
+@dataclass(frozen=True, slots=True)
+class NewDetection:
+    """What an algorithm found in a signal, by column: the detection's row and its jumps'."""
+
+    signal_uid: str
+    values: Mapping[str, Any]
+    jumps: Sequence[Mapping[str, Any]]
+
+
+def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> None:
+    """Store what was found, but for what is stored already; no jumps is a result too."""
+    for some in in_chunks(new):
+        stored = _private_keys(connection, detection.c.key, [item.values["key"] for item in some])
+        fresh = {item.values["key"]: item for item in some if item.values["key"] not in stored}
+        if not fresh:
+            continue
+        signals = _private_keys(connection, signal.c.uid, [item.signal_uid for item in fresh.values()])
+        rows = [
+            {"signal": signals[item.signal_uid], "n_jumps": len(item.jumps), **item.values} for item in fresh.values()
+        ]
+        connection.execute(detection.insert(), rows)
+        owners = _private_keys(connection, detection.c.key, list(fresh))
+        jumps = [{"detection": owners[key], **row} for key, item in fresh.items() for row in item.jumps]
+        if jumps:
+            connection.execute(jump.insert(), jumps)
+
+
+def _private_keys(connection: sa.Connection, name: sa.Column[str], names: Sequence[str]) -> dict[str, int]:
+    query = sa.select(name, name.table.c.id).where(name.in_(names))
+    return {row[0]: row[1] for row in connection.execute(query)}
+
+
+def detections_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[str, DetectionRow]:
+    """Return the stored detections among `keys`, with their jumps in order."""
+    found: dict[str, DetectionRow] = {}
+    for some in in_chunks(keys):
+        found |= _detections(connection, some)
+    return found
+
+
+def _detections(connection: sa.Connection, keys: Sequence[str]) -> dict[str, DetectionRow]:
+    heads = connection.execute(
+        sa.select(
+            detection.c.id,
+            detection.c.uid,
+            detection.c.key,
+            detection.c.algorithm,
+            detection.c.version,
+            signal.c.uid.label("signal_uid"),
+            signal.c.sha256,
+        )
+        .join(signal, detection.c.signal == signal.c.id)
+        .where(detection.c.key.in_(keys))
+    ).all()
+    jumps: dict[int, list[JumpRow]] = {row.id: [] for row in heads}
+    columns = [column for column in jump.c if column.name != "id"]
+    of_heads = sa.select(*columns).where(jump.c.detection.in_(jumps)).order_by(jump.c.detection, jump.c.number)
+    for uid, owner, *rest, gap_touched, flags in connection.execute(of_heads):
+        values: list[Any] = [uid, *rest, bool(gap_touched), tuple(json.loads(flags))]
+        jumps[owner].append(JumpRow(*values))
+    return {
+        row.key: DetectionRow(
+            row.uid, row.key, row.algorithm, row.version, row.signal_uid, row.sha256, tuple(jumps[row.id])
+        )
+        for row in heads
+    }
+
+
+def jump_decisions(
+    connection: sa.Connection, signals_sha256: Sequence[str] | None = None
+) -> dict[str, list[DecisionRow]]:
+    """Return the verdicts on jumps in the order they were made, by the SHA-256 of the signal: all, or of some."""
+    query = (
+        sa.select(
+            decision.c.uid,
+            decision.c.signal_sha256,
+            decision.c.anchor_s,
+            decision.c.verdict,
+            decision.c.reason_code,
+            decision.c.note,
+            decision.c.old_value,
+            decision.c.algorithm,
+            decision.c.version,
+            person.c.name,
+            decision.c.at_utc,
+        )
+        .join(person, decision.c.person == person.c.id)
+        .where(decision.c.target_kind == str(TargetKind.JUMP))
+        .order_by(decision.c.id)
+    )
+    if signals_sha256 is not None:
+        query = query.where(decision.c.signal_sha256.in_(signals_sha256))
+    found: dict[str, list[DecisionRow]] = {}
+    for uid, sha256, anchor_s, verdict, reason, *rest in connection.execute(query):
+        found.setdefault(sha256, []).append(
+            DecisionRow(uid, sha256, anchor_s, Verdict(verdict), ReasonCode(reason), *rest)
+        )
+    return found

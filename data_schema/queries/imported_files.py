@@ -1,0 +1,134 @@
+"""Imported files as people name them, and what belongs to each: runs, charges, signals, parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.tables.files import file, ingest, run_file
+from data_schema.tables.runs import charge, run
+from data_schema.tables.signals import signal
+from data_schema.vocabulary import IngestStatus
+
+
+def runs_of_file(connection: sa.Connection, sha256: str) -> tuple[str, ...]:
+    """Return the names of all runs that a file says something about, by assignment or by charge rows."""
+    assigned = sa.select(run.c.name).join(run_file, run_file.c.run == run.c.id).join(file, run_file.c.file == file.c.id)
+    charged = sa.select(run.c.name).join(charge, charge.c.run == run.c.id).join(file, charge.c.file == file.c.id)
+    both = sa.union(assigned.where(file.c.sha256 == sha256), charged.where(file.c.sha256 == sha256))
+    return tuple(sorted(connection.execute(both).scalars()))
+
+
+@dataclass(frozen=True, slots=True)
+class FileRow:
+    """An imported file as people name it."""
+
+    uid: str
+    name: str
+    role: str
+    at_utc: str
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A part of a file that belongs to a run."""
+
+    uid: str
+    run_uid: str
+    run_name: str
+
+
+@dataclass(frozen=True, slots=True)
+class ChargeRef:
+    """A charge of a file and the run it belongs to."""
+
+    uid: str
+    run_uid: str | None
+    run_name: str | None
+    row_number: int
+
+
+def _imported() -> sa.Select[Any]:
+    return (
+        sa.select(file.c.uid, ingest.c.original_name, ingest.c.role, ingest.c.at_utc)
+        .join(file, ingest.c.file == file.c.id)
+        .where(ingest.c.status == str(IngestStatus.IMPORTED))
+        .order_by(ingest.c.id)
+    )
+
+
+def find_files(connection: sa.Connection, name: str) -> list[FileRow]:
+    """Return the imported files of this name, uid or SHA-256."""
+    matches = sa.or_(ingest.c.original_name == name, file.c.uid == name, file.c.sha256 == name)
+    return [FileRow(*row) for row in connection.execute(_imported().where(matches))]
+
+
+def imported_names(connection: sa.Connection) -> list[str]:
+    """Return the names of all imported files."""
+    return [row.original_name for row in connection.execute(_imported())]
+
+
+def links_of_file(connection: sa.Connection, file_uid: str) -> list[Link]:
+    """Return which runs the parts of a file belong to."""
+    query = (
+        sa.select(run_file.c.uid, run.c.uid, run.c.name)
+        .join(run, run_file.c.run == run.c.id)
+        .join(file, run_file.c.file == file.c.id)
+        .where(file.c.uid == file_uid)
+        .order_by(run_file.c.id)
+    )
+    return [Link(*row) for row in connection.execute(query)]
+
+
+def charges_of_file(connection: sa.Connection, file_uid: str) -> list[ChargeRef]:
+    """Return the charges that a file holds, by row."""
+    query = (
+        sa.select(charge.c.uid, run.c.uid, run.c.name, charge.c.row_number)
+        .join(file, charge.c.file == file.c.id)
+        .outerjoin(run, charge.c.run == run.c.id)
+        .where(file.c.uid == file_uid)
+        .order_by(charge.c.row_number)
+    )
+    return [ChargeRef(*row) for row in connection.execute(query)]
+
+
+def signals_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
+    """Return the SHA-256 of the samples that a file holds, by part."""
+    query = (
+        sa.select(signal.c.sha256)
+        .join(file, signal.c.file == file.c.id)
+        .where(file.c.uid == file_uid)
+        .order_by(signal.c.part)
+    )
+    return list(connection.execute(query).scalars())
+
+
+def unlink_file(connection: sa.Connection, file_uid: str) -> None:
+    """Let a file belong to no run; which one it belonged to stands in the journal."""
+    of_file = sa.select(file.c.id).where(file.c.uid == file_uid).scalar_subquery()
+    connection.execute(run_file.delete().where(run_file.c.file == of_file))
+
+
+def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
+    """Return the parts of a file that were sampled apart; a file without signals has one part, ''."""
+    query = (
+        sa.select(signal.c.part)
+        .join(file, signal.c.file == file.c.id)
+        .where(file.c.uid == file_uid)
+        .distinct()
+        .order_by(signal.c.part)
+    )
+    return list(connection.execute(query).scalars()) or [""]
+
+
+def unassigned_charges_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
+    """Return the uids of a file's charges that belong to no run yet."""
+    query = (
+        sa.select(charge.c.uid)
+        .join(file, charge.c.file == file.c.id)
+        .where(file.c.uid == file_uid, charge.c.run.is_(None))
+        .order_by(charge.c.row_number)
+    )
+    return list(connection.execute(query).scalars())

@@ -1,0 +1,194 @@
+"""What things are called: factors, levels, groups of conditions, the treatment and its control, gain formulas."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from reports.content import Comparison, Condition, Factor, Level, ReportContent
+from reports.display import EQUALS, MINUS, NO_BREAK, general_text, with_unit
+from reports.wording import count_text, list_text
+
+_MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
+
+
+_ACTIVE_DAMPING = re.compile(r"\bactive|(^|_)ad(_|$)", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class SweptWords:
+    """What the treated runs, the control and the swept factor's levels are called in sentences and on axes.
+
+    `control` stands in formulas, `control_level` beside the treated levels, `control_long` in legends.
+    """
+
+    treatment: str
+    treatment_short: str
+    control: str
+    control_level: str
+    control_long: str
+    coefficient: str
+    of_active_damping: bool = False
+
+
+def swept_words(factor: Factor | None) -> SweptWords:
+    """Return the words for a swept factor: those of active damping only where the factor is one, else neutral ones."""
+    if factor is not None and (_ACTIVE_DAMPING.search(factor.title) or _ACTIVE_DAMPING.search(factor.name)):
+        long = "compression-extension (CE)"
+        return SweptWords("active damping", "AD", "CE", "CE", long, "active-damping coefficient", True)
+    coefficient = "condition" if factor is None else title_of(factor).lower()
+    control = f"control ({_control_label(factor)})" if factor is not None and factor.control is not None else "control"
+    return SweptWords("the treatment", "treatment", "control", control, control, coefficient)
+
+
+def _control_label(factor: Factor) -> str:
+    label = factor.control or ""
+    return f"gain{NO_BREAK}{label}" if factor.slope is not None else with_unit(label, factor.unit)
+
+
+def title_of(factor: Factor) -> str:
+    """Return what a factor's physical values are called: its title, or by its unit where the title is only its name."""
+    if factor.slope is not None and factor.title == factor.name.replace("_", " "):
+        return _MEANINGS.get(factor.unit, factor.title)
+    return factor.title
+
+
+def formula_text(factor: Factor) -> str:
+    """Write how gains become physical values: "k = 2.56 g + 67.36 N/m"; "" where the levels are no gains."""
+    if factor.slope is None or factor.offset is None:
+        return ""
+    sign = "+" if factor.offset >= 0 else MINUS
+    slope, offset = general_text(factor.slope, 6), general_text(abs(factor.offset), 6)
+    text = f"{factor.symbol} = {slope} g {sign} {offset}".replace(" ", NO_BREAK)
+    called = swept_words(factor)
+    control = called.control if called.of_active_damping else f"the {called.control}"
+    zero = f"; gain {factor.control} is {control} and stands for 0" if factor.control is not None else ""
+    return with_unit(text, factor.unit) + zero
+
+
+def physical_text(level: Level) -> str:
+    """Write a level's physical value, "835.4 N/m", or its label where it has none."""
+    return level.label if level.value is None else with_unit(general_text(level.value), level.unit)
+
+
+def is_number(level: Level) -> bool:
+    """Whether a level is a number without a gain formula: its label says no more than its value."""
+    if level.gain is not None or level.value is None:
+        return False
+    try:
+        return float(level.label) == level.value
+    except ValueError:
+        return False
+
+
+def level_name(factor: Factor, level: Level, *, gain: bool = False) -> str:
+    """Name a level: "small foot", "drop height = 45 cm", "k = 1091 N/m"; with `gain`, "k = 1091 N/m (gain 400)"."""
+    if level.gain is None:
+        name = factor.title.lower()
+        return f"{name}{EQUALS}{physical_text(level)}" if is_number(level) else f"{level.label} {name}"
+    beside = f" (gain{NO_BREAK}{general_text(level.gain)})" if gain else ""
+    return f"{factor.symbol or factor.title}{EQUALS}{physical_text(level)}{beside}"
+
+
+def group_name(content: ReportContent, condition: Condition, *, gain: bool = False, axis: Factor | None = None) -> str:
+    """Name what a condition shares with its control: every level but that of the swept factor, and of `axis`."""
+    others = (factor for factor in content.factors if not factor.swept and factor != axis)
+    pairs = ((factor, condition.level(factor.name)) for factor in others)
+    return ", ".join(level_name(factor, level, gain=gain) for factor, level in pairs if level is not None)
+
+
+def levels_name(content: ReportContent, group: Mapping[str, str]) -> str:
+    """Name a group given as factor -> label; a label that no condition has is shown as it is."""
+    return ", ".join(level_names(content, group))
+
+
+def level_names(content: ReportContent, group: Mapping[str, str]) -> list[str]:
+    """Return the names of a group's levels, one a factor."""
+    known = _known_levels(content)
+    factors = {factor.name: factor for factor in content.factors}
+    names = []
+    for name, label in group.items():
+        level = known.get((name, label))
+        names.append(f"{name} {label}" if level is None else level_name(factors[name], level))
+    return names
+
+
+def _known_levels(content: ReportContent) -> dict[tuple[str, str], Level]:
+    return {(level.factor, level.label): level for condition in content.conditions for level in condition.levels}
+
+
+def level_of(content: ReportContent, comparison: Comparison) -> str:
+    """Name the level that a comparison sets against its control: "d = 185.7 kg/s (gain 50)" or "pooled".
+
+    Between two levels of a further factor the level carries the other, and its side: "k = 1091 N/m less k = 835.4 N/m,
+    treated".
+    """
+    swept = swept_factor(content)
+    if swept is not None:
+        for condition in content.conditions:
+            level = condition.level(swept.name)
+            if level is not None and level.label == comparison.level and not condition.control:
+                return level_name(swept, level, gain=True)
+    label, _, side = comparison.level.rpartition(", ")
+    known = _known_levels(content)
+    for factor in content.factors:
+        further = None if factor.swept or factor.name in comparison.group else known.get((factor.name, label))
+        if further is not None:
+            other = _only_other(content, further, comparison.group)
+            less = "" if other is None else f" less {level_name(factor, other)}"
+            return f"{level_name(factor, further)}{less}, {side}"
+    return comparison.level
+
+
+def _only_other(content: ReportContent, level: Level, group: Mapping[str, str]) -> Level | None:
+    """Return the level that a group has beside one, None where it has several: then the label alone says which."""
+    others: dict[str, Level] = {}
+    for condition in content.conditions:
+        known = {found.factor: found for found in condition.levels}
+        inside = all(name in known and known[name].label == label for name, label in group.items())
+        if inside and level.factor in known and known[level.factor].label != level.label:
+            others[known[level.factor].label] = known[level.factor]
+    return next(iter(others.values())) if len(others) == 1 else None
+
+
+def swept_factor(content: ReportContent) -> Factor | None:
+    """Return the factor on the x axis, None where the study has none."""
+    return next((factor for factor in content.factors if factor.swept), None)
+
+
+_FEW_LEVELS = 3
+"""Up to so many treated levels a sentence names; of more it says how many there are."""
+
+
+def treatment_name(content: ReportContent, group: Mapping[str, str]) -> str:
+    """Name the treatment of a group with its levels: "the treatment (gravel surface)", "active damping"."""
+    swept = swept_factor(content)
+    called = swept_words(swept)
+    levels: dict[str, Level] = {}
+    for condition in content.conditions:
+        level = None if swept is None else condition.level(swept.name)
+        labels = {found.factor: found.label for found in condition.levels}
+        if level is not None and not condition.control and group.items() <= labels.items():
+            levels[level.label] = level
+    if swept is None or called.of_active_damping or not levels:
+        return called.treatment
+    return f"{called.treatment} ({_levels_in_brackets(swept, list(levels.values()))})"
+
+
+def _levels_in_brackets(factor: Factor, levels: list[Level]) -> str:
+    if len(levels) == 1:
+        return level_name(factor, levels[0])
+    if len(levels) > _FEW_LEVELS:
+        return f"{count_text(len(levels), 'level')} of the {title_of(factor).lower()}"
+    if levels[0].gain is None and not is_number(levels[0]):
+        return f"{list_text([level.label for level in levels])} {factor.title.lower()}"
+    values = list_text([general_text(level.value or 0.0) for level in levels])
+    name = factor.symbol or factor.title.lower()
+    return f"{name}{EQUALS}{with_unit(values, levels[0].unit)}"
+
+
+def control_name(content: ReportContent) -> str:
+    """Name the control with its level: "the control (sand)"; "the control" under active damping."""
+    called = swept_words(swept_factor(content))
+    return "the control" if called.of_active_damping else f"the {called.control_level}"

@@ -1,0 +1,137 @@
+"""What a report says of a study that is not the demonstration's: its own factors, two robots, no control level."""
+
+from __future__ import annotations
+
+import csv
+import re
+from pathlib import Path
+
+import pytest
+
+from reports.figures.kind import draw_figure
+from reports.figures.registry import FIGURES
+from reports.figures.style import TWO_COLUMNS_IN
+from reports.tables.registry import TABLES
+from tests.labbook.presenting.conftest import Told
+
+
+def said(page: Path) -> str:
+    """The page's text, drawings and their descriptions left out."""
+    html = re.sub(r"<style.*?</style>|<svg.*?</svg>", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    text = re.sub(r"<[^>]+>", " ", html).replace("\u00a0", " ").replace("&#39;", "'")
+    return re.sub(r"\s+", " ", text)
+
+
+@pytest.fixture(scope="module")
+def page(surfaces: Told) -> str:
+    return said(surfaces.page)
+
+
+@pytest.fixture(scope="module")
+def page_without_control(without_control: Told) -> str:
+    return said(without_control.page)
+
+
+def test_a_claim_names_the_treatment_the_control_and_the_group_with_its_unit(surfaces: Told) -> None:
+    saving, *others = [claim.text.replace("\u00a0", " ") for claim in surfaces.made.content.claims]
+    assert saving.startswith("The treatment (gravel surface) saved ")
+    assert " of the energy of a jump against the control (sand) with drop height = 30 cm (95 % CI " in saving
+    between = "No difference in energy was shown between the treatment (gravel surface) and the control (sand) with "
+    assert any(text.startswith(f"{between}drop height = 45 cm: ") for text in others)
+    assert any(
+        "under the treatment (gravel surface) than under the control (sand) with drop" in text for text in others
+    )
+
+
+def test_nothing_is_said_of_active_damping_where_none_was_used(page: str, page_without_control: str) -> None:
+    for text in (page, page_without_control):
+        assert not re.search(r"\b(CE|AD|[Aa]ctive damping)\b", text)
+        assert "stands at 0" not in text
+    assert "Savings are the ratio of means (control - treatment) / control" in page
+    assert "Energy of a jump with the treatment (gravel surface) against the control (sand)." in page
+
+
+def test_numbers_are_written_once_and_with_their_unit(page: str) -> None:
+    assert "Drop height: 30 cm and 45 cm." in page
+    assert "30 30" not in page
+
+
+def test_the_control_stands_first_on_an_axis_of_labels(surfaces: Told) -> None:
+    content = surfaces.made.content
+    axes = draw_figure(FIGURES["joules_by_damping"], content, TWO_COLUMNS_IN).axes[0]
+    assert [label.get_text() for label in axes.get_xticklabels()] == ["control (sand)", "gravel"]
+    assert "The control (sand) stands first." in FIGURES["joules_by_damping"].caption(content)
+    assert "control (sand) " in FIGURES["joules_by_damping"].alternative(content)
+
+
+@pytest.mark.parametrize("name", ["joules_by_condition", "apex_by_condition", "run_values"])
+def test_control_and_treatment_of_a_group_stand_under_one_heading(surfaces: Told, name: str) -> None:
+    blocks = TABLES[name].make(surfaces.made.content).blocks
+    assert [block.replace("\u00a0", " ") for block, _ in blocks] == ["drop height = 30 cm", "drop height = 45 cm"]
+    for _, rows in blocks:
+        assert {row.cells[0].text for row in rows} == {"control (sand)", "gravel"}
+
+
+def test_robots_are_counted_in_words_and_in_the_tables_of_conditions(surfaces: Told, page: str) -> None:
+    assert "The analysed runs are of 2 robots: 6 runs of flea and 6 runs of cricket." in page
+    table = surfaces.page.parent / "tables" / "joules_by_condition.csv"
+    robots = [row["robots"] for row in csv.DictReader(table.read_text(encoding="utf-8").splitlines())]
+    assert robots == ["flea 2, cricket 2", "flea 2, cricket 2", "flea 2", "cricket 2"]
+    assert "flea 2, cricket 2" in page
+
+
+def test_a_control_of_another_robot_is_a_limitation(surfaces: Told) -> None:
+    notes = [note.replace("\u00a0", " ") for note in surfaces.made.content.limitations if "may be" in note]
+    assert notes == [
+        "With drop height = 45 cm the control runs are of flea (2) and the treated runs of cricket (2): the "
+        "differences may be the robots'."
+    ]
+
+
+def test_the_drain_fits_error_is_shared_by_a_robots_runs(surfaces: Told, without_control: Told) -> None:
+    table = TABLES["uncertainty_budget"].make(surfaces.made.content)
+    shared = {row.cells[0].text: row.cells[3].text for row in table.rows}
+    assert shared["drain fit"] == "a robot's runs"
+    assert shared["reference voltage"] == "all runs"
+    assert shared["scatter between runs"] == "no runs"
+    one = {
+        row.cells[0].text: row.cells[3].text
+        for row in TABLES["uncertainty_budget"].make(without_control.made.content).rows
+    }
+    assert (one["drain fit"], one["scatter between runs"]) == ("yes", "no")
+
+
+def test_the_caption_says_what_the_interval_holds_beside_the_scatter(surfaces: Told) -> None:
+    content = surfaces.made.content
+    assert "the interval also holds the error of the drain fit" in TABLES["joules_by_condition"].make(content).caption
+    assert "drain fit" not in TABLES["apex_by_condition"].make(content).caption
+
+
+def test_without_a_control_level_the_page_says_why_it_claims_nothing(page_without_control: str) -> None:
+    assert "Nothing is claimed from this selection: no factor names a control level" in page_without_control
+    assert "`control = ...`" in page_without_control
+    assert "Nothing is compared: no factor names a control level." in page_without_control
+    for words in ("F-test", "Fieller", "Savings are", "through the control", "robots:", "all conditions"):
+        assert words not in page_without_control
+
+
+def test_without_a_control_level_all_conditions_share_one_panel(without_control: Told) -> None:
+    for name in ("joules_by_damping", "apex_heights"):
+        (axes,) = draw_figure(FIGURES[name], without_control.made.content, TWO_COLUMNS_IN).axes
+        assert [label.get_text() for label in axes.get_xticklabels()] == ["30", "45"]
+        assert axes.get_xlabel() == "Drop height (cm)"
+        assert "against the drop height" in FIGURES[name].caption(without_control.made.content)
+        words = FIGURES[name].alternative(without_control.made.content)
+        assert "sand surface: " in words
+        assert "treatment" not in words
+
+
+def test_without_a_control_level_every_factor_has_a_column(without_control: Told) -> None:
+    table = TABLES["joules_by_condition"].make(without_control.made.content)
+    assert [column.head for column in table.heads][:2] == ["Surface", "Drop height (cm)"]
+    assert [cell.text for row in table.rows for cell in table.cells(row)[:2]] == [
+        "sand", "30", "sand", "45", "gravel", "30", "gravel", "45",
+    ]  # fmt: skip
+    assert [block for block, _ in table.blocks] == [""]
+    days = TABLES["days"].make(without_control.made.content)
+    assert days.rows[0].cells[2].text.replace("\u00a0", " ").startswith("sand surface, drop height = 30 cm; ")

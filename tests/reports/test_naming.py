@@ -1,0 +1,93 @@
+import dataclasses
+
+import pytest
+
+from reports.content import Factor, Level
+from reports.naming import (
+    control_name,
+    formula_text,
+    group_name,
+    level_name,
+    level_of,
+    levels_name,
+    title_of,
+    treatment_name,
+)
+
+
+def plain(text):
+    return text.replace("\u00a0", " ")
+
+
+@pytest.fixture
+def headline(content):
+    return next(c for c in content.comparisons if c.headline and c.group == {"foot": "small", "k_gain": "400"})
+
+
+def test_formulas_between_gains_and_physical_values(content):
+    formulas = [plain(formula_text(factor)) for factor in content.factors]
+    assert formulas == ["", "k = 2.56 g + 67.36 N/m", "d = 3.32 g + 19.67 kg/s; gain 0 is CE and stands for 0"]
+
+
+def test_names_of_groups(content):
+    assert plain(group_name(content, content.conditions[6])) == "small foot, k = 1091 N/m"
+    assert plain(group_name(content, content.conditions[6], gain=True)) == "small foot, k = 1091 N/m (gain 400)"
+    assert plain(levels_name(content, {"k_gain": "300"})) == "k = 835.4 N/m"
+    assert levels_name(content, {"surface": "sand"}) == "surface sand"
+
+
+def test_a_factor_without_a_title_is_called_by_its_unit():
+    gain = Factor("b_ad_gain", "b ad gain", symbol="d", unit="kg/s", slope=3.32, offset=19.67)
+    assert title_of(gain) == "Damping coefficient"
+    assert title_of(dataclasses.replace(gain, unit="1")) == "b ad gain"
+    assert title_of(dataclasses.replace(gain, title="Active damping")) == "Active damping"
+
+
+def test_a_level_carries_its_gain(content):
+    level = {c.level: plain(level_of(content, c)) for c in content.comparisons}
+    assert level["50"] == "d = 185.7 kg/s (gain 50)"
+    assert level["pooled"] == "pooled"
+
+
+def test_a_level_of_a_further_factor_carries_its_physical_value(content, headline):
+    between = dataclasses.replace(headline, group={"foot": "small"}, level="400, treated")
+    assert plain(level_of(content, between)) == "k = 1091 N/m less k = 835.4 N/m, treated"
+    reverse = dataclasses.replace(between, level="300, control")
+    assert plain(level_of(content, reverse)) == "k = 835.4 N/m less k = 1091 N/m, control"
+    one_level = tuple(c for c in content.conditions if c.levels[1].label == "400")
+    assert plain(level_of(dataclasses.replace(content, conditions=one_level), between)) == "k = 1091 N/m, treated"
+
+
+LOAD = Factor("load", "Load", unit="kg", control="0", swept=True)
+
+
+def loaded(content, *labels, factor=LOAD):
+    """The first group's conditions with a load in place of the active-damping gain."""
+    made = [
+        dataclasses.replace(c, levels=(*c.levels[:2], Level("load", label, float(label), "kg")), control=label == "0")
+        for c, label in zip(content.conditions, labels, strict=False)
+    ]
+    return dataclasses.replace(content, factors=(*content.factors[:2], factor), conditions=tuple(made))
+
+
+def test_a_plain_number_is_named_with_its_factor_and_unit():
+    assert plain(level_name(LOAD, Level("load", "2", 2.0, "kg"))) == "load = 2 kg"
+    assert plain(level_name(Factor("foot", "Foot"), Level("foot", "small", 0.038, "m"))) == "small foot"
+
+
+def test_the_treatment_is_named_by_its_levels(content):
+    group = {"foot": "small", "k_gain": "300"}
+    assert plain(treatment_name(loaded(content, "0", "2"), group)) == "the treatment (load = 2 kg)"
+    assert plain(treatment_name(loaded(content, "0", "2", "3"), group)) == "the treatment (load = 2 and 3 kg)"
+    many = loaded(content, "0", "1", "2", "3", "4")
+    assert plain(treatment_name(many, group)) == "the treatment (4 levels of the load)"
+    assert treatment_name(many, {"foot": "large"}) == "the treatment"
+    assert plain(control_name(many)) == "the control (0 kg)"
+    gain = dataclasses.replace(LOAD, slope=2.0, offset=0.0)
+    assert plain(control_name(loaded(content, "0", "2", factor=gain))) == "the control (gain 0)"
+    assert (treatment_name(content, group), control_name(content)) == ("active damping", "the control")
+
+
+def test_the_gain_of_a_control_that_is_no_compression_extension():
+    gain = dataclasses.replace(LOAD, symbol="m", slope=2.0, offset=0.0)
+    assert plain(formula_text(gain)) == "m = 2 g + 0 kg; gain 0 is the control and stands for 0"
