@@ -9,9 +9,10 @@ from data_schema.errors import UsageError
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Provenance
 from reports.figures.registry import FIGURES
-from reports.page import render_page, write_report
+from reports.page import write_report
 from reports.svg_inline import inline_svg
 from reports.tables.registry import TABLES
+from tests.helpers.pages import quick_page
 
 VOID = {"meta", "br", "hr", "img", "link", "input"}
 
@@ -52,13 +53,6 @@ class Checker(HTMLParser):
 
 def text_of(html):
     return re.sub(r"\s+", " ", "".join(Checker(html).text).replace("\u00a0", " "))
-
-
-def quick_page(content):
-    """Render with one small drawing in every figure's place: the words are what is looked at."""
-    drawing = b'<svg viewBox="0 0 72 72"><g id="a"/></svg>'
-    tables = {kind.name: kind.make(content) for kind in TABLES.values()}
-    return render_page(content, dict.fromkeys(FIGURES, drawing), tables)
 
 
 @pytest.fixture(scope="module")

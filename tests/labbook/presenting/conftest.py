@@ -21,8 +21,8 @@ from labbook.demo.records import DemoRun
 from labbook.demo.writers.charger_sheet import SheetRow, charger_sheet
 from labbook.demo.writers.run_sheet import RunRow, run_sheet
 from labbook.presenting.making import MadeReport
-from reports.page import write_report
 from tests.helpers.books import ADA, DAYS, TRUTH, import_sheet, ingest_all, small_runs, write_instruments
+from tests.helpers.pages import quick_page
 
 FLEA, CRICKET = "flea", "cricket"
 _HEAD = """\
@@ -71,10 +71,10 @@ leg_max_m = 0.3
 
 @dataclass(frozen=True)
 class Told:
-    """A study's report: its content and what the page says, without its drawings."""
+    """A study's report: its content, and its page without drawings."""
 
     made: MadeReport
-    page: Path
+    page: str
 
 
 def _robot(run: DemoRun) -> str:
@@ -142,7 +142,7 @@ def report_of(folder: Path, *, control: bool, robots: bool) -> Told:
         import_sheet(book, instruments / "runs.csv")
         ingest_all(book, instruments)
         report = state_report(book, None, ADA, lambda _step: None)
-    return Told(report, write_report(report.content, folder / "report").page)
+    return Told(report, quick_page(report.content))
 
 
 @pytest.fixture(scope="session")

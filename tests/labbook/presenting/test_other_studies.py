@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import csv
 import re
-from pathlib import Path
 
 import pytest
 
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import TWO_COLUMNS_IN
+from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.labbook.presenting.conftest import Told
 
 
-def said(page: Path) -> str:
+def said(page: str) -> str:
     """The page's text, drawings and their descriptions left out."""
-    html = re.sub(r"<style.*?</style>|<svg.*?</svg>", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    html = re.sub(r"<style.*?</style>|<svg.*?</svg>", "", page, flags=re.DOTALL)
     text = re.sub(r"<[^>]+>", " ", html).replace("\u00a0", " ").replace("&#39;", "'")
     return re.sub(r"\s+", " ", text)
 
@@ -74,8 +74,8 @@ def test_control_and_treatment_of_a_group_stand_under_one_heading(surfaces: Told
 
 def test_robots_are_counted_in_words_and_in_the_tables_of_conditions(surfaces: Told, page: str) -> None:
     assert "The analysed runs are of 2 robots: 6 runs of flea and 6 runs of cricket." in page
-    table = surfaces.page.parent / "tables" / "joules_by_condition.csv"
-    robots = [row["robots"] for row in csv.DictReader(table.read_text(encoding="utf-8").splitlines())]
+    table = csv_bytes(TABLES["joules_by_condition"].make(surfaces.made.content)).decode()
+    robots = [row["robots"] for row in csv.DictReader(table.splitlines())]
     assert robots == ["flea 2, cricket 2", "flea 2, cricket 2", "flea 2", "cricket 2"]
     assert "flea 2, cricket 2" in page
 
