@@ -11,7 +11,7 @@ from pathlib import Path
 from benchmarks.inputs import new_book, small_logs
 from benchmarks.section import Benchmark, Section, Table
 from benchmarks.timing import Work, in_turns
-from ingest.store import sync_folder
+from data_schema.disk import sync
 from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.book.opening import opened
 
@@ -70,7 +70,7 @@ def _copy(paths: list[Path], folder: Path) -> Work:
                 handle.write(path.read_bytes())
                 handle.flush()
                 os.fsync(handle.fileno())
-            sync_folder(target)
+            sync(target)
 
     return Work(run, target.mkdir, lambda _: shutil.rmtree(target))
 
