@@ -28,8 +28,9 @@ from ingest.model import Finding, ReadFile, SignalPart
 from ingest.read import UNKNOWN, read_file
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.opening import CONFIGURATION, DATABASE, JOURNAL, Book
+from labbook.statements.findings import finding_values
 from labbook.statements.importing import PreparedImport, declarations, read_and_store, sha256_of
-from labbook.statements.ingesting import as_read, finding_values
+from labbook.statements.ingesting import as_read
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,18 +8,19 @@ from typing import Any
 from data_schema.errors import BookDamaged
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
-from data_schema.queries.charges import ChargeOfRun, charges_of_run, charges_waiting_for
 from data_schema.queries.detections import NewDetection, add_detections
-from data_schema.queries.facts import find_uid, insert_fact, read_fact
+from data_schema.queries.facts import read_fact
 from data_schema.queries.people import config_in_force
 from data_schema.queries.results import mark_stale
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
-from ingest.model import ChargeRow, Finding, ReadFile, SignalPart
+from ingest.model import Finding, ReadFile, SignalPart
 from labbook.analysis.detecting import detection_rows
 from labbook.config.parsing import Configuration, parse_configuration
-from labbook.statements.assigning import assign_charge, assign_file
+from labbook.statements.assigning import assign_file
+from labbook.statements.findings import finding_values
 from labbook.statements.importing import PreparedImport, StoredPart, read_and_store
-from labbook.statements.scene import Scene, around_run, derived_uid
+from labbook.statements.scene import Scene, around_run, derived_uid, run_named
+from labbook.statements.sheet_charges import add_charges
 
 
 def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
@@ -35,8 +36,8 @@ def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
     imports.add_findings(scene.connection, ingest_key, [finding_values(finding) for finding in read.findings])
     for part, stored in zip(read.parts, done.parts, strict=True):
         _add_signal(scene, file_key, done.sha256, read, part, stored)
-    touched = _add_charges(scene, ingest_key, file_uid, read)
-    run_uid = new.get("run") or _run_named(scene, new.get("stated_run"))
+    touched = add_charges(scene, ingest_key, file_uid, read)
+    run_uid = new.get("run") or run_named(scene, new.get("stated_run"))
     if run_uid:
         assign_file(scene, file_uid, run_uid, read.role or FileRole.LOG)
         touched.append(run_uid)
@@ -62,20 +63,6 @@ def as_read(done: PreparedImport) -> dict[str, Any]:
         "reader_version": read.reader_version,
         "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
         "signals": [part.sha256 for part in done.parts],
-    }
-
-
-def finding_values(finding: Finding) -> dict[str, Any]:
-    """Return the columns of a finding's row."""
-    return {
-        "severity": str(finding.severity),
-        "rule": finding.rule,
-        "line": finding.line,
-        "column_name": finding.column,
-        "value": finding.value,
-        "n": finding.count,
-        "more_lines_json": canonical(list(finding.more_lines)),
-        "message": finding.message,
     }
 
 
@@ -180,63 +167,6 @@ def _add_signal(
         add_detections(scene.connection, [NewDetection(uid, values, jumps)])
 
 
-def _add_charges(scene: Scene, ingest_key: int, file_uid: str, read: ReadFile) -> list[str]:
-    """Add a file's charges; returns the runs that got one.
-
-    A hand-kept sheet grows and comes again: a row that a run's charge says already, or one that waits for the run, is
-    not a second charge, and one that contradicts the run's waits in the inbox; both leave a finding.
-    """
-    touched = []
-    for row in read.charges:
-        run_uid = _run_named(scene, row.stated_run)
-        standing = charges_of_run(scene.connection, run_uid) if run_uid else []
-        waiting = charges_waiting_for(scene.connection, row.stated_run) if row.stated_run else []
-        if any(_same_charge(row, charge) for charge in (*standing, *waiting)):
-            message = f"The charge of run {row.stated_run} is in the book already; this row adds nothing."
-            imports.add_findings(scene.connection, ingest_key, [_charge_finding("charge_known", row, message)])
-            continue
-        uid = derived_uid("charge", file_uid, row.row_number)
-        insert_fact(scene.connection, "charge", uid, _charge_values(scene, file_uid, row))
-        if standing:
-            message = (
-                f"Run {row.stated_run} has a charge of {standing[0].charge_mah:g} mAh (charge:{standing[0].uid}); this "
-                f"row waits in the inbox: correct that charge if it is wrong."
-            )
-            imports.add_findings(scene.connection, ingest_key, [_charge_finding("charge_contradicts", row, message)])
-        elif run_uid:
-            assign_charge(scene, uid, run_uid)
-            touched.append(run_uid)
-    return touched
-
-
-def _same_charge(row: ChargeRow, standing: ChargeOfRun) -> bool:
-    voltages = {row.end_voltage_v, standing.end_voltage_v} - {None}
-    return row.charge_mah == standing.charge_mah and str(row.mode) == standing.mode and len(voltages) < 2
-
-
-def _charge_finding(rule: str, row: ChargeRow, message: str) -> dict[str, Any]:
-    value = f"{row.charge_mah:g} mAh"
-    return finding_values(Finding(Severity.NOTE, rule, message, None, None, value, 1, ()))
-
-
-def _charge_values(scene: Scene, file_uid: str, row: ChargeRow) -> dict[str, Any]:
-    return {
-        "file": file_uid,
-        "row_number": row.row_number,
-        "run": None,
-        "stated_run": row.stated_run,
-        "battery": find_uid(scene.connection, "battery", name=row.stated_pack) if row.stated_pack else None,
-        "stated_pack": row.stated_pack,
-        "charge_mah": row.charge_mah,
-        "resolution_mah": row.resolution_mah,
-        "duration_s": row.duration_s,
-        "end_voltage_v": row.end_voltage_v,
-        "mode": str(row.mode),
-        "ended_utc": row.ended_utc,
-        "ended_original": row.ended_original,
-    }
-
-
 def _jumps_mismatch(scene: Scene, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:
     """Jumps made are what a person counted; a log that shows another number is worth a look.
 
@@ -249,7 +179,3 @@ def _jumps_mismatch(scene: Scene, run_uid: str, done: PreparedImport) -> list[di
         return []
     message = f"{sum(found)} jumps were found and run {run['name']} says {run['jumps_made']} were made."
     return [finding_values(Finding(Severity.NOTE, "jumps_found_not_made", message, None, None, str(sum(found)), 1, ()))]
-
-
-def _run_named(scene: Scene, name: str | None) -> str | None:
-    return find_uid(scene.connection, "run", name=name) if name else None

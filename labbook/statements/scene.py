@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import sqlalchemy as sa
 
 from data_schema.journal import Entry
-from data_schema.queries.facts import read_fact
+from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.people import person_uid
 from data_schema.vocabulary import RunKind
 from ingest.store import Store
@@ -49,6 +49,11 @@ def spoken(scene: Scene, entry: Entry, values: Mapping[str, Any]) -> dict[str, A
 
 Apply: TypeAlias = Callable[[Scene, Entry, object], list[tuple[str, str]]]
 """Lets an entry take effect; returns (kind, scope) of the results that became stale."""
+
+
+def run_named(scene: Scene, name: str | None) -> str | None:
+    """Return the uid of the run of this name, if there is one."""
+    return find_uid(scene.connection, "run", name=name) if name else None
 
 
 def derived_uid(*parts: object) -> str:
