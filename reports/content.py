@@ -206,6 +206,7 @@ class ReportContent:
     claims: tuple[Claim, ...]
     comparisons: tuple[Comparison, ...] = ()
     anovas: tuple[Anova, ...] = ()
+    jump_comparisons: tuple[Comparison, ...] = ()
     drains: tuple[DrainFit, ...] = ()
     budget: tuple[BudgetItem, ...] = ()
     budget_note: str = ""

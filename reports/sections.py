@@ -82,7 +82,9 @@ def sections_of(content: ReportContent) -> tuple[Section, ...]:
         _certainty(content),
         _measured(content),
         _methods(content),
-        Section("tests", "Tests in full", tuple(map(TableHere, ("tests_joules", "tests_apex", "anovas")))),
+        Section(
+            "tests", "Tests in full", tuple(map(TableHere, ("tests_joules", "tests_apex", "tests_jumps", "anovas")))
+        ),
         _provenance(content),
     )
     return tuple(section for section in sections if section.parts)

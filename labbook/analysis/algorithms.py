@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from labbook.analysis import budget, comparing, conditions, packs, passive_drain, run_apexes, run_energy
+from labbook.analysis import (
+    budget,
+    comparing,
+    comparing_jumps,
+    conditions,
+    packs,
+    passive_drain,
+    run_apexes,
+    run_energy,
+)
 from labbook.analysis.workbench import Algorithm
 
 ALGORITHMS: tuple[Algorithm, ...] = (
@@ -14,5 +23,6 @@ ALGORITHMS: tuple[Algorithm, ...] = (
     budget.ALGORITHM,
     comparing.COMPARISON,
     comparing.ANOVA,
+    comparing_jumps.ALGORITHM,
 )
 """The registry: a new kind of result is a new file and a line here."""

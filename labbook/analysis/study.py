@@ -9,6 +9,7 @@ from data_schema.queries.results import ResultRow
 from labbook.analysis import pairing
 from labbook.analysis.budget import budget
 from labbook.analysis.comparing import Pair, analyse_variance, compare
+from labbook.analysis.comparing_jumps import compare_jumps
 from labbook.analysis.conditions import ConditionValues, condition_values, run_numbers
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence
@@ -54,6 +55,7 @@ class StudyAnalysis:
     compared: list[Compared]
     anovas: list[VarianceAnalysed]
     variations: Variations
+    jump_tests: list[Compared]
     packs: dict[str, ResultRow]
     budget: ResultRow | None
 
@@ -77,7 +79,7 @@ def analyse(
     packs = pack_deviations(bench, joules, scope)
     of_a_joule = budget(bench, evidence, joules, scope)
     analysis = StudyAnalysis(
-        evidence, drains, energies, apexes, swept, joules, heights, [], [], Variations(), packs, of_a_joule
+        evidence, drains, energies, apexes, swept, joules, heights, [], [], Variations(), [], packs, of_a_joule
     )
     if swept is None:
         return analysis
@@ -96,9 +98,14 @@ def analyse(
         for label in [pairing.group_label(group)]
         if len(treated) > 1
     ]
+    pooled = pairing.pairs_pooled(heights, swept)
+    jump_tests = [
+        Compared(pair, Quantity.APEX, row)
+        for pair, row in zip(pooled, compare_jumps(bench, pooled, scope), strict=True)
+    ]
     progress("what the headlines depend on")
     variations = vary(bench, detections, evidence, drains, apexes, swept)
-    return replace(analysis, compared=compared, anovas=anovas, variations=variations)
+    return replace(analysis, compared=compared, anovas=anovas, variations=variations, jump_tests=jump_tests)
 
 
 def _compare_all(bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: dict[str, str]) -> list[Compared]:

@@ -18,6 +18,11 @@ def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]
     return tuple(_comparison(item, shown, _family(analysis, item), headline=item is best) for item in analysis.compared)
 
 
+def jump_comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
+    """Return the thesis's route to apex heights: the pooled comparisons over single jumps."""
+    return tuple(_comparison(item, shown, item.pair.family, headline=False) for item in analysis.jump_tests)
+
+
 def _family(analysis: StudyAnalysis, item: Compared) -> str:
     """Name a family of comparisons with the factors' titles in place of their names."""
     for name in analysis.evidence.configuration.factors:

@@ -46,6 +46,7 @@ def build_content(
         claims=(),
         comparisons=compared,
         anovas=comparisons.anovas(analysis, shown),
+        jump_comparisons=comparisons.jump_comparisons(analysis, shown),
         drains=drain.drain_fits(analysis, shown),
         order=course.order(analysis, shown),
         methods=methods.methods(analysis),

@@ -156,6 +156,37 @@ def _tests(content: ReportContent, quantity: Quantity, name: str) -> Table:
     return Table(name, caption, columns, rows)
 
 
+def _jump_tests(content: ReportContent) -> Table:
+    columns = (
+        _COMPARISON,
+        Column("jumps", ("n_control", "n_treatment")),
+        *_test_columns("F", "f", 2),
+        Column("chosen", ("test",), numeric=False),
+        *_test_columns("t", "t"),
+        *_test_columns("Welch t", "welch"),
+    )
+    rows = tuple(
+        Row(
+            (
+                first,
+                Cell(f"{count(comparison.n_control).text}, {count(comparison.n_treatment).text}",
+                     (comparison.n_control, comparison.n_treatment)),
+                *_test_cells(comparison.variance_test, 2),
+                words(comparison.test.name),
+                *_test_cells(comparison.test),
+                *_test_cells(comparison.welch),
+            ),
+            block=block,
+        )
+        for comparison, first, block in _placed(content, list(content.jump_comparisons))
+    )  # fmt: skip
+    caption = (
+        "Apex heights by the thesis's route, the same tests over single jumps. It takes all jumps as independent, "
+        "while jumps of one run share its bed, pack and day: the true p is larger. No claim rests on this table."
+    )
+    return Table("tests_jumps", caption, columns, rows)
+
+
 def _anovas(content: ReportContent) -> Table:
     columns = (
         Column("group", ("group",), numeric=False),
@@ -209,4 +240,5 @@ COMPARISONS_JOULES = TableKind("comparisons_joules", _effects_of(Quantity.JOULES
 COMPARISONS_APEX = TableKind("comparisons_apex", _effects_of(Quantity.APEX, "comparisons_apex"))
 TESTS_JOULES = TableKind("tests_joules", _tests_of(Quantity.JOULES, "tests_joules"))
 TESTS_APEX = TableKind("tests_apex", _tests_of(Quantity.APEX, "tests_apex"))
+TESTS_JUMPS = TableKind("tests_jumps", _jump_tests)
 ANOVAS = TableKind("anovas", _anovas)

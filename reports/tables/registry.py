@@ -9,6 +9,7 @@ from reports.tables.comparisons import (
     HEADLINES,
     TESTS_APEX,
     TESTS_JOULES,
+    TESTS_JUMPS,
 )
 from reports.tables.conditions import APEX_BY_CONDITION, JOULES_BY_CONDITION, RUN_VALUES
 from reports.tables.measured import ASSUMED, DAYS, FLOW, PROVENANCE_IDS
@@ -25,6 +26,7 @@ TABLES: dict[str, TableKind] = {
         TESTS_JOULES,
         COMPARISONS_APEX,
         TESTS_APEX,
+        TESTS_JUMPS,
         ANOVAS,
         UNCERTAINTY_BUDGET,
         PASSIVE_DRAIN,

@@ -266,6 +266,7 @@ def make_content(seed=5):
         flow=Flow(280, 272, 4, 12, {"no charge record": 2, "pack swapped during the run": 1}, 253, 6325, 6311,
                   {"first jumps of a run": 506, "touches a dropped packet": 83, "rejected on review": 21}, 5701),
         factors=FACTORS, conditions=conditions, claims=(), comparisons=comparisons, anovas=anovas,
+        jump_comparisons=tuple(c for c in comparisons if c.quantity is Quantity.APEX and c.level == "pooled"),
         drains=(_drain(maker),),
         budget=(
             BudgetItem("scatter between runs", 1.3, 0.41, False),

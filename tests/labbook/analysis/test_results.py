@@ -96,8 +96,9 @@ def test_rejecting_one_jump_computes_its_run_again_and_what_rests_on_it(book: Bo
     assert {scope(row)["run"] for row in of_runs} == {"r001"}
     assert len(of_runs) == 2  # by either detector; what heeds no decision stays
     assert {row.uid for row in computed} == {row.uid for row in rests_on_any(computed, of_runs)}
-    assert {row.kind for row in computed} == {"run_apexes", "condition_summary", "comparison"}
-    assert {scope(row)["quantity"] for row in computed if row.kind != "run_apexes"} == {Quantity.APEX}
+    assert {row.kind for row in computed} == {"run_apexes", "condition_summary", "comparison", "jump_comparison"}
+    quantities = {scope(row)["quantity"] for row in computed if row.kind in ("condition_summary", "comparison")}
+    assert quantities == {Quantity.APEX}
     small_control = "foot=small k_gain=400 b_ad_gain=0"
     assert {scope(row)["condition"] for row in computed if row.kind == "condition_summary"} == {small_control}
     assert len(computed) + len(reused) == len(before)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from scipy import stats as scipy_stats
 
 from data_schema.queries.plans import PlannedRow
 from data_schema.queries.results import NumberRow
@@ -231,3 +232,17 @@ def test_a_day_that_the_drain_line_cannot_do_without_is_said(analysis: StudyAnal
     assert {item.quantity for item in analysis.variations.varied if item.variant == f"without {days[0]}"} == {
         Quantity.APEX
     }
+
+
+def test_single_jumps_are_tested_as_the_thesis_did_and_over_all_jumps_that_count(analysis: StudyAnalysis) -> None:
+    assert len(analysis.jump_tests) == 2
+    for item in analysis.jump_tests:
+        sides = [
+            [height for one in side for run in one.runs for height in json.loads(run.result.payload_json)["heights_m"]]
+            for side in (item.pair.a, item.pair.b)
+        ]
+        assert [len(side) for side in sides] == [json.loads(item.result.payload_json)[n] for n in ("n_a", "n_b")]
+        assert len(sides[0]) > sum(len(one.runs) for one in item.pair.a)
+        expected = scipy_stats.ttest_ind(sides[1], sides[0], equal_var=False)
+        assert number(item.result, "welch_t").value == pytest.approx(expected.statistic)
+        assert number(item.result, "welch_p").value == pytest.approx(expected.pvalue)
