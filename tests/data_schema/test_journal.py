@@ -43,7 +43,7 @@ SAID = st.fixed_dictionaries(
         "reason": st.none() | TEXT,
     }
 )
-FEW = settings(max_examples=20)  # each writes and reads files
+FEW = settings(max_examples=40)  # each writes and reads files
 CHAINS = st.lists(SAID, min_size=2, max_size=6).map(chain)
 
 

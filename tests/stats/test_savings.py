@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.savings import Savings, percent_savings
-from stats.shared_error import SharedError, joint
+from stats.shared_error import ENOUGH_DEGREES, SharedError, joint
 
 CONTROL = [42.0, 44.5, 40.1, 43.3, 41.6]
 TREATED = [36.0, 37.9, 35.2, 38.8, 36.1, 35.5]
@@ -115,7 +115,7 @@ def test_the_sentence_says_more_or_less():
     assert " more than " in percent_savings(TREATED, CONTROL).sentence()
 
 
-@pytest.mark.parametrize("shared_df", [None, 1.0, 2.0, 4.0])
+@pytest.mark.parametrize("shared_df", [None, 1.0, 2.0, 4.0, 1e9])
 def test_the_interval_covers_the_savings_as_often_as_it_says(shared_df):
     """n = 5, coefficient of variation 0.2, true savings 30 %; without a common error, or one known from few runs."""
     rng = np.random.default_rng(29)
@@ -127,4 +127,5 @@ def test_the_interval_covers_the_savings_as_often_as_it_says(shared_df):
     found = [with_shared(c, t, se, df).percent_ci for c, t, se in zip(control, treated, estimated_se, strict=True)]
     bounded = [ends for ends in found if not isinstance(ends, Undefined)]
     covered = sum(low <= 30.0 <= high for low, high in bounded) + len(found) - len(bounded)  # unbounded ones cover
-    assert 0.935 < covered / n < 0.995
+    few = shared_df is not None and shared_df < ENOUGH_DEGREES  # then intervals are wide rather than too narrow
+    assert 0.935 < covered / n < (0.995 if few else 0.968)
