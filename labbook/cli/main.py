@@ -32,6 +32,7 @@ from labbook.cli import (
     report,
     runs,
     show,
+    sim,
     today,
     void,
     why,
@@ -71,7 +72,7 @@ for module in (
     rebuild,
 ):
     module.register(app)
-for name, group in (("runs", runs), ("jumps", jumps), ("db", db)):
+for name, group in (("runs", runs), ("jumps", jumps), ("sim", sim), ("db", db)):
     app.add_typer(group.app, name=name)
 
 

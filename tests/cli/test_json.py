@@ -43,6 +43,7 @@ ELSEWHERE = {
     "report": "tests/cli/test_report.py",
     "why": "tests/cli/test_report.py",
     "demo": "makes a whole campaign: `make demo` runs it",
+    "sim run": "tests/cli/test_sim_run.py",
 }
 
 

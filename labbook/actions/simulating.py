@@ -1,0 +1,55 @@
+"""What `labbook sim run` does: a scene, changed by words, simulated, drawn and animated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from data_schema.errors import UsageError
+from simulator.changes import changed_by_words
+from simulator.jump import simulate
+from simulator.result import SceneResult
+from simulator.scene_file import load_scene
+
+PLOT_KINDS = (".png", ".svg", ".pdf")
+ANIMATION_KINDS = (".gif",)
+
+
+@dataclass(frozen=True, slots=True)
+class RunRequest:
+    """A scene's name or file, the words that change it, the accuracy, and the pictures wanted."""
+
+    scene: str
+    sets: tuple[str, ...] = ()
+    effects: str | None = None
+    accuracy: float = 1e-6
+    plot: Path | None = None
+    animation: Path | None = None
+
+
+def run_scene(request: RunRequest) -> SceneResult:
+    """Simulate a scene, and draw the pictures that are asked for."""
+    for option, path, kinds in (
+        ("--plot", request.plot, PLOT_KINDS),
+        ("--animate", request.animation, ANIMATION_KINDS),
+    ):
+        if path is not None and path.suffix not in kinds:
+            raise UsageError(f"{option} {path} does not say which form: end it in {', '.join(kinds)}.")
+    scene = changed_by_words(load_scene(request.scene), request.sets, request.effects)
+    drawn = request.plot is not None or request.animation is not None
+    result = simulate(scene, request.accuracy, trajectory=drawn)
+    if drawn:
+        from labbook.presenting.trajectory import trajectory_of
+
+        motion = trajectory_of(result)
+        if request.plot is not None:
+            from reports.figures.style import publication_style
+            from reports.figures.trajectory import draw_trajectory
+
+            with publication_style():
+                draw_trajectory(motion).savefig(request.plot)
+        if request.animation is not None:
+            from reports.figures.jump_animation import write_animation
+
+            write_animation(motion, request.animation)
+    return result

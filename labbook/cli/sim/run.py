@@ -1,0 +1,50 @@
+"""`labbook sim run`: one scene."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import JsonOption, emit, progress
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("run")(run)
+
+
+def run(
+    scene: Annotated[
+        str,
+        typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file."),
+    ],
+    sets: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter in SI units, flight, gain or jumps; repeatable."),
+    ] = None,
+    effects: Annotated[
+        str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")
+    ] = None,
+    accuracy: Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")] = 1e-6,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the motion: a .png, .svg or .pdf file.")
+    ] = None,
+    animate: Annotated[
+        Path | None, typer.Option("--animate", metavar="FILE", help="Make a moving picture: a .gif file.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Simulate a scene and show its jump: times, heights, joules, how sure they are and what they rest on.
+
+    Of a scene with many jumps the last one is shown, and drawn.
+
+    Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
+    """
+    from labbook.actions.simulating import RunRequest, run_scene
+    from labbook.presenting.simulated import as_data, as_lines
+
+    request = RunRequest(scene, tuple(sets or ()), effects, accuracy, plot, animate)
+    with progress("simulating", None, shown=not as_json):
+        done = run_scene(request)
+    files = {name: str(path) for name, path in (("plot", plot), ("animation", animate)) if path is not None}
+    emit({**as_data(done), **files}, [*as_lines(done), *files.values()], as_json)

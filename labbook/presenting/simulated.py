@@ -1,0 +1,189 @@
+"""A simulated scene as a table for people and as data for programs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from simulator.declared import all_parameters
+from simulator.effects.registry import EFFECTS
+from simulator.result import JumpResult, SceneResult
+
+ILL_CONDITIONED_BELOW = 10
+"""Decision margin, in local errors, under which both branches are shown."""
+
+OUTCOMES = {
+    "liftoff": "the foot left the ground",
+    "apex": "the robot jumped and reached its apex",
+    "touchdown": "the robot jumped and came down again",
+    "no_liftoff": "the foot never left the ground",
+    "no_trigger": "the robot came to rest without extending its leg",
+    "carried": "the rising platform met the foot again before the body fell",
+    "leg_folded": "the leg folded",
+    "leg_straight": "the leg was stretched straight",
+    "timeout": "the flight did not end in the time allowed",
+    "step_limit": "the motion took more steps than are allowed",
+}
+"""Sentences of the outcomes."""
+
+ROWS = (
+    ("touchdown", "touchdown_time_s", "s after the start"),
+    ("lift-off", "liftoff_time_s", "s after touchdown"),
+    ("apex", "apex_time_s", "s after touchdown"),
+    ("next touchdown", "next_touchdown_time_s", "s after touchdown"),
+    ("deepest foot", "max_depth_m", "m below the surface"),
+    ("apex of the body", "apex_height_m", "m above the surface"),
+    ("body at lift-off", "liftoff_body_height_m", "m"),
+    ("body at lift-off", "liftoff_body_velocity_m_s", "m/s"),
+    ("foot at lift-off", "liftoff_foot_velocity_m_s", "m/s"),
+    ("body at next touchdown", "next_touchdown_body_velocity_m_s", "m/s"),
+    ("shortest leg", "min_leg_length_m", "m"),
+    ("longest leg", "max_leg_length_m", "m"),
+    ("force capped for", "capped_time_s", "s"),
+    ("cost of the jump", "cost_J", "J"),
+    ("  heat in the motors", "{span}_heat_J", "J"),
+    ("  mechanical", "{span}_mechanical_J", "J"),
+    ("  motors' drag", "{span}_drag_J", "J"),
+    ("  passive draw", "passive_J", "J"),
+    ("work of the leg", "leg_work_J", "J"),
+    ("  lost to the ground", "ground_loss_J", "J"),
+    ("  brought by the grains", "grain_energy_J", "J"),
+    ("  lost to the rail", "friction_loss_J", "J"),
+    ("  lost at impacts", "impact_loss_J", "J"),
+    ("  platform's reset", "reset_work_J", "J"),
+)
+"""Lines of the table: name, key of the result, unit; the cost is summed over the stance or the whole jump."""
+
+_ALWAYS = ("liftoff_time_s", "max_depth_m", "apex_height_m", "cost_J")
+_BRANCHES = ("as decided", "had it fallen otherwise")
+
+
+def as_data(result: SceneResult) -> dict[str, Any]:
+    """Return everything a simulation gave, for JSON: the last jump's values at the top, and all jumps in a list."""
+    scene = result.scene
+    return {
+        "scene": scene.name,
+        "title": scene.title,
+        "effects": [name for name in EFFECTS if name in scene.effects],
+        "values": {name: scene[name] for name in scene.read},
+        "assumed": {name: scene.values[name].why for name in scene.assumed},
+        "accuracy": result.accuracy,
+        "compile_time_s": result.compile_time_s,
+        "wall_time_s": result.wall_time_s,
+        **_jump_data(result.jump),
+        "jumps": [_jump_data(jump) for jump in result.jumps],
+    }
+
+
+def _jump_data(jump: JumpResult) -> dict[str, Any]:
+    data: dict[str, Any] = _finite(asdict(jump))
+    return data
+
+
+def _finite(value: Any) -> Any:
+    """Put None where a number is infinite or none: JSON has neither."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, Mapping):
+        return {key: _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return value
+
+
+def as_lines(result: SceneResult) -> list[str]:
+    """Return the table that people read, with what the numbers rest on."""
+    jump, scene = result.jump, result.scene
+    many = len(result.jumps) > 1 or scene.jumps > 1
+    which = f", jump {len(result.jumps)} of {scene.jumps}" if many else ""
+    return [
+        f"{scene.name}: {scene.title}",
+        f"{OUTCOMES.get(jump.outcome, jump.outcome)} ({jump.outcome}{which}).",
+        *_warning(jump),
+        "",
+        *_table(result),
+        *(_all_jumps(result) if many else []),
+        "",
+        *_notes(result),
+        *_assumed(result),
+        f"{abs(jump.energy_residual_J):.1e} J of the energy book are not accounted for.",
+        f"{jump.steps} steps, {jump.rhs_evaluations} evaluations for a relative error of {result.accuracy:g}; "
+        f"{1e3 * result.wall_time_s:.3g} ms, after {result.compile_time_s:.2g} s of compiling.",
+    ]
+
+
+def _digits(accuracy: float) -> int:
+    """Return how many digits an accuracy is worth, and one."""
+    return min(13, max(3, 1 + math.ceil(-math.log10(accuracy))))
+
+
+def _table(result: SceneResult) -> list[str]:
+    """Set the jump's numbers in columns, those of the other branch beside them; what is 0 or absent is left out."""
+    jump, digits = result.jump, _digits(result.accuracy)
+    span = "jump" if "cost_of_whole_jump" in result.scene.effects else "stance"
+    branches = [jump] if jump.other_branch is None else [jump, jump.other_branch]
+    rows = (
+        [("", *_BRANCHES, ""), ("outcome", *(branch.outcome for branch in branches), "")] if len(branches) > 1 else []
+    )
+    for name, key, unit in ROWS:
+        values = [getattr(branch, key.format(span=span)) for branch in branches]
+        if any(value not in (None, 0.0) for value in values) or key in _ALWAYS:
+            rows.append((name, *(_number(value, digits) for value in values), unit))
+    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
+    return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None else f"{value:.{digits}g}"
+
+
+def _warning(jump: JumpResult) -> list[str]:
+    if not jump.ill_conditioned or jump.decision_margin is None:
+        return []
+    where = "" if jump.decision_tick is None else f" at tick {jump.decision_tick}"
+    return [
+        f"warning: this jump hangs on a knife's edge. A decision of the controller{where} is only "
+        f"{jump.decision_margin:.2g} local errors away from falling otherwise (under {ILL_CONDITIONED_BELOW} is "
+        "ill-conditioned), so both branches are shown."
+    ]
+
+
+def _all_jumps(result: SceneResult) -> list[str]:
+    apexes = [jump.apex_height_m for jump in result.jumps if jump.apex_height_m is not None]
+    total = sum(jump.cost_J for jump in result.jumps)
+    heights = f", apexes of {min(apexes):.4g} to {max(apexes):.4g} m" if apexes else ""
+    edges = sum(jump.ill_conditioned for jump in result.jumps)
+    flagged = f", {edges} of them ill-conditioned" if edges else ""
+    return ["", f"all {len(result.jumps)} jumps{flagged}: {total:.6g} J{heights}."]
+
+
+def _notes(result: SceneResult) -> list[str]:
+    jump, scene = result.jump, result.scene
+    reach_m = scene["upper_link"] + scene["lower_link"]
+    notes = []
+    if jump.max_leg_length_m > reach_m and jump.outcome != "leg_straight":
+        notes.append(
+            f"note: in flight the leg would be {jump.max_leg_length_m:.4g} m long, more than its links reach "
+            f"({reach_m:.4g} m)."
+        )
+    counted = {name: sum(item.counters.get(name, 0) for item in result.jumps) for name in jump.counters}
+    if any(counted.values()):
+        notes.append(
+            "note: "
+            + ", ".join(f"{name.replace('_', ' ')} {count} times" for name, count in counted.items() if count)
+            + f" in {len(result.jumps)} jumps."
+        )
+    return notes
+
+
+def _assumed(result: SceneResult) -> list[str]:
+    scene = result.scene
+    if not scene.assumed:
+        return ["every parameter has a source."]
+    lines = ["rests on assumed parameters:"]
+    for name in scene.assumed:
+        unit = all_parameters()[name].unit
+        lines.append(f"  {name} = {scene[name]:g}{'' if unit == '1' else ' ' + unit}: {scene.values[name].why}")
+    return lines

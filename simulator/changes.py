@@ -1,0 +1,146 @@
+"""A scene changed by words, as a command line gives them: `--set name=value` and `--effects +drag,-added_mass`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from data_schema.errors import UsageError, nearest, unknown_name
+from simulator.declared import all_parameters
+from simulator.effects.registry import EFFECTS
+from simulator.gains import active_damping_kg_m, fitted_active_damping_kg_m, stiffness_n_m
+from simulator.scene import Scene
+
+FLIGHT_EFFECTS = {"held": "held_gains_in_flight", "massless": "massless_leg_in_flight"}
+"""Words for the leg in flight, beside `soft`, which is neither of these effects."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What one word changes: parameters' values, effects, the number of jumps; `drop_height_m` waits for the rest."""
+
+    values: Mapping[str, float] = field(default_factory=dict)
+    on: frozenset[str] = frozenset()
+    off: frozenset[str] = frozenset()
+    jumps: int | None = None
+    drop_height_m: float | None = None
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """What is changed; no two words may change the same."""
+        others = {
+            "the leg in flight": bool(self.on | self.off),
+            "jumps": self.jumps is not None,
+            "initial_height": self.drop_height_m is not None,
+        }
+        return (*self.values, *(name for name, is_changed in others.items() if is_changed))
+
+
+def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None = None) -> Scene:
+    """Return the scene changed by words `name=value` and by effects `+name,-name`.
+
+    Raises `UsageError` for words that have no meaning, name the same thing twice, or lead to what no scene can have.
+    """
+    on, off = _effects(effects)
+    values: dict[str, float] = {}
+    said_by: dict[str, str] = {}
+    jumps, drop_height_m = None, None
+    for word in sets:
+        change = _change(word, (scene.effects | on) - off)
+        for subject in change.subjects:
+            if subject in said_by:
+                raise UsageError(f"{said_by[subject]} and {word} both set {subject}: leave one of them out.")
+            said_by[subject] = word
+        values |= change.values
+        on, off = on | change.on, off | change.off
+        jumps = jumps if change.jumps is None else change.jumps
+        drop_height_m = drop_height_m if change.drop_height_m is None else change.drop_height_m
+    if drop_height_m is not None:
+        rest_length_m = values.get("rest_length", scene["rest_length"])
+        if drop_height_m < rest_length_m:
+            raise UsageError(
+                f"drop_height={drop_height_m:g} starts with the foot in the ground: give the body's height above the "
+                f"surface, at least the leg's rest length of {rest_length_m:g} m."
+            )
+        values["initial_height"] = drop_height_m - rest_length_m
+    return scene.changed(values, on, off, jumps)
+
+
+def _change(word: str, effects: frozenset[str]) -> Change:
+    name, equals, value = (part.strip() for part in word.partition("="))
+    if not name or not equals or not value:
+        raise UsageError(f"--set {word!r} is not NAME=VALUE: write for example --set foot_radius=0.038.")
+    if name in WORDS:
+        return WORDS[name](value, effects)
+    if name in all_parameters():
+        return Change({name: _number(name, value)})
+    if name in EFFECTS:
+        raise UsageError(f"{name} is an effect, not a parameter: switch it with --effects +{name} or -{name}.")
+    raise unknown_name("parameter", name, (*all_parameters(), *WORDS))
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError as error:
+        unit = all_parameters()[name].unit if name in all_parameters() else "1"
+        of = "" if unit == "1" else f" in {unit}"
+        raise UsageError(f"{name}={text} is not a number: give a plain one{of}, without its unit.") from error
+
+
+def _flight(value: str, _effects: frozenset[str]) -> Change:
+    every = frozenset(FLIGHT_EFFECTS.values())
+    if value == "soft":
+        return Change(off=every)
+    if value not in FLIGHT_EFFECTS:
+        raise unknown_name("leg in flight", value, ("soft", *FLIGHT_EFFECTS))
+    return Change(on=frozenset({FLIGHT_EFFECTS[value]}), off=every - {FLIGHT_EFFECTS[value]})
+
+
+def _jumps(value: str, _effects: frozenset[str]) -> Change:
+    try:
+        return Change(jumps=int(value))
+    except ValueError as error:
+        raise UsageError(f"jumps={value} is not a whole number: give for example jumps=4.") from error
+
+
+def _gain(value: str, _effects: frozenset[str]) -> Change:
+    return Change({"k_extension": stiffness_n_m(_number("gain", value))})
+
+
+def _damping_gain(value: str, effects: frozenset[str]) -> Change:
+    of_gain = active_damping_kg_m if "emulated_ground" in effects else fitted_active_damping_kg_m
+    return Change({"b_ad": of_gain(_number("damping_gain", value))})
+
+
+def _drop_height(value: str, _effects: frozenset[str]) -> Change:
+    return Change(drop_height_m=_number("drop_height", value))
+
+
+WORDS: dict[str, Callable[[str, frozenset[str]], Change]] = {
+    "flight": _flight,
+    "gain": _gain,
+    "damping_gain": _damping_gain,
+    "drop_height": _drop_height,
+    "jumps": _jumps,
+}
+"""Words for `--set` beside the parameters' names: the value and the effects in force give the change."""
+
+
+def _effects(words: str | None) -> tuple[frozenset[str], frozenset[str]]:
+    chosen: dict[str, set[str]] = {"+": set(), "-": set()}
+    for word in (words or "").split(","):
+        if not (word := word.strip()):
+            continue
+        sign, name = word[0], word[1:].strip()
+        if word == "auto":
+            raise UsageError(
+                "--effects auto chooses effects by a tolerance: add --within, for example --effects auto --within 1%."
+            )
+        if sign not in chosen:
+            known = nearest(word, EFFECTS) or "drag"
+            raise UsageError(f"--effects {word!r} does not say on or off: write +{known} or -{known}.")
+        if name not in EFFECTS:
+            raise unknown_name("effect", name, EFFECTS)
+        chosen[sign].add(name)
+    return frozenset(chosen["+"]), frozenset(chosen["-"])

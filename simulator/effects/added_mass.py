@@ -1,0 +1,49 @@
+"""Added mass: the grains that move with the foot while it intrudes (thesis 3.1.2).
+
+m_a(z) = phi rho mu V(s) + C z
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inlined, inner
+from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
+from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, PHI, RHO
+
+Row = NDArray[np.float64]
+
+
+def _functions(at: ParameterIndex) -> dict[str, Function]:
+    radius, mu, phi, rho, constant = at("foot_radius"), at("mu"), at("phi"), at("rho"), at("added_mass_constant")
+    q_at, complete_at, density_at = at("recruitment_slope"), at("cone_depth"), at("recruited_density")
+
+    @inner
+    def prepare(p: Row) -> None:
+        p[density_at] = p[phi] * p[rho] * p[mu]
+
+    @inlined
+    def added_mass_kg(p: Row, depth_m: float) -> float:
+        formed = formed_depth_m(p[complete_at], depth_m)
+        return p[density_at] * cone_volume_m3(p[radius], p[q_at], formed) + p[constant] * depth_m
+
+    @inlined
+    def added_mass_slope_kg_m(p: Row, depth_m: float) -> float:
+        formed = formed_depth_m(p[complete_at], depth_m)
+        return p[density_at] * flat_area_m2(p[radius], p[q_at], formed) + p[constant]
+
+    return {"prepare": prepare, "added_mass_kg": added_mass_kg, "added_mass_slope_kg_m": added_mass_slope_kg_m}
+
+
+EFFECT = Effect(
+    name="added_mass",
+    meaning="grains that move with the foot while it intrudes, lost when it stops",
+    source="thesis 3.1.2; Aguilar & Goldman 2016",
+    parameters=(*CONE, PHI, RHO, ADDED_MASS_CONSTANT),
+    needs=(("hydrostatic_stiffness",),),
+    publishes=("grain_energy_J",),
+    derived=("recruited_density",),
+    functions=_functions,
+)

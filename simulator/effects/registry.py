@@ -1,0 +1,65 @@
+"""Every effect, by name: a new one is a file beside this one and a line here."""
+
+from __future__ import annotations
+
+from simulator.effects import (
+    active_damping,
+    added_mass,
+    constant_force_cap,
+    continuous_foot_speed,
+    cost_of_commanded_force,
+    cost_of_whole_jump,
+    cost_torque_cap,
+    drag,
+    emulated_ground,
+    held_force,
+    held_gains_in_flight,
+    hydrostatic_stiffness,
+    inertial_drag,
+    latched_switching,
+    leg_damping,
+    linear_active_damping,
+    massless_leg_in_flight,
+    motor_heat,
+    passive_draw,
+    rail_friction,
+    rigid_ground,
+    sampled_control,
+    scaled_active_damping,
+    short_leg_guard,
+    torque_cap,
+    touchdown_impact,
+)
+from simulator.effects.effect import Effect
+
+EFFECTS: dict[str, Effect] = {
+    module.EFFECT.name: module.EFFECT
+    for module in (
+        hydrostatic_stiffness,
+        inertial_drag,
+        added_mass,
+        rigid_ground,
+        emulated_ground,
+        touchdown_impact,
+        leg_damping,
+        active_damping,
+        scaled_active_damping,
+        linear_active_damping,
+        sampled_control,
+        continuous_foot_speed,
+        held_force,
+        latched_switching,
+        short_leg_guard,
+        constant_force_cap,
+        torque_cap,
+        held_gains_in_flight,
+        massless_leg_in_flight,
+        motor_heat,
+        drag,
+        cost_of_commanded_force,
+        cost_torque_cap,
+        cost_of_whole_jump,
+        passive_draw,
+        rail_friction,
+    )
+}

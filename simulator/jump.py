@@ -1,0 +1,146 @@
+"""Simulate a scene: from a `Scene` to what its jumps do and cost."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.errors import UsageError
+from simulator.kernel.build import Kernel, kernel_for
+from simulator.kernel.layout import MODES, OUTCOMES
+from simulator.kernel.limits import (
+    FIXED_STEP_S,
+    FLIP_TICK,
+    JUMPS_WANTED,
+    LIMITS,
+    MOST_STEPS,
+    STOP_AFTER,
+    STOP_AFTER_LIFTOFF,
+    STOP_AFTER_TOUCHDOWN,
+    TOLERANCE,
+)
+from simulator.kernel.rows import COLUMN, COLUMNS, COUNTERS
+from simulator.result import JumpResult, ModeChange, SceneResult
+from simulator.scene import Scene
+from simulator.trajectory import Recording, trajectory_of
+
+Row = NDArray[np.float64]
+FINEST_ACCURACY, COARSEST_ACCURACY = 1e-13, 0.1
+TOLERANCE_SHARE = 2.0
+"""Local error allowed, relative to the goal for the outputs: measured over random scenes (docs/accuracy.md)."""
+ILL_CONDITIONED_BELOW = 10.0
+ROUNDING = 1e-15
+"""Relative error of a step from rounding alone; grown to half the goal, it makes a jump ill-conditioned."""
+MOST_STEPS_A_JUMP = 2_000_000
+_KEPT_CHANGES_A_JUMP = 4096
+_RECORDED_STEPS = 400_000
+
+
+def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> SceneResult:
+    """Simulate all jumps of a scene.
+
+    `accuracy` is the relative error wanted in depth, lift-off time, apex height and cost. With `trajectory` the result
+    holds the sampled motion as an `xarray.Dataset`. Raises `UsageError` for an accuracy that cannot be had.
+    """
+    limits = limits_for(accuracy)
+    limits[JUMPS_WANTED] = scene.jumps
+    kernel = kernel_for(scene.effects)
+    table = parameter_row(kernel, scene)[np.newaxis, :]
+    started = time.perf_counter()
+    rows, changes, trace = _run(kernel, table, limits, scene.jumps, trajectory)
+    spent = time.perf_counter() - started
+    jumps = tuple(_jump(scene, accuracy, row, changes[changes[:, 0] == place]) for place, row in enumerate(rows))
+    jumps = tuple(_with_other_branch(scene, accuracy, kernel, table, limits, jump) for jump in jumps)
+    return SceneResult(
+        scene,
+        accuracy,
+        jumps,
+        compile_time_s=kernel.compile_time_s,
+        wall_time_s=spent,
+        trajectory=trajectory_of(Recording(kernel.composition, table[0], trace)) if trajectory else None,
+    )
+
+
+def limits_for(accuracy: float, stop_after: int = STOP_AFTER_TOUCHDOWN, fixed_step_s: float = 0.0) -> Row:
+    """Return what the kernel is asked for at this accuracy, for one jump; a fixed step serves to measure orders."""
+    if not FINEST_ACCURACY <= accuracy <= COARSEST_ACCURACY:
+        raise UsageError(
+            f"an accuracy of {accuracy:g} cannot be had: give one from {FINEST_ACCURACY:g} to {COARSEST_ACCURACY:g}, "
+            "the relative error wanted."
+        )
+    limits = np.zeros(LIMITS)
+    limits[TOLERANCE] = accuracy * TOLERANCE_SHARE
+    limits[STOP_AFTER], limits[JUMPS_WANTED] = stop_after, 1
+    limits[MOST_STEPS], limits[FLIP_TICK], limits[FIXED_STEP_S] = MOST_STEPS_A_JUMP, -1, fixed_step_s
+    return limits
+
+
+def parameter_row(kernel: Kernel, scene: Scene) -> Row:
+    """Return the scene's parameters in the order that the kernel reads, shape (declared parameters,)."""
+    return np.array([scene[parameter.name] for parameter in kernel.composition.parameters])
+
+
+def stance_only(scene: Scene, accuracy: float = 1e-6) -> JumpResult:
+    """Simulate until the first lift-off; the scene's first jump alone."""
+    limits = limits_for(accuracy, STOP_AFTER_LIFTOFF)
+    kernel = kernel_for(scene.effects)
+    rows, changes, _ = _run(kernel, parameter_row(kernel, scene)[np.newaxis, :], limits, 1, False)
+    return _jump(scene, accuracy, rows[0], changes)
+
+
+def _run(kernel: Kernel, table: Row, limits: Row, jumps: int, record: bool) -> tuple[Row, Row, Row]:
+    rows = np.zeros((1, jumps, len(COLUMNS)))
+    counts = np.zeros(1, np.int64)
+    changes = np.full((min(jumps, 1000) * 16 + _KEPT_CHANGES_A_JUMP, 4), -1.0)
+    trace = np.zeros((_RECORDED_STEPS if record else 0, 4 + 4 * kernel.composition.state_size))
+    kernel.batch(table, limits, rows, counts, changes, trace)
+    return rows[0, : counts[0]], changes[changes[:, 0] >= 0.0], trace[trace[:, 1] > 0.0]
+
+
+def _number(row: Row, name: str) -> float | None:
+    value = float(row[COLUMN[name]])
+    return value if math.isfinite(value) else None
+
+
+def _jump(scene: Scene, accuracy: float, row: Row, changes: Row) -> JumpResult:
+    values: dict[str, Any] = {name: _number(row, name) for name in COLUMNS[1 : COLUMN["decision_margin"]]}
+    for name in ("decision_margin", "min_leg_length_m", "max_leg_length_m", "capped_time_s"):
+        values[name] = _number(row, name)
+    seconds = values.pop("jump_time_s")
+    passive_j = scene["passive_power"] * seconds if "passive_draw" in scene.effects else 0.0
+    span = "jump" if "cost_of_whole_jump" in scene.effects else "stance"
+    tick = row[COLUMN["decision_tick"]]
+    margin, growth = values["decision_margin"], float(row[COLUMN["error_growth"]])
+    return JumpResult(
+        outcome=OUTCOMES[int(row[0])],
+        **values,
+        passive_J=passive_j,
+        cost_J=sum(values[f"{span}_{part}_J"] for part in ("heat", "mechanical", "drag")) + passive_j,
+        decision_tick=int(tick) if tick >= 0 else None,
+        counters={name: int(row[COLUMN[name]]) for name in COUNTERS},
+        mode_changes=tuple(
+            ModeChange(float(change[1]), MODES[int(change[2])], MODES[int(change[3])]) for change in changes
+        ),
+        steps=int(row[COLUMN["steps"]]),
+        rhs_evaluations=int(row[COLUMN["rhs_evaluations"]]),
+        error_growth=growth,
+        ill_conditioned=(margin is not None and margin < ILL_CONDITIONED_BELOW) or growth * ROUNDING > 0.5 * accuracy,
+    )
+
+
+def _with_other_branch(
+    scene: Scene, accuracy: float, kernel: Kernel, table: Row, limits: Row, jump: JumpResult
+) -> JumpResult:
+    """Add the jump that the other outcome of the closest decision gives; only single jumps hang on one decision."""
+    margin = jump.decision_margin
+    if margin is None or margin >= ILL_CONDITIONED_BELOW or scene.jumps > 1 or jump.decision_tick is None:
+        return jump
+    turned = limits.copy()
+    turned[FLIP_TICK] = jump.decision_tick
+    rows, changes, _ = _run(kernel, table, turned, 1, False)
+    return replace(jump, other_branch=_jump(scene, accuracy, rows[0], changes))

@@ -1,0 +1,127 @@
+"""One attempted step in any mode, its dense output, and its error in units of what is allowed."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.basics import GRAVITY_M_S2
+from simulator.compiled import inner
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
+from simulator.kernel.interpolant import fit_quintics, interpolate
+from simulator.kernel.layout import (
+    CREEPING,
+    ERROR,
+    EVALUATIONS,
+    FLIGHT,
+    HALF,
+    INTRUDING,
+    LEG_WORK,
+    MODE,
+    NOW,
+    QUARTER,
+    SATURATED,
+    THREE_QUARTERS,
+    TRIAL,
+    V_BODY,
+    V_FOOT,
+    X_BODY,
+    X_FOOT,
+)
+from simulator.kernel.linear_step import make_is_linear, make_linear_step
+from simulator.kernel.runge_kutta import make_runge_kutta
+
+Row = NDArray[np.float64]
+Flags = NDArray[np.int64]
+ORDER_RECIPROCAL = 0.2
+
+
+def make_attempt(composition: Composition, rates_of: Function) -> Function:
+    """Compose `(t, h, work, k, error)`: closed form where there is one. Returns whether there was."""
+    runge_kutta = make_runge_kutta(rates_of, composition.state_size)
+    linear_step, is_linear = make_linear_step(composition, rates_of), make_is_linear(composition)
+
+    @inner
+    def attempt(t: float, h: float, work: Row) -> bool:
+        mode, saturated = work[MODE], work[SATURATED] == 1
+        if is_linear(mode, work, saturated):
+            linear_step(mode, t, h, work, saturated)
+            work[EVALUATIONS] += 4
+            return True
+        runge_kutta(mode, t, h, work)
+        work[EVALUATIONS] += 6
+        return False
+
+    return attempt
+
+
+@inner
+def sample_nodes(h: float, exact: bool, work: Row) -> None:
+    """Fit the dense output, and put the motion at a quarter, half and three quarters of the step into their places."""
+    fit_quintics(h, work)
+    if not exact:
+        interpolate(h, 0.25, work, QUARTER)
+        interpolate(h, 0.5, work, HALF)
+        interpolate(h, 0.75, work, THREE_QUARTERS)
+
+
+def make_frequency(composition: Composition) -> Function:
+    """Fastest frequency of the foot in its mode, rad/s: `(p, mode, depth_m, stiffness_n_m, damping)`."""
+    foot, body = composition.position["foot_mass"], composition.position["body_mass"]
+    has_ground, slope = composition.has("resistance_n"), composition.slot("resistance_slope_n_m")
+    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+
+    @inner
+    def frequency(work: Row, mode: int, depth_m: float, stiffness_n_m: float) -> float:
+        moved_kg, spring_n_m = work[foot], stiffness_n_m
+        if mode == FLIGHT:
+            return math.sqrt(spring_n_m / moved_kg + spring_n_m / work[body])
+        if has_ground and mode == INTRUDING:
+            if has_mass:
+                moved_kg += mass(work, depth_m)
+            return math.sqrt((spring_n_m + slope(work, depth_m)) / moved_kg)
+        return math.sqrt(spring_n_m / work[body])
+
+    return frequency
+
+
+def make_error_norm(composition: Composition) -> Function:
+    """Largest error of a step in units of what is allowed: `(work, mode, h, tolerance, omega)`.
+
+    Body: against the rest length and the speed of falling through it. Foot: against its own depth, so that a shallow
+    print in stiff ground is as accurate as a deep one. Energies: against those of one body lifted by a leg.
+    """
+    at = composition.position
+    body, foot, rest = at["body_mass"], at["foot_mass"], at["rest_length"]
+    has_ground, slope = composition.has("resistance_n"), composition.slot("resistance_slope_n_m")
+    size = composition.state_size
+
+    @inner
+    def norm(work: Row, mode: int, h: float, tolerance: float, omega: float) -> float:
+        length_m = work[rest]
+        speed_m_s = math.sqrt(GRAVITY_M_S2 * length_m)
+        worst = max(abs(work[ERROR + X_BODY]) / length_m, abs(work[ERROR + V_BODY]) / speed_m_s)
+        if mode in (INTRUDING, CREEPING):
+            depth_m = max(-work[TRIAL + X_FOOT], abs(work[NOW + V_FOOT]) * h)
+            if has_ground:
+                depth_m = max(depth_m, 1e-3 * work[body] * GRAVITY_M_S2 / slope(work, max(-work[NOW + X_FOOT], 0.0)))
+            worst = max(worst, abs(work[ERROR + X_FOOT]) / depth_m)
+            foot_speed_m_s = max(abs(work[NOW + V_FOOT]), max(abs(work[TRIAL + V_FOOT]), 0.1 * depth_m * omega))
+            worst = max(worst, abs(work[ERROR + V_FOOT]) / foot_speed_m_s)
+        elif mode == FLIGHT:
+            worst = max(worst, max(abs(work[ERROR + X_FOOT]) / length_m, abs(work[ERROR + V_FOOT]) / speed_m_s))
+        energy_j = (work[body] + work[foot]) * GRAVITY_M_S2 * length_m
+        for i in range(LEG_WORK, size):
+            worst = max(worst, abs(work[ERROR + i]) / max(energy_j, abs(work[TRIAL + i])))
+        return worst / tolerance
+
+    return norm
+
+
+@inner
+def next_step(h: float, error_norm: float) -> float:
+    """Step to take after one with this error, s."""
+    return h * min(5.0, max(0.2, 0.9 * max(error_norm, 1e-10) ** -ORDER_RECIPROCAL))

@@ -1,0 +1,105 @@
+"""Compiled kernels on disk, so that only the first process with a set of effects compiles.
+
+numba's own cache looks at the file of the function it compiles: edit a function in another file that it calls, and the
+old physics is served. Here the folder's name holds a hash of every source of the simulator, and of what compiled it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import os
+import shutil
+import sys
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from numba.core.bytecode import FunctionIdentity
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
+
+from simulator.effects.effect import Function
+
+CACHE_VARIABLE = "LABBOOK_CACHE"
+"""Environment variable with the folder for compiled kernels; otherwise the user's cache folder is taken."""
+KEPT_VERSIONS = 3
+
+
+def cache_folder() -> Path:
+    """Folder for compiled kernels of all versions."""
+    given = os.environ.get(CACHE_VARIABLE)
+    if given:
+        return Path(given)
+    home = os.environ.get("XDG_CACHE_HOME")
+    return (Path(home) if home else Path.home() / ".cache") / "labbook" / "kernels"
+
+
+def fingerprint(sources: Path | None = None) -> str:
+    """Hash of the simulator's sources, of Python, numba and llvmlite; `sources` defaults to this package's folder."""
+    folder = sources or Path(__file__).parents[1]
+    digest = hashlib.sha256(f"{sys.version} {metadata.version('numba')} {metadata.version('llvmlite')}".encode())
+    for path in sorted(folder.rglob("*.py")):
+        digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes() + b"\0")
+    return digest.hexdigest()[:20]
+
+
+def give_unique_symbols(effects: tuple[str, ...]) -> None:
+    """Start numba's count of functions at a number of the effects' own, before anything of a kernel is compiled.
+
+    The count is part of each symbol's name and starts at 1 in every process: kernels that two processes compiled would
+    hold the same names for different functions, and a third that loads both would run one with the other's physics.
+    """
+    FunctionIdentity._unique_ids = itertools.count(int(_name(effects), 16) >> 20 << 20)
+
+
+def _name(effects: tuple[str, ...]) -> str:
+    return hashlib.sha256(" ".join(effects).encode()).hexdigest()[:16]
+
+
+def keep_on_disk(kernel: Any, effects: tuple[str, ...]) -> None:
+    """Let a compiled function look for its machine code on disk, and put it there."""
+    version = fingerprint()
+    folder = cache_folder() / version
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return  # a read-only home: every process compiles for itself
+    _forget_old_versions(folder)
+    kernel._cache = _kernel_cache(kernel.py_func, folder, version, _name(effects))
+
+
+def _forget_old_versions(current: Path) -> None:
+    others = [path for path in current.parent.iterdir() if path.is_dir() and path != current]
+    others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
+    for path in others[KEPT_VERSIONS - 1 :]:
+        shutil.rmtree(path, ignore_errors=True)
+
+
+def _kernel_cache(function: Function, folder: Path, version: str, name: str) -> FunctionCache:
+    class Locator(_CacheLocator):
+        def get_cache_path(self) -> str:
+            return str(folder)
+
+        def get_source_stamp(self) -> str:
+            return version
+
+        def get_disambiguator(self) -> str:
+            return name
+
+        @classmethod
+        def from_function(cls, py_func: Function, py_file: str) -> Locator:
+            return cls()
+
+    class Implementation(CompileResultCacheImpl):
+        _locator_classes: Any = (Locator,)
+
+    class KernelCache(FunctionCache):
+        _impl_class = Implementation
+
+        def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
+            # not the closure's cells, as numba's own: they hold functions whose pickles differ in each process
+            return (sig, codegen.magic_tuple(), name)
+
+    make: Any = KernelCache
+    result: FunctionCache = make(function)
+    return result

@@ -1,0 +1,141 @@
+"""Contact: what a resting foot does next, lift-off, and meeting the ground again."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.basics import GRAVITY_M_S2
+from simulator.compiled import inlined, inner
+from simulator.effects.effect import Function
+from simulator.kernel.book import make_energy
+from simulator.kernel.composition import Composition
+from simulator.kernel.guards import make_foot_margins, make_forces
+from simulator.kernel.layout import (
+    ABOVE_PRINT,
+    AIRBORNE,
+    ALLOWED,
+    BOOK,
+    CLEAR,
+    CLEARED,
+    COMPRESSION,
+    CREEPING,
+    DEEPEST,
+    FLIGHT,
+    IN_PRINT,
+    INTRUDING,
+    JAMMED,
+    MODE,
+    NOW,
+    PHASE,
+    SATURATED,
+    V_BODY,
+    V_FOOT,
+    X_BODY,
+    X_FOOT,
+)
+from simulator.kernel.leg import make_set_gains
+from simulator.kernel.motion import make_force_rate
+
+Row = NDArray[np.float64]
+Flags = NDArray[np.int64]
+CREEP_PERIODS = 10.0
+"""Ringings of the foot in a millisecond from which on very stiff ground it is taken to creep."""
+CREEP_WINDOW_S = 1e-3
+
+
+def make_note_saturation(composition: Composition) -> Function:
+    """Note whether the leg's force is at its cap: `(work)`, after gains have changed."""
+    if not composition.has("cap_n"):
+        return inlined(lambda work: None)
+    forces = make_forces(composition)
+
+    @inner
+    def note(work: Row) -> None:
+        commanded_n, _, most_n = forces(work, NOW)
+        work[SATURATED] = 1 if abs(commanded_n) > most_n else 0
+
+    return note
+
+
+def make_creeps(composition: Composition) -> Function:
+    """Whether a foot that starts to yield creeps instead of ringing: `(work, a_b, yielding_n)`.
+
+    The ringing that creeping leaves out has the amplitude (yielding + force rate / omega) / K'; it must be far faster
+    than a millisecond, and smaller than what an event is allowed, relative to the depth.
+    """
+    if not composition.has("resistance_n") or composition.has("travel_m"):
+        return inlined(lambda work, a_b, yielding_n: False)
+    slope = composition.slots["resistance_slope_n_m"]
+    force_rate = make_force_rate(composition)
+    foot = composition.position["foot_mass"]
+    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+
+    @inner
+    def creeps(work: Row, a_b: float, yielding_n: float) -> bool:
+        depth_m = -work[NOW + X_FOOT]
+        moved_kg = work[foot]
+        if has_mass:
+            moved_kg += mass(work, depth_m)
+        give_n_m = slope(work, depth_m)
+        omega = math.sqrt(give_n_m / moved_kg)
+        if omega * CREEP_WINDOW_S < 2.0 * math.pi * CREEP_PERIODS:
+            return False
+        rising_n_s = -force_rate(work, work[NOW + X_BODY] - work[NOW + X_FOOT], work[NOW + V_BODY], a_b)
+        if rising_n_s <= 0.0:
+            return False
+        return (yielding_n + rising_n_s / omega) / give_n_m < work[ALLOWED] * depth_m
+
+    return creeps
+
+
+def make_settle(composition: Composition, lift_off: Function) -> Function:
+    """Decide what a foot at rest does: `(work)` lifts it, lets the ground yield, or holds it."""
+    forces, margins, creeps = make_forces(composition), make_foot_margins(composition), make_creeps(composition)
+    body = composition.position["body_mass"]
+
+    @inner
+    def settle(work: Row) -> None:
+        _, applied_n, _ = forces(work, NOW)
+        lifting_n, yielding_n = margins(work, NOW, applied_n)
+        crept = work[MODE] == CREEPING
+        work[MODE] = JAMMED
+        if lifting_n > 0.0:
+            lift_off(work)
+        elif (yielding_n > 0.0 or crept) and creeps(work, -applied_n / work[body] - GRAVITY_M_S2, abs(yielding_n)):
+            work[MODE] = CREEPING
+        elif yielding_n > 0.0:
+            work[MODE] = INTRUDING
+
+    return settle
+
+
+def make_lift_off(composition: Composition) -> Function:
+    """Leave the ground: `(work)`. The gains become those of flight."""
+    set_gains, note, energy = (
+        make_set_gains(composition),
+        make_note_saturation(composition),
+        make_energy(composition),
+    )
+    keeps = composition.on("held_gains_in_flight") or composition.on("touchdown_impact")
+    massless, granular = composition.on("massless_leg_in_flight"), composition.on("hydrostatic_stiffness")
+    rest = composition.position["rest_length"]
+
+    @inner
+    def lift_off(work: Row) -> None:
+        work[MODE], work[AIRBORNE] = FLIGHT, 1
+        work[CLEARED] = IN_PRINT if granular else ABOVE_PRINT
+        work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
+        if not keeps:
+            work[PHASE] = COMPRESSION
+            set_gains(work, False, 0.0)
+            note(work)
+        if massless:
+            before_j = energy(FLIGHT, work)
+            work[NOW + X_FOOT], work[NOW + V_FOOT] = work[NOW + X_BODY] - work[rest], work[NOW + V_BODY]
+            work[CLEARED] = CLEAR
+            work[BOOK] += before_j - energy(FLIGHT, work)
+
+    return lift_off

@@ -1,0 +1,153 @@
+"""Control: decisions at ticks of the clock, or at the instant itself where control is continuous."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inner
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
+from simulator.kernel.layout import (
+    ACTIVE_DAMPING,
+    COMPRESSION,
+    CREEPING,
+    DAMPING,
+    EXTENSION,
+    FLIGHT,
+    GROWTH,
+    GUARD_SWITCHES,
+    HELD_FORCE,
+    INTRUDING,
+    LENGTH_UNIT,
+    MARGIN,
+    MARGIN_TICK,
+    MODE,
+    NOW,
+    PHASE,
+    SAMPLED_SPEED,
+    SPEED_UNIT,
+    STIFFNESS,
+    TICK,
+    V_BODY,
+    V_FOOT,
+    WORST_GROWTH,
+    X_BODY,
+    X_FOOT,
+)
+from simulator.kernel.leg import make_set_gains
+
+Row = NDArray[np.float64]
+Flags = NDArray[np.int64]
+
+
+def make_switch(composition: Composition) -> Function:
+    """Change the phase and its gains: `(work)`."""
+    set_gains = make_set_gains(composition)
+    guarded, guard_m = composition.has("guard_length_m"), composition.slot("guard_length_m")
+
+    @inner
+    def switch(work: Row) -> None:
+        if guarded and work[PHASE] == COMPRESSION and work[NOW + X_BODY] - work[NOW + X_FOOT] < guard_m(work):
+            work[GUARD_SWITCHES] += 1
+        work[PHASE] = EXTENSION if work[PHASE] == COMPRESSION else COMPRESSION
+        set_gains(work, work[PHASE] == EXTENSION, work[NOW + V_FOOT])
+
+    return switch
+
+
+def make_tick(composition: Composition, wants_switch: Function, switch: Function) -> Function:
+    """Decide at the tick that is due: `(work, flip)`.
+
+    Returns whether a gain (or a held force) has changed. `flip` turns the decision round.
+    """
+    set_gains = make_set_gains(composition)
+    active = composition.has("active_damping_kg_m") and not composition.on("continuous_foot_speed")
+    holds_force = composition.on("held_force")
+    rest = composition.position["rest_length"]
+    linear = composition.on("linear_active_damping")
+
+    grow = make_growth(composition)
+
+    @inner
+    def tick(work: Row, flip: bool) -> bool:
+        grow(work)
+        wish = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
+        if abs(wish) < work[MARGIN]:
+            work[MARGIN], work[MARGIN_TICK] = abs(wish), work[TICK]
+        changed = (wish > 0.0) != flip
+        if changed:
+            switch(work)
+        elif active and (work[ACTIVE_DAMPING] > 0.0 or work[SAMPLED_SPEED] > 0.0):
+            set_gains(work, work[PHASE] == EXTENSION, work[NOW + V_FOOT])
+            changed = True
+        if holds_force:
+            speed_m_s = work[NOW + V_BODY] - work[NOW + V_FOOT]
+            force_n = (
+                work[STIFFNESS] * (work[NOW + X_BODY] - work[NOW + X_FOOT] - work[rest]) + work[DAMPING] * speed_m_s
+            )
+            force_n += work[ACTIVE_DAMPING] * work[SAMPLED_SPEED] * (1.0 if linear else speed_m_s)
+            work[HELD_FORCE] = force_n
+            changed = True
+        work[TICK] += 1
+        return changed
+
+    return tick
+
+
+def make_growth(composition: Composition) -> Function:
+    """Follow how much a small error of the foot's speed has grown, as a logarithm: `(work)`, once a tick.
+
+    A foot damped by its sampled speed carries an error from tick to tick with the factor
+    exp(-c T / m) - (g / c) (1 - exp(-c T / m)): T the period, m the moving mass, c the damping that acts at once, g
+    that by the sample. Beyond -1 the leg chatters: errors grow each tick, and a goal is met only by steps that are
+    as much finer.
+    """
+    active = composition.has("active_damping_kg_m") and composition.on("sampled_control")
+    if not active or composition.on("continuous_foot_speed") or not composition.has("quadratic_drag_kg_m"):
+        return inner(lambda work: None)
+    foot, rate = composition.position["foot_mass"], composition.position["control_rate"]
+    quadratic = composition.slots["quadratic_drag_kg_m"]
+    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    linear = composition.on("linear_active_damping")
+
+    @inner
+    def grow(work: Row) -> None:
+        if work[ACTIVE_DAMPING] == 0.0 or work[MODE] != INTRUDING:
+            return
+        depth_m, sinking = -work[NOW + X_FOOT], -work[NOW + V_FOOT]
+        moved_kg = work[foot]
+        if has_mass:
+            moved_kg += mass(work, depth_m)
+        sampled_kg_s = work[ACTIVE_DAMPING] * (1.0 if linear else work[NOW + V_BODY] + sinking)
+        at_once_kg_s = 2.0 * quadratic(work, depth_m) * sinking + work[DAMPING] + 1e-9
+        if not linear:
+            at_once_kg_s += work[ACTIVE_DAMPING] * sinking
+        kept = math.exp(-at_once_kg_s / (work[rate] * moved_kg))
+        factor = kept - sampled_kg_s / at_once_kg_s * (1.0 - kept)
+        work[GROWTH] = max(0.0, work[GROWTH] + math.log(max(abs(factor), 1e-3)))
+        work[WORST_GROWTH] = max(work[WORST_GROWTH], work[GROWTH])
+
+    return grow
+
+
+def make_must_land(composition: Composition) -> Function:
+    """Whether the next tick changes something for sure, so that a step must end on it: `(work)`."""
+    sampled = composition.on("sampled_control")
+    active = composition.has("active_damping_kg_m") and not composition.on("continuous_foot_speed")
+    holds_force = composition.on("held_force")
+
+    @inner
+    def must_land(work: Row) -> bool:
+        if not sampled or work[MODE] == FLIGHT:
+            return False
+        if holds_force:
+            return True
+        if active:
+            moving = work[MODE] == INTRUDING or work[MODE] == CREEPING
+            return (moving and work[ACTIVE_DAMPING] > 0.0) or work[SAMPLED_SPEED] > 0.0
+        return False
+
+    return must_land

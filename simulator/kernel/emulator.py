@@ -1,0 +1,83 @@
+"""The ground emulator's state machine (thesis 4.2.3): hold, release, reset, engage, by its own timer and the leg.
+
+It has no contact sensor. The platform yields in *hold* only; in *reset* it is led back up and carries what stands on
+it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inlined, inner
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
+from simulator.kernel.layout import (
+    CARRIED,
+    DEEPEST,
+    EMULATOR,
+    EMULATOR_SINCE,
+    ENGAGE,
+    HOLD,
+    HOLD_SINCE,
+    JAMMED,
+    MODE,
+    NOW,
+    RELEASE,
+    RELEASED,
+    RESET,
+    RESET_FROM,
+    TIME,
+    V_FOOT,
+    X_FOOT,
+)
+
+Row = NDArray[np.float64]
+Flags = NDArray[np.int64]
+
+
+def make_timer(composition: Composition) -> Function:
+    """When the emulator's state ends by itself, s since touchdown: `(work)`; never while it holds."""
+    if not composition.has("travel_m"):
+        return inlined(lambda work: np.inf)
+    at = composition.position
+    release, reset, engage = at["release_time"], at["reset_time"], at["engage_time"]
+
+    @inner
+    def timer(work: Row) -> float:
+        state = work[EMULATOR]
+        if state == HOLD:
+            return np.inf
+        if state == RELEASE:
+            return work[EMULATOR_SINCE] + work[release]
+        if state == RESET:
+            return work[EMULATOR_SINCE] + work[reset]
+        return work[EMULATOR_SINCE] + work[engage]
+
+    return timer
+
+
+def make_advance(composition: Composition) -> Function:
+    """Go to the emulator's next state at t: `(work)`."""
+    if not composition.has("travel_m"):
+        return inlined(lambda work: None)
+
+    @inner
+    def advance(work: Row) -> None:
+        work[EMULATOR_SINCE] = work[TIME]
+        if work[EMULATOR] == RELEASE:
+            work[EMULATOR] = RESET
+            work[RESET_FROM] = work[DEEPEST]
+            if work[MODE] == JAMMED and work[DEEPEST] < 0.0:
+                work[MODE] = CARRIED
+        elif work[EMULATOR] == RESET:
+            work[EMULATOR] = ENGAGE
+            work[RESET_FROM], work[DEEPEST] = 0.0, 0.0
+            if work[MODE] == CARRIED:
+                work[MODE] = JAMMED
+                work[NOW + X_FOOT], work[NOW + V_FOOT] = 0.0, 0.0
+        elif work[EMULATOR] == ENGAGE:
+            work[EMULATOR], work[RELEASED] = HOLD, 0
+            work[HOLD_SINCE] = work[TIME]
+
+    return advance

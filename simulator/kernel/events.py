@@ -1,0 +1,197 @@
+"""What happens at an event: the mode graph's edges, and the outcomes that end a jump.
+
+intruding --stops--> jammed --yields--> intruding (or creeping, on very stiff ground) ; creeping --settles--> jammed
+jammed --lifts--> flight --touches--> intruding | jammed | carried ; carried --lifts--> flight
+intruding --bottoms--> jammed (the emulator's stop)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.basics import GRAVITY_M_S2
+from simulator.compiled import inlined, inner
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
+from simulator.kernel.contact import make_note_saturation
+from simulator.kernel.guards import make_forces
+from simulator.kernel.layout import (
+    ABOVE_PRINT,
+    AIRBORNE,
+    APEX,
+    BOOK,
+    BOTTOMED,
+    BOTTOMS,
+    CAP_KINK,
+    CARRIED,
+    CLEAR,
+    CLEARED,
+    CLEARS,
+    COMPRESSION,
+    CREEPING,
+    DEEPEST,
+    EMULATOR,
+    EMULATOR_SINCE,
+    FALLS,
+    FLIGHT,
+    FOLDS,
+    HOLD,
+    IN_PRINT,
+    INTRUDING,
+    JAMMED,
+    LEG_FOLDED,
+    LEG_STRAIGHT,
+    LIFTS,
+    MODE,
+    NO_LIFTOFF,
+    NOW,
+    PHASE,
+    RAIL,
+    RELEASE,
+    RELEASE_MISSED,
+    RELEASED,
+    RELEASES,
+    RESTS,
+    SATURATED,
+    SETTLES,
+    STOPS,
+    STRAIGHTENS,
+    SWITCHES,
+    TIME,
+    TOUCHDOWN,
+    TOUCHES,
+    V_BODY,
+    V_FOOT,
+    X_BODY,
+    X_FOOT,
+    YIELDS,
+)
+from simulator.kernel.limits import STOP_AFTER_APEX
+from simulator.kernel.rows import COLUMN
+
+Row = NDArray[np.float64]
+Flags = NDArray[np.int64]
+GOES_ON = -1
+
+
+def make_stop_foot(composition: Composition) -> Function:
+    """Stop the foot at once: `(work)`; what it moved with is lost and booked."""
+    foot = composition.position["foot_mass"]
+
+    @inner
+    def stop_foot(work: Row) -> None:
+        work[BOOK] += 0.5 * work[foot] * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+        work[NOW + V_FOOT] = 0.0
+        work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
+        work[MODE] = JAMMED
+
+    return stop_foot
+
+
+def make_rail_turns(composition: Composition) -> Function:
+    """The body has stopped on its rail, or is pushed off it: `(work)`."""
+    if not composition.has("rail_friction_n"):
+        return inlined(lambda work: None)
+    forces, friction_n = make_forces(composition), composition.slots["rail_friction_n"]
+    body = composition.position["body_mass"]
+
+    @inner
+    def rail_turns(work: Row) -> None:
+        work[NOW + V_BODY] = 0.0
+        drive_n = -forces(work, NOW)[1] - work[body] * GRAVITY_M_S2
+        if abs(drive_n) <= friction_n(work):
+            work[RAIL] = 0.0
+        else:
+            work[RAIL] = 1.0 if drive_n > 0.0 else -1.0
+
+    return rail_turns
+
+
+def make_happen(composition: Composition, switch: Function, settle: Function, lift_off: Function) -> Function:
+    """Compose `(guard, work, row, stop_after)`.
+
+    Returns an outcome that ends the jump, or `GOES_ON`. A touchdown leaves the foot where it is.
+    """
+    note, stop_foot, rail_turns = (
+        make_note_saturation(composition),
+        make_stop_foot(composition),
+        make_rail_turns(composition),
+    )
+    travel, emulated = composition.position.get("platform_travel", -1), composition.has("travel_m")
+    granular = composition.on("hydrostatic_stiffness")
+    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    grain = composition.integrals.get("grain_energy", -1)
+    apex_height, apex_time = COLUMN["apex_height_m"], COLUMN["apex_time_s"]
+
+    @inner
+    def touches(work: Row) -> int:
+        if not granular:
+            return TOUCHDOWN
+        if work[NOW + V_BODY] < 0.0:
+            return TOUCHDOWN
+        if work[CLEARED] == CLEAR:  # the foot dips below the surface while the body rises: its old print lies deeper
+            work[CLEARED] = ABOVE_PRINT
+            return GOES_ON
+        work[NOW + X_FOOT] = work[DEEPEST]
+        work[MODE], work[AIRBORNE] = INTRUDING, 0
+        if has_mass:
+            work[NOW + grain] += 0.5 * mass(work, -work[NOW + X_FOOT]) * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+        return GOES_ON
+
+    @inner
+    def happen(guard: int, work: Row, row: Row, stop_after: float) -> int:
+        if guard == STOPS:
+            work[NOW + V_FOOT] = 0.0
+            work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
+            settle(work)
+        elif guard in (YIELDS, LIFTS):
+            if work[MODE] == CARRIED:
+                lift_off(work)
+            else:
+                settle(work)
+        elif guard == SETTLES:
+            work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
+            work[MODE] = JAMMED
+        elif guard == TOUCHES:
+            return touches(work)
+        elif guard == CLEARS:
+            work[CLEARED] = CLEAR
+        elif guard == FALLS:
+            if work[MODE] != FLIGHT:
+                return NO_LIFTOFF
+            if np.isnan(row[apex_height]) and work[AIRBORNE] == 1:
+                row[apex_height], row[apex_time] = work[NOW + X_BODY], work[TIME]
+                if stop_after == STOP_AFTER_APEX:
+                    return APEX
+            if work[CLEARED] == IN_PRINT:  # the body falls and the foot never rose: it is still on the ground
+                return TOUCHDOWN
+        elif guard == CAP_KINK:
+            work[SATURATED] = 1 - work[SATURATED]
+        elif guard == FOLDS:
+            return LEG_FOLDED
+        elif guard == STRAIGHTENS:
+            return LEG_STRAIGHT
+        elif guard == SWITCHES:
+            switch(work)
+            note(work)
+            if emulated and work[EMULATOR] == HOLD and work[PHASE] == COMPRESSION and work[RELEASED] == 0:
+                work[RELEASE_MISSED] += 1
+            if work[MODE] in (JAMMED, CREEPING):
+                settle(work)
+        elif guard == RELEASES:
+            work[EMULATOR], work[RELEASED] = RELEASE, 1
+            work[EMULATOR_SINCE] = work[TIME]
+            if work[MODE] == INTRUDING:
+                stop_foot(work)
+                settle(work)
+        elif emulated and guard == BOTTOMS:
+            work[BOTTOMED] += 1
+            work[NOW + X_FOOT] = -work[travel]
+            stop_foot(work)
+            settle(work)
+        elif guard == RESTS:
+            rail_turns(work)
+        return GOES_ON
+
+    return happen

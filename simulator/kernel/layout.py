@@ -1,0 +1,150 @@
+"""Where numbers stand in the one row that a kernel works in: held values, flags, guards, states, rates, parameters.
+
+One row, because a compiled function gets an array as seven words: five arrays for each call took longer than the
+physics.
+"""
+
+from __future__ import annotations
+
+WIDTH = 12
+"""Room for a state or its rates: at most this many numbers, whatever effects are on."""
+
+X_BODY, V_BODY, X_FOOT, V_FOOT = range(4)
+LEG_WORK, MECHANICAL = 4, 5
+"""The state: heights (m) and speeds (m/s), then integrals over time (J); further integrals follow as effects call for
+them (`Composition.integrals`)."""
+
+JAMMED, INTRUDING, FLIGHT, CREEPING, CARRIED = range(5)
+MODES = ("jammed", "intruding", "flight", "creeping", "carried")
+"""Contact modes. On the emulator *jammed* is the platform held by its ratchet, *intruding* the platform yielding."""
+
+COMPRESSION, EXTENSION = 0, 1
+IN_PRINT, ABOVE_PRINT, CLEAR = -1, 0, 1
+"""Where a flying foot is: not yet risen from its print, where contact is not looked for (the flight's soft gains may
+press it down for a moment); risen, and met by the print again; or clear of the surface."""
+HOLD, RELEASE, RESET, ENGAGE = range(4)
+"""States of the ground emulator (thesis 4.2.3)."""
+
+(
+    STIFFNESS,
+    DAMPING,
+    ACTIVE_DAMPING,
+    SAMPLED_SPEED,
+    HELD_FORCE,
+    DEEPEST,
+    RAIL,
+    EMULATOR_SINCE,
+    RESET_FROM,
+    HOLD_SINCE,
+    BOOK,
+    IMPACT,
+    START_ENERGY,
+    SHORTEST,
+    LONGEST,
+    DEPTH,
+    CAPPED,
+    MARGIN,
+    MARGIN_TICK,
+    GROWTH,
+    WORST_GROWTH,
+    TIME,
+    OFFSET,
+    STEP,
+    STRIDE,
+    TOLERANCE,
+    LENGTH_UNIT,
+    SPEED_UNIT,
+    ALLOWED,
+) = range(29)
+"""Numbers that stay between events: gains, the lowest point of the foot, the sign of the rail's friction, timers,
+sudden losses (J), extremes, the smallest decision margin, the clock since touchdown (s), the step to try next, and
+what error is allowed."""
+
+(
+    MODE,
+    PHASE,
+    TICK,
+    CLEARED,
+    EMULATOR,
+    AIRBORNE,
+    SATURATED,
+    RELEASED,
+    FRESH,
+    STALE,
+    STEPS,
+    EVALUATIONS,
+    EVENTS,
+    TRACED,
+    BOTTOMED,
+    TOUCHED_DURING_RESET,
+    TOUCHED_BEFORE_HOLD,
+    RELEASE_MISSED,
+    GUARD_SWITCHES,
+) = range(29, 48)
+"""Whole numbers that stay between events: modes, phases, what the next step must know, and counts."""
+
+KEPT = 48
+"""Number of values that stay between events."""
+
+(
+    STOPS,
+    YIELDS,
+    LIFTS,
+    TOUCHES,
+    CLEARS,
+    FALLS,
+    CAP_KINK,
+    CONE_KINK,
+    FOLDS,
+    STRAIGHTENS,
+    SWITCHES,
+    RELEASES,
+    BOTTOMS,
+    SETTLES,
+    RESTS,
+) = range(15)
+GUARDS = 15
+"""Functions of the state whose rise through zero is an event (`simulator.kernel.guards`)."""
+
+GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = range(48, 93, GUARDS)
+"""Places of the guards' values at the start of a part of a step, at its end, and at an instant between."""
+
+QUINTICS = 93
+"""Place of the dense output's coefficients: six for the body, six for the foot."""
+
+NOW, TRIAL, QUARTER, HALF, THREE_QUARTERS, BETWEEN = range(105, 177, WIDTH)
+"""Places of states: at the start of a step, at its end, three inside it, and one interpolated."""
+
+K1, K2, K3, K4, K5, K6, K7 = range(177, 261, WIDTH)
+"""Places of rates: those of the stages of a step; the first is its start, the last its end."""
+
+ERROR = 261
+"""Place of the estimated error of a step."""
+
+PARAMETERS = 273
+"""Place of the first parameter; before it, everything has the same place in every kernel."""
+
+OUTCOMES = (
+    "liftoff",
+    "apex",
+    "touchdown",
+    "no_liftoff",
+    "leg_folded",
+    "leg_straight",
+    "timeout",
+    "step_limit",
+    "no_trigger",
+    "carried",
+)
+(
+    LIFTOFF_REACHED,
+    APEX,
+    TOUCHDOWN,
+    NO_LIFTOFF,
+    LEG_FOLDED,
+    LEG_STRAIGHT,
+    TIMEOUT,
+    STEP_LIMIT,
+    NO_TRIGGER,
+    CARRIED_ROUND,
+) = range(10)

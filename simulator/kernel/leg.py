@@ -1,0 +1,102 @@
+"""The leg: the force its controller commands, and what the motors apply (thesis Eq. 3.1, 3.2, 3.2.1)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inlined
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
+from simulator.kernel.layout import (
+    ACTIVE_DAMPING,
+    DAMPING,
+    HELD_FORCE,
+    SAMPLED_SPEED,
+    STIFFNESS,
+)
+from simulator.kinematics import lever_m
+
+Row = NDArray[np.float64]
+
+
+def make_lever(composition: Composition) -> Function:
+    """Lever arm of the joint at a leg length, m; 1 where nothing in force asks for it, which compiles to nothing."""
+    upper, lower = composition.position["upper_link"], composition.position["lower_link"]
+    if not any(composition.has(slot) for slot in ("heat_w", "drag_w", "cap_bends")) and not composition.on(
+        "cost_torque_cap"
+    ):
+        return inlined(lambda work, leg_length_m: 1.0)
+
+    @inlined
+    def lever(work: Row, leg_length_m: float) -> float:
+        return lever_m(work[upper], work[lower], leg_length_m)
+
+    return lever
+
+
+def make_command(composition: Composition) -> Function:
+    """Commanded force of the leg, N, tension positive: `(work, length_m, speed_m_s, foot_speed_m_s)`."""
+    rest = composition.position["rest_length"]
+    damped = composition.has("compression_damping_kg_s")
+    active = composition.has("active_damping_kg_m")
+    linear = composition.on("linear_active_damping")
+    sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
+
+    if composition.on("held_force"):
+        return inlined(lambda work, length_m, speed_m_s, foot_speed_m_s: work[HELD_FORCE])
+
+    @inlined
+    def command(work: Row, length_m: float, speed_m_s: float, foot_speed_m_s: float) -> float:
+        force = work[STIFFNESS] * (length_m - work[rest])
+        if damped:
+            force += work[DAMPING] * speed_m_s
+        if active:
+            downwards = work[SAMPLED_SPEED] if sampled else max(0.0, -foot_speed_m_s)
+            if linear:
+                force += work[ACTIVE_DAMPING] * downwards
+            else:
+                force += work[ACTIVE_DAMPING] * downwards * speed_m_s
+        return force
+
+    return command
+
+
+def make_cap(composition: Composition) -> Function:
+    """Largest force of the leg at a lever arm, N; only composed where there is a cap."""
+    return composition.slots["cap_n"]
+
+
+def make_apply(composition: Composition) -> Function:
+    """Force that the motors apply for a commanded one, N: `(p, lever_m, commanded_n)`."""
+    if not composition.has("cap_n"):
+        return inlined(lambda work, lever_m, commanded_n: commanded_n)
+    cap_n = composition.slots["cap_n"]
+
+    @inlined
+    def apply(work: Row, lever_m: float, commanded_n: float) -> float:
+        most = cap_n(work, lever_m)
+        return min(max(commanded_n, -most), most)
+
+    return apply
+
+
+def make_set_gains(composition: Composition) -> Function:
+    """Set the gains of a phase: `(work, extending, foot_speed_m_s)`; active damping acts in extension only."""
+    k_compression, k_extension = composition.position["k_compression"], composition.position["k_extension"]
+    damped = composition.has("compression_damping_kg_s")
+    active = composition.has("active_damping_kg_m")
+    b_compression = composition.slot("compression_damping_kg_s")
+    b_extension = composition.slot("extension_damping_kg_s")
+    b_active = composition.slot("active_damping_kg_m")
+
+    @inlined
+    def set_gains(work: Row, extending: bool, foot_speed_m_s: float) -> None:
+        work[STIFFNESS] = work[k_extension] if extending else work[k_compression]
+        if damped:
+            work[DAMPING] = b_extension(work) if extending else b_compression(work)
+        if active:
+            work[ACTIVE_DAMPING] = b_active(work) if extending else 0.0
+            work[SAMPLED_SPEED] = max(0.0, -foot_speed_m_s) if extending else 0.0
+
+    return set_gains

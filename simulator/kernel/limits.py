@@ -1,0 +1,17 @@
+"""What a run of the kernel is asked for, as a row of numbers."""
+
+from __future__ import annotations
+
+TOLERANCE, STOP_AFTER, JUMPS_WANTED, MOST_STEPS, FLIP_TICK, FIXED_STEP_S, RECORD = range(7)
+LIMITS = 7
+"""`TOLERANCE`: local error allowed, relative. `STOP_AFTER`: see below. `FLIP_TICK`: the tick whose decision is
+turned round,
+-1 none. `FIXED_STEP_S`: a step length in place of error control, 0 none: for measuring orders."""
+
+STOP_AFTER_LIFTOFF, STOP_AFTER_APEX, STOP_AFTER_TOUCHDOWN = range(3)
+LONGEST_STANCE_S = 2.0
+LONGEST_FLIGHT_S = 20.0
+FINEST_TOLERANCE = 1e-14
+"""Below it rounding decides, not the step."""
+EVENT_SHARE = 0.01
+"""Part of the local error allowed to the landing on an event."""

@@ -1,0 +1,121 @@
+"""When within a step an event happens: first by the dense output, then by steps to the instant itself."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inner
+from simulator.effects.effect import Function
+from simulator.kernel.interpolant import interpolate
+from simulator.kernel.layout import (
+    BETWEEN,
+    GUARDS,
+    GUARDS_AFTER,
+    GUARDS_BEFORE,
+    GUARDS_BETWEEN,
+    NOW,
+    QUARTER,
+    TRIAL,
+    WIDTH,
+)
+
+Row = NDArray[np.float64]
+Flags = NDArray[np.int64]
+
+
+CLOSE = 1e-9
+"""Share of a step to which the dense output's instant is refined before steps are taken to it."""
+
+
+def make_first_event(guards: Function) -> Function:
+    """Compose the search for the first guard that rises through zero: `(t, h, work)`.
+
+    Returns the guard (-1: none) and its instant as a share of the step.
+    """
+
+    @inner
+    def refine(guard: int, low: float, t: float, h: float, work: Row) -> float:
+        high, g_low, g_high = low + 0.25, work[GUARDS_BEFORE + guard], work[GUARDS_AFTER + guard]
+        for _ in range(12):
+            middle = high - g_high * (high - low) / (g_high - g_low)
+            if not (low < middle < high):
+                break
+            interpolate(h, middle, work, BETWEEN)
+            guards(t + middle * h, work, BETWEEN, GUARDS_BETWEEN)
+            g = work[GUARDS_BETWEEN + guard]
+            if g > 0.0:
+                close = high - middle < CLOSE
+                high, g_high, g_low = middle, g, 0.5 * g_low
+            else:
+                close = middle - low < CLOSE
+                low, g_low, g_high = middle, g, 0.5 * g_high
+            if close:
+                break
+        return high
+
+    @inner
+    def first_event(t: float, h: float, work: Row) -> tuple[int, float]:
+        guards(t, work, NOW, GUARDS_BEFORE)
+        for node in range(4):
+            row = TRIAL if node == 3 else QUARTER + WIDTH * node
+            guards(t + 0.25 * (node + 1) * h, work, row, GUARDS_AFTER)
+            rising = 0
+            for guard in range(GUARDS):
+                rising += 1 if work[GUARDS_BEFORE + guard] <= 0.0 and work[GUARDS_AFTER + guard] > 0.0 else 0
+            if rising > 0:
+                found, share = -1, 2.0
+                for guard in range(GUARDS):
+                    if work[GUARDS_BEFORE + guard] <= 0.0 and work[GUARDS_AFTER + guard] > 0.0:
+                        instant = refine(guard, 0.25 * node, t, h, work)
+                        if instant < share:
+                            found, share = guard, instant
+                return found, share
+            for guard in range(GUARDS):
+                work[GUARDS_BEFORE + guard] = work[GUARDS_AFTER + guard]
+        return -1, 1.0
+
+    return first_event
+
+
+def make_land(guards: Function, attempt: Function) -> Function:
+    """Compose the landing on an event: steps from the start until the guard is positive by no more than `allowed`.
+
+    `(guard, share, allowed, t, h, work)` returns the step's length; `TRIAL` holds the state there.
+    """
+
+    @inner
+    def land(
+        guard: int,
+        share: float,
+        allowed: float,
+        t: float,
+        h: float,
+        work: Row,
+    ) -> float:
+        aside = min(1e-3, 0.25 * share)
+        interpolate(h, share - aside, work, BETWEEN)
+        guards(t + (share - aside) * h, work, BETWEEN, GUARDS_BEFORE)
+        interpolate(h, share + aside, work, BETWEEN)
+        guards(t + (share + aside) * h, work, BETWEEN, GUARDS_AFTER)
+        slope = (work[GUARDS_AFTER + guard] - work[GUARDS_BEFORE + guard]) / (2.0 * aside * h)
+        low, high, length = 0.0, h, share * h
+        for iteration in range(80):
+            attempt(t, length, work)
+            guards(t + length, work, TRIAL, GUARDS_BETWEEN)
+            g = work[GUARDS_BETWEEN + guard]
+            if 0.0 < g <= allowed:
+                break
+            if g > 0.0:
+                high = length
+            else:
+                low = length
+            if high - low <= 4e-16 * (t + h):
+                attempt(t, high, work)
+                length = high
+                break
+            guess = length - (g - 0.5 * allowed) / slope if slope > 0.0 else -1.0
+            length = guess if low < guess < high and iteration < 8 else 0.5 * (low + high)
+        return length
+
+    return land

@@ -1,0 +1,151 @@
+"""Writing a jump's output row: at lift-off, at the apex, and at the end."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inlined, inner
+from simulator.effects.effect import Function
+from simulator.kernel.book import make_booked, make_energy
+from simulator.kernel.composition import Composition
+from simulator.kernel.layout import (
+    BOTTOMED,
+    CAPPED,
+    DEPTH,
+    EVALUATIONS,
+    EVENTS,
+    GUARD_SWITCHES,
+    IMPACT,
+    LEG_WORK,
+    LONGEST,
+    MARGIN,
+    MARGIN_TICK,
+    MECHANICAL,
+    MODE,
+    NOW,
+    RELEASE_MISSED,
+    SHORTEST,
+    START_ENERGY,
+    STEPS,
+    TIME,
+    TOUCHED_BEFORE_HOLD,
+    TOUCHED_DURING_RESET,
+    V_BODY,
+    V_FOOT,
+    WORST_GROWTH,
+    X_BODY,
+)
+from simulator.kernel.rows import COLUMN
+
+Row = NDArray[np.float64]
+Flags = NDArray[np.int64]
+
+
+def make_note_cost(composition: Composition, span: str) -> Function:
+    """Write the cost so far, of the stance or of the jump: `(work, row)`."""
+    heat, drag = composition.integrals.get("heat", -1), composition.integrals.get("drag", -1)
+    heat_at, mechanical_at, drag_at = (
+        COLUMN[f"{span}_heat_J"],
+        COLUMN[f"{span}_mechanical_J"],
+        COLUMN[f"{span}_drag_J"],
+    )
+
+    @inlined
+    def note_cost(work: Row, row: Row) -> None:
+        row[heat_at] = work[NOW + heat] if heat >= 0 else 0.0
+        row[mechanical_at] = work[NOW + MECHANICAL]
+        row[drag_at] = work[NOW + drag] if drag >= 0 else 0.0
+
+    return note_cost
+
+
+def make_note_liftoff(composition: Composition) -> Function:
+    """Write the state at lift-off; a later lift-off before the apex overwrites it: `(work, row)`."""
+    note_cost = make_note_cost(composition, "stance")
+    time, height, body, foot, apex = (
+        COLUMN["liftoff_time_s"],
+        COLUMN["liftoff_body_height_m"],
+        COLUMN["liftoff_body_velocity_m_s"],
+        COLUMN["liftoff_foot_velocity_m_s"],
+        COLUMN["apex_height_m"],
+    )
+
+    @inner
+    def note_liftoff(work: Row, row: Row) -> None:
+        row[time], row[height], row[body], row[foot] = (
+            work[TIME],
+            work[NOW + X_BODY],
+            work[NOW + V_BODY],
+            work[NOW + V_FOOT],
+        )
+        row[apex] = np.nan
+        note_cost(work, row)
+
+    return note_liftoff
+
+
+def make_finish(composition: Composition) -> Function:
+    """Write the rest of the row: `(outcome, work, row)`."""
+    note_stance, note_jump = make_note_cost(composition, "stance"), make_note_cost(composition, "jump")
+    places = composition.integrals
+    loss, grain = places.get("ground_loss", -1), places.get("grain_energy", -1)
+    friction, reset = places.get("friction_loss", -1), places.get("reset_work", -1)
+    at = COLUMN
+    (o, lift, work_at, loss_at, grain_at, friction_at, impact_at, reset_at, residual_at) = (
+        at["outcome"],
+        at["liftoff_time_s"],
+        at["leg_work_J"],
+        at["ground_loss_J"],
+        at["grain_energy_J"],
+        at["friction_loss_J"],
+        at["impact_loss_J"],
+        at["reset_work_J"],
+        at["energy_residual_J"],
+    )
+    margin, tick, growth, shortest, longest, capped = (
+        at["decision_margin"],
+        at["decision_tick"],
+        at["error_growth"],
+        at["min_leg_length_m"],
+        at["max_leg_length_m"],
+        at["capped_time_s"],
+    )
+    energy, booked = make_energy(composition), make_booked(composition)
+    steps, evaluations, counters, changes, duration, depth = (
+        at["steps"],
+        at["rhs_evaluations"],
+        at["bottomed"],
+        at["mode_changes"],
+        at["jump_time_s"],
+        at["max_depth_m"],
+    )
+
+    @inner
+    def finish(outcome: int, work: Row, row: Row) -> None:
+        row[o] = outcome
+        if np.isnan(row[lift]):
+            note_stance(work, row)
+        note_jump(work, row)
+        row[duration] = work[TIME]
+        row[depth] = work[DEPTH]
+        row[work_at] = work[NOW + LEG_WORK]
+        row[loss_at] = work[NOW + loss] if loss >= 0 else 0.0
+        row[grain_at] = work[NOW + grain] if grain >= 0 else 0.0
+        row[friction_at] = work[NOW + friction] if friction >= 0 else 0.0
+        row[impact_at] = work[IMPACT]
+        row[reset_at] = work[NOW + reset] if reset >= 0 else 0.0
+        row[residual_at] = energy(work[MODE], work) - work[START_ENERGY] - booked(work)
+        row[margin], row[tick], row[growth] = work[MARGIN], work[MARGIN_TICK], math.exp(work[WORST_GROWTH])
+        row[shortest], row[longest], row[capped] = work[SHORTEST], work[LONGEST], work[CAPPED]
+        row[steps], row[evaluations] = work[STEPS], work[EVALUATIONS]
+        row[counters] = work[BOTTOMED]
+        row[counters + 1] = work[TOUCHED_DURING_RESET]
+        row[counters + 2] = work[TOUCHED_BEFORE_HOLD]
+        row[counters + 3] = work[RELEASE_MISSED]
+        row[counters + 4] = work[GUARD_SWITCHES]
+        row[changes] = work[EVENTS]
+
+    return finish

@@ -1,0 +1,49 @@
+"""The columns of a jump's output row."""
+
+from __future__ import annotations
+
+COLUMNS = (
+    "outcome",
+    "touchdown_time_s",
+    "liftoff_time_s",
+    "max_depth_m",
+    "liftoff_body_height_m",
+    "liftoff_body_velocity_m_s",
+    "liftoff_foot_velocity_m_s",
+    "apex_height_m",
+    "apex_time_s",
+    "next_touchdown_time_s",
+    "next_touchdown_body_velocity_m_s",
+    "stance_heat_J",
+    "stance_mechanical_J",
+    "stance_drag_J",
+    "jump_heat_J",
+    "jump_mechanical_J",
+    "jump_drag_J",
+    "jump_time_s",
+    "leg_work_J",
+    "ground_loss_J",
+    "grain_energy_J",
+    "friction_loss_J",
+    "impact_loss_J",
+    "reset_work_J",
+    "energy_residual_J",
+    "decision_margin",
+    "decision_tick",
+    "error_growth",
+    "min_leg_length_m",
+    "max_leg_length_m",
+    "capped_time_s",
+    "steps",
+    "rhs_evaluations",
+    "bottomed",
+    "touched_during_reset",
+    "touched_before_hold",
+    "release_missed",
+    "guard_switch",
+    "mode_changes",
+)
+"""Absent numbers are NaN inside the kernel's rows; `simulator.jump` makes None of them."""
+
+COLUMN = {name: place for place, name in enumerate(COLUMNS)}
+COUNTERS = ("bottomed", "touched_during_reset", "touched_before_hold", "release_missed", "guard_switch")

@@ -1,0 +1,116 @@
+"""How a jump starts: clocks and integrals at zero, so that no sum over many jumps costs digits."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inner
+from simulator.effects.effect import Function
+from simulator.kernel.book import make_energy
+from simulator.kernel.composition import Composition
+from simulator.kernel.contact import make_note_saturation
+from simulator.kernel.layout import (
+    AIRBORNE,
+    BOOK,
+    BOTTOMED,
+    CAPPED,
+    CLEAR,
+    CLEARED,
+    COMPRESSION,
+    DEPTH,
+    EMULATOR_SINCE,
+    EVALUATIONS,
+    EVENTS,
+    FLIGHT,
+    FRESH,
+    GROWTH,
+    GUARD_SWITCHES,
+    HOLD_SINCE,
+    IMPACT,
+    JAMMED,
+    KEPT,
+    LEG_WORK,
+    LONGEST,
+    MARGIN,
+    MARGIN_TICK,
+    MODE,
+    NOW,
+    OFFSET,
+    PHASE,
+    RAIL,
+    RELEASE_MISSED,
+    SHORTEST,
+    STALE,
+    START_ENERGY,
+    STEPS,
+    TICK,
+    TIME,
+    TOUCHED_BEFORE_HOLD,
+    TOUCHED_DURING_RESET,
+    V_BODY,
+    V_FOOT,
+    WORST_GROWTH,
+    X_BODY,
+    X_FOOT,
+)
+from simulator.kernel.leg import make_set_gains
+from simulator.kernel.rows import COLUMN, COLUMNS
+
+Row = NDArray[np.float64]
+Flags = NDArray[np.int64]
+
+
+def make_begin(composition: Composition) -> Function:
+    """Put the robot where the scene starts: `(work)`."""
+    at = composition.position
+    rest, height, velocity = at["rest_length"], at["initial_height"], at["initial_velocity"]
+    set_gains, note, size = make_set_gains(composition), make_note_saturation(composition), composition.state_size
+
+    @inner
+    def begin(work: Row) -> None:
+        for i in range(KEPT):
+            work[i] = 0.0
+        for i in range(size):
+            work[NOW + i] = 0.0
+        work[NOW + X_BODY], work[NOW + V_BODY] = work[rest] + work[height], work[velocity]
+        work[NOW + X_FOOT], work[NOW + V_FOOT] = work[height], work[velocity]
+        work[MODE], work[CLEARED], work[PHASE] = FLIGHT, CLEAR, COMPRESSION
+        work[RAIL] = -1.0
+        set_gains(work, False, 0.0)
+        note(work)
+
+    return begin
+
+
+def make_begin_jump(composition: Composition, meet_ground: Function, settle: Function) -> Function:
+    """Begin a jump with the foot's touchdown: `(work, row)`. Clocks, integrals and counters start at zero."""
+    size, energy = composition.state_size, make_energy(composition)
+    touchdown = COLUMN["touchdown_time_s"]
+
+    @inner
+    def begin_jump(work: Row, row: Row) -> None:
+        t = work[TIME]
+        for i in range(LEG_WORK, size):
+            work[NOW + i] = 0.0
+        for i in range(len(COLUMNS)):
+            row[i] = np.nan
+        work[OFFSET] += t
+        row[touchdown] = work[OFFSET]
+        work[TIME] = 0.0
+        work[EMULATOR_SINCE] -= t
+        work[HOLD_SINCE] -= t
+        work[BOOK], work[CAPPED], work[DEPTH], work[IMPACT] = 0.0, 0.0, 0.0, 0.0
+        work[MARGIN], work[MARGIN_TICK] = np.inf, -1.0
+        work[GROWTH], work[WORST_GROWTH] = 0.0, 0.0
+        work[SHORTEST], work[LONGEST] = np.inf, 0.0
+        work[TICK], work[AIRBORNE], work[STEPS], work[EVALUATIONS], work[EVENTS] = 0, 0, 0, 0, 0
+        work[BOTTOMED], work[TOUCHED_DURING_RESET], work[TOUCHED_BEFORE_HOLD] = 0, 0, 0
+        work[RELEASE_MISSED], work[GUARD_SWITCHES] = 0, 0
+        work[START_ENERGY] = energy(work[MODE], work)
+        meet_ground(work)
+        if work[MODE] == JAMMED:
+            settle(work)
+        work[FRESH], work[STALE] = 1, 1
+
+    return begin_jump

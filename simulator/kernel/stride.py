@@ -1,0 +1,103 @@
+"""One step: chosen, tried, cut at the first event or deciding tick, and accepted or rejected."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inner
+from simulator.effects.effect import Function
+from simulator.kernel.ahead import longest_step, make_deciding_tick, note_leg_lengths
+from simulator.kernel.attempt import make_attempt, make_error_norm, make_frequency, next_step, sample_nodes
+from simulator.kernel.composition import Composition
+from simulator.kernel.decide import make_must_land
+from simulator.kernel.emulator import make_timer
+from simulator.kernel.guards import make_guards
+from simulator.kernel.layout import (
+    ALLOWED,
+    FLIGHT,
+    FRESH,
+    K1,
+    MODE,
+    NOW,
+    STALE,
+    STEP,
+    STEPS,
+    STIFFNESS,
+    STRIDE,
+    TICK,
+    TIME,
+    TOLERANCE,
+    X_FOOT,
+)
+from simulator.kernel.limits import FIXED_STEP_S, FLIP_TICK, LONGEST_FLIGHT_S, LONGEST_STANCE_S
+from simulator.kernel.locate import make_first_event, make_land
+from simulator.kernel.motion import make_rates
+
+Row = NDArray[np.float64]
+UNEVENTFUL, TIMED, REJECTED = -1, -2, -3
+"""What a step may give beside a guard: no event, the emulator's timer ran out at its end, its error was too large."""
+
+
+def make_stride(composition: Composition, wants_switch: Function) -> Function:
+    """Compose `(limits, work)`: take one step, its end in `TRIAL` and `K7`, its length in `STRIDE`.
+
+    Returns the guard whose event ends it, or one of the codes above.
+    """
+    rates_of = make_rates(composition)
+    attempt, norm, frequency = (
+        make_attempt(composition, rates_of),
+        make_error_norm(composition),
+        make_frequency(composition),
+    )
+    guards = make_guards(composition, wants_switch)
+    first_event, land = make_first_event(guards), make_land(guards, attempt)
+    must_land, deciding_tick = make_must_land(composition), make_deciding_tick(composition, wants_switch)
+    timer = make_timer(composition)
+    sampled = composition.on("sampled_control")
+    rate = composition.position.get("control_rate", -1)
+
+    @inner
+    def stride(limits: Row, work: Row) -> int:
+        mode, t = work[MODE], work[TIME]
+        if work[STALE] == 1:
+            rates_of(mode, t, work, NOW, K1)
+            work[STALE] = 0
+        omega = frequency(work, mode, max(-work[NOW + X_FOOT], 0.0), work[STIFFNESS])
+        fixed_s = limits[FIXED_STEP_S]
+        h = fixed_s if fixed_s > 0.0 else longest_step(work, mode, omega)
+        timed_s = timer(work)
+        end_s = min(LONGEST_FLIGHT_S if mode == FLIGHT else LONGEST_STANCE_S, timed_s)
+        if sampled and must_land(work):
+            end_s = min(end_s, work[TICK] / work[rate])
+        to_end = t + h >= end_s
+        if to_end:
+            h = end_s - t
+        exact = attempt(t, h, work)
+        work[STEPS] += 1
+        if fixed_s == 0.0:
+            error = norm(work, mode, h, work[TOLERANCE], omega)
+            proposal_s = next_step(h, error)
+            if not error <= 1.0:
+                work[STEP] = proposal_s
+                return REJECTED
+            if not to_end or proposal_s < work[STEP]:
+                work[STEP] = proposal_s
+        sample_nodes(h, exact, work)
+        guard, share = first_event(t, h, work)
+        after_s = end_s if to_end else t + h
+        if sampled and mode != FLIGHT:
+            tick_s = deciding_tick(h, t + share * h if guard >= 0 else after_s, work, limits[FLIP_TICK])
+            if tick_s < np.inf:
+                guard, after_s, to_end, h = UNEVENTFUL, tick_s, False, tick_s - t
+                attempt(t, h, work)
+        if guard >= 0:
+            h = land(guard, share, work[ALLOWED], t, h, work)
+            after_s, to_end = t + h, False
+        note_leg_lengths(h, work)
+        work[TIME], work[STRIDE], work[FRESH] = after_s, h, 0
+        if guard >= 0 or to_end:
+            work[STALE] = 1
+        return TIMED if to_end and after_s == timed_s else guard
+
+    return stride

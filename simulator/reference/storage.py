@@ -1,0 +1,162 @@
+"""Stored reference results, one TOML file a scene: written by `regenerate`, read by `stored`."""
+
+import tomllib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields, replace
+from decimal import Context, Decimal
+from enum import StrEnum
+from fractions import Fraction
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from simulator.reference.cases import CASES, cases
+from simulator.reference.parameters import (
+    GranularParameters,
+    HoppingParameters,
+    LegParameters,
+    PlatformParameters,
+)
+from simulator.reference.result import ModeChange, ReferenceResult
+
+DATA = Path(str(files("simulator.reference") / "data"))
+STORED_DIGITS = 36
+# A case is computed twice, with different working precision and different order of the series.
+COARSE_DIGITS, COARSE_ORDER = 38, 28
+FINE_DIGITS, FINE_ORDER = 48, 36
+
+
+@dataclass(frozen=True, slots=True)
+class StoredCase:
+    """A case as stored; `agreeing_digits` is on how many digits both computations of every number agree."""
+
+    name: str
+    parameters: GranularParameters | HoppingParameters
+    agreeing_digits: int
+    jumps: tuple[ReferenceResult, ...]
+
+
+def regenerate(scenes: Iterable[str] = tuple(CASES), folder: Path = DATA) -> None:
+    """Compute the cases of the scenes anew and write their files; about ten minutes for all on one core."""
+    for scene in scenes:
+        found = []
+        for case in cases(scene):
+            coarse, fine = case.compute(COARSE_DIGITS, COARSE_ORDER), case.compute(FINE_DIGITS, FINE_ORDER)
+            jumps = tuple(_shortened(jump) for jump in fine)
+            found.append(StoredCase(case.name, case.parameters, agreeing_digits(coarse, fine), jumps))
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{scene}.toml").write_text("\n".join(_document(scene, found)) + "\n", encoding="utf-8")
+
+
+def stored(scene: str, folder: Path = DATA) -> tuple[StoredCase, ...]:
+    """The stored cases of a scene; UnknownName if it has none."""
+    cases(scene)
+    document = tomllib.loads((folder / f"{scene}.toml").read_text(encoding="utf-8"))
+    return tuple(_case(table) for table in document["case"])
+
+
+def agreeing_digits(first: tuple[ReferenceResult, ...], second: tuple[ReferenceResult, ...]) -> int:
+    """On how many significant digits two computations agree in all their numbers; 0 if their events differ."""
+    agreement = STORED_DIGITS
+    for one, other in zip(first, second, strict=True):
+        if one.outcome != other.outcome or _modes(one) != _modes(other):
+            return 0
+        for left, right in zip(_numbers(one), _numbers(other), strict=True):
+            if left != right:
+                scale = max(abs(left), abs(right))
+                agreement = min(agreement, -(abs(left - right) / scale).adjusted() - 1)
+    return agreement
+
+
+def _modes(result: ReferenceResult) -> list[str]:
+    return [change.mode for change in result.mode_changes]
+
+
+def _numbers(result: ReferenceResult) -> list[Decimal]:
+    """Every number of a result but the energy residual, which is rounding alone."""
+    values = [getattr(result, field.name) for field in fields(result) if field.name != "energy_residual_j"]
+    return [value for value in values if isinstance(value, Decimal)] + [c.time_s for c in result.mode_changes]
+
+
+def _shortened(result: ReferenceResult) -> ReferenceResult:
+    """The result rounded to the digits that are stored."""
+    context = Context(prec=STORED_DIGITS)
+    rounded: dict[str, Any] = {
+        field.name: context.plus(getattr(result, field.name))
+        for field in fields(result)
+        if isinstance(getattr(result, field.name), Decimal)
+    }
+    changes = tuple(ModeChange(context.plus(change.time_s), change.mode) for change in result.mode_changes)
+    rounded["energy_residual_j"] = Context(prec=2).plus(result.energy_residual_j)
+    return replace(result, mode_changes=changes, **rounded)
+
+
+def _document(scene: str, found: Iterable[StoredCase]) -> Iterator[str]:
+    yield f"# Reference results of scene {scene}: Taylor series in fixed-point numbers, written by simulator.reference."
+    yield f"# Computed with {COARSE_DIGITS} digits at order {COARSE_ORDER} and {FINE_DIGITS} at order {FINE_ORDER}; SI."
+    yield f'scene = "{scene}"'
+    for case in found:
+        yield from ("", "[[case]]", f'name = "{case.name}"', f"agreeing_digits = {case.agreeing_digits}")
+        yield from ("", "[case.parameters]")
+        yield from _entries(case.parameters)
+        for jump in case.jumps:
+            yield from ("", "[[case.jump]]")
+            yield from _entries(jump)
+
+
+def _entries(record: LegParameters | PlatformParameters | ReferenceResult) -> Iterator[str]:
+    """A dataclass as TOML; what is None is left out, what is a dataclass comes last."""
+    nested: list[str] = []
+    for field in fields(record):
+        value = getattr(record, field.name)
+        if isinstance(value, PlatformParameters):
+            nested = ["", f"[case.parameters.{field.name}]", *_entries(value)]
+        elif isinstance(value, tuple):
+            yield f"{field.name} = ["
+            yield from (f'  ["{change.time_s}", "{change.mode}"],' for change in value)
+            yield "]"
+        elif isinstance(value, bool):
+            yield f"{field.name} = {str(value).lower()}"
+        elif isinstance(value, Fraction):
+            yield f'{field.name} = "{_plain(value)}"'
+        elif value is not None:
+            yield f'{field.name} = "{value}"'
+    yield from nested
+
+
+def _plain(value: Fraction) -> str:
+    """A fraction as a decimal where it is one exactly."""
+    decimal = Decimal(value.numerator) / Decimal(value.denominator)
+    return f"{decimal:f}" if Fraction(decimal) == value else str(value)
+
+
+def _case(table: dict[str, Any]) -> StoredCase:
+    given = dict(table["parameters"])
+    kind = HoppingParameters if "platform" in given or "straight_leg_m" in given else GranularParameters
+    if "platform" in given:
+        given["platform"] = PlatformParameters(**_typed(PlatformParameters, given["platform"]))
+    parameters = kind(**_typed(kind, given))
+    return StoredCase(table["name"], parameters, table["agreeing_digits"], tuple(map(_jump, table["jump"])))
+
+
+def _typed(kind: type, given: dict[str, Any]) -> dict[str, Any]:
+    """Strings as the type that the field of `kind` has: words, or exact rational numbers."""
+    hints = get_type_hints(kind)
+    typed: dict[str, Any] = {}
+    for name, value in given.items():
+        hint = hints[name]
+        if not isinstance(value, str):
+            typed[name] = value
+        elif isinstance(hint, type) and issubclass(hint, StrEnum):
+            typed[name] = hint(value)
+        else:
+            typed[name] = Fraction(value)
+    return typed
+
+
+def _jump(table: dict[str, Any]) -> ReferenceResult:
+    values: dict[str, Any] = {field.name: None for field in fields(ReferenceResult)}
+    values |= {name: Decimal(text) for name, text in table.items() if name not in ("outcome", "mode_changes")}
+    values["outcome"] = table["outcome"]
+    values["mode_changes"] = tuple(ModeChange(Decimal(time), mode) for time, mode in table["mode_changes"])
+    return ReferenceResult(**values)

@@ -1,0 +1,90 @@
+"""What a simulation gives: one result a jump, in SI units, with what it cost to compute."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from simulator.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True, slots=True)
+class ModeChange:
+    """A change of the contact mode, at a time since touchdown."""
+
+    time_s: float
+    before: str
+    after: str
+
+
+@dataclass(frozen=True, slots=True)
+class JumpResult:
+    """One jump, from touchdown on. Heights are above the undisturbed surface; None: not reached.
+
+    Heat, mechanical energy and drag of the stance are integrals from touchdown to the last lift-off before the apex,
+    those of the jump run to its end, as do the losses of ground, grains, rail and impact, and the energy book's
+    residual. `cost_J` is the sum of the stance's three (with the effect `cost_of_whole_jump`, the jump's) and the
+    passive draw. `decision_margin` is the distance of the closest decision of the sampled controller, in units of
+    the local error; below 10 the jump is `ill_conditioned`, and `other_branch` is the jump had that decision fallen
+    otherwise. So it is where the sampled damping lets errors grow (`error_growth`) until even rounding takes a share
+    of the accuracy.
+    """
+
+    outcome: str
+    touchdown_time_s: float
+    liftoff_time_s: float | None
+    max_depth_m: float
+    liftoff_body_height_m: float | None
+    liftoff_body_velocity_m_s: float | None
+    liftoff_foot_velocity_m_s: float | None
+    apex_height_m: float | None
+    apex_time_s: float | None
+    next_touchdown_time_s: float | None
+    next_touchdown_body_velocity_m_s: float | None
+    stance_heat_J: float  # noqa: N815
+    stance_mechanical_J: float  # noqa: N815
+    stance_drag_J: float  # noqa: N815
+    jump_heat_J: float  # noqa: N815
+    jump_mechanical_J: float  # noqa: N815
+    jump_drag_J: float  # noqa: N815
+    passive_J: float  # noqa: N815
+    cost_J: float  # noqa: N815
+    leg_work_J: float  # noqa: N815
+    ground_loss_J: float  # noqa: N815
+    grain_energy_J: float  # noqa: N815
+    friction_loss_J: float  # noqa: N815
+    impact_loss_J: float  # noqa: N815
+    reset_work_J: float  # noqa: N815
+    energy_residual_J: float  # noqa: N815
+    decision_margin: float | None
+    decision_tick: int | None
+    error_growth: float
+    min_leg_length_m: float
+    max_leg_length_m: float
+    capped_time_s: float
+    counters: dict[str, int]
+    mode_changes: tuple[ModeChange, ...]
+    steps: int
+    rhs_evaluations: int
+    ill_conditioned: bool = False
+    other_branch: JumpResult | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SceneResult:
+    """All jumps of a scene, simulated at one accuracy."""
+
+    scene: Scene
+    accuracy: float
+    jumps: tuple[JumpResult, ...]
+    compile_time_s: float
+    wall_time_s: float
+    trajectory: xarray.Dataset | None = None
+
+    @property
+    def jump(self) -> JumpResult:
+        """The last jump: the only one of most scenes, the steady one of the others."""
+        return self.jumps[-1]

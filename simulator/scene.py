@@ -1,0 +1,166 @@
+"""A scene: what is simulated. The robot, its leg and controller, the ground, the drive, the start, and the effects."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from data_schema.errors import UsageError, unknown_name
+from simulator.declared import GROUNDS, all_parameters, parameters_read, readers
+from simulator.effects.registry import EFFECTS
+from simulator.scene_rules import RULES
+
+GIVEN = "given by the user"
+"""Source of a value that was changed in a scene."""
+MOST_JUMPS = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """A parameter's value in SI units, and where it is from; `why` says for an assumed one why it was chosen."""
+
+    value: float
+    source: str
+    why: str = ""
+
+    @property
+    def assumed(self) -> bool:
+        """Whether the value has no source."""
+        return not self.source
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A scene that can be simulated. `values` may hold parameters of effects that are off; those wait unread.
+
+    Raises `UsageError` with one sentence for what cannot be simulated: an unknown effect or parameter, a value that is
+    missing or outside its box, an effect without what it needs or beside what it excludes.
+    """
+
+    name: str
+    title: str
+    effects: frozenset[str]
+    values: Mapping[str, Value]
+    jumps: int = 1
+    description: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "effects", frozenset(self.effects))
+        object.__setattr__(self, "values", {name: self.values[name] for name in _in_order(self.values)})
+        _check_effects(self.effects)
+        for name, value in self.values.items():
+            _check_value(name, value.value)
+        _check_jumps(self.jumps, self.effects)
+        for name, parameter in parameters_read(self.effects).items():
+            if name not in self.values:
+                needed = " and ".join(effect for effect in readers(name) if effect in self.effects) or "every scene"
+                raise UsageError(
+                    f"{name} has no value, and {needed} reads it: give {name} ({parameter.meaning}, {parameter.unit})."
+                )
+        plain = {name: value.value for name, value in self.values.items()}
+        for rule in RULES:
+            fault = rule.fault(plain) if rule.effects <= self.effects else None
+            if fault is not None:
+                raise UsageError(fault)
+
+    def __getitem__(self, name: str) -> float:
+        """Return a parameter's value; raises `UnknownName` for one the scene does not have."""
+        if name not in self.values:
+            raise unknown_name("parameter of this scene", name, self.values)
+        return self.values[name].value
+
+    @property
+    def read(self) -> tuple[str, ...]:
+        """Names of the parameters that the effects in force read."""
+        return tuple(parameters_read(self.effects))
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """Names of the parameters without a source that the effects in force read."""
+        return tuple(name for name in self.read if self.values[name].assumed)
+
+    def changed(
+        self,
+        values: Mapping[str, float] | None = None,
+        effects_on: Iterable[str] = (),
+        effects_off: Iterable[str] = (),
+        jumps: int | None = None,
+    ) -> Scene:
+        """Return the scene with other values and effects; an effect that is on, or off, already may be named again.
+
+        Raises `UsageError` for a value that nothing in force would read, and for what no scene can have.
+        """
+        on, off = frozenset(effects_on), frozenset(effects_off)
+        for name in sorted(on | off):
+            if name not in EFFECTS:
+                raise unknown_name("effect", name, EFFECTS)
+        if on & off:
+            raise UsageError(f"{min(on & off)} is to be both on and off: name it once.")
+        effects = (self.effects | on) - off
+        given = dict(values or {})
+        for name in given:
+            _check_read(name, effects)
+        new = {name: Value(float(number), GIVEN) for name, number in given.items()}
+        return replace(
+            self, effects=effects, values={**self.values, **new}, jumps=self.jumps if jumps is None else jumps
+        )
+
+
+def _in_order(names: Iterable[str]) -> list[str]:
+    known = all_parameters()
+    given = frozenset(names)
+    for name in sorted(given):
+        if name not in known:
+            raise unknown_name("parameter", name, known)
+    return [name for name in known if name in given]
+
+
+def _check_effects(effects: Collection[str]) -> None:
+    for name in sorted(effects):
+        if name not in EFFECTS:
+            raise unknown_name("effect", name, EFFECTS)
+    on = [effect for effect in EFFECTS.values() if effect.name in effects]
+    for effect in on:
+        for other, sentence in effect.excludes.items():
+            if other in effects:
+                raise UsageError(f"{effect.name} and {other} cannot be on together, since {sentence}.")
+    if not set(GROUNDS) & set(effects):
+        raise UsageError(f"a scene without a ground has nothing to jump on: switch one of {', '.join(GROUNDS)} on.")
+    for effect in on:
+        for alternatives in effect.needs:
+            if not set(alternatives) & set(effects):
+                raise UsageError(
+                    f"{effect.name} needs {' or '.join(alternatives)}, which is off: switch that on too, or "
+                    f"{effect.name} off."
+                )
+
+
+def _check_value(name: str, number: object) -> None:
+    parameter = all_parameters()[name]
+    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    allowed = f"{parameter.low:g} to {parameter.high:g}{unit}"
+    if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+        raise UsageError(f"{name} = {number!r} is not a finite number: give one from {allowed}.")
+    if not parameter.low <= number <= parameter.high:
+        raise UsageError(f"{name} = {number:g}{unit} is outside what can be simulated: give {allowed}.")
+
+
+def _check_jumps(jumps: object, effects: Collection[str]) -> None:
+    if isinstance(jumps, bool) or not isinstance(jumps, int) or not 1 <= jumps <= MOST_JUMPS:
+        raise UsageError(f"jumps = {jumps!r} is not a number of jumps: give a whole number from 1 to {MOST_JUMPS}.")
+    if jumps > 1 and "hydrostatic_stiffness" in effects:
+        raise UsageError(
+            f"jumps = {jumps} on a granular bed, which is levelled after every jump: give jumps = 1, or another ground."
+        )
+
+
+def _check_read(name: str, effects: Collection[str]) -> None:
+    if name not in all_parameters():
+        raise unknown_name("parameter", name, all_parameters())
+    if name in parameters_read(effects):
+        return
+    raise UsageError(
+        f"{name} would change nothing, because only {' and '.join(readers(name))} reads it and is off: switch it on, "
+        f"or leave {name} out."
+    )

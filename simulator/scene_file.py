@@ -1,0 +1,147 @@
+"""Scenes as TOML files: those that are shipped, and a user's own.
+
+    title = "..."
+    description = "..."
+    jumps = 1
+    effects = ["rigid_ground", ...]
+
+    [robot]
+    body_mass = { value = 1.75, source = "thesis 3.1.3" }
+    foot_mass = { value = 0.175, assumed = "a tenth of the body" }
+
+The other tables are [leg], [controller], [ground], [drive] and [start]; parameters of effects that are off may stand
+there, so that the effects can be switched on.
+"""
+
+from __future__ import annotations
+
+import importlib.resources
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import get_args
+
+from data_schema.errors import InputRefused, LabbookError, unknown_name
+from simulator.declared import all_parameters
+from simulator.effects.registry import EFFECTS
+from simulator.parameter import Part
+from simulator.scene import Scene, Value
+
+PARTS: tuple[str, ...] = get_args(Part)
+_TOP = ("title", "description", "jumps", "effects")
+_SUFFIX = ".toml"
+_SHIPPED = importlib.resources.files("simulator") / "scenes"
+
+
+def shipped_scenes() -> tuple[str, ...]:
+    """Return the names of the scenes that come with the simulator."""
+    names = (entry.name for entry in _SHIPPED.iterdir())
+    return tuple(sorted(name.removesuffix(_SUFFIX) for name in names if name.endswith(_SUFFIX)))
+
+
+def load_scene(name_or_path: str | Path) -> Scene:
+    """Load a shipped scene by its name, or a file by its path, which ends in .toml.
+
+    Raises `UnknownName` for a name that is not shipped, `InputRefused` for a file that is no scene.
+    """
+    given = str(name_or_path)
+    if given in shipped_scenes():
+        return parse_scene((_SHIPPED / f"{given}{_SUFFIX}").read_text(encoding="utf-8"), given)
+    path = Path(name_or_path)
+    if path.suffix != _SUFFIX:
+        raise unknown_name("scene", given, shipped_scenes(), "A scene of your own is given by its file, NAME.toml.")
+    try:
+        text = path.read_text(encoding="utf-8")
+    except UnicodeDecodeError as error:
+        raise InputRefused(f"{path} is not text in UTF-8: save it as such.") from error
+    except FileNotFoundError as error:
+        shipped = ", ".join(shipped_scenes())
+        raise InputRefused(f"there is no scene file {path}: check the path, or take one of {shipped}.") from error
+    return parse_scene(text, path.stem, str(path))
+
+
+def parse_scene(text: str, name: str, origin: str = "") -> Scene:
+    """Read a scene from TOML; `origin` names the file in messages. Raises `InputRefused` with one sentence."""
+    origin = origin or f"scene {name}"
+    try:
+        top = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputRefused(f"{origin} is not TOML, {error}: correct that place and try again.") from error
+    try:
+        return _scene(top, name)
+    except LabbookError as error:
+        raise InputRefused(f"{origin}: {error}") from error
+
+
+def write_scene(scene: Scene) -> str:
+    """Write a scene as TOML; `parse_scene` reads it back equal."""
+    lines = [f"title = {_text(scene.title)}", f"description = {_text(scene.description)}", f"jumps = {scene.jumps}"]
+    effects = [name for name in EFFECTS if name in scene.effects]
+    lines += ["effects = [", *(f"  {_text(name)}," for name in effects), "]"]
+    for part in PARTS:
+        lines += ["", f"[{part}]"]
+        for name, value in scene.values.items():
+            if all_parameters()[name].part == part:
+                origin = f"assumed = {_text(value.why)}" if value.assumed else f"source = {_text(value.source)}"
+                lines.append(f"{name} = {{ value = {_number(value.value)}, {origin} }}")
+    return "\n".join(lines) + "\n"
+
+
+def _scene(top: Mapping[str, object], name: str) -> Scene:
+    for key in top:
+        if key not in _TOP and key not in PARTS:
+            raise unknown_name("key of a scene file", key, (*_TOP, *PARTS))
+    title, description, effects = (top.get(key, "") for key in ("title", "description", "effects"))
+    jumps = top.get("jumps", 1)
+    if not isinstance(title, str) or not title:
+        raise InputRefused("title is missing or no text: write what the scene is in a line.")
+    if not isinstance(description, str):
+        raise InputRefused("description is no text: write it in quotes, or leave it out.")
+    if not isinstance(jumps, int):
+        raise InputRefused(f"jumps = {jumps!r} is not a whole number: write for example jumps = 1.")
+    if not isinstance(effects, list) or not all(isinstance(effect, str) for effect in effects):
+        raise InputRefused('effects is missing or no list of names: write for example effects = ["rigid_ground"].')
+    values: dict[str, Value] = {}
+    for part in PARTS:
+        table = top.get(part, {})
+        if not isinstance(table, dict):
+            raise InputRefused(f"{part} is not a table: write [{part}] and its parameters below it.")
+        values |= {key: _value(part, key, item) for key, item in table.items()}
+    return Scene(
+        name=name,
+        title=title,
+        description=description,
+        effects=frozenset(effects),
+        values=values,
+        jumps=jumps,
+    )
+
+
+def _value(part: str, name: str, item: object) -> Value:
+    parameter = all_parameters().get(name)
+    if parameter is None:
+        raise unknown_name("parameter", name, all_parameters())
+    if parameter.part != part:
+        raise InputRefused(f"{name} stands in [{part}]: move it to [{parameter.part}].")
+    form = f'write {name} = {{ value = ..., source = "..." }}, or assumed = "why" where it has no source.'
+    if not isinstance(item, dict) or "value" not in item:
+        raise InputRefused(f"{name} is not given with its value and source: {form}")
+    for key in item:
+        if key not in ("value", "source", "assumed"):
+            raise unknown_name(f"key of {name}", key, ("value", "source", "assumed"))
+    source, why = item.get("source", ""), item.get("assumed", "")
+    if not isinstance(source, str) or not isinstance(why, str) or bool(source) == bool(why):
+        raise InputRefused(f"{name} has to have either a source or a reason why it is assumed: {form}")
+    number = item["value"]
+    if isinstance(number, int) and not isinstance(number, bool) and abs(number) < 10**300:
+        number = float(number)
+    return Value(number, source, why)
+
+
+def _text(words: str) -> str:
+    return json.dumps(words, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
+def _number(value: float) -> str:
+    return repr(float(value))

@@ -1,0 +1,24 @@
+"""Scenes that may be refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import ParamSpec
+
+from data_schema.errors import UsageError
+from simulator.scene import Scene
+
+P = ParamSpec("P")
+
+
+def scene_or_sentence(make: Callable[P, Scene], *values: P.args, **options: P.kwargs) -> Scene | str:
+    """The scene that `make` gives, or the sentence that refuses it."""
+    try:
+        return make(*values, **options)
+    except UsageError as refusal:
+        return str(refusal)
+
+
+def is_sentence(text: str) -> bool:
+    """Whether a message is one line that says what was given, and then what to do or which name is nearest."""
+    return text.endswith((".", "?")) and ": " in text and "\n" not in text

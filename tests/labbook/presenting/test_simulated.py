@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import fields, replace
+
+import pytest
+
+from labbook.presenting.simulated import OUTCOMES, ROWS, as_data, as_lines
+from simulator.kernel import layout
+from simulator.result import JumpResult, ModeChange, SceneResult
+from simulator.scene_file import load_scene
+
+JUMP = JumpResult(
+    outcome="apex",
+    touchdown_time_s=0.0,
+    liftoff_time_s=0.3137413071234,
+    max_depth_m=0.07075555,
+    liftoff_body_height_m=0.19,
+    liftoff_body_velocity_m_s=1.638227,
+    liftoff_foot_velocity_m_s=0.0,
+    apex_height_m=0.303334225,
+    apex_time_s=0.44,
+    next_touchdown_time_s=None,
+    next_touchdown_body_velocity_m_s=None,
+    stance_heat_J=26.8783689,
+    stance_mechanical_J=3.65279414,
+    stance_drag_J=0.0,
+    jump_heat_J=27.1,
+    jump_mechanical_J=3.4,
+    jump_drag_J=0.0,
+    passive_J=0.0,
+    cost_J=30.53116304,
+    leg_work_J=3.0,
+    ground_loss_J=2.0,
+    grain_energy_J=0.1,
+    friction_loss_J=0.0,
+    impact_loss_J=0.0,
+    reset_work_J=0.0,
+    energy_residual_J=1e-14,
+    decision_margin=math.inf,
+    decision_tick=None,
+    min_leg_length_m=0.15,
+    max_leg_length_m=0.309,
+    capped_time_s=0.02,
+    counters={"guard_switch": 0},
+    mode_changes=(ModeChange(0.1, "intruding", "jammed"),),
+    steps=300,
+    rhs_evaluations=4000,
+)
+
+
+def result(*jumps: JumpResult, scene: str = "sim2", accuracy: float = 1e-6) -> SceneResult:
+    return SceneResult(load_scene(scene), accuracy, jumps or (JUMP,), 12.5, 0.000321)
+
+
+def test_every_line_is_a_number_of_the_result() -> None:
+    assert {key.format(span=span) for _, key, _ in ROWS for span in ("jump", "stance")} <= {
+        item.name for item in fields(JumpResult)
+    }
+    assert set(layout.OUTCOMES) <= set(OUTCOMES)
+
+
+def test_the_table_has_as_many_digits_as_the_accuracy_is_worth() -> None:
+    assert any(line.split() == ["lift-off", "0.3137413", "s", "after", "touchdown"] for line in as_lines(result()))
+    assert any(line.split()[:2] == ["lift-off", "0.3137413071"] for line in as_lines(result(accuracy=1e-9)))
+
+
+def test_the_parts_of_the_cost_are_those_that_are_summed() -> None:
+    for scene, heat in (("sim2", "26.87837"), ("emulator", "27.1")):
+        assert any(line.split() == ["heat", "in", "the", "motors", heat, "J"] for line in as_lines(result(scene=scene)))
+
+
+def test_what_is_absent_or_nothing_is_left_out() -> None:
+    text = "\n".join(as_lines(result()))
+    assert "drag" not in text
+    assert "next touchdown" not in text
+    never = replace(JUMP, outcome="no_liftoff", liftoff_time_s=None, apex_height_m=None)
+    assert "the foot never left the ground (no_liftoff)." in as_lines(result(never))
+    assert any(line.split()[:2] == ["lift-off", "-"] for line in as_lines(result(never)))
+
+
+def test_assumed_parameters_are_named_with_their_reasons() -> None:
+    assert "every parameter has a source." in as_lines(result())
+    lines = as_lines(result(scene="bed"))
+    assert "rests on assumed parameters:" in lines
+    assert "  kg_scale = 1.4: fitted to the 0.02 m that the foot cleared (thesis 5.3)" in lines
+    assert any(line.startswith("  foot_mass = 0.2 kg: ") for line in lines)
+
+
+def test_a_knife_s_edge_is_shown_with_both_branches() -> None:
+    other = replace(JUMP, apex_height_m=0.25, cost_J=31.0)
+    edge = replace(JUMP, decision_margin=2.5, decision_tick=140, ill_conditioned=True, other_branch=other)
+    lines = as_lines(result(edge))
+    assert any("knife's edge" in line and "at tick 140" in line and "2.5 local errors" in line for line in lines)
+    assert any("as decided" in line and "had it fallen otherwise" in line for line in lines)
+    assert any(
+        line.split()[:4] == ["cost", "of", "the", "jump"] and "30.53116" in line and "31" in line for line in lines
+    )
+    assert as_data(result(edge))["other_branch"]["apex_height_m"] == 0.25
+
+
+def test_a_leg_beyond_its_reach_and_odd_jumps_are_noted() -> None:
+    assert any("leg would be 0.309 m long, more than its links reach (0.3 m)" in line for line in as_lines(result()))
+    counted = replace(JUMP, counters={"guard_switch": 1, "bottomed": 0}, max_leg_length_m=0.29)
+    lines = as_lines(result(counted, counted, scene="emulator"))
+    assert "note: guard switch 2 times in 2 jumps." in lines
+
+
+def test_of_many_jumps_the_last_is_shown_and_all_are_summed() -> None:
+    last = replace(JUMP, apex_height_m=0.4, cost_J=10.0)
+    lines = as_lines(result(JUMP, last, scene="emulator"))
+    assert any("jump 2 of 100" in line for line in lines)
+    assert "all 2 jumps: 40.5312 J, apexes of 0.3033 to 0.4 m." in lines
+
+
+def test_data_is_json_without_infinities() -> None:
+    data = as_data(result(JUMP, JUMP, scene="emulator"))
+    text = json.dumps(data, allow_nan=False)
+    back = json.loads(text)
+    assert back["decision_margin"] is None
+    assert back["liftoff_time_s"] == JUMP.liftoff_time_s
+    assert [jump["cost_J"] for jump in back["jumps"]] == [JUMP.cost_J] * 2
+    assert back["mode_changes"] == [{"time_s": 0.1, "before": "intruding", "after": "jammed"}]
+    assert "platform_stiffness" in back["assumed"]
+    assert "sigma" not in back["values"]
+
+
+@pytest.mark.parametrize("outcome", layout.OUTCOMES)
+def test_every_outcome_has_its_sentence(outcome: str) -> None:
+    assert f"({outcome})." in as_lines(result(replace(JUMP, outcome=outcome)))[1]

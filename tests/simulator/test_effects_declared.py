@@ -1,0 +1,142 @@
+"""The effects' declarations agree with each other, and every pair of them makes a scene or a sentence."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import re
+
+import pytest
+
+from simulator.basics import BASICS
+from simulator.declared import GROUNDS, all_parameters, readers
+from simulator.effects.registry import EFFECTS
+from simulator.scene import Scene
+from simulator.scene_file import PARTS, load_scene, shipped_scenes
+from tests.helpers.scenes import is_sentence, scene_or_sentence
+
+ON_GROUND = {"hydrostatic_stiffness": "sim2", "rigid_ground": "force_plate", "emulated_ground": "emulator"}
+NEVER_TOGETHER = {
+    frozenset(pair)
+    for pair in (
+        ("hydrostatic_stiffness", "rigid_ground"),
+        ("hydrostatic_stiffness", "emulated_ground"),
+        ("hydrostatic_stiffness", "touchdown_impact"),
+        ("rigid_ground", "emulated_ground"),
+        # these need grains
+        ("inertial_drag", "rigid_ground"),
+        ("inertial_drag", "emulated_ground"),
+        ("inertial_drag", "touchdown_impact"),
+        ("added_mass", "rigid_ground"),
+        ("added_mass", "emulated_ground"),
+        ("added_mass", "touchdown_impact"),
+        ("active_damping", "scaled_active_damping"),
+        ("constant_force_cap", "torque_cap"),
+        ("cost_of_commanded_force", "cost_torque_cap"),
+        ("held_gains_in_flight", "massless_leg_in_flight"),
+        ("continuous_foot_speed", "held_force"),
+    )
+}
+PAIRS = list(itertools.combinations(EFFECTS, 2))
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_says_what_it_is_and_names_effects_that_exist(name: str) -> None:
+    effect = EFFECTS[name]
+    assert effect.name == name
+    assert re.fullmatch("[a-z]+(_[a-z]+)*", name)
+    assert effect.meaning
+    assert effect.source
+    named = {*effect.excludes, *itertools.chain.from_iterable(effect.needs)}
+    assert named <= set(EFFECTS) - {name}
+    assert all(alternatives for alternatives in effect.needs)
+    assert len(effect.parameters) == len({parameter.name for parameter in effect.parameters})
+    assert len(set(effect.publishes)) == len(effect.publishes)
+    assert not set(effect.derived) & set(all_parameters())
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_exclusions_are_mutual_in_one_sentence_that_says_what_to_leave_out(name: str) -> None:
+    for other, sentence in EFFECTS[name].excludes.items():
+        assert EFFECTS[other].excludes[name] == sentence
+        assert ": leave out " in sentence
+        assert not sentence.endswith(".")
+
+
+def test_a_parameter_is_declared_once() -> None:
+    declared = [*BASICS, *(parameter for effect in EFFECTS.values() for parameter in effect.parameters)]
+    for parameter in declared:
+        assert all_parameters()[parameter.name] is parameter
+    assert not {parameter.name for parameter in BASICS} & {name for name in all_parameters() if readers(name)}
+
+
+@pytest.mark.parametrize("name", all_parameters())
+def test_a_parameter_has_a_part_a_unit_a_meaning_and_a_box(name: str) -> None:
+    parameter = all_parameters()[name]
+    assert parameter.part in PARTS
+    assert parameter.unit
+    assert parameter.meaning
+    assert math.isfinite(parameter.low)
+    assert math.isfinite(parameter.high)
+    assert parameter.low < parameter.high
+    for scene in map(load_scene, shipped_scenes()):
+        assert parameter.low <= scene[name] <= parameter.high
+
+
+def with_needs(effects: frozenset[str], ground: str) -> frozenset[str]:
+    """The effects, the ground, and all they need: of alternatives the first that nothing there excludes."""
+    found = effects | {ground}
+    while missing := [
+        alternatives for name in found for alternatives in EFFECTS[name].needs if not found & set(alternatives)
+    ]:
+        free = [name for name in missing[0] if not any(name in EFFECTS[other].excludes for other in found)]
+        found |= {(free or missing[0])[0]}
+    return found
+
+
+@pytest.mark.parametrize(("first", "second"), PAIRS, ids=map("+".join, PAIRS))
+def test_every_pair_of_effects_is_built_or_refused_with_a_sentence(first: str, second: str) -> None:
+    pair = frozenset((first, second))
+    results = []
+    for ground, name in ON_GROUND.items():
+        on = with_needs(pair, ground)
+        results.append(scene_or_sentence(load_scene(name).changed, {}, on, set(EFFECTS) - on, jumps=1))
+    scenes = [result for result in results if isinstance(result, Scene)]
+    assert (not scenes) == (pair in NEVER_TOGETHER)
+    assert all(pair <= scene.effects for scene in scenes)
+    for sentence in results:
+        if isinstance(sentence, str):
+            assert re.fullmatch(r"(\w+) and (\w+) cannot be on together, since .+: leave out .+\.", sentence)
+
+
+@pytest.mark.parametrize(("first", "second"), PAIRS, ids=map("+".join, PAIRS))
+def test_every_pair_switched_on_in_a_shipped_scene_is_built_or_refused(first: str, second: str) -> None:
+    for name in shipped_scenes():
+        changed = scene_or_sentence(load_scene(name).changed, effects_on=(first, second))
+        if isinstance(changed, str):
+            assert re.fullmatch(
+                r".+ cannot be on together, since .+: leave out .+\.|"
+                r".+ needs .+, which is off: switch that on too, or .+ off\.|"
+                r"jumps = .+, which is levelled after every jump: .+",
+                changed,
+            )
+        else:
+            assert {first, second} <= changed.effects
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_an_effect_that_others_need_is_not_left_out_without_a_word(name: str) -> None:
+    for scene in map(load_scene, shipped_scenes()):
+        needing = {
+            effect.name
+            for effect in EFFECTS.values()
+            for alternatives in effect.needs
+            if effect.name in scene.effects and set(alternatives) & scene.effects == {name}
+        }
+        left = scene_or_sentence(scene.changed, effects_off=(name,))
+        if isinstance(left, str):
+            assert needing or name in GROUNDS
+            assert is_sentence(left)
+        else:
+            assert name not in left.effects
+            assert not needing

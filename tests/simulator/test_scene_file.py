@@ -1,0 +1,155 @@
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from data_schema.errors import InputRefused, UnknownName
+from simulator.declared import all_parameters
+from simulator.scene import Scene, Value
+from simulator.scene_file import load_scene, parse_scene, shipped_scenes, write_scene
+from tests.helpers.scenes import is_sentence
+
+GRAINS = {"hydrostatic_stiffness", "inertial_drag", "added_mass"}
+WHOLE_JUMP = {"cost_of_whole_jump"}
+FOR_EVERY_ROBOT = {"leg_damping", "motor_heat"}
+
+
+def test_five_scenes_are_shipped() -> None:
+    assert shipped_scenes() == ("bed", "emulator", "force_plate", "sim1", "sim2")
+
+
+@pytest.mark.parametrize(
+    ("name", "effects", "jumps"),
+    [
+        ("sim1", {"active_damping", "sampled_control", "short_leg_guard", "drag", "cost_torque_cap"}, 1),
+        (
+            "sim2",
+            {"active_damping", "sampled_control", "short_leg_guard", "constant_force_cap", "cost_of_commanded_force"}
+            | {"held_gains_in_flight"},
+            1,
+        ),
+        ("bed", {"active_damping", "sampled_control", "latched_switching", "torque_cap"}, 1),
+        ("emulator", {"active_damping", "latched_switching", "short_leg_guard", "torque_cap"} | WHOLE_JUMP, 100),
+        ("force_plate", {"latched_switching", "short_leg_guard", "torque_cap", "drag"} | WHOLE_JUMP, 80),
+    ],
+)
+def test_shipped_scenes_have_the_effects_they_call_for_and_no_others(name: str, effects: set[str], jumps: int) -> None:
+    ground = {"emulator": {"emulated_ground"}, "force_plate": {"rigid_ground"}}.get(name, GRAINS)
+    impact = set() if ground is GRAINS else {"touchdown_impact"}
+    scene = load_scene(name)
+    assert scene.effects == effects | ground | impact | FOR_EVERY_ROBOT
+    assert scene.jumps == jumps
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_shipped_scenes_have_a_value_for_every_parameter_so_that_every_effect_can_be_switched_on(name: str) -> None:
+    scene = load_scene(name)
+    assert set(scene.values) == set(all_parameters())
+    assert all(bool(value.source) != bool(value.why) for value in scene.values.values())
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_shipped_files_read_back_as_written(name: str, tmp_path: Path) -> None:
+    scene = load_scene(name)
+    file = tmp_path / f"{name}.toml"
+    file.write_text(write_scene(scene), encoding="utf-8")
+    assert load_scene(file) == scene
+    assert load_scene(str(file)) == scene
+
+
+def test_published_values_stand_in_the_scenes() -> None:
+    sim2 = load_scene("sim2")
+    published = {
+        "body_mass": 1.75,
+        "foot_mass": 0.175,
+        "rest_length": 0.27,
+        "k_compression": 250,
+        "b_compression": 0.5,
+        "k_extension": 650,
+        "b_extension": 5,
+        "foot_radius": 0.03,
+        "force_cap": 70,
+        "initial_velocity": -1,
+        "b_ad": 0,
+    }
+    assert {name: sim2[name] for name in published} == published
+    assert load_scene("sim1")["b_ad"] == load_scene("sim1")["k_extension"] == 650
+    bed = load_scene("bed")
+    assert bed["initial_height"] + bed["rest_length"] == pytest.approx(0.42)
+    assert bed["k_extension"] == pytest.approx(2.56 * 400 + 67.36)
+    assert bed.assumed == ("body_mass", "foot_mass", "kg_scale")
+    assert sim2.assumed == ()
+
+
+ANY_TEXT = st.text(st.characters(codec="utf-8"))
+TEXT = st.text(st.characters(codec="utf-8"), min_size=1)
+
+
+@given(TEXT, ANY_TEXT, TEXT, TEXT, st.floats(0.01, 100.0))
+def test_any_words_and_numbers_read_back_as_written(
+    title: str, description: str, source: str, why: str, mass: float
+) -> None:
+    plate = load_scene("force_plate")
+    values = {**plate.values, "body_mass": Value(mass, source), "foot_mass": Value(0.1, "", why)}
+    scene = Scene("own", title, plate.effects, values, 7, description)
+    assert parse_scene(write_scene(scene), "own") == scene
+
+
+def edited(old: str, new: str) -> str:
+    text = write_scene(load_scene("sim2"))
+    assert text.count(old) == 1
+    return text.replace(old, new)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("jumps = 1", "jumps = 1.5", "jumps = 1.5 is not a whole number"),
+        ("jumps = 1", "jumps = true", "jumps = True is not a number of jumps"),
+        ("jumps = 1", "jmps = 1", "'jmps' is not a known key of a scene file: did you mean 'jumps'?"),
+        ("jumps = 1", "jumps = ", "own.toml is not TOML"),
+        ('  "motor_heat",', '  "motor_heats",', "'motor_heats' is not a known effect: did you mean 'motor_heat'?"),
+        ('  "motor_heat",', "  3,", "effects is missing or no list of names"),
+        ("body_mass = {", "body_mas = {", "'body_mas' is not a known parameter: did you mean 'body_mass'?"),
+        ("[robot]", "[robots]", "'robots' is not a known key of a scene file: did you mean 'robot'?"),
+        ("[start]\n", "[start]\nbody_mass = 1\n", "body_mass stands in [start]: move it to [robot]."),
+        ("body_mass = { value = 1.75,", "body_mass = { valu = 1.75,", "body_mass is not given with its value and"),
+        ("body_mass = { value = 1.75,", 'body_mass = { value = "1.75",', "body_mass = '1.75' is not a finite number"),
+        ("body_mass = { value = 1.75,", "body_mass = { value = nan,", "body_mass = nan is not a finite number"),
+        ("body_mass = { value = 1.75,", 'body_mass = { value = 1.75, assumed = "x",', "either a source or a reason"),
+        ("body_mass = { value = 1.75,", 'body_mass = { value = 1.75, sourc = "x",', "did you mean 'source'?"),
+        ("body_mass = { value = 1.75,", "body_mass = { value = -1,", "body_mass = -1 kg is outside"),
+    ],
+)
+def test_refused_files(old: str, new: str, said: str, tmp_path: Path) -> None:
+    file = tmp_path / "own.toml"
+    file.write_text(edited(old, new), encoding="utf-8")
+    with pytest.raises(InputRefused) as refusal:
+        load_scene(file)
+    assert str(refusal.value).startswith(str(file))
+    assert said in str(refusal.value)
+    assert is_sentence(str(refusal.value))
+
+
+def test_a_number_alone_has_no_source(tmp_path: Path) -> None:
+    with pytest.raises(InputRefused, match=r'write body_mass = \{ value = ..., source = "..." \}'):
+        parse_scene("title = 'x'\neffects = []\n[robot]\nbody_mass = 1.75\n", "own")
+
+
+def test_a_title_is_needed() -> None:
+    with pytest.raises(InputRefused, match=r"^scene own: title is missing"):
+        parse_scene("effects = []", "own")
+
+
+def test_unknown_scenes_and_files(tmp_path: Path) -> None:
+    with pytest.raises(UnknownName, match=r"did you mean 'sim2'\? A scene of your own is given by its file, NAME.toml"):
+        load_scene("sim3")
+    with pytest.raises(InputRefused, match=r"there is no scene file .*own\.toml: check the path"):
+        load_scene(tmp_path / "own.toml")
+    binary = tmp_path / "own.toml"
+    binary.write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(InputRefused, match="is not text in UTF-8"):
+        load_scene(binary)
