@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from benchmarks import campaign, channel_back, help_start, ingest_log, ingest_stages, runs_list, small_files
+from benchmarks import (
+    campaign,
+    channel_back,
+    help_start,
+    ingest_log,
+    ingest_stages,
+    runs_list,
+    small_files,
+    stance,
+    sweep_million,
+)
 from benchmarks.section import Benchmark
 
 BENCHMARKS: dict[str, Benchmark] = {
@@ -14,6 +24,8 @@ BENCHMARKS: dict[str, Benchmark] = {
         channel_back.BENCHMARK,
         runs_list.BENCHMARK,
         help_start.BENCHMARK,
+        stance.BENCHMARK,
+        sweep_million.BENCHMARK,
         *campaign.BENCHMARKS,
     )
 }

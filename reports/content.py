@@ -22,6 +22,7 @@ from reports.evidence import (
     Variant,
 )
 from reports.numbers import Number, Quantity, SignificanceTest, Value
+from reports.predicted import Predictions
 
 __all__ = [
     "Anova",
@@ -39,6 +40,7 @@ __all__ = [
     "Number",
     "Order",
     "PackMean",
+    "Predictions",
     "Provenance",
     "Quantity",
     "ReportContent",
@@ -217,3 +219,4 @@ class ReportContent:
     assumed: tuple[Assumed, ...] = ()
     provenance: tuple[Provenance, ...] = ()
     robots: Mapping[str, int] = field(default_factory=dict)
+    predictions: Predictions = field(default_factory=Predictions)

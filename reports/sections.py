@@ -18,6 +18,7 @@ from reports.naming import (
     title_of,
 )
 from reports.numbers import Quantity
+from reports.prediction_sentences import prediction_sentences
 from reports.wording import count_text, list_text, sentence_start
 
 
@@ -79,6 +80,7 @@ def sections_of(content: ReportContent) -> tuple[Section, ...]:
         _in_short(content),
         _energy(content),
         _apex(content),
+        _predicted(content),
         _certainty(content),
         _measured(content),
         _methods(content),
@@ -152,6 +154,15 @@ def _anova_paragraph(content: ReportContent, quantity: Quantity) -> tuple[Paragr
 
 def _anova_name(content: ReportContent, anova: Anova) -> str:
     return levels_name(content, anova.group) or anova.label
+
+
+def _predicted(content: ReportContent) -> Section:
+    if not content.predictions.items:
+        return Section("predicted", "Predicted and measured", ())
+    tables = ("predicted_joules", "predicted_apex", "predicted_savings", "predicted_inputs")
+    parts: list[Part] = [Paragraph(text) for text in prediction_sentences(content)]
+    parts += [FigureHere("predictions"), *map(TableHere, tables)]
+    return Section("predicted", "Predicted and measured", tuple(parts))
 
 
 def _certainty(content: ReportContent) -> Section:

@@ -14,6 +14,9 @@ from simulator.scene import Scene
 FLIGHT_EFFECTS = {"held": "held_gains_in_flight", "massless": "massless_leg_in_flight"}
 """Words for the leg in flight, beside `soft`, which is neither of these effects."""
 
+AUTO = "auto"
+"""Word among the effects: those that a tolerance does not need are to be left out."""
+
 
 @dataclass(frozen=True, slots=True)
 class Change:
@@ -64,6 +67,13 @@ def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None
             )
         values["initial_height"] = drop_height_m - rest_length_m
     return scene.changed(values, on, off, jumps)
+
+
+def without_auto(effects: str | None) -> tuple[str | None, bool]:
+    """Return the words for effects without `auto`, and whether that was one of them."""
+    words = [word.strip() for word in (effects or "").split(",")]
+    rest = ",".join(word for word in words if word != AUTO)
+    return rest or None, AUTO in words
 
 
 def _change(word: str, effects: frozenset[str]) -> Change:
@@ -133,7 +143,7 @@ def _effects(words: str | None) -> tuple[frozenset[str], frozenset[str]]:
         if not (word := word.strip()):
             continue
         sign, name = word[0], word[1:].strip()
-        if word == "auto":
+        if word == AUTO:
             raise UsageError(
                 "--effects auto chooses effects by a tolerance: add --within, for example --effects auto --within 1%."
             )

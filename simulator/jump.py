@@ -31,7 +31,7 @@ from simulator.trajectory import Recording, trajectory_of
 
 Row = NDArray[np.float64]
 FINEST_ACCURACY, COARSEST_ACCURACY = 1e-13, 0.1
-TOLERANCE_SHARE = 2.0
+TOLERANCE_SHARE = 0.5
 """Local error allowed, relative to the goal for the outputs: measured over random scenes (docs/accuracy.md)."""
 ILL_CONDITIONED_BELOW = 10.0
 ROUNDING = 1e-15

@@ -93,6 +93,11 @@ def _robot(uid: str) -> sa.Select[tuple[object, ...]]:
     return sa.select(robot.c.name.label("robot"), robot.c.rest_length_m).where(robot.c.uid == uid)
 
 
+def _robot_body(uid: str) -> sa.Select[tuple[object, ...]]:
+    columns = (robot.c.body_mass_kg, robot.c.foot_mass_kg, robot.c.link_1_m, robot.c.link_2_m, robot.c.rest_length_m)
+    return sa.select(robot.c.name.label("robot"), *columns).where(robot.c.uid == uid)
+
+
 def _idle_runs(robot_uid: str) -> sa.Select[tuple[object, ...]]:
     return sa.select(robot.c.name.label("all idle runs of robot")).where(robot.c.uid == robot_uid)
 
@@ -103,6 +108,11 @@ def _condition(uid: str) -> sa.Select[tuple[object, ...]]:
 
 def _study(uid: str) -> sa.Select[tuple[object, ...]]:
     return sa.select(study.c.name.label("study"), study.c.reference_voltage_v).where(study.c.uid == uid)
+
+
+def _scene(name: str) -> sa.Select[tuple[object, ...]]:
+    """A scene is the simulator's: it has a name, and the simulator's files say what is in it."""
+    return sa.select(sa.literal(name).label("scene"))
 
 
 def _result(uid: str) -> sa.Select[tuple[object, ...]]:
@@ -116,8 +126,10 @@ _QUERIES: dict[str, Callable[[str], sa.Select[tuple[object, ...]]]] = {
     "detection": _detection,
     "decision": _decision,
     "robot": _robot,
+    "robot_body": _robot_body,
     "idle_runs": _idle_runs,
     "condition": _condition,
     "study": _study,
+    "scene": _scene,
     "result": _result,
 }

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from labbook.analysis import (
     budget,
+    checking,
     comparing,
     comparing_jumps,
     conditions,
     packs,
     passive_drain,
+    predicting,
     run_apexes,
     run_energy,
 )
@@ -24,5 +26,7 @@ ALGORITHMS: tuple[Algorithm, ...] = (
     comparing.COMPARISON,
     comparing.ANOVA,
     comparing_jumps.ALGORITHM,
+    predicting.ALGORITHM,
+    checking.ALGORITHM,
 )
 """The registry: a new kind of result is a new file and a line here."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from data_schema.queries.results import ResultRow
 from labbook.analysis import pairing
 from labbook.analysis.budget import budget
+from labbook.analysis.checking import Checked, check_conditions, check_savings
 from labbook.analysis.comparing import Pair, analyse_variance, compare
 from labbook.analysis.comparing_jumps import compare_jumps
 from labbook.analysis.conditions import ConditionValues, condition_values, run_numbers
@@ -15,6 +16,7 @@ from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.packs import pack_deviations
 from labbook.analysis.passive_drain import Drain, passive_drains
+from labbook.analysis.predicting import Predicted, predictions
 from labbook.analysis.run_apexes import RunApexes, as_protocol, run_apexes
 from labbook.analysis.run_energy import RunEnergies, run_energies
 from labbook.analysis.varying import Variations, vary
@@ -58,6 +60,8 @@ class StudyAnalysis:
     jump_tests: list[Compared]
     packs: dict[str, ResultRow]
     budget: ResultRow | None
+    predicted: dict[tuple[str, str], Predicted]
+    checked: list[Checked]
 
 
 def analyse(
@@ -78,9 +82,16 @@ def analyse(
     swept = pairing.swept_factor(evidence.configuration)
     packs = pack_deviations(bench, joules, scope)
     of_a_joule = budget(bench, evidence, joules, scope)
+    measured = list(dict.fromkeys(item.key for item in (*joules, *heights)))
+    predicted = predictions(bench, evidence, measured, progress)
+    checked = [
+        *check_conditions(bench, joules, predicted, Quantity.JOULES, swept, scope),
+        *check_conditions(bench, heights, predicted, Quantity.APEX, swept, scope),
+    ]
     analysis = StudyAnalysis(
-        evidence, drains, energies, apexes, swept, joules, heights, [], [], Variations(), [], packs, of_a_joule
-    )
+        evidence, drains, energies, apexes, swept, joules, heights, [], [], Variations(), [], packs, of_a_joule,
+        predicted, checked,
+    )  # fmt: skip
     if swept is None:
         return analysis
     compared = [
@@ -105,7 +116,15 @@ def analyse(
     ]
     progress("what the headlines depend on")
     variations = vary(bench, detections, evidence, drains, apexes, swept)
-    return replace(analysis, compared=compared, anovas=anovas, variations=variations, jump_tests=jump_tests)
+    of_savings = [(item.pair, item.result) for item in compared if item.quantity is Quantity.JOULES]
+    return replace(
+        analysis,
+        compared=compared,
+        anovas=anovas,
+        variations=variations,
+        jump_tests=jump_tests,
+        checked=[*checked, *check_savings(bench, of_savings, predicted, scope)],
+    )
 
 
 def _compare_all(bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: dict[str, str]) -> list[Compared]:

@@ -143,6 +143,26 @@ class ProfileSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class SimulationSettings:
+    """`[simulation]`: the scene that conditions are predicted with, and what becomes of it in each of them.
+
+    `factors` goes from a factor to the parameter that its physical value is, `levels` from a factor and a label to
+    parameters; `parameters` hold in every condition, and those in `assumed` have no source although they are stated.
+    For the error every parameter without a source is varied by the part `varied_by`, those in `varied` by their own.
+    """
+
+    scene: str
+    effects: str | None
+    accuracy: float
+    varied_by: float
+    varied: Mapping[str, float]
+    parameters: Mapping[str, float]
+    assumed: tuple[str, ...]
+    factors: Mapping[str, str]
+    levels: Mapping[str, Mapping[str, Mapping[str, float]]]
+
+
+@dataclass(frozen=True, slots=True)
 class Configuration:
     """All of `labbook.toml`; `people` goes from name to initials, `text` is the file as it was, `sha256` its hash."""
 
@@ -156,6 +176,7 @@ class Configuration:
     instruments: Mapping[str, InstrumentSettings]
     files: FileSettings
     profiles: Mapping[str, ProfileSettings]
+    simulation: SimulationSettings | None
     database_url: str | None
     store_path: str | None
     text: str

@@ -28,6 +28,7 @@ from labbook.config.model import (
     StudySettings,
     TimeColumn,
 )
+from labbook.config.simulation import read_simulation
 from labbook.config.tables import TableReader, as_number, is_plain
 from labbook.config.template import template
 
@@ -53,6 +54,7 @@ def parse_configuration(text: str, source: str) -> Configuration:
         instruments={name: _instrument(table) for name, table in top.tables("instruments")},
         files=_files(top.table("files")),
         profiles={name: _profile(table) for name, table in top.tables("profiles")},
+        simulation=read_simulation(top, factors),
         database_url=_database(top.table("database")),
         store_path=_store(top.table("store")),
         text=text,

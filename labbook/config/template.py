@@ -93,6 +93,13 @@ capacity_mah = 6600
 # The run's name in a file's name, without folder: a regular expression with the group (?P<run>...).
 run_pattern = '^(?P<run>r\\d+)'
 
+# What the simulator predicts each condition with: the report shows it beside what was measured. `factors` says which
+# parameter a factor's physical value is; parameters without a source are varied by this part, for the error.
+#[simulation]
+#scene = "bed"
+#varied_by = 0.1
+#factors = { foot = "foot_radius", k_gain = "k_extension", b_ad_gain = "b_ad" }
+
 # Any logger, without programming: recognise lists columns that only its files have. Without a time column, leave the
 # line "time" out and write rate_hz = 300.
 #[profiles.serial_logger]

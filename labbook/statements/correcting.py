@@ -23,6 +23,10 @@ NUMBERS_REST_ON: Mapping[str, frozenset[str]] = {
 """The columns whose correction makes results stale; of a kind that is not here, every column does."""
 
 
+SCENES_REST_ON = frozenset({"name", "body_mass_kg", "foot_mass_kg", "link_1_m", "link_2_m", "rest_length_m"})
+"""The columns of a robot that its simulated scenes are made of."""
+
+
 def apply_correct(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Change the row; what rests on it, on the condition it leaves and on the one it joins becomes stale.
 
@@ -33,11 +37,11 @@ def apply_correct(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[s
         return []
     kind, uid = entry.entity_kind, entry.entity_uid
     update_fact(scene.connection, kind, uid, new)
-    if not NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
-        return []
-    changed = [(kind, uid), *_around(scene, kind, uid, new)]
-    for values in (entry.old or {}, new):
-        changed += _touched(scene, values)
+    changed = [("robot_body", uid)] if kind == "robot" and SCENES_REST_ON & new.keys() else []
+    if NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
+        changed += [(kind, uid), *_around(scene, kind, uid, new)]
+        for values in (entry.old or {}, new):
+            changed += _touched(scene, values)
     return mark_stale(scene.connection, list(dict.fromkeys(changed)))
 
 

@@ -14,6 +14,7 @@ from data_schema.queries.people import config_in_force
 from data_schema.queries.shown_numbers import add_report_items
 from labbook.analysis.as_printed import versions_now
 from labbook.analysis.detections import keep_detections
+from labbook.analysis.predicting import keep_predictions
 from labbook.analysis.workbench import keep
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.making import MadeReport, make_report
@@ -52,5 +53,6 @@ def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
     insert_fact(scene.connection, "report", entry.entity_uid, values)
     keep_detections(scene.connection, made.detections)
     keep(scene.connection, made.bench)
+    keep_predictions(scene.connection, made.bench)
     add_report_items(scene.connection, entry.entity_uid, new["shown"])
     return []

@@ -9,6 +9,7 @@ from reports.figures.joules_by_damping import JOULES_BY_DAMPING
 from reports.figures.kind import FigureKind
 from reports.figures.packs import PACKS
 from reports.figures.passive_drain import PASSIVE_DRAIN
+from reports.figures.predictions import PREDICTIONS
 from reports.figures.savings import SAVINGS
 from reports.figures.sensitivity import SENSITIVITY
 
@@ -18,6 +19,7 @@ FIGURES: dict[str, FigureKind] = {
         SAVINGS,
         JOULES_BY_DAMPING,
         APEX_HEIGHTS,
+        PREDICTIONS,
         FLOW,
         PASSIVE_DRAIN,
         DAY_ORDER,

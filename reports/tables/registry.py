@@ -13,6 +13,7 @@ from reports.tables.comparisons import (
 )
 from reports.tables.conditions import APEX_BY_CONDITION, JOULES_BY_CONDITION, RUN_VALUES
 from reports.tables.measured import ASSUMED, DAYS, FLOW, PROVENANCE_IDS
+from reports.tables.predictions import PREDICTED_APEX, PREDICTED_INPUTS, PREDICTED_JOULES, PREDICTED_SAVINGS
 from reports.tables.table import TableKind
 from reports.tables.uncertainty import IDLE_RUNS, PACKS, PASSIVE_DRAIN, RUNS, SENSITIVITY, UNCERTAINTY_BUDGET
 
@@ -28,6 +29,10 @@ TABLES: dict[str, TableKind] = {
         TESTS_APEX,
         TESTS_JUMPS,
         ANOVAS,
+        PREDICTED_JOULES,
+        PREDICTED_APEX,
+        PREDICTED_SAVINGS,
+        PREDICTED_INPUTS,
         UNCERTAINTY_BUDGET,
         PASSIVE_DRAIN,
         PACKS,

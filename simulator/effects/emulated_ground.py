@@ -50,6 +50,6 @@ EFFECT = Effect(
         "hydrostatic_stiffness": "a foot stands on one ground: leave out emulated_ground or hydrostatic_stiffness",
         "rigid_ground": "a foot stands on one ground: leave out emulated_ground or rigid_ground",
     },
-    publishes=("platform_depth_m", "reset_work_J"),
+    publishes=("max_depth_m", "ground_loss_J", "reset_work_J"),
     functions=_functions,
 )

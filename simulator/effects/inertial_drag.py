@@ -55,7 +55,7 @@ EFFECT = Effect(
         Parameter("bg_scale", "ground", "1", "factor on the whole drag function", 0.0, 1e4),
     ),
     needs=(("hydrostatic_stiffness",),),
-    publishes=("grain_drag_coefficient_kg_m",),
+    publishes=("ground_loss_J",),
     derived=("drag_per_area", "drag_constant"),
     functions=_functions,
 )

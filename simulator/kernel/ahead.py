@@ -10,7 +10,9 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.interpolant import interpolate
 from simulator.kernel.layout import (
+    ALLOWED,
     BETWEEN,
+    FLIGHT,
     FRESH,
     INTRUDING,
     LENGTH_UNIT,
@@ -35,22 +37,38 @@ Row = NDArray[np.float64]
 FRESH_SHARE = 0.2
 """First step after the ground yields or the foot leaves it, in units of the foot's time scale: shorter than an
 intrusion that ends at once."""
+QUIET_SHARE, LONGEST_QUIET_STEP_S = 0.1, 0.02
 INTRUDING_SHARE, SMOOTH_SHARE = 1.5, 0.7
 """Longest steps of a foot in the ground and otherwise, in the same units: no guard rises and falls unseen inside
 one.
 """
 
 
+def make_longest_step(composition: Composition) -> Function:
+    """Longest step in a mode whose fastest frequency is `omega` (rad/s), s: `(work, mode, omega)`.
+
+    In flight a leg that has stopped ringing, to what an event is allowed, limits nothing.
+    """
+    rest = composition.position["rest_length"]
+
+    @inner
+    def longest_step(work: Row, mode: float, omega: float) -> float:
+        if mode == FLIGHT:
+            stretch_m = work[NOW + X_BODY] - work[NOW + X_FOOT] - work[rest]
+            ringing_m = abs(stretch_m) + abs(work[NOW + V_BODY] - work[NOW + V_FOOT]) / omega
+            if ringing_m < QUIET_SHARE * work[ALLOWED] * work[rest]:
+                return min(work[STEP], LONGEST_QUIET_STEP_S)
+        return min(work[STEP], step_share(work, mode) / omega)
+
+    return longest_step
+
+
 @inner
-def longest_step(work: Row, mode: float, omega: float) -> float:
-    """Longest step in a mode whose fastest frequency is `omega` (rad/s), s."""
+def step_share(work: Row, mode: float) -> float:
+    """Longest step of a mode in units of its time scale."""
     if work[FRESH] == 1:
-        share = FRESH_SHARE
-    elif mode == INTRUDING:
-        share = INTRUDING_SHARE
-    else:
-        share = SMOOTH_SHARE
-    return min(work[STEP], share / omega)
+        return FRESH_SHARE
+    return INTRUDING_SHARE if mode == INTRUDING else SMOOTH_SHARE
 
 
 def make_deciding_tick(composition: Composition, wants_switch: Function) -> Function:

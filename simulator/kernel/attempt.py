@@ -37,6 +37,8 @@ from simulator.kernel.runge_kutta import make_runge_kutta
 Row = NDArray[np.float64]
 Flags = NDArray[np.int64]
 ORDER_RECIPROCAL = 0.2
+DEPTH_WEIGHT = 2.0
+"""The depth is a sum of errors of one sign, made while the foot is stopped by the ground."""
 
 
 def make_attempt(composition: Composition, rates_of: Function) -> Function:
@@ -108,7 +110,7 @@ def make_error_norm(composition: Composition) -> Function:
             depth_m = max(-work[TRIAL + X_FOOT], abs(work[NOW + V_FOOT]) * h)
             if has_ground:
                 depth_m = max(depth_m, 1e-3 * work[body] * GRAVITY_M_S2 / slope(work, max(-work[NOW + X_FOOT], 0.0)))
-            worst = max(worst, abs(work[ERROR + X_FOOT]) / depth_m)
+            worst = max(worst, DEPTH_WEIGHT * abs(work[ERROR + X_FOOT]) / depth_m)
             foot_speed_m_s = max(abs(work[NOW + V_FOOT]), max(abs(work[TRIAL + V_FOOT]), 0.1 * depth_m * omega))
             worst = max(worst, abs(work[ERROR + V_FOOT]) / foot_speed_m_s)
         elif mode == FLIGHT:

@@ -11,7 +11,7 @@ import numba
 
 from simulator.effects.effect import Function
 from simulator.kernel.batch import make_batch
-from simulator.kernel.cache import give_unique_symbols, keep_on_disk
+from simulator.kernel.cache import compiling_alone, give_unique_symbols, keep_on_disk
 from simulator.kernel.composition import Composition, compose
 
 
@@ -38,7 +38,8 @@ def _kernel(effects: frozenset[str]) -> Kernel:
     if hasattr(batch, "compile"):  # with NUMBA_DISABLE_JIT=1 it is the plain function
         keep_on_disk(batch, composition.effects)
         numbers = numba.float64
-        batch.compile(
-            (numbers[:, ::1], numbers[::1], numbers[:, :, ::1], numba.int64[::1], numbers[:, ::1], numbers[:, ::1])
-        )
+        with compiling_alone(composition.effects):
+            batch.compile(
+                (numbers[:, ::1], numbers[::1], numbers[:, :, ::1], numba.int64[::1], numbers[:, ::1], numbers[:, ::1])
+            )
     return Kernel(composition, batch, time.perf_counter() - started)

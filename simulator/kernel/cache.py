@@ -6,11 +6,14 @@ old physics is served. Here the folder's name holds a hash of every source of th
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import itertools
 import os
+import re
 import shutil
 import sys
+from collections.abc import Iterator
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -23,22 +26,31 @@ from simulator.effects.effect import Function
 CACHE_VARIABLE = "LABBOOK_CACHE"
 """Environment variable with the folder for compiled kernels; otherwise the user's cache folder is taken."""
 KEPT_VERSIONS = 3
+USES_OF_KERNELS = ("accuracy", "figures_data", "reference", "sweep", "worth")
+"""Parts of the simulator that use kernels and are no part of them."""
+_VERSION = re.compile("[0-9a-f]{20}")
 
 
 def cache_folder() -> Path:
     """Folder for compiled kernels of all versions."""
     given = os.environ.get(CACHE_VARIABLE)
     if given:
-        return Path(given)
+        return Path(given) / "labbook-kernels"
     home = os.environ.get("XDG_CACHE_HOME")
     return (Path(home) if home else Path.home() / ".cache") / "labbook" / "kernels"
 
 
 def fingerprint(sources: Path | None = None) -> str:
-    """Hash of the simulator's sources, of Python, numba and llvmlite; `sources` defaults to this package's folder."""
+    """Hash of all sources that a kernel may be made of, of Python, numba and llvmlite.
+
+    `sources` defaults to this package's folder; `USES_OF_KERNELS` are left out: an import contract keeps kernels free
+    of them.
+    """
     folder = sources or Path(__file__).parents[1]
     digest = hashlib.sha256(f"{sys.version} {metadata.version('numba')} {metadata.version('llvmlite')}".encode())
     for path in sorted(folder.rglob("*.py")):
+        if path.relative_to(folder).parts[0] in USES_OF_KERNELS:
+            continue
         digest.update(str(path.relative_to(folder)).encode() + b"\0" + path.read_bytes() + b"\0")
     return digest.hexdigest()[:20]
 
@@ -56,6 +68,23 @@ def _name(effects: tuple[str, ...]) -> str:
     return hashlib.sha256(" ".join(effects).encode()).hexdigest()[:16]
 
 
+@contextlib.contextmanager
+def compiling_alone(effects: tuple[str, ...]) -> Iterator[None]:
+    """Hold the right to compile these effects' kernel: another process that wants it waits, and then loads it."""
+    try:
+        import fcntl
+
+        folder = cache_folder() / fingerprint()
+        folder.mkdir(parents=True, exist_ok=True)
+        file = (folder / f"{_name(effects)}.lock").open("w")
+    except (ImportError, OSError):  # no such locks here, or no folder: each compiles for itself
+        yield
+        return
+    with file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
+
+
 def keep_on_disk(kernel: Any, effects: tuple[str, ...]) -> None:
     """Let a compiled function look for its machine code on disk, and put it there."""
     version = fingerprint()
@@ -69,7 +98,7 @@ def keep_on_disk(kernel: Any, effects: tuple[str, ...]) -> None:
 
 
 def _forget_old_versions(current: Path) -> None:
-    others = [path for path in current.parent.iterdir() if path.is_dir() and path != current]
+    others = [path for path in current.parent.iterdir() if _VERSION.fullmatch(path.name) and path != current]
     others.sort(key=lambda path: path.stat().st_mtime, reverse=True)
     for path in others[KEPT_VERSIONS - 1 :]:
         shutil.rmtree(path, ignore_errors=True)
@@ -77,6 +106,8 @@ def _forget_old_versions(current: Path) -> None:
 
 def _kernel_cache(function: Function, folder: Path, version: str, name: str) -> FunctionCache:
     class Locator(_CacheLocator):
+        _py_file = function.__code__.co_filename  # numba names it where it warns
+
         def get_cache_path(self) -> str:
             return str(folder)
 
@@ -99,6 +130,20 @@ def _kernel_cache(function: Function, folder: Path, version: str, name: str) -> 
         def _index_key(self, sig: Any, codegen: Any) -> tuple[Any, ...]:
             # not the closure's cells, as numba's own: they hold functions whose pickles differ in each process
             return (sig, codegen.magic_tuple(), name)
+
+        def load_overload(self, sig: Any, target_context: Any) -> Any:
+            base: Any = super()
+            try:
+                return base.load_overload(sig, target_context)
+            except Exception:  # a file cut off by a full disk or a power cut: whatever it says, compile anew
+                with contextlib.suppress(OSError):
+                    base.flush()
+                return None
+
+        def save_overload(self, sig: Any, data: Any) -> None:
+            base: Any = super()
+            with contextlib.suppress(OSError):  # a folder that takes no files: every process compiles for itself
+                base.save_overload(sig, data)
 
     make: Any = KernelCache
     result: FunctionCache = make(function)

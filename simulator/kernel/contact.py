@@ -16,7 +16,6 @@ from simulator.kernel.guards import make_foot_margins, make_forces
 from simulator.kernel.layout import (
     ABOVE_PRINT,
     AIRBORNE,
-    ALLOWED,
     BOOK,
     CLEAR,
     CLEARED,
@@ -24,6 +23,7 @@ from simulator.kernel.layout import (
     CREEPING,
     DEEPEST,
     FLIGHT,
+    IMPACT,
     IN_PRINT,
     INTRUDING,
     JAMMED,
@@ -31,6 +31,7 @@ from simulator.kernel.layout import (
     NOW,
     PHASE,
     SATURATED,
+    TOLERANCE,
     V_BODY,
     V_FOOT,
     X_BODY,
@@ -64,7 +65,7 @@ def make_creeps(composition: Composition) -> Function:
     """Whether a foot that starts to yield creeps instead of ringing: `(work, a_b, yielding_n)`.
 
     The ringing that creeping leaves out has the amplitude (yielding + force rate / omega) / K'; it must be far faster
-    than a millisecond, and smaller than what an event is allowed, relative to the depth.
+    than a millisecond, and smaller than the local error allowed, relative to the depth.
     """
     if not composition.has("resistance_n") or composition.has("travel_m"):
         return inlined(lambda work, a_b, yielding_n: False)
@@ -86,7 +87,7 @@ def make_creeps(composition: Composition) -> Function:
         rising_n_s = -force_rate(work, work[NOW + X_BODY] - work[NOW + X_FOOT], work[NOW + V_BODY], a_b)
         if rising_n_s <= 0.0:
             return False
-        return (yielding_n + rising_n_s / omega) / give_n_m < work[ALLOWED] * depth_m
+        return (yielding_n + rising_n_s / omega) / give_n_m < work[TOLERANCE] * depth_m
 
     return creeps
 
@@ -135,7 +136,10 @@ def make_lift_off(composition: Composition) -> Function:
         if massless:
             before_j = energy(FLIGHT, work)
             work[NOW + X_FOOT], work[NOW + V_FOOT] = work[NOW + X_BODY] - work[rest], work[NOW + V_BODY]
-            work[CLEARED] = CLEAR
-            work[BOOK] += before_j - energy(FLIGHT, work)
+            if work[NOW + X_FOOT] > 0.0:
+                work[CLEARED] = CLEAR
+            lost_j = before_j - energy(FLIGHT, work)
+            work[BOOK] += lost_j
+            work[IMPACT] += lost_j
 
     return lift_off

@@ -50,11 +50,12 @@ def make_wants_switch(composition: Composition) -> Function:
     @inner
     def unlatched(work: Row, phase: int, row: int, length_unit_m: float, speed_unit_m_s: float) -> float:
         length_m = work[row + X_BODY] - work[row + X_FOOT]
-        wish = min(
-            (work[row + V_BODY] - work[row + V_FOOT]) / speed_unit_m_s,
-            work[row + V_BODY] / speed_unit_m_s,
-            -work[row + X_FOOT] / length_unit_m,
-        )
+        x_f = work[row + X_FOOT]
+        # a foot in the ground is known to be there: its depth is known to a share of itself
+        below = np.inf if x_f < 0.0 else -x_f / length_unit_m
+        rising = work[row + V_BODY] / speed_unit_m_s
+        lengthening = (work[row + V_BODY] - work[row + V_FOOT]) / speed_unit_m_s
+        wish = min(lengthening, rising, below)
         if guarded:
             wish = max(wish, (guard_m(work) - length_m) / length_unit_m)
         return wish if phase == COMPRESSION else -wish

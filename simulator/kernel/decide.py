@@ -75,7 +75,7 @@ def make_tick(composition: Composition, wants_switch: Function, switch: Function
     def tick(work: Row, flip: bool) -> bool:
         grow(work)
         wish = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
-        if abs(wish) < work[MARGIN]:
+        if abs(wish) < work[MARGIN] and work[TICK] > 0:  # the state at touchdown carries no error of this jump
             work[MARGIN], work[MARGIN_TICK] = abs(wish), work[TICK]
         changed = (wish > 0.0) != flip
         if changed:

@@ -37,6 +37,7 @@ from simulator.kernel.layout import (
     FLIGHT,
     FOLDS,
     HOLD,
+    IMPACT,
     IN_PRINT,
     INTRUDING,
     JAMMED,
@@ -81,7 +82,9 @@ def make_stop_foot(composition: Composition) -> Function:
 
     @inner
     def stop_foot(work: Row) -> None:
-        work[BOOK] += 0.5 * work[foot] * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+        lost_j = 0.5 * work[foot] * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+        work[BOOK] += lost_j
+        work[IMPACT] += lost_j
         work[NOW + V_FOOT] = 0.0
         work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
         work[MODE] = JAMMED

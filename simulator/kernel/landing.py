@@ -46,6 +46,7 @@ def make_meet_ground(composition: Composition) -> Function:
         height_m, velocity_m_s, _ = platform(work, work[TIME])
         if yields and (not emulated or work[EMULATOR] == HOLD) and work[NOW + V_FOOT] < 0.0:
             work[MODE] = INTRUDING
+            work[NOW + X_FOOT] = height_m  # where it was found to be, but for what the landing is allowed
             if has_mass:  # the grains under an old print move with the foot at once
                 work[NOW + grain] += 0.5 * mass(work, -work[NOW + X_FOOT]) * work[NOW + V_FOOT] * work[NOW + V_FOOT]
             return

@@ -92,9 +92,7 @@ KEPT = 48
     LIFTS,
     TOUCHES,
     CLEARS,
-    FALLS,
     CAP_KINK,
-    CONE_KINK,
     FOLDS,
     STRAIGHTENS,
     SWITCHES,
@@ -102,9 +100,14 @@ KEPT = 48
     BOTTOMS,
     SETTLES,
     RESTS,
+    FALLS,
+    CONE_KINK,
 ) = range(15)
-GUARDS = 15
-"""Functions of the state whose rise through zero is an event (`simulator.kernel.guards`)."""
+GUARDS, PROMPT = 15, 13
+"""Functions of the state whose rise through zero is an event (`simulator.kernel.guards`). The first `PROMPT` of them
+are never positive while their mode lasts: one that is at the start of a step, because two events fell together,
+happens there.
+"""
 
 GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = range(48, 93, GUARDS)
 """Places of the guards' values at the start of a part of a step, at its end, and at an instant between."""

@@ -11,7 +11,9 @@ from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
     DAMPING,
+    FLIGHT,
     HELD_FORCE,
+    MODE,
     SAMPLED_SPEED,
     STIFFNESS,
 )
@@ -40,11 +42,8 @@ def make_command(composition: Composition) -> Function:
     rest = composition.position["rest_length"]
     damped = composition.has("compression_damping_kg_s")
     active = composition.has("active_damping_kg_m")
-    linear = composition.on("linear_active_damping")
+    linear, held = composition.on("linear_active_damping"), composition.on("held_force")
     sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
-
-    if composition.on("held_force"):
-        return inlined(lambda work, length_m, speed_m_s, foot_speed_m_s: work[HELD_FORCE])
 
     @inlined
     def command(work: Row, length_m: float, speed_m_s: float, foot_speed_m_s: float) -> float:
@@ -57,6 +56,8 @@ def make_command(composition: Composition) -> Function:
                 force += work[ACTIVE_DAMPING] * downwards
             else:
                 force += work[ACTIVE_DAMPING] * downwards * speed_m_s
+        if held and work[MODE] != FLIGHT:
+            force = work[HELD_FORCE]
         return force
 
     return command

@@ -13,5 +13,8 @@ LONGEST_STANCE_S = 2.0
 LONGEST_FLIGHT_S = 20.0
 FINEST_TOLERANCE = 1e-14
 """Below it rounding decides, not the step."""
+DECISION_SHARE = 0.1
+"""Error of the state that a decision at a tick is measured in, as a part of the local error allowed: the errors of the
+outputs are of this size (docs/accuracy.md)."""
 EVENT_SHARE = 0.01
 """Part of the local error allowed to the landing on an event."""

@@ -24,6 +24,7 @@ from simulator.kernel.layout import (
     K5,
     K7,
     LEG_WORK,
+    MODE,
     NOW,
     QUARTER,
     RAIL,
@@ -50,7 +51,7 @@ def make_coefficients(composition: Composition) -> Function:
 
     @inner
     def coefficients(work: Row, saturated: bool) -> tuple[float, float]:
-        if constant or saturated:
+        if saturated or (constant and work[MODE] != FLIGHT):
             return 0.0, 0.0
         damping = work[DAMPING] if damped else 0.0
         if product:

@@ -15,6 +15,7 @@ from simulator.kernel.layout import (
     GUARDS_BEFORE,
     GUARDS_BETWEEN,
     NOW,
+    PROMPT,
     QUARTER,
     TRIAL,
     WIDTH,
@@ -28,8 +29,26 @@ CLOSE = 1e-9
 """Share of a step to which the dense output's instant is refined before steps are taken to it."""
 
 
+def make_at_once(guards: Function) -> Function:
+    """Compose `(t, work)`: the guard that is positive already at the start of a step and must not be, -1 for none."""
+
+    @inner
+    def at_once(t: float, work: Row) -> int:
+        guards(t, work, NOW, GUARDS_BEFORE)
+        positive = 0
+        for guard in range(PROMPT):
+            positive += 1 if work[GUARDS_BEFORE + guard] > 0.0 else 0
+        if positive > 0:
+            for guard in range(PROMPT):
+                if work[GUARDS_BEFORE + guard] > 0.0:
+                    return guard
+        return -1
+
+    return at_once
+
+
 def make_first_event(guards: Function) -> Function:
-    """Compose the search for the first guard that rises through zero: `(t, h, work)`.
+    """Compose the search for the first guard that rises through zero: `(t, h, work)`, after `at_once`.
 
     Returns the guard (-1: none) and its instant as a share of the step.
     """
@@ -56,7 +75,6 @@ def make_first_event(guards: Function) -> Function:
 
     @inner
     def first_event(t: float, h: float, work: Row) -> tuple[int, float]:
-        guards(t, work, NOW, GUARDS_BEFORE)
         for node in range(4):
             row = TRIAL if node == 3 else QUARTER + WIDTH * node
             guards(t + 0.25 * (node + 1) * h, work, row, GUARDS_AFTER)

@@ -62,6 +62,7 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.limits import (
+    DECISION_SHARE,
     EVENT_SHARE,
     FLIP_TICK,
     JUMPS_WANTED,
@@ -132,7 +133,7 @@ def make_record(composition: Composition) -> Function:
 
     @inner
     def record(mode: float, jump: int, recorded: int, work: Row, trace: Row) -> int:
-        if recorded >= trace.shape[0]:
+        if recorded >= trace.shape[0] or work[STRIDE] == 0.0:
             return recorded
         start_s = work[OFFSET] + work[TIME] - work[STRIDE]
         trace[recorded, 0], trace[recorded, 1], trace[recorded, 2], trace[recorded, 3] = (
@@ -235,8 +236,8 @@ def make_run(composition: Composition) -> Function:
         prepare(work)
         begin(work)
         work[TOLERANCE], work[ALLOWED] = limits[TOLERANCE_WANTED], EVENT_SHARE * limits[TOLERANCE_WANTED]
-        work[LENGTH_UNIT] = work[TOLERANCE] * work[rest]
-        work[SPEED_UNIT] = work[TOLERANCE] * math.sqrt(GRAVITY_M_S2 * work[rest])
+        work[LENGTH_UNIT] = DECISION_SHARE * work[TOLERANCE] * work[rest]
+        work[SPEED_UNIT] = DECISION_SHARE * work[TOLERANCE] * math.sqrt(GRAVITY_M_S2 * work[rest])
         work[STEP] = FIRST_STEP_S
         jump, recorded, in_jump = 0, 0, False
         outcome = TOUCHDOWN if work[NOW + X_FOOT] <= 0.0 else GOES_ON

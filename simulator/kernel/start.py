@@ -76,7 +76,7 @@ def make_begin(composition: Composition) -> Function:
         work[NOW + X_BODY], work[NOW + V_BODY] = work[rest] + work[height], work[velocity]
         work[NOW + X_FOOT], work[NOW + V_FOOT] = work[height], work[velocity]
         work[MODE], work[CLEARED], work[PHASE] = FLIGHT, CLEAR, COMPRESSION
-        work[RAIL] = -1.0
+        work[RAIL], work[STALE] = -1.0, 1
         set_gains(work, False, 0.0)
         note(work)
 
@@ -103,7 +103,8 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[BOOK], work[CAPPED], work[DEPTH], work[IMPACT] = 0.0, 0.0, 0.0, 0.0
         work[MARGIN], work[MARGIN_TICK] = np.inf, -1.0
         work[GROWTH], work[WORST_GROWTH] = 0.0, 0.0
-        work[SHORTEST], work[LONGEST] = np.inf, 0.0
+        work[SHORTEST] = work[NOW + X_BODY] - work[NOW + X_FOOT]
+        work[LONGEST] = work[SHORTEST]
         work[TICK], work[AIRBORNE], work[STEPS], work[EVALUATIONS], work[EVENTS] = 0, 0, 0, 0, 0
         work[BOTTOMED], work[TOUCHED_DURING_RESET], work[TOUCHED_BEFORE_HOLD] = 0, 0, 0
         work[RELEASE_MISSED], work[GUARD_SWITCHES] = 0, 0

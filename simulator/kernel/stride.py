@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.ahead import longest_step, make_deciding_tick, note_leg_lengths
+from simulator.kernel.ahead import make_deciding_tick, make_longest_step, note_leg_lengths
 from simulator.kernel.attempt import make_attempt, make_error_norm, make_frequency, next_step, sample_nodes
 from simulator.kernel.composition import Composition
 from simulator.kernel.decide import make_must_land
@@ -18,6 +18,7 @@ from simulator.kernel.layout import (
     FLIGHT,
     FRESH,
     K1,
+    K7,
     MODE,
     NOW,
     STALE,
@@ -28,10 +29,11 @@ from simulator.kernel.layout import (
     TICK,
     TIME,
     TOLERANCE,
+    TRIAL,
     X_FOOT,
 )
 from simulator.kernel.limits import FIXED_STEP_S, FLIP_TICK, LONGEST_FLIGHT_S, LONGEST_STANCE_S
-from simulator.kernel.locate import make_first_event, make_land
+from simulator.kernel.locate import make_at_once, make_first_event, make_land
 from simulator.kernel.motion import make_rates
 
 Row = NDArray[np.float64]
@@ -51,22 +53,32 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
         make_frequency(composition),
     )
     guards = make_guards(composition, wants_switch)
-    first_event, land = make_first_event(guards), make_land(guards, attempt)
+    at_once, first_event, land = make_at_once(guards), make_first_event(guards), make_land(guards, attempt)
+    size = composition.state_size
     must_land, deciding_tick = make_must_land(composition), make_deciding_tick(composition, wants_switch)
-    timer = make_timer(composition)
+    timer, longest_step = make_timer(composition), make_longest_step(composition)
     sampled = composition.on("sampled_control")
     rate = composition.position.get("control_rate", -1)
 
     @inner
     def stride(limits: Row, work: Row) -> int:
         mode, t = work[MODE], work[TIME]
+        timed_s = timer(work)
+        prompt = at_once(t, work)
+        if prompt < 0 and timed_s <= t:
+            prompt = TIMED
+        if prompt != UNEVENTFUL:
+            for i in range(size):
+                work[TRIAL + i], work[K7 + i] = work[NOW + i], work[K1 + i]
+            work[STRIDE], work[STALE] = 0.0, 1
+            work[STEPS] += 1
+            return prompt
         if work[STALE] == 1:
             rates_of(mode, t, work, NOW, K1)
             work[STALE] = 0
         omega = frequency(work, mode, max(-work[NOW + X_FOOT], 0.0), work[STIFFNESS])
         fixed_s = limits[FIXED_STEP_S]
         h = fixed_s if fixed_s > 0.0 else longest_step(work, mode, omega)
-        timed_s = timer(work)
         end_s = min(LONGEST_FLIGHT_S if mode == FLIGHT else LONGEST_STANCE_S, timed_s)
         if sampled and must_land(work):
             end_s = min(end_s, work[TICK] / work[rate])

@@ -42,8 +42,12 @@ IN_ORDER = {
 ELSEWHERE = {
     "report": "tests/cli/test_report.py",
     "why": "tests/cli/test_report.py",
+    "compare": "tests/labbook/analysis/test_predicting.py",
     "demo": "makes a whole campaign: `make demo` runs it",
     "sim run": "tests/cli/test_sim_run.py",
+    "sim sweep": "tests/cli/test_sim_sweep.py",
+    "sim effects": "tests/cli/test_sim_effects.py",
+    "sim figures": "tests/cli/test_sim_figures.py",
 }
 
 

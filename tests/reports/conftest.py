@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats as scipy_stats
 
+from data_schema.vocabulary import Undefined
 from reports.content import (
     Anova,
     Assumed,
@@ -35,6 +36,7 @@ from reports.content import (
     Variant,
 )
 from reports.page import write_report
+from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
 from reports.run_log import LogGap, LogJump, RunLog
 from reports.sentences import difference_claim, savings_claim
 from tests.helpers.once import made_once
@@ -252,6 +254,40 @@ def _sensitivity(comparisons, days):
     return tuple(sets)
 
 
+def _prediction(maker, quantity, group, level, control, n, measured, value, se):
+    key = maker.id(f"predicted {quantity}, {' '.join([*group.values(), level])}", 3)
+    difference = value - measured.value
+    end = measured.ci_high if difference > 0 else measured.ci_low
+    ratio = difference / math.hypot(end - measured.value, 2 * se)
+    return Prediction(
+        quantity, group, level, control, n, measured, Number(value, measured.unit, se=se, provenance=key),
+        Number(difference, measured.unit), ratio, abs(ratio) <= 1,
+    )  # fmt: skip
+
+
+def _predictions(maker, conditions, comparisons):
+    items = []
+    for quantity, name in ((PredictedQuantity.JOULES, "joules"), (PredictedQuantity.APEX, "apex")):
+        for condition in conditions:
+            summary, levels = getattr(condition, name), {level.factor: level.label for level in condition.levels}
+            level, scale = levels.pop("b_ad_gain"), 1.04 if levels["foot"] == "large" else 0.995
+            mean = summary.mean
+            items.append(_prediction(maker, quantity, levels, level, condition.control, mean.n, mean,
+                                     mean.value * scale, 0.002 * mean.value))  # fmt: skip
+    items += [
+        _prediction(maker, PredictedQuantity.SAVINGS, c.group, c.level, False, c.n_control + c.n_treatment, c.savings,
+                    c.savings.value - 2.0, 0.7)
+        for c in comparisons
+        if c.savings is not None
+    ]  # fmt: skip
+    return Predictions(
+        "bed", 1e-6, ("active_damping", "motor_heat"), ("surface",), tuple(items),
+        (AssumedInput("kg_scale", 1.4, "1", "fitted", 0.1, 1.25, 0.0042, 0.61),
+         AssumedInput("foot_mass", 0.2, "kg", "a tenth of the robot", 0.05, 0.3, Undefined("it folds"), None)),
+        ill_conditioned=1,
+    )  # fmt: skip
+
+
 def make_content(seed=5):
     """A campaign of 24 conditions as chapter 5 of the thesis describes it."""
     maker = Maker(seed)
@@ -259,6 +295,7 @@ def make_content(seed=5):
     comparisons, anovas = _comparisons(maker, conditions)
     order = _order(maker, conditions)
     days = _days(order.points)
+    predictions = _predictions(maker, conditions, comparisons)
     content = ReportContent(
         title="Active damping on a granular bed", study="granular bed", selection="k_gain in (300, 400)",
         made_at="2021-07-30 14:05", software_version="0.1.0", configuration_hash="9c41f2e07ab3",
@@ -281,7 +318,7 @@ def make_content(seed=5):
                  "The unit of analysis is the run; jumps of one run are not independent."),
         limitations=("The bed was stirred by hand.", "The rail angle was read by eye."),
         assumed=(Assumed("uncertainty of the reference voltage", "0.1 V", "no source", "0 to 0.3 V"),),
-        provenance=tuple(maker.provenance),
+        provenance=tuple(maker.provenance), predictions=predictions,
     )  # fmt: skip
     heads = sorted((c for c in comparisons if c.headline and c.savings), key=lambda c: -c.savings.value)
     claims = [savings_claim(content, c) for c in heads]

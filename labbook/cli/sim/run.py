@@ -23,7 +23,14 @@ def run(
         typer.Option("--set", metavar="NAME=VALUE", help="A parameter in SI units, flight, gain or jumps; repeatable."),
     ] = None,
     effects: Annotated[
-        str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")
+        str | None,
+        typer.Option(
+            "--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass; auto: only those that matter."
+        ),
+    ] = None,
+    within: Annotated[
+        str | None,
+        typer.Option("--within", metavar="SHARE", help="With --effects auto: the change that may pass, such as 1%."),
     ] = None,
     accuracy: Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")] = 1e-6,
     plot: Annotated[
@@ -36,15 +43,23 @@ def run(
 ) -> None:
     """Simulate a scene and show its jump: times, heights, joules, how sure they are and what they rest on.
 
-    Of a scene with many jumps the last one is shown, and drawn.
+    Of a scene with many jumps the last one is shown, and drawn. With --effects auto --within 1% the effects are left
+    out that change cost, apex and depth by at most 1 % together (see labbook sim effects).
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
     from labbook.actions.simulating import RunRequest, run_scene
+    from labbook.presenting.effects_worth import verdict
+    from labbook.presenting.effects_worth_data import smallest_data
     from labbook.presenting.simulated import as_data, as_lines
 
-    request = RunRequest(scene, tuple(sets or ()), effects, accuracy, plot, animate)
-    with progress("simulating", None, shown=not as_json):
-        done = run_scene(request)
+    request = RunRequest(scene, tuple(sets or ()), effects, accuracy, plot, animate, within)
+    with progress("simulating", None, shown=not as_json) as step:
+        done = run_scene(request, step)
+    chosen, said = (
+        ({"effects_left_out": []}, [])
+        if done.worth is None
+        else (smallest_data(done.worth), ["", *verdict(done.worth)])
+    )
     files = {name: str(path) for name, path in (("plot", plot), ("animation", animate)) if path is not None}
-    emit({**as_data(done), **files}, [*as_lines(done), *files.values()], as_json)
+    emit({**as_data(done.result), **chosen, **files}, [*as_lines(done.result), *said, *files.values()], as_json)

@@ -29,11 +29,12 @@ HEAD = "# Hashes of the sources behind stored numbers; see test_results_sources.
 
 
 def sources_of(algorithm: Algorithm) -> set[str]:
-    """Its own modules, and what the statistics among them rest on."""
+    """Its own modules, and what the statistics and the simulation among them rest on."""
     found = set(algorithm.modules)
     for module in algorithm.modules:
-        if module.startswith("stats."):
-            found |= closure(module, "stats")
+        package = module.partition(".")[0]
+        if package in ("stats", "simulator"):
+            found |= closure(module, package)
     return found
 
 

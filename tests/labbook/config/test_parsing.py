@@ -51,6 +51,10 @@ exclude_gap_jumps = false
 charger_resolution_mah = 1
 idle_minutes = [20, 24.5]
 
+[simulation]
+scene = "bed"
+factors = { foot = "foot_radius", b_ad_gain = "b_ad" }
+
 [gains.b_ad_gain]
 symbol = "d"
 slope = 3.32
@@ -99,7 +103,7 @@ path = "/mnt/lab/book"
 OPTIONAL = {
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "run_pattern", "time", "columns"),
-    *("rate_hz", "url", "path"),
+    *("rate_hz", "url", "path", "factors"),
 }
 KEY_LINES = [line for line in SAMPLE.splitlines() if re.match(r"[a-z_0-9]+ = ", line)]
 

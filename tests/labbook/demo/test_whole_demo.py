@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -20,6 +21,11 @@ from stats.passive_drain import PassiveDrain, fit_passive_drain
 
 SEEDS = (1, 2, 3, 4, 5)
 JUMPS = 4
+SOFT, STIFF = "small foot, k = 835.4 N/m", "small foot, k = 1091 N/m"
+LARGE = "large foot, k = 835.4 N/m"
+PREDICTED_J = {(SOFT, "0"): 40.391692, (STIFF, "0"): 46.233119, (STIFF, "150"): 41.639542, (LARGE, "0"): 41.620428}
+PREDICTED_M = {(SOFT, "0"): 0.28553619, (STIFF, "0"): 0.31408899, (STIFF, "150"): 0.31567884, (LARGE, "0"): 0.30808764}
+"""Joules a jump and apexes of the scene `bed`, by two independent implementations."""
 
 
 def analysed(book: Book) -> MadeReport:
@@ -87,3 +93,13 @@ def test_the_demonstration_reports_and_remembers_its_correction(tmp_path: Path) 
     corrected = [entry for entry in journal if entry["action"] == "correct"]
     assert [entry["reason"] for entry in corrected] == [correction.why]
     assert corrected[0]["old"] != corrected[0]["new"]
+
+    tables = Path(done.page).parent / "tables"
+    for name, column, expected in (
+        ("predicted_joules", "predicted_j", PREDICTED_J),
+        ("predicted_apex", "predicted_m", PREDICTED_M),
+    ):
+        rows = csv.DictReader((tables / f"{name}.csv").read_text(encoding="utf-8").splitlines())
+        found = {(row["group"].replace("\u00a0", " "), row["level"]): float(row[column]) for row in rows}
+        assert len(found) > 20
+        assert {where: found[where] for where in expected} == pytest.approx(expected, rel=1e-6)

@@ -1,0 +1,87 @@
+"""What `labbook sim figures` does: the figures of ch. 3 drawn, its claims judged, both written to a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib.figure import Figure
+from simulator.claims import Finding, findings
+from simulator.figures_data.thesis_figures import ThesisFigures
+
+from data_schema.errors import UsageError, unknown_name
+from labbook.presenting.thesis_claims import claims_markdown, claims_table
+from labbook.presenting.thesis_figures import THESIS_FIGURES, ThesisFigure
+from reports.figures.kind import pdf_bytes, svg_bytes
+from reports.figures.style import publication_style
+from reports.tables.as_csv import csv_bytes
+
+PNG_DOTS_PER_IN = 300
+FORMATS = ("png", "pdf", "svg")
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenFigure:
+    """A figure and its file."""
+
+    figure: ThesisFigure
+    file: Path
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenThesis:
+    """What was written: figures, the file of their captions, and the claims with their files where there are any."""
+
+    figures: tuple[WrittenFigure, ...]
+    captions: Path
+    findings: tuple[Finding, ...]
+    tables: tuple[Path, ...]
+
+
+def write_thesis_figures(folder: Path, form: str, only: Sequence[str], step: Callable[[str], None]) -> WrittenThesis:
+    """Simulate, draw and write the figures of these numbers (all without any), and judge the claims about them."""
+    if form not in FORMATS:
+        raise unknown_name("format", form, FORMATS)
+    for number in only:
+        if number not in THESIS_FIGURES:
+            raise UsageError(
+                f"{number!r} is no figure of ch. 3 that a simulation makes: give one of {', '.join(THESIS_FIGURES)}."
+            )
+    chosen = [figure for number, figure in THESIS_FIGURES.items() if not only or number in only]
+    folder.mkdir(parents=True, exist_ok=True)
+    data = ThesisFigures()
+    written = []
+    for figure in chosen:
+        file = folder / f"thesis_{figure.number.replace('.', '_')}_{figure.name}.{form}"
+        _save(figure.draw(data), file)
+        written.append(WrittenFigure(figure, file))
+        step(f"figure {figure.number}")
+    captions = folder / "figures.md"
+    captions.write_text(_captions(written, data), encoding="utf-8")
+    found = findings(data, only or None)
+    step("claims")
+    tables = (folder / "claims.csv", folder / "claims.md") if found else ()
+    for path, content in zip(tables, (csv_bytes(claims_table(found)), claims_markdown(found).encode()), strict=False):
+        path.write_bytes(content)
+    return WrittenThesis(tuple(written), captions, found, tables)
+
+
+def _save(figure: Figure, file: Path) -> None:
+    match file.suffix:
+        case ".pdf":
+            file.write_bytes(pdf_bytes(figure))
+        case ".svg":
+            file.write_bytes(svg_bytes(figure))
+        case _:
+            with publication_style():
+                figure.savefig(file, dpi=PNG_DOTS_PER_IN)
+
+
+def _captions(written: Sequence[WrittenFigure], data: ThesisFigures) -> str:
+    """Write the figures with their captions as Markdown."""
+    return "\n".join(
+        f"## Figure {item.figure.number}: {item.figure.title}\n\n"
+        f"![{item.figure.title}]({item.file.name})\n\n{item.figure.full_caption(data)}\n"
+        for item in written
+    )

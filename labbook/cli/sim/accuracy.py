@@ -1,0 +1,48 @@
+"""`labbook sim accuracy`: what accuracy costs on one scene."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import JsonOption, emit, progress
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("accuracy")(accuracy)
+
+
+def accuracy(
+    scene: Annotated[
+        str,
+        typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file."),
+    ],
+    sets: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter in SI units, flight, gain or jumps; repeatable."),
+    ] = None,
+    effects: Annotated[
+        str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw error against time: a .png, .svg or .pdf file.")
+    ] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="Try few settings of each method.")] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Show what accuracy costs: this scene by the thesis's fixed steps, by scipy's integrators and by labbook.
+
+    Errors of depth, lift-off time, apex and cost against a reference, evaluations and times of each method at many
+    settings; and what 1 % of the cost in joules takes. Where jumps follow each other, four are made.
+
+    Example: labbook sim accuracy --scene sim2 --set b_ad=100 --plot accuracy.png
+    """
+    from labbook.actions.accuracy_study import study_scene
+    from labbook.presenting.work_precision import as_data, as_lines
+    from simulator.accuracy.study import points_to_come
+
+    with progress("compiling", points_to_come(quick), shown=not as_json) as done:
+        study = study_scene(scene, tuple(sets or ()), effects, plot, quick, done)
+    files = {} if plot is None else {"plot": str(plot)}
+    emit({**as_data(study), **files}, [*as_lines(study), *files.values()], as_json)

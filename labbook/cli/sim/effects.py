@@ -1,0 +1,66 @@
+"""`labbook sim effects`: what each effect of a scene is worth."""
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import JsonOption, columns, emit, progress
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("effects")(effects)
+
+
+def effects(
+    scene: Annotated[
+        str,
+        typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file."),
+    ],
+    within: Annotated[
+        str, typer.Option("--within", metavar="SHARE", help="The change of cost, apex and depth that may pass.")
+    ] = "1%",
+    sets: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter in SI units, flight, gain or jumps; repeatable."),
+    ] = None,
+    switched: Annotated[
+        str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off at first: +drag,-added_mass.")
+    ] = None,
+    accuracy: Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")] = 1e-6,
+    pairs: Annotated[bool, typer.Option("--pairs", help="Show every pair of effects, too.")] = False,
+    timings: Annotated[
+        bool, typer.Option("--timings", help="Compile and time a kernel without each effect: seconds for each.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Leave out each effect of a scene, alone and in pairs, and find the smallest set that is good enough.
+
+    Good enough are cost, apex and depth within a share of those with all effects. Of a scene with many jumps the tenth
+    is looked at. `labbook sim run --effects auto --within 1%` uses the set.
+
+    Example: labbook sim effects --scene sim2 --within 1%
+    """
+    from labbook.actions.effects_worth import EffectsRequest, effects_task, measure_effects
+    from labbook.presenting import effects_worth as shown
+    from labbook.presenting.effects_worth_data import time_data, times_data, worth_data
+
+    task = effects_task(EffectsRequest(scene, within, tuple(sets or ()), switched, accuracy, timings))
+    with progress("effects", task.steps, shown=not as_json) as step:
+        done = measure_effects(task, step)
+    data = {
+        **worth_data(done.scene, done.worth),
+        "times": {
+            "full": time_data(done.full_time),
+            "smallest": time_data(done.smallest_time),
+            "without": times_data(done.times_without),
+        },
+    }
+    head, *rows = shown.alone_table(done.worth, done.times_without, done.full_time)
+    lines = [*shown.heading(done.scene, done.worth), "", *columns(head, rows)]
+    if pairs:
+        head, *rows = shown.pairs_table(done.worth)
+        lines += ["", *columns(head, rows)]
+    lines += ["", *shown.footnotes(done.worth), "", *shown.verdict(done.worth)]
+    lines += shown.time_lines(done.full_time, done.smallest_time)
+    emit(data, lines, as_json)

@@ -1,0 +1,68 @@
+"""`labbook sim sweep`: a scene over a grid or a sample of its parameters, to a file."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import JsonOption, emit, progress
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("sweep")(sweep)
+
+
+def sweep(
+    scene: Annotated[
+        str,
+        typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file."),
+    ],
+    over: Annotated[
+        list[str],
+        typer.Option(
+            "--over",
+            metavar="NAME=VALUES",
+            help="What to sweep: LOW:HIGH:COUNT[:log] or VALUE,VALUE; for a sample LOW:HIGH[:log]; repeatable.",
+        ),
+    ],
+    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The result: a .nc file or a .zarr folder.")],
+    sets: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="NAME=VALUE", help="A parameter in SI units, flight, gain or jumps; repeatable."),
+    ] = None,
+    effects: Annotated[
+        str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")
+    ] = None,
+    sobol: Annotated[
+        int | None,
+        typer.Option("--sobol", metavar="COUNT", help="Draw so many scenes (best a power of 2) from the ranges."),
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", help="Another seed draws another sample; 0 without it.")] = None,
+    accuracy: Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")] = 1e-6,
+    scheduler: Annotated[
+        str | None,
+        typer.Option("--scheduler", metavar="URL", help="A Dask cluster's scheduler, tcp://HOST:PORT, to compute on."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Simulate a scene over a grid, or a Sobol sample, of its parameters, on all cores, to an xarray Dataset in a file.
+
+    Interrupted or killed, the same command goes on where it was; until the file is whole, FILE.part holds what is done.
+
+    Example: labbook sim sweep --scene sim2 --over b_ad=0:300:31 --over foot_radius=0.02,0.03,0.038 --out sweep.nc
+    """
+    from labbook.actions.sweeping import SweepRequest, planned_sweep, run_planned
+    from labbook.presenting.swept import sweep_data, sweep_lines
+
+    request = SweepRequest(scene, tuple(over), out, tuple(sets or ()), effects, accuracy, sobol, seed, scheduler)
+    with progress("checking the sweep", None, shown=not as_json):
+        planned = planned_sweep(request)
+    with progress("sweeping", planned.chunks.count, shown=not as_json) as step:
+
+        def advance(chunks: int) -> None:
+            for _ in range(chunks):
+                step("sweeping")
+
+        done = run_planned(planned, request, advance)
+    emit(sweep_data(done), sweep_lines(done), as_json)

@@ -1,0 +1,102 @@
+"""`[simulation]` in `labbook.toml`: the scene that the study's conditions are predicted with.
+
+    [simulation]
+    scene = "bed"
+    assumed = ["body_mass", "foot_mass"]
+    varied = { body_mass = 0.025 }
+    factors = { foot = "foot_radius", k_gain = "k_extension" }
+
+    [simulation.levels.surface]
+    sand = { kg_scale = 1.2 }
+
+`factors` names the parameter that a factor's physical value is; `levels` gives parameters level by level, `parameters`
+for all conditions. The robot's masses and lengths are those of the book; `assumed` names what has no source all the
+same, and is varied as the scene's own assumptions are: by a tenth, by `varied_by`, or by what `varied` says. Names of
+parameters are the simulator's, which checks them when it is asked.
+"""
+
+from __future__ import annotations
+
+import importlib.resources
+from collections.abc import Mapping
+
+from data_schema.errors import unknown_name
+from labbook.config.model import FactorSettings, SimulationSettings
+from labbook.config.tables import TableReader, is_plain
+
+ACCURACY = 1e-6
+VARIED_BY = 0.1
+"""Relative error asked of the simulator, and the part by which assumed parameters are varied, where none is given."""
+
+
+def read_simulation(top: TableReader, factors: Mapping[str, FactorSettings]) -> SimulationSettings | None:
+    """Read `[simulation]`, None where the book has none."""
+    if top.value("simulation") is None:
+        return None
+    table = top.table("simulation")
+    below = table.table("levels")
+    scene = table.text("scene")
+    settings = SimulationSettings(
+        scene=table.known("scene", scene, _shipped(), "scene") if scene else "",
+        effects=table.optional_text("effects"),
+        accuracy=table.number("accuracy", ACCURACY, above=0.0),
+        varied_by=_part(table, "varied_by", VARIED_BY),
+        varied={name: _part(of, name) for of in [table.table("varied")] for name in of.names()},
+        parameters=_numbers(table.table("parameters")),
+        assumed=tuple(_assumed(table)),
+        factors=_parameters_of_factors(table.table("factors"), factors),
+        levels={name: _levels(below.table(name), name, factors) for name in below.names()},
+    )
+    table.finish()
+    return settings
+
+
+def _shipped() -> list[str]:
+    """Return the names of the scenes that come with labbook, without loading the simulator."""
+    folder = importlib.resources.files("simulator") / "scenes"
+    return sorted(entry.name.removesuffix(".toml") for entry in folder.iterdir() if entry.name.endswith(".toml"))
+
+
+def _part(table: TableReader, key: str, default: float | None = None) -> float:
+    part = table.number(key, default, above=0.0)
+    if part >= 1.0:
+        table.fault(key, f"{part:g} is no part of a value: write one below 1, such as 0.1.")
+    return part
+
+
+def _numbers(table: TableReader) -> dict[str, float]:
+    return {name: table.number(name) for name in table.names()}
+
+
+def _assumed(table: TableReader) -> list[str]:
+    names = []
+    for given in table.items("assumed", "names of parameters in quotes"):
+        if isinstance(given, str) and is_plain(given):
+            names.append(given)
+        else:
+            table.fault("assumed", f"{given!r} is not a name: write names of parameters in quotes.")
+    return names
+
+
+def _parameters_of_factors(table: TableReader, factors: Mapping[str, FactorSettings]) -> dict[str, str]:
+    found = {}
+    for name in table.names():
+        _check_factor(table, name, factors)
+        found[name] = table.text(name)
+    return found
+
+
+def _levels(table: TableReader, factor: str, factors: Mapping[str, FactorSettings]) -> dict[str, dict[str, float]]:
+    _check_factor(table, factor, factors)
+    labels = [level.label for level in factors[factor].levels] if factor in factors else []
+    found = {}
+    for label in table.names():
+        if labels and label not in labels:
+            table.fault(label, str(unknown_name(f"level of {factor}", label, labels)))
+        found[label] = _numbers(table.table(label))
+    return found
+
+
+def _check_factor(table: TableReader, name: str, factors: Mapping[str, FactorSettings]) -> None:
+    if name not in factors:
+        table.fault(name, str(unknown_name("factor", name, factors)))

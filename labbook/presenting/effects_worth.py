@@ -1,0 +1,193 @@
+"""What the effects of a scene are worth, as tables and a sentence for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from data_schema.vocabulary import Undefined
+from simulator.scene import Scene
+from simulator.worth.kernel_time import KernelTime
+from simulator.worth.leaving_out import LeftOut
+from simulator.worth.measure import Worth
+from simulator.worth.outputs import Difference
+from simulator.worth.together import OUTPUTS, worst_together
+
+FLAG = "*"
+NOTHING = "-"
+_ILL_CONDITIONED = "is ill-conditioned, and less accurate than asked for: see labbook sim run."
+
+
+def heading(scene: Scene, worth: Worth) -> list[str]:
+    """Say what is compared with what."""
+    jumps = worth.scene.jumps
+    which = f", jump {jumps} of {scene.jumps}" if scene.jumps > 1 else ""
+    lines = [
+        f"{scene.name}: {scene.title}",
+        f"All {len(scene.effects)} effects{which}: cost {worth.full.cost_J:.5g} J, apex "
+        f"{_metres(worth.full.apex_height_m)}, depth {_metres(worth.full.max_depth_m)} ({worth.full.outcome}).",
+    ]
+    if worth.full.ill_conditioned:
+        lines.append(f"warning: this jump {_ILL_CONDITIONED}")
+    return lines
+
+
+def alone_table(worth: Worth, times: Mapping[str, KernelTime], full_time: KernelTime | None) -> list[list[str]]:
+    """Return the head and a row for each effect that may be left out, the one that changes most first.
+
+    `times`: of the kernels without each effect, if they were measured.
+    """
+    head = ["without", *OUTPUTS, "evaluations", *(["time a jump"] if times else []), "most together with"]
+    rows = []
+    for name, item in sorted(worth.alone.items(), key=lambda pair: -pair[1].difference.largest):
+        cells = [name + _flag(item), *_changes(item, worth)]
+        cells.append(_share(item.outputs.rhs_evaluations / worth.full.rhs_evaluations - 1.0, 0.005))
+        if times and full_time is not None:
+            cells.append(_share(times[name].time_per_jump_s / full_time.time_per_jump_s - 1.0, 0.005))
+        rows.append([*cells, _together(worth, name)])
+    return [head, *rows]
+
+
+def pairs_table(worth: Worth) -> list[list[str]]:
+    """Return the head and a row for each pair that may be left out, the one that changes most first."""
+    pairs = [item for names, item in worth.pairs.items() if item.effects == names]
+    pairs.sort(key=lambda item: -item.difference.largest)
+    return [
+        ["without", *OUTPUTS],
+        *([" and ".join(item.effects) + _flag(item), *_changes(item, worth)] for item in pairs),
+    ]
+
+
+def footnotes(worth: Worth) -> list[str]:
+    """Say what marks mean, and why some effects have no row."""
+    flagged = any(item.outputs.ill_conditioned for item in (*worth.alone.values(), *worth.pairs.values()))
+    together = "most together with: without both the change is this, not that of both factors multiplied."
+    mark = f"{FLAG} an ill-conditioned jump: labbook sim run shows what it hangs on."
+    return [
+        *([together] if any(worst_together(worth, name) for name in worth.alone) else []),
+        *([mark] if flagged else []),
+        *(f"{name} stays: {sentence}" for name, sentence in worth.needed.items()),
+    ]
+
+
+def verdict(worth: Worth) -> list[str]:
+    """Name the smallest set, what it leaves out and what that changes, and how it was searched."""
+    found = worth.smallest
+    flagged = worth.full.ill_conditioned or found.left_out.outputs.ill_conditioned
+    share = percent(worth.tolerance) + (f" in jump {worth.full.jumps}" if worth.scene.jumps > 1 else "")
+    if not found.left_out.effects:
+        return [f"Within {share}, none of the effects can be left out. {_search(worth)}"]
+    return [
+        f"Within {share}, {len(found.effects)} of {len(worth.scene.effects)} effects are enough: "
+        f"{', '.join(found.effects)}.",
+        f"Left out: {', '.join(found.left_out.effects)}; that changes "
+        f"{difference_text(found.left_out.difference, worth)}.",
+        *([f"warning: one of these jumps {_ILL_CONDITIONED}"] if flagged else []),
+        *_made_up_for(worth),
+        *_checked(worth),
+        _search(worth),
+    ]
+
+
+def difference_text(difference: Difference, worth: Worth) -> str:
+    """Write the changes of cost, apex and depth in a line, as 0 where they are below the accuracy."""
+    changes = zip(OUTPUTS, difference.changes, strict=True)
+    return ", ".join(f"{output} by {_change(value, worth.accuracy)}" for output, value in changes)
+
+
+def percent(share: float) -> str:
+    """Write a share in percent."""
+    return f"{_digits(100.0 * share)} %"
+
+
+def time_lines(full: KernelTime, smallest: KernelTime) -> list[str]:
+    """Say what a jump takes in both compiled kernels, and what compiling took."""
+    ratio = smallest.time_per_jump_s / full.time_per_jump_s
+    how = "" if full.compiled else " in plain Python (NUMBA_DISABLE_JIT is set)"
+    jump, ready = [
+        f"{_seconds(first)} with all effects and {_seconds(second)} with these"
+        for first, second in (
+            (full.time_per_jump_s, smallest.time_per_jump_s),
+            (full.compile_time_s, smallest.compile_time_s),
+        )
+    ]
+    return [f"A jump takes{how} {jump} ({percent(ratio)}); to compile or load the kernel took {ready}."]
+
+
+def _made_up_for(worth: Worth) -> list[str]:
+    """Name the effects that are left out though they change too much alone."""
+    beyond = [
+        name
+        for name in worth.smallest.left_out.effects
+        if name in worth.alone and not worth.alone[name].difference.within(worth.tolerance)
+    ]
+    if not beyond:
+        return []
+    return [
+        f"note: {', '.join(beyond)} alone would change more; only in this scene does what else is left out make up "
+        "for it."
+    ]
+
+
+def _checked(worth: Worth) -> list[str]:
+    """Say what the smallest set changes in later jumps than were measured."""
+    if worth.checked.outputs.jumps == worth.full.jumps:
+        return []
+    changed = difference_text(worth.checked.difference, worth)
+    lines = [f"In jump {worth.checked.outputs.jumps} that changes {changed}."]
+    if worth.searched_within < worth.tolerance:
+        lines.append(
+            f"The set was searched for {percent(worth.searched_within)}, because differences grow from jump to jump."
+        )
+    return lines
+
+
+def _search(worth: Worth) -> str:
+    candidates = len(worth.smallest.candidates)
+    if not candidates:
+        return "No effect can go, alone or with one other."
+    if worth.smallest.exhaustive:
+        return f"All sets were tried of the {candidates} effects that can go alone or with one other."
+    return (
+        f"{candidates} effects can go alone or with one other; not all of their sets were tried, but none of the "
+        "effects that remain can go."
+    )
+
+
+def _together(worth: Worth, effect: str) -> str:
+    found = worst_together(worth, effect)
+    if found is None:
+        return NOTHING
+    if isinstance(found.change, Undefined):
+        return f"{found.partner}: {found.change.reason}"
+    return f"{found.partner}: {found.output} {_share(found.change)}, not {_share(found.expected)}"
+
+
+def _changes(item: LeftOut, worth: Worth) -> list[str]:
+    return [_change(value, worth.accuracy) for value in item.difference.changes]
+
+
+def _flag(item: LeftOut) -> str:
+    return FLAG if item.outputs.ill_conditioned else ""
+
+
+def _change(value: float | Undefined, accuracy: float) -> str:
+    return value.reason if isinstance(value, Undefined) else _share(value, accuracy)
+
+
+def _share(value: float, least: float = 0.0) -> str:
+    return "0" if abs(value) <= least else f"{_digits(100.0 * value, '+')} %"
+
+
+def _digits(value: float, sign: str = "-") -> str:
+    return format(value, f"{sign}.3g" if abs(value) < 1000.0 else f"{sign}.0f")
+
+
+def _metres(value: float | None) -> str:
+    return "none" if value is None else f"{value:.5g} m"
+
+
+def _seconds(value: float) -> str:
+    for unit, factor in (("s", 1.0), ("ms", 1e3)):
+        if value * factor >= 1.0:
+            return f"{value * factor:.3g} {unit}"
+    return f"{value * 1e6:.3g} µs"

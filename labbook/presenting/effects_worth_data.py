@@ -1,0 +1,73 @@
+"""What the effects of a scene are worth, as data for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any
+
+from data_schema.vocabulary import Undefined
+from simulator.scene import Scene
+from simulator.worth.kernel_time import KernelTime
+from simulator.worth.leaving_out import LeftOut, in_order
+from simulator.worth.measure import Worth
+from simulator.worth.outputs import Difference
+from simulator.worth.together import OUTPUTS
+
+
+def worth_data(scene: Scene, worth: Worth) -> dict[str, Any]:
+    """Return what leaving out each effect and each two does, and the smallest set."""
+    return {
+        "scene": scene.name,
+        "title": scene.title,
+        "effects": in_order(scene.effects),
+        "accuracy": worth.accuracy,
+        "jumps_measured": worth.scene.jumps,
+        "full": asdict(worth.full),
+        "alone": [_left_out(item) for item in worth.alone.values()],
+        "stay": dict(worth.needed),
+        "pairs": [_left_out(item) for (first, second), item in worth.pairs.items() if item.effects == (first, second)],
+        **smallest_data(worth),
+    }
+
+
+def smallest_data(worth: Worth) -> dict[str, Any]:
+    """Return the smallest set: what it leaves out, what that changes, and how it was searched."""
+    found = worth.smallest
+    return {
+        "within": worth.tolerance,
+        "smallest_set": found.effects,
+        "effects_left_out": found.left_out.effects,
+        "change": difference_data(found.left_out.difference),
+        "checked": {"jumps": worth.checked.outputs.jumps, **difference_data(worth.checked.difference)},
+        "searched_within": worth.searched_within,
+        "candidates": found.candidates,
+        "exhaustive": found.exhaustive,
+    }
+
+
+def difference_data(difference: Difference) -> dict[str, float | None]:
+    """Return the relative changes, None where one is undefined."""
+    return {
+        name: None if isinstance(value, Undefined) else value
+        for name, value in zip(OUTPUTS, difference.changes, strict=True)
+    }
+
+
+def time_data(time: KernelTime) -> dict[str, float]:
+    """Return a kernel's times."""
+    return asdict(time)
+
+
+def times_data(times: Mapping[str, KernelTime]) -> dict[str, dict[str, float]]:
+    """Return the times of the kernels without each effect."""
+    return {name: time_data(time) for name, time in times.items()}
+
+
+def _left_out(item: LeftOut) -> dict[str, Any]:
+    return {
+        "without": item.effects,
+        **difference_data(item.difference),
+        "undefined": next((value.reason for value in item.difference.changes if isinstance(value, Undefined)), None),
+        **asdict(item.outputs),
+    }

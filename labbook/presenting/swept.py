@@ -1,0 +1,71 @@
+"""A finished sweep as lines for people and as data for programs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from simulator.sweep.outputs import OUTPUTS
+from simulator.sweep.run import Finished
+
+
+def sweep_data(done: Finished) -> dict[str, Any]:
+    """Return what a sweep made, for JSON; `jump_time_us` is None where no jump was simulated now."""
+    scene, chunks = done.sweep.scene, done.sweep.chunks
+    simulated = _simulated_jumps(done)
+    return {
+        "out": str(done.out),
+        "scene": scene.name,
+        "dims": done.sweep.dims,
+        "jumps": math.prod(done.sweep.dims.values()),
+        "variables": len(OUTPUTS),
+        "accuracy": done.sweep.accuracy,
+        "sampling": done.sweep.design.description,
+        "outcomes": done.summary.outcomes,
+        "ill_conditioned": done.summary.ill_conditioned,
+        "assumed": {name: scene.values[name].why for name in done.sweep.assumed},
+        "chunks": chunks.count,
+        "chunks_before": done.chunks_before,
+        "compile_time_s": done.compile_time_s,
+        "compute_time_s": done.compute_time_s,
+        "write_time_s": done.write_time_s,
+        "jump_time_us": 1e6 * done.compute_time_s / simulated if simulated else None,
+    }
+
+
+def sweep_lines(done: Finished) -> list[str]:
+    """Return the lines that people read, with what the numbers rest on."""
+    data = sweep_data(done)
+    dims = " x ".join(f"{name} ({length})" for name, length in done.sweep.dims.items())
+    outcomes = ", ".join(f"{name} {count}" for name, count in done.summary.outcomes.items())
+    assumed = [f"{name} is assumed: {why}" for name, why in data["assumed"].items()]
+    return [
+        f"{done.sweep.scene.name}: {data['jumps']} jumps over {dims}, {data['sampling']}.",
+        f"outcomes: {outcomes}; ill-conditioned: {data['ill_conditioned']}.",
+        *assumed,
+        _how(done),
+        f"{done.out}: {data['variables']} variables, for xarray.{_opener(done)}({done.out.name!r}).",
+    ]
+
+
+def _how(done: Finished) -> str:
+    simulated, before = _simulated_jumps(done), done.chunks_before
+    if not simulated:
+        return "nothing was left to simulate."
+    kept = f"; {before} of {done.sweep.chunks.count} chunks were there from before" if before else ""
+    return (
+        f"{done.compute_time_s:.3g} s, {1e6 * done.compute_time_s / simulated:.3g} us a jump, for a relative error of "
+        f"{done.sweep.accuracy:g}; {done.write_time_s:.2g} s for the file, after {done.compile_time_s:.2g} s of "
+        f"compiling{kept}."
+    )
+
+
+def _opener(done: Finished) -> str:
+    return "open_zarr" if done.out.suffix == ".zarr" else "open_dataset"
+
+
+def _simulated_jumps(done: Finished) -> int:
+    """Return how many jumps this run simulated; the last chunk counts as whole."""
+    chunks = done.sweep.chunks
+    rows = min(chunks.rows, (chunks.count - done.chunks_before) * chunks.rows_each)
+    return rows * done.sweep.scene.jumps

@@ -1,0 +1,108 @@
+"""The thesis's claims against the simulation, as a table for people and as data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from reports.display import DASH, general_text, with_unit
+from reports.tables.table import Cell, Column, Row, Table, words
+from simulator.claims import Claim, Finding
+
+AGREES, DISAGREES = "agrees", "does not agree"
+CAPTION = (
+    "What ch. 3 of the thesis says about its simulations, and what the simulation gives over the grids of the "
+    "figures. A claim agrees where every value lies within its limits. The text gives no ranges and few limits: "
+    "both are labbook's own, the ranges those of the figures' axes; about a number is within a quarter of it."
+)
+_COLUMNS = (
+    Column("Claim", ("claim",), numeric=False),
+    Column("Where", ("where",), numeric=False),
+    Column("Statement", ("statement",), numeric=False, prose=True),
+    Column("Measured", ("measure", "unit"), numeric=False, prose=True),
+    Column("Thesis", ("published",)),
+    Column("Simulated", ("lowest", "median", "highest")),
+    Column("Holds if", ("at_least", "at_most")),
+    Column("Within", ("n_within", "n")),
+    Column("Verdict", ("verdict",), numeric=False),
+)
+
+
+def verdict(finding: Finding) -> str:
+    """Return the verdict in words."""
+    return AGREES if finding.agrees else DISAGREES
+
+
+def claims_table(findings: Sequence[Finding]) -> Table:
+    """Make the table of all claims; its CSV has the numbers unrounded."""
+    return Table("claims", CAPTION, _COLUMNS, tuple(_row(finding) for finding in findings))
+
+
+def _row(finding: Finding) -> Row:
+    claim = finding.claim
+    cells = (
+        words(claim.id),
+        words(claim.where),
+        words(claim.statement),
+        Cell(claim.measure, (claim.measure, claim.unit)),
+        Cell(DASH if claim.published is None else _number(claim.published, claim.unit), (claim.published,)),
+        Cell(_range(finding), (finding.lowest, finding.median, finding.highest)),
+        Cell(_limits(claim), (claim.at_least, claim.at_most)),
+        Cell(f"{finding.n_within} of {finding.n}", (finding.n_within, finding.n)),
+        words(verdict(finding)),
+    )
+    return Row(cells, strong=not finding.agrees)
+
+
+def _number(value: float, unit: str) -> str:
+    return with_unit(general_text(value, 3), unit)
+
+
+def _range(finding: Finding) -> str:
+    ends = [general_text(value, 3) for value in (finding.lowest, finding.highest)]
+    if ends[0] == ends[1]:
+        return with_unit(ends[0], finding.claim.unit)
+    median = general_text(finding.median, 3)
+    return f"{with_unit(f'{ends[0]} to {ends[1]}', finding.claim.unit)} (median {median})"
+
+
+def _limits(claim: Claim) -> str:
+    if claim.at_least is not None and claim.at_most is not None:
+        ends = general_text(claim.at_least, 3), general_text(claim.at_most, 3)
+        return with_unit(ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}", claim.unit)
+    if claim.at_least is not None:
+        return f"at least {_number(claim.at_least, claim.unit)}"
+    return DASH if claim.at_most is None else f"at most {_number(claim.at_most, claim.unit)}"
+
+
+def claims_markdown(findings: Sequence[Finding]) -> str:
+    """Write the table as Markdown, what disagrees in bold."""
+    table = claims_table(findings)
+    lines = [f"| {' | '.join(column.head for column in table.heads)} |", "|" + "---|" * len(table.heads)]
+    for row in table.rows:
+        texts = [cell.text.replace("|", "\\|") for cell in table.cells(row)]
+        if row.strong:
+            texts[-1] = f"**{texts[-1]}**"
+        lines.append(f"| {' | '.join(texts)} |")
+    return "\n".join([f"{table.caption}\n", *lines, ""])
+
+
+def claims_rows(findings: Sequence[Finding]) -> list[list[str]]:
+    """Return the table's short columns, for a terminal: claim, thesis, simulated, holds if, within, verdict."""
+    table = claims_table(findings)
+    shown = [place for place, column in enumerate(table.columns) if not column.prose and column.title != "Where"]
+    head = [table.columns[place].title.lower() for place in shown]
+    return [head, *([row.cells[place].text for place in shown] for row in table.rows)]
+
+
+def claims_data(findings: Sequence[Finding]) -> list[dict[str, Any]]:
+    """Return every field of every claim and finding, for JSON."""
+    names = [field for column in _COLUMNS for field in column.fields]
+    return [
+        {
+            **dict(zip(names, (value for cell in row.cells for value in cell.values), strict=True)),
+            "figures": list(finding.claim.figures),
+            "agrees": finding.agrees,
+        }
+        for finding, row in zip(findings, claims_table(findings).rows, strict=True)
+    ]

@@ -1,0 +1,148 @@
+"""Measured and predicted side by side: every condition a row, a panel a quantity."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from reports.content import ReportContent
+from reports.display import general_text, level_text, shown_unit
+from reports.evidence import POOLED
+from reports.figures.forest import draw_estimate, tidy_rows
+from reports.figures.kind import FigureKind
+from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure
+from reports.naming import levels_name, swept_factor, swept_words
+from reports.numbers import Number
+from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction
+from reports.tables.predictions import block_of, level_text_of
+from reports.wording import count_text
+
+_ROW_IN = 0.175
+_APART = 0.17
+"""How far a measured value stands above its row, and a predicted one below it, in rows."""
+_AXES = {
+    PredictedQuantity.JOULES: ("Energy", "J a jump", "J"),
+    PredictedQuantity.APEX: ("Apex", "mm", "m"),
+    PredictedQuantity.SAVINGS: ("Savings", "%", "%"),
+}
+_RowKey = tuple[str, str]
+
+
+def _rows(content: ReportContent) -> list[tuple[_RowKey | None, str]]:
+    """Return the rows from the top: a group's name over its levels; a heading has no key."""
+    groups: dict[str, dict[_RowKey, tuple[int, str]]] = {}
+    for item in content.predictions.items:
+        heading = block_of(content, item)
+        rank = 2 if item.level == POOLED else 0 if item.control else 1
+        groups.setdefault(heading, {})[_key(content, item)] = (rank, level_text_of(content, item))
+    rows: list[tuple[_RowKey | None, str]] = []
+    for heading, levels in groups.items():
+        if heading:
+            rows.append((None, heading))
+        rows += [(key, text) for key, (_rank, text) in sorted(levels.items(), key=lambda pair: pair[1][0])]
+    return rows
+
+
+def _key(content: ReportContent, item: Prediction) -> _RowKey:
+    return levels_name(content, item.group), item.level
+
+
+def _shown(content: ReportContent) -> list[PredictedQuantity]:
+    return [quantity for quantity in PredictedQuantity if content.predictions.of(quantity)]
+
+
+def draw(content: ReportContent, width_in: float) -> Figure:
+    """Draw one panel a quantity; measured means with their interval, predictions with two standard uncertainties."""
+    narrow, rows, quantities = is_narrow(width_in), _rows(content), _shown(content)
+    figure = new_figure(width_in, 1.0 + _ROW_IN * max(len(rows), 3))
+    panels = figure.subplots(1, len(quantities), squeeze=False, sharey=True)[0]
+    places = {key: place for place, (key, _text) in enumerate(rows) if key is not None}
+    for axes, quantity in zip(panels, quantities, strict=True):
+        _draw_panel(axes, content, quantity, places, narrow)
+        tidy_rows(axes, len(rows))
+    panels[0].set_yticks(range(len(rows)), [text for _key_, text in rows])
+    for label, (key, _text) in zip(panels[0].get_yticklabels(), rows, strict=True):
+        label.set_fontweight("bold" if key is None else "normal")
+        label.set_fontsize(5.5 if narrow else 7)
+    handles = [
+        _handle("measured", BLACK, "o", narrow),
+        _handle("predicted", VERMILLION, "D", narrow),
+    ]
+    figure.legend(handles=handles, loc="outside lower center", ncols=2)
+    return figure
+
+
+def _draw_panel(
+    axes: Axes, content: ReportContent, quantity: PredictedQuantity, places: dict[_RowKey, int], narrow: bool
+) -> None:
+    scale = 0.7 if narrow else 1.0
+    for item in content.predictions.of(quantity):
+        place = places[_key(content, item)]
+        draw_estimate(axes, item.measured, place - _APART, scale=scale)
+        draw_estimate(axes, _expanded(item.predicted), place + _APART, colour=VERMILLION, marker="D", scale=0.8 * scale)
+    title, unit, _stored = _AXES[quantity]
+    axes.set_xlabel(f"{title}\n({unit})" if narrow else f"{title} ({unit})")
+    axes.xaxis.set_major_locator(MaxNLocator(3 if narrow else 5))
+    axes.margins(x=0.08)
+    light_grid(axes, "x")
+
+
+def _expanded(number: Number) -> Number:
+    """Give a prediction the interval of its expanded uncertainty."""
+    if not isinstance(number.value, int | float) or not isinstance(number.se, int | float):
+        return number
+    half = COVERAGE_FACTOR * number.se
+    return replace(number, ci_low=number.value - half, ci_high=number.value + half)
+
+
+def _handle(label: str, colour: str, marker: str, narrow: bool) -> Line2D:
+    return Line2D([], [], color=colour, marker=marker, markersize=3.0 if narrow else 4.0, linewidth=1.1, label=label)
+
+
+def caption(content: ReportContent) -> str:
+    """Say what is drawn."""
+    about = content.predictions
+    level = level_text(about.items[0].measured) if about.items else "confidence interval"
+    called = swept_words(swept_factor(content))
+    savings = (
+        f" Savings are ({called.control} − {called.treatment_short}) / {called.control}."
+        if _has_savings(content)
+        else ""
+    )
+    return (
+        f"Measured means (circles) with their {level}, and what the scene {about.scene} predicts for each condition as "
+        f"it was run (diamonds), with {general_text(COVERAGE_FACTOR)} standard uncertainties: the simulator's accuracy "
+        f"and every assumed input varied.{savings}"
+    )
+
+
+def _has_savings(content: ReportContent) -> bool:
+    return bool(content.predictions.of(PredictedQuantity.SAVINGS))
+
+
+def alternative(content: ReportContent) -> str:
+    """Describe the plot in words: how many agree, and the range of the differences."""
+    sentences = []
+    for quantity in _shown(content):
+        items = content.predictions.of(quantity)
+        agreeing = sum(item.agrees is True for item in items)
+        _title, unit, stored = _AXES[quantity]
+        factor = shown_unit(stored)[1]
+        found = [item.difference.value * factor for item in items if isinstance(item.difference.value, int | float)]
+        span = f"; predicted less measured {min(found):.1f} to {max(found):.1f} {unit}" if found else ""
+        sentences.append(f"{quantity}: {agreeing} of {count_text(len(items), 'prediction')} agree{span}.")
+    return f"Measured and predicted values of each condition. {' '.join(sentences)}"
+
+
+def absent(content: ReportContent) -> str | None:
+    """Give the reason where nothing was predicted."""
+    if content.predictions.items:
+        return None
+    return "Nothing is predicted: labbook.toml names no scene under [simulation], or nothing was measured."
+
+
+PREDICTIONS = FigureKind("predictions", "Predicted and measured", draw, caption, alternative, absent)

@@ -1,0 +1,119 @@
+"""What accuracy costs: relative error against computing time, both on logarithmic scales, a panel for each output."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, NullLocator
+
+from reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    PALE,
+    SKY,
+    TWO_COLUMNS_IN,
+    VERMILLION,
+    is_narrow,
+    light_grid,
+    new_figure,
+    publication_style,
+)
+from reports.work_precision import Curve, Panel, WorkPrecision
+
+OWN_METHOD = "labbook"
+_LOOKS = ((VERMILLION, "s"), (SKY, "^"), (BLUE, "D"), (GREEN, "v"))
+_UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"))
+_FLOOR_NAME = "round-off: nothing is claimed"
+_ROOM = 3.0
+"""Factor by which the axis of errors reaches past what is drawn."""
+
+
+def draw_work_precision(study: WorkPrecision, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw one panel an output; the further down and to the left a curve lies, the better."""
+    narrow = is_narrow(width_in)
+    across = 1 if narrow else 2
+    down = -(-len(study.panels) // across)
+    with publication_style():
+        notes = [line for note in study.notes for line in textwrap.wrap(note, int(18 * width_in))]
+        figure = new_figure(width_in, 0.9 + 2.1 * down + 0.13 * len(notes))
+        axes = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).flatten()
+        looks, limits = _looks(study), _limits(study)
+        for panel, drawn in zip(study.panels, axes, strict=False):
+            _draw_panel(drawn, panel, looks, limits)
+        for empty in axes[len(study.panels) :]:
+            empty.set_visible(False)
+        figure.suptitle(textwrap.fill(study.title, int(14 * width_in)), fontsize=8, weight="bold", x=0.01, ha="left")
+        for drawn in axes[len(study.panels) - across : len(study.panels)]:
+            drawn.set_xlabel("Time of one run")
+            drawn.tick_params(labelbottom=True)
+        figure.supylabel("Relative error", fontsize=8)
+        handles: dict[str, Artist] = {}
+        for drawn in axes:
+            handles |= {str(name): artist for artist, name in zip(*drawn.get_legend_handles_labels(), strict=True)}
+        handles[_FLOOR_NAME] = Patch(facecolor=PALE)
+        legend = figure.legend(
+            list(handles.values()),
+            list(handles),
+            loc="outside lower center",
+            ncols=2 if narrow else 3,
+            title="\n".join(notes) or None,
+            title_fontsize=6,
+        )
+        legend.get_title().set_multialignment("left")
+        return figure
+
+
+def _looks(study: WorkPrecision) -> dict[str, tuple[str, str]]:
+    """Colour and mark of each method: the own one in black, the others in their order."""
+    others = [name for name in study.methods if name != OWN_METHOD]
+    looks = {name: _LOOKS[place % len(_LOOKS)] for place, name in enumerate(others)}
+    return {**looks, OWN_METHOD: (BLACK, "o")}
+
+
+def _limits(study: WorkPrecision) -> tuple[float, float]:
+    """Range of the axis of errors, the same for all panels: from under the lowest floor to over the largest error."""
+    errors = [mark.error for panel in study.panels for curve in panel.curves for mark in curve.marks]
+    floors = [panel.floor for panel in study.panels]
+    return min(floors, default=1e-16) / _ROOM, max([*errors, *floors], default=1.0) * _ROOM
+
+
+def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, tuple[str, str]], limits: tuple[float, float]) -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.axhspan(limits[0], panel.floor, color=PALE, linewidth=0, zorder=0)
+    for curve in panel.curves:
+        _draw_curve(axes, curve, *looks[curve.method])
+    axes.set_ylim(*limits)
+    axes.set_title(panel.output, fontsize=7, loc="left")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _place: _time(value)))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.yaxis.set_major_locator(LogLocator(base=10.0, numticks=9))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _place: f"1e{round(math.log10(value)):d}"))
+    axes.yaxis.set_minor_locator(NullLocator())
+    light_grid(axes, "both")
+
+
+def _draw_curve(axes: Axes, curve: Curve, colour: str, mark: str) -> None:
+    own = curve.method == OWN_METHOD
+    axes.plot(
+        [found.seconds for found in curve.marks],
+        [found.error for found in curve.marks],
+        color=colour,
+        marker=mark,
+        markersize=3.4 if own else 2.8,
+        linewidth=1.4 if own else 0.9,
+        label=curve.method,
+        zorder=3 if own else 2,
+    )
+
+
+def _time(seconds: float) -> str:
+    """A time on the axis, in the unit that gives the shortest text."""
+    size, unit = next(((size, unit) for size, unit in _UNITS if seconds >= 0.999 * size), _UNITS[-1])
+    return f"{seconds / size:g} {unit}"

@@ -1,0 +1,81 @@
+"""What was predicted beside what was measured, as a report carries it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+
+from reports.numbers import Number, Value
+
+COVERAGE_FACTOR = 2.0
+"""Standard uncertainties of a prediction that count as its expanded uncertainty, about 95 % (JCGM 100, 6.3)."""
+
+
+class PredictedQuantity(StrEnum):
+    """What is predicted of a condition; its savings are set against the control of its group."""
+
+    JOULES = "joules a jump"
+    APEX = "apex height"
+    SAVINGS = "savings"
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """One quantity of one condition, measured and predicted.
+
+    `group` holds the levels in common with the control, `level` that of the swept factor or "pooled" (`POOLED`).
+    `predicted` carries its standard uncertainty as `se`; `n` counts the runs that were measured. `error_ratio` is
+    `difference` (predicted less measured) over the expanded uncertainty of both (the E_n of ISO 13528): they agree
+    where it lies within -1 to 1. `agrees` is None where there is none.
+    """
+
+    quantity: PredictedQuantity
+    group: Mapping[str, str]
+    level: str
+    control: bool
+    n: int
+    measured: Number
+    predicted: Number
+    difference: Number
+    error_ratio: Value
+    agrees: bool | None
+
+
+@dataclass(frozen=True, slots=True)
+class AssumedInput:
+    """A parameter of the scene without a source: its value, why it was taken, and the most that varying it changed.
+
+    It was raised and lowered by the part `varied_by`; `joules` and `apex` are the largest parts of any condition's
+    error, `savings` of any savings'.
+    """
+
+    name: str
+    value: float
+    unit: str
+    why: str
+    varied_by: float
+    joules: Value | None
+    apex: Value | None
+    savings: Value | None
+
+
+@dataclass(frozen=True, slots=True)
+class Predictions:
+    """All predictions of a report, and what they rest on; `scene` is "" where nothing was predicted.
+
+    `accuracy` is the relative error asked of the simulator, `unmapped` names factors whose levels change nothing in the
+    scene, `ill_conditioned` counts the conditions whose simulated jump hangs on a knife's edge.
+    """
+
+    scene: str = ""
+    accuracy: float = 0.0
+    effects: tuple[str, ...] = ()
+    unmapped: tuple[str, ...] = ()
+    items: tuple[Prediction, ...] = ()
+    assumed: tuple[AssumedInput, ...] = ()
+    ill_conditioned: int = 0
+
+    def of(self, quantity: PredictedQuantity) -> tuple[Prediction, ...]:
+        """Return the predictions of one quantity."""
+        return tuple(item for item in self.items if item.quantity is quantity)

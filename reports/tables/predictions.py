@@ -1,0 +1,155 @@
+"""What was predicted beside what was measured, a table a quantity, and the inputs that the predictions assume."""
+
+from __future__ import annotations
+
+from data_schema.vocabulary import Undefined
+from reports.content import ReportContent
+from reports.display import DASH, common_places, general_text, level_text, shown_unit, with_unit
+from reports.evidence import POOLED
+from reports.naming import level_name, levels_name, swept_factor, swept_words
+from reports.numbers import Number, Value
+from reports.predicted import AssumedInput, PredictedQuantity, Prediction
+from reports.tables.table import (
+    PROVENANCE,
+    Cell,
+    Column,
+    Row,
+    Table,
+    TableKind,
+    count,
+    interval_cell,
+    number_cell,
+    provenance_cell,
+    unit_slug,
+    value_cell,
+    words,
+)
+
+_STORED_UNITS = {PredictedQuantity.JOULES: "J", PredictedQuantity.APEX: "m", PredictedQuantity.SAVINGS: "%"}
+_TITLES = {
+    PredictedQuantity.JOULES: "Energy of a jump",
+    PredictedQuantity.APEX: "Apex height",
+    PredictedQuantity.SAVINGS: "Savings against the control",
+}
+LEGEND = (
+    "difference: predicted less measured; error: one standard uncertainty of the prediction; ratio: difference over "
+    "the expanded uncertainty of both (half the measured interval, and two standard uncertainties of the prediction). "
+    "They agree where the ratio lies within \u22121 to 1."
+)
+"""What the columns are."""
+_VERDICTS = {True: words("yes"), False: words("no"), None: Cell(DASH, (None,))}
+
+
+def title_text(quantity: PredictedQuantity) -> str:
+    """Return what heads the table of a quantity."""
+    return f"{_TITLES[quantity]}, measured and predicted"
+
+
+def level_text_of(content: ReportContent, item: Prediction) -> str:
+    """Name the level of a prediction: "CE", "d = 185.7 kg/s (gain 50)", "pooled"; "all runs" without a swept factor."""
+    swept = swept_factor(content)
+    if item.level == POOLED:
+        return POOLED
+    if swept is None:
+        return levels_name(content, item.group) or "all runs"
+    if item.control:
+        return swept_words(swept).control_level
+    levels = (condition.level(swept.name) for condition in content.conditions if not condition.control)
+    level = next((level for level in levels if level is not None and level.label == item.level), None)
+    return item.level if level is None else level_name(swept, level, gain=True)
+
+
+def block_of(content: ReportContent, item: Prediction) -> str:
+    """Name the group that a prediction stands under; "" without a swept factor."""
+    return levels_name(content, item.group) if swept_factor(content) is not None else ""
+
+
+def _error(number: Number, places: int) -> Cell:
+    """Make a cell of a standard uncertainty in the unit it is shown in."""
+    if number.se is None and not isinstance(number.value, Undefined):
+        return Cell(DASH, (None,), note="an assumed input cannot be varied so far")
+    return value_cell(number.se, places, shown_unit(number.unit)[1])
+
+
+def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Table:
+    items = content.predictions.of(quantity)
+    stored = _STORED_UNITS[quantity]
+    unit, slug = shown_unit(stored)[0], unit_slug(stored)
+    places = common_places([item.measured for item in items])
+    finer = max(places, common_places([item.predicted for item in items], places))
+    level = level_text(items[0].measured) if items else "CI"
+    columns = (
+        Column("condition", ("group", "level"), numeric=False),
+        Column("n", ("n_runs",)),
+        Column("measured", (f"measured_{slug}",), unit),
+        Column(level, (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), unit),
+        Column("predicted", (f"predicted_{slug}",), unit),
+        Column("error", (f"predicted_se_{slug}",), unit),
+        Column("difference", (f"difference_{slug}",), unit),
+        Column("ratio", ("error_ratio",)),
+        Column("agree", ("agrees",), numeric=False),
+        PROVENANCE,
+    )
+    rows = tuple(
+        Row(
+            (
+                Cell(level_text_of(content, item), (levels_name(content, item.group), item.level)),
+                count(item.n),
+                number_cell(item.measured, places),
+                interval_cell(item.measured, places),
+                number_cell(item.predicted, finer),
+                _error(item.predicted, finer),
+                number_cell(item.difference, places),
+                value_cell(item.error_ratio, 2),
+                _VERDICTS[item.agrees],
+                provenance_cell(item.predicted.provenance),
+            ),
+            block=block_of(content, item),
+            strong=item.level == POOLED,
+        )
+        for item in items
+    )
+    return Table(name, f"{title_text(quantity)}; {LEGEND}", columns, rows)
+
+
+def _assumed(content: ReportContent) -> Table:
+    columns = (
+        Column("input", ("input",), numeric=False),
+        Column("value", ("value", "unit"), numeric=False),
+        Column("why", ("why",), numeric=False, prose=True),
+        Column("varied by", ("varied_by",), "%"),
+        Column("energy", ("joules_j",), "J"),
+        Column("apex", ("apex_m",), "mm"),
+        Column("savings", ("savings_percent",), "%"),
+    )
+    rows = tuple(
+        Row(
+            (
+                words(one.name),
+                Cell(with_unit(general_text(one.value), one.unit), (one.value, one.unit)),
+                words(one.why),
+                Cell(general_text(100.0 * one.varied_by), (one.varied_by,)),
+                *(value_cell(value, places, factor) for value, places, factor in _changes(one)),
+            )
+        )
+        for one in content.predictions.assumed
+    )
+    caption = (
+        "Inputs of the simulation without a source, and the most that raising or lowering each by its part changes in "
+        "any condition (savings: in percentage points)."
+    )
+    return Table("predicted_inputs", caption, columns, rows)
+
+
+def _changes(one: AssumedInput) -> tuple[tuple[Value | None, int, float], ...]:
+    return (one.joules, 2, 1.0), (one.apex, 1, shown_unit("m")[1]), (one.savings, 2, 1.0)
+
+
+PREDICTED_JOULES = TableKind(
+    "predicted_joules", lambda content: _make(content, PredictedQuantity.JOULES, "predicted_joules")
+)
+PREDICTED_APEX = TableKind("predicted_apex", lambda content: _make(content, PredictedQuantity.APEX, "predicted_apex"))
+PREDICTED_SAVINGS = TableKind(
+    "predicted_savings", lambda content: _make(content, PredictedQuantity.SAVINGS, "predicted_savings")
+)
+PREDICTED_INPUTS = TableKind("predicted_inputs", _assumed)

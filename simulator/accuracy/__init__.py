@@ -1,0 +1,1 @@
+"""What accuracy costs: one scene computed by several methods at many settings, against a reference."""

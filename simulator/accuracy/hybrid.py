@@ -1,0 +1,240 @@
+"""A scene as a hybrid system that another integrator can drive: its rates, its guards, and what happens at events.
+
+All of it is composed of the kernel's own functions, so that what is compared is the integrator. Creeping is left out: a
+resting foot is held, yields, or lifts off.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.effects.effect import Function
+from simulator.kept import kept
+from simulator.kernel.composition import Composition, compose
+from simulator.kernel.contact import make_lift_off, make_settle
+from simulator.kernel.controller import make_wants_switch
+from simulator.kernel.decide import make_must_land, make_switch, make_tick
+from simulator.kernel.emulator import make_timer
+from simulator.kernel.events import GOES_ON, make_happen
+from simulator.kernel.guards import make_guards
+from simulator.kernel.landing import make_meet_ground
+from simulator.kernel.layout import (
+    AIRBORNE,
+    BOTTOMS,
+    CAP_KINK,
+    CARRIED,
+    CLEARED,
+    CLEARS,
+    CONE_KINK,
+    DEEPEST,
+    FALLS,
+    FLIGHT,
+    FOLDS,
+    GUARDS,
+    GUARDS_AFTER,
+    IN_PRINT,
+    INTRUDING,
+    JAMMED,
+    K1,
+    LENGTH_UNIT,
+    LIFTS,
+    MODE,
+    NOW,
+    PHASE,
+    RELEASES,
+    RESTS,
+    SPEED_UNIT,
+    STOPS,
+    STRAIGHTENS,
+    SWITCHES,
+    TICK,
+    TIME,
+    TOUCHDOWN,
+    TOUCHES,
+    TRIAL,
+    V_BODY,
+    X_FOOT,
+    YIELDS,
+)
+from simulator.kernel.motion import make_rates
+from simulator.kernel.report import make_finish
+from simulator.kernel.rows import COLUMN
+from simulator.kernel.run import make_control, make_follow, make_given_up, make_notice
+from simulator.kernel.start import make_begin, make_begin_jump
+
+Row = NDArray[np.float64]
+WISH, RISE = GUARDS, GUARDS + 1
+"""Places after the guards: whether a sampled controller would change its phase, were there a tick; and how far a flying
+foot is above its print before it has risen from it."""
+WATCHED = GUARDS + 2
+MOST_STEPS = 1e300
+_IN_STANCE = (FALLS, FOLDS, STRAIGHTENS)
+_OF_MODE = {
+    FLIGHT: (TOUCHES, CLEARS, RISE, FALLS),
+    INTRUDING: (STOPS, CONE_KINK, BOTTOMS, *_IN_STANCE),
+    JAMMED: (LIFTS, YIELDS, *_IN_STANCE),
+    CARRIED: (LIFTS, *_IN_STANCE),
+}
+_NUMBER, _WHOLE, _ROW = numba.float64, numba.int64, numba.float64[::1]
+
+
+@dataclass(frozen=True, slots=True)
+class HybridSystem:
+    """Compiled functions of a set of effects, all on the kernel's row `work` (`simulator.kernel.layout`).
+
+    `begin(work)` puts the robot at the start, `touch_down(work, row)` begins a jump. `control(work, row)` looks at the
+    ticks that are due. `rates(mode, t, work, state)` and `watch(t, work, state)` are new arrays, the latter of guards,
+    wish and rise. `follow(event, work, row, stop_after)` takes the state at `TRIAL` over and does what happens there;
+    it returns an outcome or `GOES_ON`. `horizon(work)` is when the emulator's state ends, and whether to stop at the
+    next tick. `given_up(work)` is an outcome or `GOES_ON`, `finish(outcome, work, row)` writes the row. `events[mode]`
+    are the guards that can fire in a mode.
+    """
+
+    composition: Composition
+    events: dict[int, tuple[int, ...]]
+    begin: Function
+    touch_down: Function
+    control: Function
+    rates: Function
+    watch: Function
+    follow: Function
+    horizon: Function
+    given_up: Function
+    finish: Function
+
+
+def system_for(effects: frozenset[str]) -> HybridSystem:
+    """Return the system of a set of effects, composed once a process."""
+    return _system(frozenset(effects))
+
+
+@functools.lru_cache(maxsize=16)
+def _system(effects: frozenset[str]) -> HybridSystem:
+    composition = compose(effects)
+    functions = {**_moving(composition), **_changing(composition)}
+    always = _of_effects(composition)
+    return HybridSystem(
+        composition,
+        {mode: (*guards, *_wish(composition, mode), *always) for mode, guards in _OF_MODE.items()},
+        **{
+            name: kept(function, types, f"hybrid {name}", composition.effects)
+            for name, (function, types) in functions.items()
+        },
+    )
+
+
+def _of_effects(composition: Composition) -> tuple[int, ...]:
+    wanted = {
+        CAP_KINK: composition.has("cap_n"),
+        RELEASES: composition.has("travel_m"),
+        RESTS: composition.has("rail_friction_n"),
+        SWITCHES: not composition.on("sampled_control"),
+    }
+    return tuple(guard for guard, on in wanted.items() if on)
+
+
+def _wish(composition: Composition, mode: int) -> tuple[int, ...]:
+    return (WISH,) if composition.on("sampled_control") and mode != FLIGHT else ()
+
+
+def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object, ...]]]:
+    size, rates_of = composition.state_size, make_rates(composition)
+    wants_switch, sampled = make_wants_switch(composition), composition.on("sampled_control")
+    fill_guards, timer, must_land = (
+        make_guards(composition, wants_switch),
+        make_timer(composition),
+        make_must_land(composition),
+    )
+
+    def rates(mode: int, t: float, work: Row, state: Row) -> Row:
+        work[TRIAL : TRIAL + size] = state
+        rates_of(mode, t, work, TRIAL, K1)
+        return work[K1 : K1 + size].copy()
+
+    def watch(t: float, work: Row, state: Row) -> Row:
+        values = np.full(WATCHED, -1.0)
+        work[TRIAL : TRIAL + size] = state
+        fill_guards(t, work, TRIAL, GUARDS_AFTER)
+        values[:GUARDS] = work[GUARDS_AFTER : GUARDS_AFTER + GUARDS]
+        if work[MODE] == FLIGHT:
+            if work[CLEARED] == IN_PRINT:
+                values[RISE] = state[X_FOOT] - work[DEEPEST]
+        elif sampled:
+            values[WISH] = wants_switch(work, work[PHASE], TRIAL, 1.0, 1.0)
+        return values
+
+    def horizon(work: Row) -> tuple[float, bool]:
+        return timer(work), must_land(work)
+
+    return {
+        "rates": (rates, (_WHOLE, _NUMBER, _ROW, _ROW)),
+        "watch": (watch, (_NUMBER, _ROW, _ROW)),
+        "horizon": (horizon, (_ROW,)),
+    }
+
+
+def _changing(composition: Composition) -> dict[str, tuple[Function, tuple[object, ...]]]:
+    switch, lift_off = make_switch(composition), make_lift_off(composition)
+    settle = make_settle(composition, lift_off)
+    tick = make_tick(composition, make_wants_switch(composition), switch)
+    look, notice = make_control(composition, tick, settle), make_notice(composition)
+    meet_ground, prepare, put = make_meet_ground(composition), composition.prepare, make_begin(composition)
+    begin_jump, write = make_begin_jump(composition, meet_ground, settle), make_finish(composition)
+    act, end = (
+        make_follow(composition, make_happen(composition, switch, settle, lift_off), settle),
+        make_given_up(composition),
+    )
+    sampled, rate = composition.on("sampled_control"), composition.position.get("control_rate", -1)
+    next_time, next_speed = COLUMN["next_touchdown_time_s"], COLUMN["next_touchdown_body_velocity_m_s"]
+
+    def begin(work: Row) -> None:
+        prepare(work)
+        put(work)
+        work[LENGTH_UNIT], work[SPEED_UNIT] = 1.0, 1.0
+
+    def touch_down(work: Row, row: Row) -> None:
+        begin_jump(work, row)
+        notice(FLIGHT, 0, work, row, np.zeros((0, 4)))
+
+    def control(work: Row, row: Row) -> None:
+        mode = work[MODE]
+        look(work, -1.0)
+        notice(mode, 0, work, row, np.zeros((0, 4)))
+
+    def follow(event: int, work: Row, row: Row, stop_after: float) -> int:
+        mode = work[MODE]
+        outcome: int = act(event, work, row, stop_after)
+        if outcome == TOUCHDOWN:
+            if work[AIRBORNE] == 0 or work[NOW + V_BODY] >= 0.0:
+                meet_ground(work)  # the jump goes on
+                if work[MODE] == JAMMED:
+                    settle(work)
+                outcome = GOES_ON
+            else:
+                row[next_time], row[next_speed] = work[TIME], work[NOW + V_BODY]
+        if sampled and mode == FLIGHT and work[MODE] != FLIGHT:
+            while work[TICK] / work[rate] < work[TIME]:
+                work[TICK] += 1
+        notice(mode, 0, work, row, np.zeros((0, 4)))
+        return outcome
+
+    def given_up(work: Row) -> int:
+        outcome: int = end(work, MOST_STEPS)
+        return outcome
+
+    def finish(outcome: int, work: Row, row: Row) -> None:
+        write(outcome, work, row)
+
+    return {
+        "begin": (begin, (_ROW,)),
+        "touch_down": (touch_down, (_ROW, _ROW)),
+        "control": (control, (_ROW, _ROW)),
+        "follow": (follow, (_WHOLE, _ROW, _ROW, _NUMBER)),
+        "given_up": (given_up, (_ROW,)),
+        "finish": (finish, (_WHOLE, _ROW, _ROW)),
+    }

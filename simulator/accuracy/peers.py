@@ -1,0 +1,252 @@
+"""A scene integrated by `scipy.integrate.solve_ivp`: one call between events, compiled rates and events.
+
+A segment ends at an event, at the emulator's timer, or at a tick of the controller at which gains change; then the
+integrator starts anew. So would anyone do who has no event-driven simulator at hand.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from simulator.accuracy.hybrid import WISH, HybridSystem
+from simulator.basics import GRAVITY_M_S2
+from simulator.kernel.events import GOES_ON
+from simulator.kernel.layout import (
+    AIRBORNE,
+    FLIGHT,
+    GUARDS,
+    LIFTOFF_REACHED,
+    MODE,
+    NOW,
+    PARAMETERS,
+    STRIDE,
+    TICK,
+    TIME,
+    TOUCHDOWN,
+    TOUCHES,
+    TRIAL,
+    X_FOOT,
+)
+from simulator.kernel.limits import LONGEST_FLIGHT_S, LONGEST_STANCE_S, STOP_AFTER_LIFTOFF
+from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.kernel.stride import TIMED, UNEVENTFUL
+
+Row = NDArray[np.float64]
+METHODS = ("RK45", "DOP853", "LSODA")
+LONGEST_STEP_S = 0.02
+MOST_EVALUATIONS = 400_000
+MOST_SEGMENTS = 5_000
+_JUST_BEFORE = -1e-300
+
+
+class PeerGaveUp(Exception):
+    """The integrator did not come to the end of the jump; the text says where."""
+
+
+@dataclass(frozen=True, slots=True)
+class PeerRun:
+    """The rows of the jumps, shape (jumps, columns), and how often the rates were evaluated."""
+
+    rows: Row
+    evaluations: int
+
+
+def peer_run(
+    system: HybridSystem,
+    parameters: Row,
+    method: str,
+    rtol: float,
+    jumps: int,
+    stop_after: int,
+    *,
+    every_tick: bool = False,
+) -> PeerRun:
+    """Integrate some jumps by a method of `solve_ivp`; `parameters` in the order that the kernel reads.
+
+    The absolute tolerances are `rtol` times typical sizes of the states. With `every_tick` the integrator starts anew
+    at every tick of a sampled controller, also where nothing changes. Raises `PeerGaveUp` where the integrator fails or
+    takes more evaluations or segments than are allowed.
+    """
+    work = np.zeros(system.composition.row_size)
+    work[PARAMETERS : PARAMETERS + len(parameters)] = parameters
+    walk = _Walk(system, work, method, rtol, stop_after, every_tick)
+    rows = []
+    for _ in range(jumps):
+        rows.append(walk.jump())
+        if rows[-1][COLUMN["outcome"]] != TOUCHDOWN:
+            break
+    return PeerRun(np.array(rows), walk.evaluations)
+
+
+@dataclass(slots=True)
+class _Walk:
+    """The walk through modes and jumps."""
+
+    system: HybridSystem
+    work: Row
+    method: str
+    rtol: float
+    stop_after: int
+    every_tick: bool
+    evaluations: int = 0
+    segments: int = 0
+    to_tick: bool = False
+    landed: bool = False
+
+    def jump(self) -> Row:
+        """Go from one touchdown to the end of the jump; the first is preceded by the fall to the ground."""
+        row = np.full(len(COLUMNS), np.nan)
+        system, work = self.system, self.work
+        if not self.landed:
+            self._fall(row)
+        system.touch_down(work, row)
+        self.landed, outcome = True, GOES_ON
+        while outcome == GOES_ON:
+            self._pass_ticks()
+            system.control(work, row)
+            outcome = int(system.given_up(work))
+            if work[MODE] == FLIGHT and work[AIRBORNE] == 1 and self.stop_after == STOP_AFTER_LIFTOFF:
+                outcome = LIFTOFF_REACHED
+            if outcome == GOES_ON:
+                outcome = self._segment(row, self.system.events[int(work[MODE])])
+        system.finish(outcome, work, row)
+        return row
+
+    def _fall(self, row: Row) -> None:
+        self.system.begin(self.work)
+        self.work[AIRBORNE] = 1
+        while self.work[NOW + X_FOOT] > 0.0 and self._segment(row, (TOUCHES,)) != TOUCHDOWN:
+            if self.system.given_up(self.work) != GOES_ON:
+                raise PeerGaveUp("the robot never came down")
+
+    def _segment(self, row: Row, guards: tuple[int, ...]) -> int:
+        """Go on to the next event, tick or timer; returns an outcome, or `GOES_ON`."""
+        system, work = self.system, self.work
+        self.segments += 1
+        if self.segments > MOST_SEGMENTS:
+            raise PeerGaveUp(f"more than {MOST_SEGMENTS} events, the last at {work[TIME]:.6g} s of a jump")
+        timer_s, must_land = system.horizon(work)
+        end_s = min(LONGEST_FLIGHT_S if work[MODE] == FLIGHT else LONGEST_STANCE_S, timer_s)
+        stops = must_land or self.to_tick or (self.every_tick and WISH in guards)
+        if stops:
+            end_s = min(end_s, float(work[TICK] / work[system.composition.position["control_rate"]]))
+        self.to_tick = False
+        found = self._integrate(end_s, tuple(guard for guard in guards if guard != WISH or not stops))
+        if found == WISH:
+            self.to_tick = True
+        event = TIMED if found is None and work[TIME] == timer_s else UNEVENTFUL if found is None else found
+        if event >= GUARDS:
+            event = UNEVENTFUL
+        return int(system.follow(event, work, row, float(self.stop_after)))
+
+    def _pass_ticks(self) -> None:
+        """Pass over the ticks that lie behind: the controller would have changed nothing there."""
+        work, rate = self.work, self.system.composition.position.get("control_rate", -1)
+        while rate >= 0 and work[TICK] / work[rate] < work[TIME]:
+            work[TICK] += 1
+
+    def _integrate(self, end_s: float, guards: tuple[int, ...]) -> int | None:
+        """Integrate to an event, which is returned, or to the end of the segment; the state there is at `TRIAL`."""
+        system, work = self.system, self.work
+        mode, start_s = int(work[MODE]), float(work[TIME])
+        size = system.composition.state_size
+        state = work[NOW : NOW + size].copy()
+        fired: list[int] = []
+        if end_s > start_s:
+            watched = _Watched(system, work, start_s, state)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error")
+                try:
+                    found = solve_ivp(
+                        self._rates(mode),
+                        (start_s, end_s),
+                        state,
+                        method=self.method,
+                        rtol=self.rtol,
+                        atol=self.rtol * _typical_sizes(work, system),
+                        max_step=LONGEST_STEP_S,
+                        events=[watched.event(guard) for guard in guards],
+                    )
+                except (UserWarning, RuntimeWarning, ValueError) as trouble:
+                    raise PeerGaveUp(f"{trouble} at {start_s:.6g} s of a jump") from trouble
+            if found.status < 0:
+                raise PeerGaveUp(f"{found.message} at {found.t[-1]:.6g} s of a jump")
+            work[TIME], state = found.t[-1], np.ascontiguousarray(found.y[:, -1])
+            fired = [guard for guard, times in zip(guards, found.t_events, strict=True) if len(times)]
+            if fired:
+                self._go_past(mode, fired[0], state)
+        work[STRIDE] = work[TIME] - start_s
+        work[TRIAL : TRIAL + size] = state
+        return fired[0] if fired else None
+
+    def _rates(self, mode: int) -> Callable[[float, Row], Row]:
+        rates, work = self.system.rates, self.work
+
+        def of_state(t: float, state: Row) -> Row:
+            self.evaluations += 1
+            if self.evaluations > MOST_EVALUATIONS:
+                raise PeerGaveUp(f"more than {MOST_EVALUATIONS} evaluations, the last at {t:.6g} s of a jump")
+            found: Row = rates(mode, t, work, state)
+            return found
+
+        return of_state
+
+    def _go_past(self, mode: int, guard: int, state: Row) -> None:
+        """Step over an event by some bits: at the root the guard is 0, or rounded to less, and nothing would happen."""
+        system, work, step_s = self.system, self.work, 1e-15
+        for _ in range(30):
+            if system.watch(work[TIME], work, state)[guard] > 0.0:
+                return
+            state += step_s * system.rates(mode, work[TIME], work, state)
+            work[TIME] += step_s
+            step_s *= 2.0
+
+
+@dataclass(slots=True)
+class _Event:
+    """One guard as `solve_ivp` wants its events; at the start of a segment a guard at 0 is below it."""
+
+    watched: _Watched
+    place: int
+    armed: bool
+    terminal: bool = True
+    direction: float = 1.0
+
+    def __call__(self, t: float, state: Row) -> float:
+        value = float(self.watched.values(t, state)[self.place])
+        return min(value, _JUST_BEFORE) if self.armed and t <= self.watched.start_s else value
+
+
+class _Watched:
+    """All guards of a segment, evaluated once for each instant that `solve_ivp` asks about."""
+
+    def __init__(self, system: HybridSystem, work: Row, start_s: float, state: Row) -> None:
+        self._system, self._work, self.start_s, self._at = system, work, start_s, start_s
+        self._first: Row = system.watch(start_s, work, state)
+        self._values: Row = self._first
+
+    def event(self, place: int) -> _Event:
+        return _Event(self, place, bool(self._first[place] <= 0.0))
+
+    def values(self, t: float, state: Row) -> Row:
+        if t != self._at:
+            self._values = self._system.watch(t, self._work, np.ascontiguousarray(state))
+            self._at = t
+        return self._values
+
+
+def _typical_sizes(work: Row, system: HybridSystem) -> Row:
+    """Sizes that absolute tolerances are shares of: m, m/s, J."""
+    at = system.composition.position
+    length_m, speed_m_s = work[at["rest_length"]], math.sqrt(GRAVITY_M_S2 * work[at["rest_length"]])
+    energy_j = (work[at["body_mass"]] + work[at["foot_mass"]]) * GRAVITY_M_S2 * length_m
+    sizes = np.full(system.composition.state_size, energy_j)
+    sizes[:4] = length_m, speed_m_s, 0.1 * length_m, speed_m_s
+    return sizes

@@ -1,0 +1,127 @@
+"""The result that errors are measured against: a stored one of more than thirty digits, or one that confirms itself."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.accuracy.labbook_runs import KernelRun
+from simulator.accuracy.matching import Match, stored_match
+from simulator.accuracy.outputs import NAMES, Outputs, outputs_of, relative_errors
+from simulator.jump import parameter_row
+from simulator.kernel.build import kernel_for
+from simulator.scene import Scene
+
+FINEST = 1e-13
+PERTURBED_RUNS = 24
+STEPS_FINER = 10.0
+"""Fixed steps for each step that error control takes on average; the steps do not divide the controller's period."""
+
+ORDER = 5
+"""Order of the kernel's Runge-Kutta method."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """True values of the outputs, where they are from, and what cannot be told apart from them.
+
+    `round_off` is how far each output moves, relatively, when the last bit of every parameter does: no program that
+    computes with doubles knows it better. `doubt` is the relative uncertainty of the true values themselves. None where
+    an output does not exist or is 0.
+    """
+
+    source: str
+    stored: bool
+    outcome: str
+    values: Mapping[str, float | None]
+    round_off: Mapping[str, float | None]
+    doubt: Mapping[str, float | None]
+
+    @property
+    def floor(self) -> dict[str, float | None]:
+        """Relative error of each output under which nothing is claimed."""
+        return {name: _larger(self.round_off[name], self.doubt[name]) for name in NAMES}
+
+
+def reference_of(scene: Scene, stop_after: int) -> Reference:
+    """Return the stored result of a scene where there is one; otherwise the simulator's own finest, confirmed.
+
+    The confirmation is Richardson's: the same method at two fixed steps, extrapolated; its distance from the finest
+    result is the doubt.
+    """
+    finest = _own(scene, stop_after)
+    round_off = _round_off(scene, stop_after, finest)
+    match = stored_match(scene)
+    if match is not None:
+        values = stored_values(scene, match)
+        doubt = {name: None if round_off[name] is None else 10.0**-match.agreeing_digits for name in NAMES}
+        return Reference(match.source, True, match.jump.outcome, values, round_off, doubt)
+    source = (
+        f"no stored result is that of this scene: labbook at {FINEST:g}, confirmed by Richardson extrapolation of "
+        "fixed steps"
+    )
+    return Reference(source, False, finest.outcome, finest.values, round_off, _distance(scene, stop_after, finest))
+
+
+def _own(scene: Scene, stop_after: int, parameters: NDArray[np.float64] | None = None) -> Outputs:
+    kernel = KernelRun(scene, FINEST, stop_after, parameters=parameters)
+    kernel.run()
+    return outputs_of(scene, kernel.row())
+
+
+def stored_values(scene: Scene, match: Match) -> dict[str, float | None]:
+    """Return a stored result's outputs as doubles."""
+    jump = match.jump
+    cost = jump.cost_j + (jump.drag_j if "drag" in scene.effects else 0)
+    found = (jump.max_depth_m, jump.liftoff_time_s, jump.apex_height_m, cost)
+    return {name: None if value is None else float(value) for name, value in zip(NAMES, found, strict=True)}
+
+
+def _round_off(scene: Scene, stop_after: int, finest: Outputs) -> dict[str, float | None]:
+    """Largest move of each output among runs whose parameters are the neighbouring doubles, drawn up or down."""
+    parameters = parameter_row(kernel_for(scene.effects), scene)
+    draws = np.random.default_rng(0)
+    moves: dict[str, float | None] = {
+        name: sys.float_info.epsilon if value is not None and value != 0.0 else None
+        for name, value in finest.values.items()
+    }
+    for _ in range(PERTURBED_RUNS):
+        ends = np.where(draws.random(parameters.size) < 0.5, -math.inf, math.inf)
+        moved = np.where(parameters == 0.0, 0.0, np.nextafter(parameters, ends))
+        errors = relative_errors(_own(scene, stop_after, moved), finest.values)
+        moves = {name: _larger(moves[name], errors[name]) for name in NAMES}
+    return moves
+
+
+def _distance(scene: Scene, stop_after: int, finest: Outputs) -> dict[str, float | None]:
+    """How far the extrapolation of two runs at fixed steps lies from the finest run, relatively."""
+    controlled = KernelRun(scene, FINEST, stop_after)
+    controlled.run()
+    step_s = controlled.time_s() / (STEPS_FINER * controlled.steps())
+    coarse, fine = (_at_fixed_step(scene, stop_after, step) for step in (step_s, step_s / 2.0))
+    distance: dict[str, float | None] = {}
+    for name, true in finest.values.items():
+        if true is None or true == 0.0:
+            distance[name] = None
+            continue
+        first, second = coarse.values[name], fine.values[name]
+        if first is None or second is None:
+            distance[name] = math.inf
+        else:
+            distance[name] = abs((second + (second - first) / (2.0**ORDER - 1.0)) / true - 1.0)
+    return distance
+
+
+def _at_fixed_step(scene: Scene, stop_after: int, step_s: float) -> Outputs:
+    kernel = KernelRun(scene, FINEST, stop_after, fixed_step_s=step_s)
+    kernel.run()
+    return outputs_of(scene, kernel.row())
+
+
+def _larger(first: float | None, second: float | None) -> float | None:
+    return None if first is None or second is None else max(first, second)

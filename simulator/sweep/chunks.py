@@ -1,0 +1,146 @@
+"""A chunk of a sweep: so many scenes simulated one after the other, by a thread or on another machine.
+
+The chunks depend on the sweep alone, never on who computes them, and no scene on its neighbours: the same bits come out
+whatever the number of cores and the order.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import threading
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.errors import UsageError
+from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING, limits_for
+from simulator.kernel.build import Kernel, kernel_for
+from simulator.kernel.cache import fingerprint
+from simulator.kernel.composition import compose
+from simulator.kernel.limits import JUMPS_WANTED
+from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.scene import Scene
+from simulator.sweep.design import Design, row_count
+from simulator.sweep.outputs import FROM_KERNEL, OUTPUTS, PLACE
+
+Row = NDArray[np.float64]
+Block = NDArray[np.float64]
+FEWEST_JUMPS, MOST_JUMPS, CHUNKS_WANTED = 128, 2048, 64
+"""Jumps in a chunk: many enough to be worth a file, few enough that little is lost when a machine stops."""
+_building = threading.Lock()
+
+
+@dataclass(frozen=True, slots=True)
+class Chunks:
+    """How the rows of a sweep are divided: `rows_each` a chunk, fewer in the last."""
+
+    rows: int
+    rows_each: int
+
+    @property
+    def count(self) -> int:
+        """Number of chunks."""
+        return -(-self.rows // self.rows_each)
+
+    def bounds(self, number: int) -> tuple[int, int]:
+        """Return the first row of a chunk, and the one after its last."""
+        return number * self.rows_each, min((number + 1) * self.rows_each, self.rows)
+
+
+def chunks_for(design: Design, jumps: int) -> Chunks:
+    """Divide a sweep of scenes with so many jumps each."""
+    rows = row_count(design)
+    wanted = min(MOST_JUMPS, max(FEWEST_JUMPS, math.ceil(rows * jumps / CHUNKS_WANTED)))
+    return Chunks(rows, max(1, wanted // jumps))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recipe:
+    """All that is needed to simulate rows of a sweep, small enough to send with every chunk.
+
+    `base`: the scene's parameters in the kernel's order; `places`: where among them the swept ones stand;
+    `passive_place`: where the passive power does. `simulator`: which version of it is meant.
+    """
+
+    effects: tuple[str, ...]
+    jumps: int
+    base: Row
+    places: tuple[int, ...]
+    passive_place: int | None
+    limits: Row
+    accuracy: float
+    simulator: str
+
+
+@functools.cache
+def simulator_here() -> str:
+    """Return the fingerprint of the simulator that this process has loaded."""
+    return fingerprint()
+
+
+def recipe_for(scene: Scene, design: Design, accuracy: float) -> Recipe:
+    """Return the recipe of a sweep. Raises `UsageError` for an accuracy that cannot be had."""
+    limits = limits_for(accuracy)
+    limits[JUMPS_WANTED] = scene.jumps
+    names = [parameter.name for parameter in compose(scene.effects).parameters]
+    return Recipe(
+        effects=tuple(sorted(scene.effects)),
+        jumps=scene.jumps,
+        base=np.array([scene[name] for name in names]),
+        places=tuple(names.index(swept.parameter) for swept in design.axes),
+        passive_place=names.index("passive_power") if "passive_draw" in scene.effects else None,
+        limits=limits,
+        accuracy=accuracy,
+        simulator=simulator_here(),
+    )
+
+
+def kernel_of(recipe: Recipe) -> Kernel:
+    """Return the kernel of a sweep, compiled by the first thread that asks."""
+    with _building:
+        return kernel_for(recipe.effects)
+
+
+def check_simulator(recipe: Recipe, version: str) -> None:
+    """Raise `UsageError` where a worker has another simulator than the recipe was made with."""
+    if recipe.simulator != version:
+        raise UsageError(
+            f"a worker has another version of the simulator ({version}, not {recipe.simulator}): give it the same "
+            "labbook, Python and numba."
+        )
+
+
+def simulate_rows(recipe: Recipe, values: Block) -> Block:
+    """Simulate a scene for each row of swept values, shape (rows, axes); return shape (rows, jumps, outputs).
+
+    Raises `UsageError` where this process has another simulator than the recipe was made with.
+    """
+    check_simulator(recipe, simulator_here())
+    table = np.tile(recipe.base, (len(values), 1))
+    table[:, recipe.places] = values
+    found = np.full((len(values), recipe.jumps, len(COLUMNS)), np.nan)
+    counts = np.zeros(len(values), np.int64)
+    kernel_of(recipe).batch(table, recipe.limits, found, counts, np.zeros((0, 4)), np.zeros((0, 4)))
+    return _outputs(recipe, found, counts, None if recipe.passive_place is None else table[:, recipe.passive_place])
+
+
+def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w: Row | None) -> Block:
+    """Add what is computed from the kernel's columns, as `simulator.jump` does; mark the jumps that were not made."""
+    block = np.full((*found.shape[:2], len(OUTPUTS)), np.nan)
+    for name in FROM_KERNEL:
+        block[:, :, PLACE[name]] = found[:, :, COLUMN[name]]
+    span = "jump" if "cost_of_whole_jump" in recipe.effects else "stance"
+    seconds = block[:, :, PLACE["jump_time_s"]]
+    passive_j = np.zeros_like(seconds) if passive_w is None else passive_w[:, np.newaxis] * seconds
+    heat, mechanical, drag = (block[:, :, PLACE[f"{span}_{part}_J"]] for part in ("heat", "mechanical", "drag"))
+    block[:, :, PLACE["passive_J"]] = passive_j
+    block[:, :, PLACE["cost_J"]] = heat + mechanical + drag + passive_j
+    undecided = block[:, :, PLACE["decision_margin"]] < ILL_CONDITIONED_BELOW
+    rounded = block[:, :, PLACE["error_growth"]] * ROUNDING > 0.5 * recipe.accuracy
+    block[:, :, PLACE["ill_conditioned"]] = undecided | rounded
+    not_made = np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]
+    for place, output in enumerate(OUTPUTS):
+        block[:, :, place][not_made] = np.nan if output.kind == "f8" else -1.0
+    return block

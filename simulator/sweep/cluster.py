@@ -1,0 +1,81 @@
+"""A sweep on a Dask cluster: the same chunks, sent to its workers; the results come back and are kept here.
+
+A chunk is a pure function of what is sent, so those of a worker that is lost are computed again by another.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
+from typing import Any
+
+from data_schema.errors import UsageError
+from simulator.sweep.chunks import Recipe, check_simulator, simulate_rows, simulator_here
+from simulator.sweep.compute import Keep, ValuesOf
+from simulator.sweep.optional import optional
+
+CHUNKS_A_CORE, FEWEST_WAITING = 4, 32
+"""Chunks under way at once: some for every core, and some for workers that join; they bound the memory taken here."""
+CONNECT_WITHIN_S = 10
+
+
+class Cluster:
+    """Computes chunks on the workers of a cluster, through a client of it."""
+
+    def __init__(self, client: Any) -> None:
+        self._client = client
+
+    def prepare(self, recipe: Recipe) -> float:
+        """Ask the workers for their simulators; each compiles with its first chunk, so that takes no time here."""
+        for worker, version in self._client.run(simulator_here, on_error="return").items():
+            if not isinstance(version, str):
+                raise UsageError(f"the worker at {worker} has no such labbook ({version}): install this one there.")
+            check_simulator(recipe, version)
+        return 0.0
+
+    def run(self, recipe: Recipe, values_of: ValuesOf, numbers: Sequence[int], keep: Keep) -> Iterator[int]:
+        """Compute the chunks with a bounded number of them under way."""
+        distributed = optional("distributed", "--scheduler")
+        waiting = iter(numbers)
+        under_way: dict[Any, int] = {}
+
+        def submit() -> list[Any]:
+            for number in waiting:
+                future = self._client.submit(simulate_rows, recipe, values_of(number), pure=False)
+                under_way[future] = number
+                return [future]
+            return []
+
+        most = max(FEWEST_WAITING, CHUNKS_A_CORE * sum(self._client.ncores().values()))
+        first = [future for _ in range(most) for future in submit()]
+        completed = distributed.as_completed(first, loop=self._client.loop)
+        for future in completed:
+            try:
+                block = future.result()
+            except (distributed.KilledWorker, CancelledError, OSError, RuntimeError, ImportError) as error:
+                said = " ".join(str(error).split()).partition(". ")[0].rstrip(".")
+                raise UsageError(
+                    f"the cluster did not finish a chunk ({said or type(error).__name__}): see that its workers have "
+                    "this labbook and look at their logs, then give the same command to go on."
+                ) from error
+            number = under_way.pop(future)
+            keep(number, block)
+            future.release()
+            completed.update(submit())
+            yield number
+
+
+@contextlib.contextmanager
+def connected(address: str) -> Iterator[Cluster]:
+    """Connect to the scheduler at an address such as tcp://127.0.0.1:8786; raises `UsageError` where there is none."""
+    distributed = optional("distributed", "--scheduler")
+    try:
+        client = distributed.Client(address, timeout=CONNECT_WITHIN_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"no Dask scheduler answers at {address}: start one with `dask scheduler`, give its tcp:// address, or "
+            "leave --scheduler out to use this machine."
+        ) from error
+    with client:
+        yield Cluster(client)

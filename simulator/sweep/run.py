@@ -1,0 +1,89 @@
+"""Run a sweep: chunk by chunk to disk, then one file; killed at any moment, the same command goes on where it was."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from data_schema.errors import UsageError
+from simulator.sweep.assemble import Summary, assemble, stored_summary
+from simulator.sweep.chunks import recipe_for
+from simulator.sweep.compute import Compute
+from simulator.sweep.disk import sync
+from simulator.sweep.formats import Format, format_of
+from simulator.sweep.identity import Identity, differences, identity_of
+from simulator.sweep.layout import IDENTITY, layout_of
+from simulator.sweep.outputs import OUTPUTS
+from simulator.sweep.parts import opened_parts, part_folder, remove_parts
+from simulator.sweep.sweep import Sweep
+
+
+@dataclass(frozen=True, slots=True)
+class Finished:
+    """A sweep that is done. `chunks_before` of its chunks were done by earlier runs; all where the file was there.
+
+    `compute_time_s`: simulating and keeping the chunks; `write_time_s`: making the file of them.
+    """
+
+    out: Path
+    sweep: Sweep
+    summary: Summary
+    chunks_before: int
+    compile_time_s: float = 0.0
+    compute_time_s: float = 0.0
+    write_time_s: float = 0.0
+
+
+def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int], None] = lambda _: None) -> Finished:
+    """Run a sweep to the file `out`, .nc or .zarr, and tell `advance` how many more chunks are done.
+
+    Chunks are kept in the folder `out`.part until the file is there. The file of an interrupted and continued sweep is
+    that of an undisturbed one, bit for bit. Raises `UsageError` where `out` or that folder holds something else.
+    """
+    format_ = format_of(out)
+    recipe = recipe_for(sweep.scene, sweep.design, sweep.accuracy)
+    identity, chunks = identity_of(sweep), sweep.chunks
+    if not out.parent.is_dir():
+        raise UsageError(f"there is no folder {out.parent} for {out.name}: make it, or give another --out.")
+    there = _finished(out, format_, identity)
+    if there is not None:
+        if part_folder(out).exists():
+            with opened_parts(out, identity, chunks, (sweep.scene.jumps, len(OUTPUTS))) as parts:
+                remove_parts(parts.folder)
+        advance(chunks.count)
+        return Finished(out, sweep, there, chunks.count)
+    with opened_parts(out, identity, chunks, (sweep.scene.jumps, len(OUTPUTS))) as parts:
+        compile_time_s = compute.prepare(recipe)
+        started = time.perf_counter()
+        missing = parts.missing()
+        advance(chunks.count - len(missing))
+        for _ in compute.run(recipe, lambda number: sweep.design.rows(*chunks.bounds(number)), missing, parts.keep):
+            advance(1)
+        computed = time.perf_counter()
+        made = parts.folder / f".result{out.suffix}"
+        summary = assemble(parts, layout_of(sweep, identity), made, format_.writer)
+        made.rename(out)
+        sync(out.parent)
+        remove_parts(parts.folder)
+        written = time.perf_counter()
+    return Finished(
+        out, sweep, summary, chunks.count - len(missing), compile_time_s, computed - started, written - computed
+    )
+
+
+def _finished(out: Path, format_: Format, identity: Identity) -> Summary | None:
+    """Return what the sweep in the file gave, None where there is no file; raises `UsageError` for another sweep."""
+    if not out.exists():
+        return None
+    attributes = format_.attributes(out)
+    if IDENTITY not in attributes:
+        raise UsageError(f"{out} is there already and is no sweep: give another --out, or remove it.")
+    there = json.loads(attributes[IDENTITY])
+    if there != identity:
+        raise UsageError(
+            f"{out} holds a sweep that differs in {differences(there, identity)}: give another --out, or remove it."
+        )
+    return stored_summary(attributes)

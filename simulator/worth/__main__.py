@@ -1,0 +1,24 @@
+"""`python -m simulator.worth`: the process of `simulator.worth.interpreted` that simulates."""
+
+import json
+import sys
+from dataclasses import asdict
+
+import numpy as np
+
+from simulator.scene_file import parse_scene
+from simulator.worth.outputs import outputs_of
+
+
+def main() -> None:
+    """Simulate the scene of the first line without the effects of each other line."""
+    request = json.loads(sys.stdin.readline())
+    scene = parse_scene(request["scene"], request["name"])
+    with np.errstate(all="ignore"):  # as compiled code, which has infinities and no warnings
+        for line in sys.stdin:
+            outputs = outputs_of(scene.changed(effects_off=json.loads(line)), request["accuracy"])
+            print(json.dumps(asdict(outputs)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,50 @@
+"""The time that a jump takes in the kernel compiled for a scene's effects, and the time to compile it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from simulator.jump import limits_for, parameter_row
+from simulator.kernel.build import kernel_for
+from simulator.kernel.limits import JUMPS_WANTED
+from simulator.kernel.rows import COLUMNS
+from simulator.scene import Scene
+
+FEWEST_RUNS = 5
+LONG_ENOUGH_S = 0.2
+
+
+@dataclass(frozen=True, slots=True)
+class KernelTime:
+    """Time of a jump, the least of several runs.
+
+    `compile_time_s` is short where the kernel was on disk already; not `compiled`: a kernel in plain Python.
+    """
+
+    time_per_jump_s: float
+    compile_time_s: float
+    runs: int
+    compiled: bool
+
+
+def kernel_time(scene: Scene, accuracy: float) -> KernelTime:
+    """Run the scene's kernel repeatedly, at least five times, and time it without what surrounds it."""
+    kernel = kernel_for(scene.effects)
+    table, limits = parameter_row(kernel, scene)[np.newaxis, :], limits_for(accuracy)
+    limits[JUMPS_WANTED] = scene.jumps
+    rows, counts, nothing = np.zeros((1, scene.jumps, len(COLUMNS))), np.zeros(1, np.int64), np.zeros((0, 4))
+    trace = np.zeros((0, 4 + 4 * kernel.composition.state_size))
+    spent: list[float] = []
+    while len(spent) < FEWEST_RUNS or sum(spent) < LONG_ENOUGH_S:
+        started = time.perf_counter()
+        kernel.batch(table, limits, rows, counts, nothing, trace)
+        spent.append(time.perf_counter() - started)
+    return KernelTime(
+        time_per_jump_s=min(spent) / max(int(counts[0]), 1),
+        compile_time_s=kernel.compile_time_s,
+        runs=len(spent),
+        compiled=hasattr(kernel.batch, "compile"),
+    )

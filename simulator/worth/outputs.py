@@ -1,0 +1,82 @@
+"""What a scene gives in cost, apex and depth, and how far another result of it is from that."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from data_schema.vocabulary import Undefined
+from simulator.jump import simulate
+from simulator.scene import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """What a scene's last jump gives, how it ended, and how many jumps there were until then."""
+
+    outcome: str
+    jumps: int
+    cost_J: float  # noqa: N815
+    apex_height_m: float | None
+    max_depth_m: float
+    rhs_evaluations: int
+    ill_conditioned: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """Relative changes from the full scene's outputs, signed; undefined where the jump ended otherwise."""
+
+    cost: float | Undefined
+    apex: float | Undefined
+    depth: float | Undefined
+
+    @property
+    def changes(self) -> tuple[float | Undefined, float | Undefined, float | Undefined]:
+        """Those of cost, apex and depth."""
+        return self.cost, self.apex, self.depth
+
+    @property
+    def largest(self) -> float:
+        """The largest change, without its sign; infinite where one is undefined."""
+        return max(math.inf if isinstance(change, Undefined) else abs(change) for change in self.changes)
+
+    def within(self, tolerance: float) -> bool:
+        """Whether cost, apex and depth all change by at most this share."""
+        return self.largest <= tolerance
+
+
+def outputs_of(scene: Scene, accuracy: float) -> Outputs:
+    """Simulate a scene and return the outputs of its last jump."""
+    result = simulate(scene, accuracy)
+    jump = result.jump
+    return Outputs(
+        outcome=jump.outcome,
+        jumps=len(result.jumps),
+        cost_J=jump.cost_J,
+        apex_height_m=jump.apex_height_m,
+        max_depth_m=jump.max_depth_m,
+        rhs_evaluations=jump.rhs_evaluations,
+        ill_conditioned=any(item.ill_conditioned for item in result.jumps),
+    )
+
+
+def difference(found: Outputs, full: Outputs) -> Difference:
+    """Return how far results are from the full scene's: 0 for what neither has, undefined for what only one has."""
+    if found.outcome != full.outcome or found.jumps != full.jumps:
+        where = "" if found.jumps == full.jumps else f" in jump {found.jumps}"
+        ended = Undefined(f"{found.outcome}{where}")
+        return Difference(ended, ended, ended)
+    return Difference(
+        cost=_relative("cost", found.cost_J, full.cost_J),
+        apex=_relative("apex", found.apex_height_m, full.apex_height_m),
+        depth=_relative("depth", found.max_depth_m, full.max_depth_m),
+    )
+
+
+def _relative(name: str, found: float | None, full: float | None) -> float | Undefined:
+    if found == full:
+        return 0.0
+    if found is None or full is None:
+        return Undefined(f"no {name} {'without it' if found is None else 'with it'}")
+    return (found - full) / abs(full) if full else Undefined(f"the full scene's {name} is 0")

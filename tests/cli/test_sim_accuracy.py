@@ -1,0 +1,50 @@
+"""`labbook sim accuracy`: table, sentences, JSON, figure, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from simulator.accuracy.methods import METHODS
+from simulator.accuracy.outputs import NAMES
+from tests.cli.shell import good, labbook, refused
+
+
+def test_what_a_person_sees(tmp_path: Path) -> None:
+    shown = good(labbook("sim", "accuracy", "--scene", "sim2", "--quick", at=tmp_path)).out
+    assert "against: stored case “defaults, held gains in flight” of sim2" in shown
+    assert "nothing is claimed under: deepest foot" in shown
+    assert "for 1 % of the cost in joules you need accuracy 1e-3 with labbook; you pay " in shown
+    assert "for 1e-6 of the cost in joules no setting of explicit Euler (thesis) that was tried will do" in shown
+    for method in METHODS:
+        assert method in shown
+
+
+def test_json_and_figure_of_a_scene_of_one_s_own(tmp_path: Path) -> None:
+    words = ("--scene", "sim2", "--set", "foot_radius=0.0351", "--quick", "--plot", "costs.png", "--json")
+    found = good(labbook("sim", "accuracy", *words, at=tmp_path)).json
+    assert found["reference"]["stored"] is False
+    assert found["values"]["foot_radius"] == 0.0351
+    assert found["plot"] == "costs.png"
+    assert (tmp_path / "costs.png").stat().st_size > 10_000
+    assert [method["method"] for method in found["methods"]] == list(METHODS)
+    for method in found["methods"]:
+        for point in method["points"]:
+            assert set(point["errors"]) == set(NAMES)
+            assert point["seconds"] > 0.0
+    assert {need["goal"] for need in found["needs"]} == {1e-2, 1e-6}
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--scene", "sim3"], "did you mean 'sim2'?"),
+        (["--scene", "sim2", "--set", "foot_radus=0.03"], "did you mean 'foot_radius'?"),
+        (["--scene", "sim2", "--plot", "costs.bmp"], "--plot costs.bmp does not say which form: end it in .png, .svg"),
+        ([], "--scene"),
+    ],
+)
+def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:
+    refused(labbook("sim", "accuracy", *words, at=tmp_path), 2, said)
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,99 @@
+"""`labbook sim effects` and `--effects auto`: kernels are left uncompiled here, which changes no number."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import pytest
+
+from simulator.scene_file import load_scene, write_scene
+from tests.cli.shell import good, labbook, process, refused
+
+KEYS = {
+    *("scene", "effects", "accuracy", "within", "jumps_measured", "full", "alone", "pairs", "stay", "smallest_set"),
+    *("effects_left_out", "change", "candidates", "exhaustive", "times", "checked", "searched_within"),
+}
+OFF = "-cost_of_whole_jump,-torque_cap"
+PLATE = ("--scene", "force_plate", "--set", "jumps=12", "--effects", OFF)
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+
+
+def test_data_for_programs(tmp_path: Path) -> None:
+    found = good(process("sim", "effects", *PLATE, "--within", "2%", "--timings", "--json", at=tmp_path)).json
+    assert set(found) >= KEYS
+    assert found["within"] == 0.02
+    assert found["jumps_measured"] == 10
+    alone = {item["without"][0]: item for item in found["alone"]}
+    assert {*alone, *found["stay"]} == set(found["effects"])
+    assert {*found["smallest_set"], *found["effects_left_out"]} == set(found["effects"])
+    assert found["checked"].pop("jumps") == 12
+    assert all(abs(change) <= 0.02 for change in (*found["change"].values(), *found["checked"].values()))
+    assert -1.0 < alone["motor_heat"]["cost"] < -0.9
+    assert alone["leg_damping"]["cost"] is None
+    assert alone["leg_damping"]["undefined"] == "leg_straight in jump 1"
+    pairs = {frozenset(item["without"]) for item in found["pairs"]}
+    assert len(pairs) == len(found["pairs"])
+    assert pairs <= {frozenset(pair) for pair in itertools.combinations(alone, 2)}
+    assert set(found["times"]["without"]) == set(alone)
+    assert found["times"]["full"]["time_per_jump_s"] > 0.0
+    assert not found["times"]["full"]["compiled"]
+
+
+def test_tables_and_sentences_for_people(tmp_path: Path) -> None:
+    shown = good(process("sim", "effects", *PLATE, "--within", "2%", "--pairs", at=tmp_path)).out
+    for said in (
+        "All 7 effects, jump 10 of 12: cost ",
+        "leg_straight in jump 1",
+        "rigid_ground stays: a scene without a ground has nothing to jump on",
+        "Within 2 % in jump 10, ",
+        "Left out: short_leg_guard, drag; that changes cost by -",
+        "All sets were tried of the ",
+        "In jump 12 that changes cost by -",
+        "A jump takes in plain Python (NUMBA_DISABLE_JIT is set) ",
+        "motor_heat and drag",
+    ):
+        assert said in shown, said
+
+
+def test_a_run_with_only_the_effects_that_matter(tmp_path: Path) -> None:
+    words = ("--scene", "force_plate", "--set", "jumps=1", "--json")
+    found = good(process("sim", "run", *words, "--effects", f"auto,{OFF}", "--within", "2%", at=tmp_path)).json
+    assert found["effects_left_out"] == ["short_leg_guard", "drag"]
+    assert set(found["effects"]) == set(found["smallest_set"])
+    by_hand = good(process("sim", "run", *words, "--effects", f"{OFF},-short_leg_guard,-drag", at=tmp_path)).json
+    assert found["jumps"] == by_hand["jumps"]
+    assert by_hand["effects_left_out"] == []
+
+
+def test_what_a_run_says_of_the_effects_it_left_out(tmp_path: Path) -> None:
+    lean = load_scene("force_plate").changed(effects_off=["cost_of_whole_jump", "torque_cap"], jumps=1)
+    (tmp_path / "lean.toml").write_text(write_scene(lean), encoding="utf-8")
+    shown = good(process("sim", "run", "--scene", "lean.toml", "--effects", "auto", "--within", "2%", at=tmp_path)).out
+    assert "Within 2 %, 5 of 7 effects are enough: rigid_ground, " in shown
+    assert "Left out: short_leg_guard, drag; that changes cost by -" in shown
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["effects", "--scene", "sim3"], "'sim3' is not a known scene: did you mean 'sim2'?"),
+        (["effects", "--scene", "sim2", "--within", "1"], "--within 1 does not say of what: write --within 1%"),
+        (["effects", "--scene", "sim2", "--within", "much"], "is not a share above 0"),
+        (["effects", "--scene", "sim2", "--accuracy", "0"], "an accuracy of 0 cannot be had"),
+        (["effects", "--scene", "sim2", "--accuracy", "0.01"], "too fine to tell"),
+        (["effects", "--scene", "sim2", "--effects", "auto"], "leave auto out of --effects"),
+        (["effects", "--scene", "sim2", "--effects", "+dragg"], "did you mean 'drag'?"),
+        (["effects"], "--scene"),
+        (["run", "--scene", "sim2", "--effects", "auto"], "add --within"),
+        (["run", "--scene", "sim2", "--within", "1%"], "add --effects auto"),
+        (["run", "--scene", "sim2", "--effects", "+drag", "--within", "1%"], "add --effects auto"),
+        (["run", "--scene", "sim2", "--effects", "auto", "--within", "0"], "is not a share above 0"),
+    ],
+)
+def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:
+    refused(labbook("sim", *words, at=tmp_path), 2, said)

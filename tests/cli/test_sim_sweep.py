@@ -1,0 +1,107 @@
+"""`labbook sim sweep`: what is printed and written, and what is refused before anything runs."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import itertools
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray
+
+from tests.cli.shell import good, labbook, process, refused
+
+KEYS = {
+    *("out", "scene", "dims", "jumps", "accuracy", "sampling", "outcomes", "ill_conditioned", "assumed"),
+    *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
+}
+GRID = ("--over", "b_ad=0:300:4", "--over", "foot_radius=0.02,0.03,0.038")
+
+
+def swept(at: Path, *more: str, out: str = "sweep.nc") -> Any:
+    return good(labbook("sim", "sweep", "--scene", "sim2", *more, "--out", out, "--json", at=at)).json
+
+
+def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
+    found = swept(tmp_path, *GRID, "--set", "gain=300", "--effects", "+leg_damping", "--accuracy", "1e-5")
+    assert found.keys() == KEYS
+    assert (found["jumps"], found["dims"]) == (12, {"b_ad": 4, "foot_radius": 3})
+    assert found["outcomes"] == {"touchdown": 12}
+    with xarray.open_dataset(tmp_path / found["out"]) as dataset:
+        assert dataset.attrs["labbook_version"] == importlib.metadata.version("robot-labbook")
+        for b_ad, radius in itertools.product((0, 300), (0.02, 0.038)):
+            words = ("--set", f"b_ad={b_ad}", "--set", f"foot_radius={radius}", "--set", "gain=300")
+            one = good(
+                labbook("sim", "run", "--scene", "sim2", *words, "--accuracy", "1e-5", "--json", at=tmp_path)
+            ).json
+            there = dataset.sel(b_ad=b_ad, foot_radius=radius)
+            for name in ("cost_J", "apex_height_m", "liftoff_time_s", "max_depth_m", "energy_residual_J", "steps"):
+                assert there[name].item() == one[name], name
+
+
+def test_a_sample_to_zarr_and_the_same_command_again(tmp_path: Path) -> None:
+    words = ("--over", "b_ad=0:300", "--over", "kg_scale=1:100:log", "--sobol", "32", "--seed", "7")
+    found = swept(tmp_path, *words, out="sweep.zarr")
+    assert found["dims"] == {"sample": 32}
+    assert found["sampling"] == "Sobol sample, scrambled with seed 7"
+    assert found["chunks_before"] == 0
+    with xarray.open_zarr(tmp_path / "sweep.zarr") as dataset:
+        assert set(dataset.coords) == {"b_ad", "kg_scale"}
+    again = swept(tmp_path, *words, out="sweep.zarr")
+    assert again["chunks_before"] == again["chunks"]
+    assert again["jump_time_us"] is None
+    assert again["outcomes"] == found["outcomes"]
+
+
+def test_what_a_person_sees(tmp_path: Path) -> None:
+    words = ("sim", "sweep", "--scene", "bed", "--over", "gain=300,400", "--out", "bed.nc")
+    shown = good(labbook(*words, at=tmp_path)).out.splitlines()
+    assert shown[0] == "bed: 2 jumps over gain (2), grid."
+    assert shown[1].startswith("outcomes: touchdown 2; ill-conditioned: ")
+    assert any(line.startswith("kg_scale is assumed: ") for line in shown)
+    assert shown[-1] == "bed.nc: 42 variables, for xarray.open_dataset('bed.nc')."
+    again = good(labbook(*words, at=tmp_path)).out.splitlines()
+    assert "nothing was left to simulate." in again
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--over", "b_ad=0:300:3"], "--out"),
+        (["--out", "a.nc"], "--over"),
+        (["--over", "b_ad=0:300:3", "--out", "a.csv"], "end it in .nc or .zarr"),
+        (["--over", "bad=0:300:3", "--out", "a.nc"], "did you mean 'b_ad'?"),
+        (["--over", "b_ad=0:300", "--out", "a.nc"], "how many values"),
+        (["--over", "b_ad=-5:300:3", "--out", "a.nc"], "b_ad = -5 kg/m is outside what can be simulated"),
+        (["--over", "foot_radius=0,0.03", "--out", "a.nc"], "foot_radius = 0 m is outside"),
+        (["--over", "foot_radius=nan", "--out", "a.nc"], "'nan' where a finite number belongs"),
+        (["--over", "kg_scale=0.01,1", "--out", "a.nc"], "K < m_a g"),
+        (["--over", "ad_share=0.1,0.2", "--out", "a.nc"], "ad_share would change nothing"),
+        (["--over", "b_ad=0,1", "--set", "b_ad=3", "--out", "a.nc"], "b_ad is both set and swept"),
+        (["--over", "k_extension=100,200", "--set", "gain=3", "--out", "a.nc"], "k_extension is both set and swept"),
+        (["--over", "b_ad=0,1", "--seed", "3", "--out", "a.nc"], "add --sobol"),
+        (["--over", "b_ad=0,1", "--sobol", "8", "--out", "a.nc"], "is no range"),
+        (["--over", "b_ad=0:1", "--sobol", "0", "--out", "a.nc"], "sweep 1 to"),
+        (["--over", "b_ad=0,1", "--accuracy", "0", "--out", "a.nc"], "accuracy"),
+        (["--over", "b_ad=0,1", "--out", "none/a.nc"], "there is no folder none"),
+        (["--over", "b_ad=0,1", "--scheduler", "nowhere", "--out", "a.nc"], "no Dask scheduler answers at nowhere"),
+    ],
+)
+def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:
+    refused(labbook("sim", "sweep", "--scene", "sim2", *words, at=tmp_path), 2, said)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_another_command_does_not_continue_a_sweep(tmp_path: Path) -> None:
+    swept(tmp_path, *GRID)
+    answer = labbook("sim", "sweep", "--scene", "sim2", *GRID, "--accuracy", "1e-3", "--out", "sweep.nc", at=tmp_path)
+    refused(answer, 2, "sweep.nc holds a sweep that differs in accuracy (1e-06 there, 0.001 now)", "another --out")
+
+
+def test_in_a_process_of_its_own(tmp_path: Path) -> None:
+    words = ("--over", "b_ad=0,100", "--accuracy", "1e-3")
+    here = swept(tmp_path, *words, out="here.nc")
+    answer = process("sim", "sweep", "--scene", "sim2", *words, "--out", "one.nc", "--json", at=tmp_path)
+    assert good(answer).json["outcomes"] == here["outcomes"]
+    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "here.nc").read_bytes()

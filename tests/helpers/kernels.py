@@ -1,0 +1,124 @@
+"""Kernels in tests: the stored reference cases as scenes, errors against them, and work done in other processes."""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal
+from pathlib import Path
+from typing import ParamSpec, TypeVar
+
+import simulator.jump
+from simulator.gains import stiffness_n_m
+from simulator.reference.result import ReferenceResult
+from simulator.reference.storage import stored
+from simulator.result import JumpResult
+from simulator.scene import Scene
+from simulator.scene_file import load_scene
+
+P = ParamSpec("P")
+T = TypeVar("T")
+ROOT = Path(simulator.jump.__file__).parents[1]
+"""Folder of the packages under test."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """How a stored case differs from its shipped scene."""
+
+    values: Mapping[str, float] = field(default_factory=dict)
+    on: frozenset[str] = frozenset()
+    off: frozenset[str] = frozenset()
+
+
+_SOFT = frozenset({"held_gains_in_flight"})
+_NOT_CONSISTENT = _SOFT | {"constant_force_cap", "cost_of_commanded_force"}
+_LARGE_STIFF = {"foot_radius": 0.038, "k_extension": 1091.36}
+
+CASES: dict[tuple[str, str], Change] = {
+    ("bed", "small foot, gain 300"): Change({"k_extension": stiffness_n_m(300)}),
+    ("bed", "small foot, gain 400"): Change({"k_extension": stiffness_n_m(400)}),
+    ("bed", "small foot, gain 400, active gain 150"): Change(
+        {"k_extension": stiffness_n_m(400), "b_ad": 3.32 * 150 + 19.67}
+    ),
+    ("bed", "large foot, gain 300"): Change({"k_extension": stiffness_n_m(300), "foot_radius": 0.051}),
+    ("sim1", "defaults"): Change({"b_ad": 0.0}),
+    ("sim1", "b_AD = 650"): Change({"b_ad": 650.0}),
+    ("sim2", "defaults, held gains in flight"): Change(),
+    ("sim2", "defaults"): Change(off=_SOFT),
+    ("sim2", "b_AD = 100"): Change({"b_ad": 100.0}, off=_SOFT),
+    ("sim2", "R = 0.038, k_e = 1091.36"): Change(_LARGE_STIFF, off=_SOFT),
+    ("sim2", "kg_scale = 100"): Change({"kg_scale": 100.0}, off=_SOFT),
+    ("sim2", "consistent, defaults"): Change({}, frozenset({"torque_cap"}), _NOT_CONSISTENT),
+    ("sim2", "consistent, R = 0.038, k_e = 1091.36"): Change(_LARGE_STIFF, frozenset({"torque_cap"}), _NOT_CONSISTENT),
+    **{("emulator", f"gain {gain}"): Change({"k_extension": stiffness_n_m(gain)}) for gain in (100, 200, 400)},
+    ("emulator", "gain 300, b_AD = 166"): Change({"k_extension": stiffness_n_m(300), "b_ad": 166.0}),
+    ("emulator", "gain 400, b_AD = 664/3"): Change({"k_extension": stiffness_n_m(400), "b_ad": 664 / 3}),
+    **{("force_plate", f"gain {gain}"): Change({"k_extension": stiffness_n_m(gain)}) for gain in (300, 400, 500, 600)},
+}
+"""Every stored case that the simulator's reading of contact can meet, by scene and name."""
+
+
+def reference(scene: str, case: str) -> tuple[ReferenceResult, ...]:
+    """The stored jumps of a case."""
+    return next(found.jumps for found in stored(scene) if found.name == case)
+
+
+def scene_of(scene: str, case: str) -> Scene:
+    """A stored case as a scene, with as many jumps as are stored."""
+    change = CASES[scene, case]
+    return load_scene(scene).changed(change.values, change.on, change.off, jumps=len(reference(scene, case)))
+
+
+def relative_error(found: float | None, wanted: Decimal | float | None) -> float:
+    """Error relative to what is wanted, or as it stands where that is nothing."""
+    assert found is not None
+    assert wanted is not None
+    return float(abs(Decimal(found) - Decimal(wanted)) / (abs(Decimal(wanted)) or 1))
+
+
+def spent_j(jump: JumpResult, whole_jump: bool) -> tuple[float, float]:
+    """Heat and mechanical energy, of the whole jump or of its stance."""
+    if whole_jump:
+        return jump.jump_heat_J, jump.jump_mechanical_J
+    return jump.stance_heat_J, jump.stance_mechanical_J
+
+
+def errors(scene: Scene, jump: JumpResult, wanted: ReferenceResult) -> dict[str, float]:
+    """Relative errors of the outputs that an accuracy is promised for, and of the state at lift-off."""
+    heat_j, mechanical_j = spent_j(jump, "cost_of_whole_jump" in scene.effects)
+    return {
+        "depth": relative_error(jump.max_depth_m, wanted.max_depth_m),
+        "lift-off": relative_error(jump.liftoff_time_s, wanted.liftoff_time_s),
+        "velocity": relative_error(jump.liftoff_body_velocity_m_s, wanted.liftoff_body_velocity_m_s),
+        "apex": relative_error(jump.apex_height_m, wanted.apex_height_m),
+        "cost": relative_error(heat_j + mechanical_j, wanted.cost_j),
+    }
+
+
+def python(words: Iterable[str], given: bytes = b"", folder: Path = ROOT, **environment: str) -> bytes:
+    """Run Python in a process of its own, with the packages in `folder`; returns what it prints."""
+    surroundings = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")}
+    surroundings |= {"PYTHONPATH": str(folder), **environment}
+    done = subprocess.run(
+        [sys.executable, *words], input=given, cwd=folder, env=surroundings, capture_output=True, check=False
+    )
+    assert done.returncode == 0, done.stderr.decode()
+    return done.stdout
+
+
+_CALL = """
+import pickle, sys
+function, arguments = pickle.load(sys.stdin.buffer)
+sys.stdout.buffer.write(pickle.dumps(function(*arguments)))
+"""
+
+
+def interpreted(function: Callable[P, T], *arguments: P.args, **_: P.kwargs) -> T:
+    """What a module's function returns in a process in which nothing is compiled."""
+    found: T = pickle.loads(python(["-c", _CALL], pickle.dumps((function, arguments)), NUMBA_DISABLE_JIT="1"))
+    return found

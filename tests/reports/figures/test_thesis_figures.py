@@ -1,0 +1,173 @@
+"""The drawings of ch. 3's figures, from made-up numbers: what they show, at both widths of a paper."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from reports.figures.kind import svg_bytes
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.figures.thesis_apex_over_grounds import draw_apex_over_grounds
+from reports.figures.thesis_apex_over_speed import draw_apex_over_speed
+from reports.figures.thesis_body_and_toe import draw_body_and_toe
+from reports.figures.thesis_cost_over_grounds import draw_cost_over_grounds
+from reports.figures.thesis_cost_over_speed import draw_cost_over_speed
+from reports.figures.thesis_energies import draw_energies
+from reports.figures.thesis_ground_functions import draw_ground_functions
+from reports.figures.thesis_joules_by_damping import draw_joules_by_damping
+from reports.figures.thesis_over_speed import Compared
+from reports.figures.thesis_power_surface import draw_power_surface
+from reports.thesis_content import (
+    DampingCosts,
+    EnergyCurves,
+    GroundCurves,
+    JumpPath,
+    Measures,
+    OverGrounds,
+    OverSpeed,
+    PowerMap,
+    TwoEnergies,
+    TwoPaths,
+)
+
+DEPTH = np.linspace(0.0, 0.08, 9)
+TIME = np.linspace(0.0, 0.5, 51)
+SPEED = np.linspace(0.2, 2.0, 7)
+STRESS, DRAG = 1.2e5 * np.array([0.5, 1.0, 2.0]), 17.2 * np.array([0.5, 1.0, 2.0])
+
+
+def path(deepest_m: float) -> JumpPath:
+    toe = -deepest_m * np.sin(2.0 * np.pi * TIME)
+    return JumpPath(TIME, 0.2 + 0.1 * np.cos(9.0 * TIME), toe, np.gradient(toe, TIME), 0.2, 0.3)
+
+
+def energies(scale: float) -> EnergyCurves:
+    one, two, three, four, five, six, seven = (scale * np.cos(place + 5.0 * TIME) for place in range(7))
+    return EnergyCurves(TIME, one, two, three, four, five, six, seven, switch_time_s=0.2, liftoff_time_s=0.3)
+
+
+def measures(values: np.ndarray, scale: float) -> Measures:
+    apex_m = 0.3 + 0.001 * values / scale
+    return Measures(scale * (30.0 + values), scale * (0.1 + 0.01 * values), apex_m, scale * values)
+
+
+PATHS = TwoPaths(path(0.06), path(0.04))
+OVER_SPEED = OverSpeed(SPEED, measures(SPEED, 1.0), measures(SPEED, 0.8))
+GRID = STRESS[:, np.newaxis] / 1.2e5 + DRAG / 17.2
+GROUNDS = OverGrounds(STRESS, DRAG, 1.2e5, 17.2, measures(GRID, 1.0), measures(GRID, 0.8))
+COSTS = DampingCosts(
+    (0.5, 1.0),
+    (0.5, 1.0, 2.0),
+    (300.0, 400.0),
+    (835.36, 1091.36),
+    (0.03, 0.051),
+    np.linspace(0.0, 500.0, 6),
+    60.0 - np.arange(2 * 3 * 2 * 2 * 6).reshape(2, 3, 2, 2, 6) / 4.0,
+)
+POWER = PowerMap(DEPTH, np.linspace(-1.2, 0.0, 13), np.outer(np.linspace(-500.0, 0.0, 13), 0.1 + DEPTH), (PATHS,))
+DRAWN: dict[str, Callable[[float], Figure]] = {
+    "3.2": lambda width: draw_ground_functions(GroundCurves(DEPTH, 800 * DEPTH, 50 + DEPTH, 2 * DEPTH, 0.026), width),
+    "3.4": lambda width: draw_body_and_toe(PATHS, width),
+    "3.5": lambda width: draw_energies(TwoEnergies(energies(5.0), energies(4.0)), width),
+    "3.6": lambda width: draw_power_surface(POWER, width),
+    "3.8": lambda width: draw_cost_over_speed(OVER_SPEED, width),
+    "3.9": lambda width: draw_apex_over_speed(OVER_SPEED, width),
+    "3.11": lambda width: draw_cost_over_grounds(GROUNDS, width),
+    "3.12": lambda width: draw_apex_over_grounds(GROUNDS, width),
+    "3.13": lambda width: draw_joules_by_damping(COSTS, width),
+}
+
+
+def drawn_x(line: Line2D) -> np.ndarray:
+    return np.asarray(line.get_xdata())
+
+
+def legend(figure: Figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize("width_in", [ONE_COLUMN_IN, TWO_COLUMNS_IN])
+@pytest.mark.parametrize("number", DRAWN)
+def test_every_figure_has_its_width_and_labels_with_units(number: str, width_in: float) -> None:
+    figure = DRAWN[number](width_in)
+    if width_in == ONE_COLUMN_IN:
+        figure.draw_without_rendering()  # a layout that finds no room warns, and a warning fails
+    assert figure.get_size_inches()[0] == width_in
+    labels = [axes.get_xlabel() for axes in figure.axes] + [axes.get_ylabel() for axes in figure.axes]
+    assert all("(" in label for label in labels if label and label != "Drag scale b_g")
+    assert len([label for label in labels if label]) >= 2
+
+
+@pytest.mark.parametrize("number", ["3.6"])
+def test_the_same_numbers_give_the_same_bytes(number: str) -> None:
+    once, twice = (svg_bytes(DRAWN[number](TWO_COLUMNS_IN)) for _ in range(2))
+    assert once == twice
+    assert float(ElementTree.fromstring(once).attrib["viewBox"].split()[2]) == pytest.approx(72 * TWO_COLUMNS_IN)
+
+
+def test_the_controllers_are_told_apart_by_more_than_colour() -> None:
+    above = draw_cost_over_speed(OVER_SPEED).axes[0]
+    ce, ad = above.get_lines()
+    assert (ce.get_linestyle(), ad.get_linestyle()) == ("--", "-")
+    assert ce.get_color() != ad.get_color()
+    assert ce.get_label() == "compression-extension (CE)"
+    assert above.get_ylim()[0] == 0.0
+
+
+def test_the_difference_is_a_share_of_what_compression_extension_needs() -> None:
+    compared = Compared("Cost", "Cost (J)", np.array([30.0, 20.0]), np.array([24.0, 25.0]))
+    assert compared.share_percent == pytest.approx([20.0, -25.0])
+    figure = draw_cost_over_speed(OVER_SPEED)
+    share = figure.axes[2].get_lines()[0]
+    assert share.get_ydata() == pytest.approx(np.full(SPEED.size, 20.0))
+
+
+def test_maps_of_both_controllers_have_one_scale_and_a_difference_of_both_signs_has_white_at_0() -> None:
+    figure = draw_apex_over_grounds(GROUNDS)
+    ce, ad, difference = (axes.collections[0] for axes in figure.axes[:3])
+    assert ce.get_clim() == ad.get_clim()
+    assert difference.get_cmap().name == "cividis"  # all of one sign
+    other = measures(GRID, 1.0)
+    mixed = OverGrounds(STRESS, DRAG, 1.2e5, 17.2, other, measures(4.0 - GRID, 1.0))
+    difference = draw_apex_over_grounds(mixed).axes[2].collections[0]
+    assert difference.get_cmap().name == "PuOr"
+    assert difference.norm(np.zeros(1)) == 0.5
+
+
+def test_energies_are_shown_until_shortly_after_liftoff_and_named_once() -> None:
+    figure = draw_energies(TwoEnergies(energies(5.0), energies(4.0)))
+    assert len(legend(figure)) == 7
+    for axes in figure.axes:
+        assert drawn_x(axes.get_lines()[0]).max() <= 0.33 + 1e-12
+
+
+def test_paths_of_the_foot_end_at_liftoff() -> None:
+    figure = DRAWN["3.6"](TWO_COLUMNS_IN)
+    depth_mm = [drawn_x(line) for line in figure.axes[0].get_lines()[:2]]
+    assert [values.size for values in depth_mm] == [31, 31]
+    assert depth_mm[0].max() == pytest.approx(60.0, rel=1e-2)
+
+
+def test_costs_have_a_panel_a_ground_and_a_line_a_foot_and_gain() -> None:
+    figure = draw_joules_by_damping(COSTS)
+    assert len(figure.axes) == 6
+    assert len(figure.axes[0].get_lines()) == 2 * 4  # each with its dot at compression-extension
+    assert legend(figure) == [
+        "foot radius 30 mm",
+        "foot radius 51 mm",
+        "gain 300 (835 N/m)",
+        "gain 400 (1091 N/m)",
+    ]
+    assert figure.axes[4].get_title("left") == "stiffness × 1, drag × 1"
+
+
+def test_a_jump_that_is_missing_leaves_a_gap() -> None:
+    broken = measures(np.where(SPEED > 1.5, np.nan, SPEED), 1.0)
+    figure = draw_cost_over_speed(OverSpeed(SPEED, broken, measures(SPEED, 0.8)))
+    assert np.isnan(figure.axes[0].get_lines()[0].get_ydata()).sum() == (SPEED > 1.5).sum()
+    ElementTree.fromstring(svg_bytes(figure))

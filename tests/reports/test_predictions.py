@@ -1,0 +1,116 @@
+"""Predicted beside measured on the page: tables, figure and sentences; what does not exist is said."""
+
+import csv
+import dataclasses
+import io
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+from data_schema.vocabulary import Undefined
+from reports.figures.kind import draw_figure, svg_bytes
+from reports.figures.registry import FIGURES
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.numbers import Number
+from reports.predicted import PredictedQuantity, Predictions
+from reports.prediction_sentences import prediction_sentences, verdict_text
+from reports.sections import sections_of
+from reports.tables.as_csv import csv_bytes
+from reports.tables.registry import TABLES
+
+NAMES = {
+    PredictedQuantity.JOULES: ("predicted_joules", "j"),
+    PredictedQuantity.APEX: ("predicted_apex", "m"),
+    PredictedQuantity.SAVINGS: ("predicted_savings", "percent"),
+}
+
+
+def rows_of(content, name):
+    return list(csv.DictReader(io.StringIO(csv_bytes(TABLES[name].make(content)).decode("utf-8"))))
+
+
+def shown(table, row):
+    return [cell.text.replace("\u00a0", " ") for cell in table.cells(row)]
+
+
+@pytest.mark.parametrize("quantity", PredictedQuantity)
+def test_a_table_has_every_prediction_unrounded(content, quantity):
+    name, slug = NAMES[quantity]
+    items = content.predictions.of(quantity)
+    assert len(items) == 24
+    for row, item in zip(rows_of(content, name), items, strict=True):
+        assert float(row[f"measured_{slug}"]) == item.measured.value
+        assert float(row[f"predicted_{slug}"]) == item.predicted.value
+        assert float(row[f"predicted_se_{slug}"]) == item.predicted.se
+        assert float(row[f"difference_{slug}"]) == item.difference.value
+        assert float(row["error_ratio"]) == item.error_ratio
+        assert row["agrees" if "agrees" in row else "agree"] == ("yes" if item.agrees else "no")
+        assert row["provenance"] == item.predicted.provenance
+
+
+def test_rows_stand_under_their_group_and_the_control_is_named(content):
+    table = TABLES["predicted_joules"].make(content)
+    assert [block.replace("\u00a0", " ") for block, _ in table.blocks][:2] == [
+        "small foot, k = 835.4 N/m", "small foot, k = 1091 N/m",
+    ]  # fmt: skip
+    assert shown(table, table.rows[0])[0] == "CE"
+    assert shown(table, table.rows[1])[0] == "d = 185.7 kg/s (gain 50)"
+    savings = TABLES["predicted_savings"].make(content)
+    assert sum(row.strong for row in savings.rows) == 4
+
+
+def test_assumed_inputs_say_what_varying_them_changes(content):
+    table = TABLES["predicted_inputs"].make(content)
+    first, second = (shown(table, row) for row in table.rows)
+    assert first == ["kg_scale", "1.4", "fitted", "10", "1.25", "4.2", "0.61"]
+    assert second[0:2] == ["foot_mass", "0.2 kg"]
+    assert table.footnotes == {"it folds": "a"}
+
+
+def test_sentences_count_what_agrees_and_say_what_it_rests_on(content):
+    items = content.predictions.of(PredictedQuantity.JOULES)
+    agreeing = sum(item.agrees for item in items)
+    assert 0 < agreeing < 24
+    assert f"joules a jump: {agreeing} of 24;" in verdict_text(content)
+    text = " ".join(prediction_sentences(content)).replace("\u00a0", " ")
+    for words in ("scene bed", "raised and lowered (kg_scale by 10 % and foot_mass by 5 %)", "Surface changes nothing",
+                  "1 condition a decision", "active damping and motor heat"):  # fmt: skip
+        assert words in text
+
+
+def test_without_predictions_there_is_no_section_and_the_figure_says_why(content):
+    bare = dataclasses.replace(content, predictions=Predictions())
+    assert "predicted" in [section.anchor for section in sections_of(content)]
+    assert "predicted" not in [section.anchor for section in sections_of(bare)]
+    assert "names no scene" in FIGURES["predictions"].absent(bare)
+    assert prediction_sentences(bare) == ()
+    assert all(TABLES[name].make(bare).rows == () for name, _slug in NAMES.values())
+
+
+def test_what_does_not_exist_is_told_and_drawn_as_such(content):
+    nothing = Undefined("the simulated jump ends otherwise: leg_folded")
+    first, *others = content.predictions.items
+    ended = dataclasses.replace(
+        first, predicted=Number(nothing, "J"), difference=Number(nothing, "J"), error_ratio=nothing, agrees=None
+    )
+    changed = dataclasses.replace(content, predictions=dataclasses.replace(content.predictions, items=(ended, *others)))
+    table = TABLES["predicted_joules"].make(changed)
+    assert nothing.reason in table.footnotes
+    assert "(1 further one cannot be told)" in verdict_text(changed).replace("\u00a0", " ")
+    svg = svg_bytes(draw_figure(FIGURES["predictions"], changed, TWO_COLUMNS_IN))
+    ElementTree.fromstring(svg)
+    assert "nan" not in FIGURES["predictions"].alternative(changed)
+
+
+def test_a_study_without_a_swept_factor_is_shown_too(content):
+    plain = tuple(dataclasses.replace(factor, swept=False) for factor in content.factors)
+    items = tuple(
+        dataclasses.replace(item, group={**item.group, "b_ad_gain": item.level}, level="", control=False)
+        for item in content.predictions.of(PredictedQuantity.APEX)
+    )
+    changed = dataclasses.replace(
+        content, factors=plain, predictions=dataclasses.replace(content.predictions, items=items)
+    )
+    table = TABLES["predicted_apex"].make(changed)
+    assert len({shown(table, row)[0] for row in table.rows}) == 24
+    ElementTree.fromstring(svg_bytes(draw_figure(FIGURES["predictions"], changed, ONE_COLUMN_IN)))

@@ -1,0 +1,117 @@
+"""A study of what accuracy costs, and what it advises."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import pytest
+
+from simulator.accuracy import peers
+from simulator.accuracy.advice import needs
+from simulator.accuracy.methods import EULER, LABBOOK, METHODS
+from simulator.accuracy.outputs import NAMES
+from simulator.accuracy.reference_of import Reference
+from simulator.accuracy.study import AccuracyStudy, Point, Series, accuracy_study, points_to_come
+from simulator.scene_file import load_scene
+
+SCENE = load_scene("sim2")
+
+
+@pytest.fixture(scope="module")
+def study() -> AccuracyStudy:
+    told: list[str] = []
+    found = accuracy_study(SCENE, quick=True, done=told.append)
+    assert len(told) == points_to_come(quick=True)
+    return found
+
+
+def points(study: AccuracyStudy, method: str) -> tuple[Point, ...]:
+    return next(series.points for series in study.series if series.method == method)
+
+
+def test_every_method_is_tried_and_timed(study: AccuracyStudy) -> None:
+    assert [series.method for series in study.series] == list(METHODS)
+    for series in study.series:
+        assert series.points
+        for point in series.points:
+            assert not point.failure
+            assert point.outcome == "apex"
+            assert point.seconds > 0.0
+            assert point.evaluations > 0
+
+
+def test_labbook_keeps_its_goal_and_nothing_is_claimed_under_the_floor(study: AccuracyStudy) -> None:
+    for point in points(study, LABBOOK):
+        assert point.largest_error <= point.setting
+    for series in study.series:
+        for point in series.points:
+            for name in NAMES:
+                error, floor = (point.errors or {})[name], study.reference.floor[name]
+                assert error is not None
+                assert floor is not None
+                assert error >= floor
+
+
+def test_a_run_that_fails_is_kept_with_its_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(peers, "MOST_EVALUATIONS", 1000)
+    found = accuracy_study(SCENE, quick=True)
+    failed = [point for point in points(found, "solve_ivp RK45") if point.failure]
+    assert failed
+    assert failed[-1].failure.startswith("more than 1000 evaluations")
+    assert failed[-1].errors is None
+    assert math.isinf(failed[-1].largest_error)
+    assert len(points(found, "solve_ivp RK45")) == len(points(found, "solve_ivp DOP853"))
+
+
+def test_what_a_method_does_not_cover_is_said() -> None:
+    assert METHODS[EULER].why_not(load_scene("emulator")) == "the thesis's scheme knows granular ground only"
+    assert METHODS[EULER].why_not(SCENE) is None
+    assert METHODS[LABBOOK].why_not(load_scene("emulator")) is None
+
+
+def series_of(*errors: float, failure: str = "") -> Series:
+    """A method whose points take 1 s, 2 s, ..., with these errors in all outputs."""
+    made = [
+        Point(10.0**-place, "apex", dict.fromkeys(NAMES, error), 100 * place, float(place))
+        for place, error in enumerate(errors, start=1)
+    ]
+    if failure:
+        made[-1] = dataclasses.replace(made[-1], failure=failure)
+    return Series("made up", "step", "s", tuple(made))
+
+
+def advised(series: Series, goal: float, floor: float = 1e-15) -> Point | None:
+    levels = dict.fromkeys(NAMES, floor)
+    reference = Reference("made up", True, "apex", dict.fromkeys(NAMES, 1.0), levels, levels)
+    need = needs(AccuracyStudy(SCENE, reference, (series,)), goal)[0]
+    assert need.within_reach == (floor <= goal)
+    return need.point
+
+
+def test_the_coarsest_setting_that_keeps_the_goal_is_advised() -> None:
+    point = advised(series_of(1e-1, 1e-3, 1e-5), 1e-2)
+    assert point is not None
+    assert point.seconds == 2.0
+
+
+def test_an_error_that_is_small_by_luck_does_not_count() -> None:
+    point = advised(series_of(1e-9, 1e-1, 1e-3, 1e-4), 1e-2)
+    assert point is not None
+    assert point.seconds == 3.0
+
+
+def test_no_setting_will_do() -> None:
+    assert advised(series_of(1e-1, 1e-2), 1e-3) is None
+    assert advised(series_of(1e-1, 1e-4, failure="gave up"), 1e-3) is None
+
+
+def test_a_goal_under_the_floor_is_out_of_reach() -> None:
+    advised(series_of(1e-1, 1e-4), 1e-6, floor=1e-5)
+
+
+def test_methods_that_do_not_cover_the_scene_need_nothing() -> None:
+    levels = dict.fromkeys(NAMES, 1e-15)
+    reference = Reference("made up", True, "apex", dict.fromkeys(NAMES, 1.0), levels, levels)
+    silent = Series("made up", "step", "s", (), "it knows no sand")
+    assert needs(AccuracyStudy(SCENE, reference, (silent,)), 1e-2) == ()

@@ -1,0 +1,107 @@
+"""Every pair of effects that may be on together runs, and an effect that is off publishes zeros."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import fields
+
+import pytest
+
+import simulator.jump
+from simulator.effects.registry import EFFECTS
+from simulator.jump import simulate
+from simulator.result import JumpResult
+from simulator.scene import Scene
+from simulator.scene_file import load_scene
+from tests.helpers.kernels import interpreted
+from tests.helpers.scenes import scene_or_sentence
+
+ACCURACY = 1e-4
+MOST_RESIDUAL_J = 5e-3
+"""What the energy book may lack at this accuracy, of about 5 J that the book turns over."""
+MOST_STEPS = 20_000
+"""Interpreted, the usual limit would take minutes to reach."""
+ON_GROUND = {"hydrostatic_stiffness": "sim2", "rigid_ground": "force_plate", "emulated_ground": "emulator"}
+PAIRS = list(itertools.combinations(EFFECTS, 2))
+ACTIVE_DAMPING_KG_M = 60.0
+"""Shipped scenes have none or much; beside few other effects much of it makes a leg chatter."""
+PUBLISHED = {name for effect in EFFECTS.values() for name in effect.publishes}
+Found = dict[tuple[str, str], tuple[frozenset[str], tuple[JumpResult, ...]]]
+
+
+def with_needs(effects: frozenset[str], ground: str) -> frozenset[str]:
+    """The effects, the ground, and all they need: of alternatives the first that nothing there excludes."""
+    found = effects | {ground}
+    while missing := [
+        alternatives for name in found for alternatives in EFFECTS[name].needs if not found & set(alternatives)
+    ]:
+        free = [name for name in missing[0] if not any(name in EFFECTS[other].excludes for other in found)]
+        found |= {(free or missing[0])[0]}
+    return found
+
+
+def damped(scene: Scene) -> Scene:
+    return scene.changed({"b_ad": ACTIVE_DAMPING_KG_M}) if "b_ad" in scene.read else scene
+
+
+def alone(first: str, second: str) -> Scene | None:
+    """A scene of nothing but these two, what they need, and the first ground that allows them."""
+    for ground, name in ON_GROUND.items():
+        on = with_needs(frozenset((first, second)), ground)
+        found = scene_or_sentence(load_scene(name).changed, {}, on, set(EFFECTS) - on, jumps=1)
+        if isinstance(found, Scene):
+            return damped(found)
+    return None
+
+
+def in_shipped_scenes(first: str, second: str) -> Scene | None:
+    """The first shipped scene that can have both beside its own effects, with two jumps where it jumps on."""
+    for name in ("sim2", "emulator", "force_plate", "bed", "sim1"):
+        shipped = load_scene(name)
+        found = scene_or_sentence(shipped.changed, {}, (first, second), jumps=min(shipped.jumps, 2))
+        if isinstance(found, Scene):
+            return damped(found)
+    return None
+
+
+def run_pairs(make: Callable[[str, str], Scene | None]) -> Found:
+    """The jumps of every pair of which there is a scene, with the effects that it has."""
+    simulator.jump.MOST_STEPS_A_JUMP = MOST_STEPS
+    scenes = {pair: make(*pair) for pair in PAIRS}
+    return {pair: (scene.effects, simulate(scene, ACCURACY).jumps) for pair, scene in scenes.items() if scene}
+
+
+def faults(effects: frozenset[str], jump: JumpResult) -> list[str]:
+    """What is wrong with a jump."""
+    numbers = {one.name: getattr(jump, one.name) for one in fields(jump)}
+    found = [name for name, value in numbers.items() if isinstance(value, float) and not math.isfinite(value)]
+    if jump.outcome in ("step_limit", "timeout"):
+        found.append(jump.outcome)
+    if abs(jump.energy_residual_J) > MOST_RESIDUAL_J:
+        found.append(f"energy residual {jump.energy_residual_J}")
+    on = {name for effect in effects for name in EFFECTS[effect].publishes}
+    return found + [name for name in PUBLISHED - on if numbers[name] != 0.0]
+
+
+def assert_sound(found: Found) -> None:
+    wrong = {pair: [faults(effects, jump) for jump in jumps] for pair, (effects, jumps) in found.items()}
+    assert {pair: each for pair, each in wrong.items() if any(each)} == {}
+
+
+def test_what_effects_publish_is_in_a_result() -> None:
+    assert {field.name for field in fields(JumpResult)} >= PUBLISHED
+
+
+def test_every_pair_alone_runs_and_what_is_off_reads_zero() -> None:
+    found = interpreted(run_pairs, alone)
+    assert len(found) > 300
+    assert_sound(found)
+
+
+@pytest.mark.soak
+def test_every_pair_in_a_shipped_scene_runs() -> None:
+    found = interpreted(run_pairs, in_shipped_scenes)
+    assert len(found) > 250
+    assert_sound(found)

@@ -1,0 +1,146 @@
+"""An effect that is off costs nothing: the machine's view of the equations of motion is that of code without it."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from typing import Any
+
+import numba
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from simulator.basics import GRAVITY_M_S2
+from simulator.compiled import inner
+from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition, compose
+from simulator.kernel.layout import (
+    CREEPING,
+    FLIGHT,
+    INTRUDING,
+    LEG_WORK,
+    MECHANICAL,
+    STIFFNESS,
+    V_BODY,
+    V_FOOT,
+    X_BODY,
+    X_FOOT,
+)
+from simulator.kernel.motion import make_rates
+
+Row = NDArray[np.float64]
+LEAST = ("hydrostatic_stiffness",)
+SIGNATURE = (numba.float64, numba.float64, numba.float64[::1], numba.int64, numba.int64)
+OPCODE = re.compile(r"^  (?:%\S+ = |\"[^\"]*\" = )?(?:tail |musttail |notail )?([a-z]+)\b", re.MULTILINE)
+DEFINITION = re.compile(r"^define [^\n]*\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
+
+WITH: dict[str, tuple[str, ...]] = {
+    "added_mass": ("added_mass",),
+    "inertial_drag": ("inertial_drag",),
+    "leg_damping": ("leg_damping",),
+    "active_damping": ("active_damping",),
+    "constant_force_cap": ("constant_force_cap",),
+    "torque_cap": ("torque_cap",),
+    "motor_heat": ("motor_heat",),
+    "drag": ("drag",),
+    "cost_torque_cap": ("cost_torque_cap",),
+    "rail_friction": ("rail_friction",),
+}
+INTEGRALS = {
+    "added_mass": 1,
+    "motor_heat": 1,
+    "drag": 1,
+    "rail_friction": 1,
+}
+"""States beside motion, work and ground that an effect calls for."""
+NOT_IN_RATES = ("sampled_control", "latched_switching", "short_leg_guard", "held_gains_in_flight", "cost_of_whole_jump")
+
+
+def opcodes(function: Function) -> Counter[str]:
+    """How often each instruction occurs in the optimised code of a function and of what it calls."""
+    compiled: Any = inner(function)
+    compiled.compile(SIGNATURE)
+    (code,) = compiled.inspect_llvm().values()
+    return Counter(OPCODE.findall("".join(DEFINITION.findall(code))))
+
+
+def composed_rates(*effects: str) -> Function:
+    rates: Any = make_rates(compose((*LEAST, *effects)))
+    function: Function = rates.py_func
+    return function
+
+
+def rates_by_hand(composition: Composition) -> Function:
+    """A spring between two masses on grains, without anything else: no effect is known here."""
+    at = composition.position
+    rest, per_body, per_foot = at["rest_length"], at["inverse_body_mass"], at["inverse_foot_mass"]
+    radius, q_at, area_at, complete_at = at["foot_radius"], at["recruitment_slope"], at["foot_area"], at["cone_depth"]
+    penetration_at, stress_at, foot = at["penetration_factor"], at["stress_factor"], at["foot_mass"]
+    loss = MECHANICAL + 1
+
+    def rates(mode: float, t: float, work: Row, row: int, stage: int) -> None:
+        x_b, v_b, x_f, v_f = work[row + X_BODY], work[row + V_BODY], work[row + X_FOOT], work[row + V_FOOT]
+        length_m, speed_m_s = x_b - x_f, v_b - v_f
+        force_n = work[STIFFNESS] * (length_m - work[rest])
+        a_b = -force_n * work[per_body] - GRAVITY_M_S2
+        work[stage + X_BODY] = v_b
+        work[stage + V_BODY] = a_b
+        work[stage + loss] = 0.0
+        if mode == FLIGHT:
+            work[stage + X_FOOT] = v_f
+            work[stage + V_FOOT] = force_n * work[per_foot] - GRAVITY_M_S2
+        elif mode == INTRUDING:
+            work[stage + X_FOOT] = v_f
+            depth_m = -x_f
+            volume = cone_volume_m3(work[radius], work[q_at], formed_depth_m(work[complete_at], depth_m))
+            push_n = work[penetration_at] * volume + work[stress_at] * depth_m * (work[area_at] + volume)
+            work[stage + loss] = push_n * -v_f
+            work[stage + V_FOOT] = (force_n + push_n) / work[foot] - GRAVITY_M_S2
+        else:
+            work[stage + X_FOOT] = 0.0
+            work[stage + V_FOOT] = 0.0
+            if mode == CREEPING:
+                depth_m = -x_f
+                formed_m = formed_depth_m(work[complete_at], depth_m)
+                volume = cone_volume_m3(work[radius], work[q_at], formed_m)
+                flat = flat_area_m2(work[radius], work[q_at], formed_m)
+                give = work[penetration_at] * flat + work[stress_at] * (work[area_at] + volume + depth_m * flat)
+                before_n = work[STIFFNESS] * (length_m - work[rest])
+                after_n = work[STIFFNESS] * (length_m + v_b * 1e-6 - work[rest])
+                sinking = -((after_n - before_n) / 1e-6) / give
+                work[stage + X_FOOT] = -sinking
+                volume = cone_volume_m3(work[radius], work[q_at], formed_depth_m(work[complete_at], depth_m))
+                push_n = work[penetration_at] * volume + work[stress_at] * depth_m * (work[area_at] + volume)
+                work[stage + loss] = push_n * sinking
+        work[stage + LEG_WORK] = -force_n * speed_m_s
+        work[stage + MECHANICAL] = -force_n * speed_m_s
+
+    return rates
+
+
+@pytest.fixture(scope="module")
+def least() -> Counter[str]:
+    return opcodes(composed_rates())
+
+
+def test_with_all_off_the_optimised_code_is_that_of_a_spring_on_grains_written_by_hand(least: Counter[str]) -> None:
+    by_hand = opcodes(rates_by_hand(compose(LEAST)))
+    assert by_hand["fmul"] > 20
+    assert least == by_hand
+
+
+@pytest.mark.parametrize("name", WITH)
+def test_an_effect_that_is_on_adds_instructions_and_its_states(name: str, least: Counter[str]) -> None:
+    """So that the comparison above has something to find."""
+    composition = compose((*LEAST, *WITH[name]))
+    assert composition.state_size == compose(LEAST).state_size + INTEGRALS.get(name, 0)
+    assert composition.row_size > compose(LEAST).row_size
+    with_it = opcodes(composed_rates(*WITH[name]))
+    assert with_it.total() > least.total()
+
+
+@pytest.mark.parametrize("name", NOT_IN_RATES)
+def test_an_effect_of_control_or_cost_leaves_the_equations_of_motion_alone(name: str, least: Counter[str]) -> None:
+    assert opcodes(composed_rates(name)) == least

@@ -1,0 +1,250 @@
+"""Compiled kernels on disk: loaded by the next process, never served when the physics has changed, never mixed up."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from simulator.compiled import compiled
+from simulator.jump import simulate
+from simulator.kernel.cache import CACHE_VARIABLE, KEPT_VERSIONS, cache_folder, fingerprint, keep_on_disk
+from simulator.result import JumpResult
+from simulator.scene_file import load_scene, shipped_scenes
+from tests.helpers.kernels import ROOT, python
+
+SMALL = """
+import json, sys
+import numba, numpy as np
+from simulator.compiled import compiled
+from simulator.kernel.cache import give_unique_symbols, keep_on_disk
+from simulator.kernel.composition import compose
+from simulator.kernel.layout import K1, K4, MECHANICAL, NOW, PARAMETERS, V_BODY, X_BODY
+from simulator.kernel.leg import make_set_gains
+from simulator.kernel.motion import make_rates
+from simulator.kernel.runge_kutta import make_runge_kutta
+
+def kernel_of(effects):
+    composition = compose(effects)
+    give_unique_symbols(composition.effects)
+    rates_of, set_gains = make_rates(composition), make_set_gains(composition)
+    step = make_runge_kutta(rates_of, composition.state_size)
+
+    @compiled
+    def kernel(work):
+        set_gains(work, False, 0.0)
+        rates_of(0.0, 0.0, work, NOW, K1)
+        step(0.0, 0.0, 1e-3, work)
+
+    keep_on_disk(kernel, composition.effects)
+    kernel.compile((numba.float64[::1],))
+    work = np.zeros(composition.row_size)
+    work[PARAMETERS:] = 1.0
+    work[NOW + X_BODY], work[NOW + V_BODY] = 0.5, 2.0
+    return kernel, work
+
+made = [kernel_of(effects.split(",")) for effects in sys.argv[1:]]
+found = []
+for kernel, work in made:
+    kernel(work)
+    found.append([work[K1 + V_BODY], work[K4 + MECHANICAL + 1], sum(kernel.stats.cache_hits.values())])
+print(json.dumps(found))
+"""
+"""One step alone as a kernel: compiled in seconds, kept as a whole one is, and with a function called so often that it
+stays one of its own, whose name another kernel's could share. All parameters are 1, the
+leg is half its rest length and lengthens by 2 m/s: the body's acceleration and the power of heat or drag tell which
+effects, and which version of them, it was computed with."""
+
+DAMPED = "rigid_ground,touchdown_impact,leg_damping"
+HEATED, DRAGGED = f"{DAMPED},motor_heat", f"{DAMPED},drag"
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What a small kernel gives, and whether it was found on disk."""
+
+    acceleration_m_s2: float
+    power_w: float
+    loaded: bool
+
+    @property
+    def numbers(self) -> tuple[float, float]:
+        return self.acceleration_m_s2, self.power_w
+
+
+def small(cache: Path, *effects: str, folder: Path = ROOT) -> list[Found]:
+    """Small kernels with these effects, made in one process in this order."""
+    lines = json.loads(python(["-c", SMALL, *effects], folder=folder, LABBOOK_CACHE=str(cache)))
+    return [Found(acceleration, power, bool(hits)) for acceleration, power, hits in lines]
+
+
+# a_b = -(k (r - l) + b v_r) / m_b - g
+DAMPED_M_S2 = 0.5 - 2.0 - 9.81
+TWICE_DAMPED_M_S2 = 0.5 - 4.0 - 9.81
+
+
+def stamps(cache: Path) -> dict[Path, tuple[int, int]]:
+    """Every kernel's identity and time of its last change."""
+    return {path: (path.stat().st_ino, path.stat().st_mtime_ns) for path in cache.rglob("*.nb?")}
+
+
+@dataclass(frozen=True, slots=True)
+class Cached:
+    """A cache folder with two kernels, each compiled by a process of its own, and what they gave there."""
+
+    cache: Path
+    numbers: dict[str, tuple[float, float]]
+
+
+@pytest.fixture(scope="module")
+def cached(tmp_path_factory: pytest.TempPathFactory) -> Cached:
+    cache = tmp_path_factory.mktemp("kernels")
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(lambda effects: small(cache, effects)[0], (HEATED, DRAGGED)))
+    assert not any(one.loaded for one in found)
+    return Cached(cache, dict(zip((HEATED, DRAGGED), (one.numbers for one in found), strict=True)))
+
+
+def test_kernels_of_different_processes_are_not_mixed_up_in_a_third(cached: Cached) -> None:
+    """Symbols are counted from 1 in each process; two kernels must not share a name for different functions."""
+    heated, dragged = cached.numbers.values()
+    assert heated[0] == dragged[0] == pytest.approx(DAMPED_M_S2)
+    assert heated[1] != pytest.approx(dragged[1], rel=0.1)
+    before = stamps(cached.cache)
+    for order in ((HEATED, DRAGGED), (DRAGGED, HEATED)):
+        found = small(cached.cache, *order)
+        assert [one.numbers for one in found] == [cached.numbers[effects] for effects in order]
+        assert all(one.loaded for one in found)
+    assert stamps(cached.cache) == before
+
+
+def copied(folder: Path) -> Path:
+    """The simulator's sources in another folder."""
+    for package in ("simulator", "data_schema"):
+        shutil.copytree(ROOT / package, folder / package, ignore=shutil.ignore_patterns("__pycache__"))
+    return folder
+
+
+def test_edited_physics_is_compiled_anew_and_the_old_kept_apart(cached: Cached, tmp_path: Path) -> None:
+    """The edited file is not that of the kernel, where the compiler's own cache would look."""
+    folder = copied(tmp_path / "edited")
+    effect = folder / "simulator" / "effects" / "leg_damping.py"
+    text = effect.read_text(encoding="utf-8")
+    assert text.count("p[compression]") == 1
+    effect.write_text(text.replace("p[compression]", "2.0 * p[compression]"), encoding="utf-8")
+    before = stamps(cached.cache)
+    edited, as_it_was = small(cached.cache, HEATED, folder=folder)[0], small(cached.cache, HEATED)[0]
+    assert edited.acceleration_m_s2 == pytest.approx(TWICE_DAMPED_M_S2)
+    assert not edited.loaded
+    assert as_it_was.numbers == cached.numbers[HEATED]
+    assert as_it_was.loaded
+    after = stamps(cached.cache)
+    assert {path: after[path] for path in before} == before
+    assert fingerprint(folder / "simulator") != fingerprint()
+
+
+def test_every_source_counts(tmp_path: Path) -> None:
+    sources = copied(tmp_path) / "simulator"
+    assert fingerprint(sources) == fingerprint()
+    seen = {fingerprint()}
+    for path in ("kinematics.py", "effects/cone.py", "kernel/locate.py"):
+        with (sources / path).open("a", encoding="utf-8") as file:
+            file.write("\n")
+        seen.add(fingerprint(sources))
+    (sources / "effects" / "cone.py").rename(sources / "effects" / "pile.py")
+    seen.add(fingerprint(sources))
+    assert len(seen) == 5
+
+
+def test_old_versions_go_and_what_is_not_a_version_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    cache = cache_folder()
+    olds = [cache / f"{number:020x}" for number in range(5)]
+    others = [tmp_path / "thesis", cache / "photographs"]
+    for age, folder in enumerate(reversed(olds + others)):
+        folder.mkdir(parents=True)
+        (folder / "file").write_text("kept", encoding="utf-8")
+        os.utime(folder, (1e9 - age, 1e9 - age))
+    keep_on_disk(compiled(lambda number: number), ("any",))
+    assert [folder.exists() for folder in olds] == [False] * (6 - KEPT_VERSIONS) + [True] * (KEPT_VERSIONS - 1)
+    assert (cache / fingerprint()).is_dir()
+    assert [folder.exists() for folder in others] == [True, True]
+
+
+def test_a_cache_that_cannot_be_written_costs_time_only(tmp_path: Path) -> None:
+    """A file where the folder should be, and a folder in which nobody can make a file."""
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    no_files = Path("/proc/self")
+    if not no_files.is_dir():
+        pytest.skip("there is no folder that refuses files whoever asks")
+    with pytest.MonkeyPatch.context() as context:
+        context.setenv(CACHE_VARIABLE, str(tmp_path / "refusing"))
+        version = cache_folder() / fingerprint()
+    version.parent.mkdir(parents=True)
+    version.symlink_to(no_files)
+    with ThreadPoolExecutor(2) as pool:
+        found = list(pool.map(lambda name: small(tmp_path / name, DAMPED), ("file", "refusing")))
+    for one, *_ in found:
+        assert one.acceleration_m_s2 == pytest.approx(DAMPED_M_S2)
+        assert not one.loaded
+
+
+@pytest.mark.parametrize("suffix", [".nbc", ".nbi"])
+def test_a_damaged_file_costs_time_only(suffix: str, cached: Cached, tmp_path: Path) -> None:
+    shutil.copytree(cached.cache, tmp_path, dirs_exist_ok=True)
+    for path in tmp_path.rglob(f"*{suffix}"):
+        path.write_bytes(path.read_bytes()[:100])
+    again = [small(tmp_path, HEATED)[0] for _ in range(2)]
+    assert [one.numbers for one in again] == [cached.numbers[HEATED]] * 2
+    assert [one.loaded for one in again] == [False, True]
+
+
+WHOLE = """
+import json, sys
+from simulator.jump import simulate
+from simulator.scene_file import load_scene
+found = []
+for word in sys.argv[1:]:
+    scene, *off = word.split(",")
+    changed = load_scene(scene).changed(effects_off=off, jumps=1)
+    jump = simulate(changed, 1e-9).jump
+    found.append([jump.apex_height_m, jump.cost_J])
+print(json.dumps(found))
+"""
+
+
+def whole(cache: Path | None, *words: str) -> list[list[float]]:
+    """Apex and cost of first jumps, simulated in one process; `cache` None is the user's own."""
+    command = ["-c", WHOLE, *words]
+    found: list[list[float]] = json.loads(python(command, LABBOOK_CACHE=str(cache)) if cache else python(command))
+    return found
+
+
+def test_a_second_process_loads_what_the_first_has_compiled() -> None:
+    """And many kernels together: all shipped scenes in one process, the last compiled first."""
+    wanted = [[simulated.apex_height_m, simulated.cost_J] for simulated in map(first_jump, shipped_scenes())]
+    before = stamps(cache_folder() / fingerprint())
+    assert before
+    assert whole(None, *reversed(shipped_scenes())) == wanted[::-1]
+    assert stamps(cache_folder() / fingerprint()) == before
+
+
+def first_jump(name: str) -> JumpResult:
+    return simulate(load_scene(name).changed(jumps=1), 1e-9).jump
+
+
+@pytest.mark.soak
+def test_whole_kernels_of_different_processes_are_not_mixed_up_in_a_third(tmp_path: Path) -> None:
+    words = ("force_plate", "force_plate,drag")
+    with ThreadPoolExecutor(2) as pool:
+        apart = [values for found in pool.map(lambda word: whole(tmp_path, word), words) for values in found]
+    assert apart[0] != apart[1]
+    before = stamps(tmp_path)
+    assert whole(tmp_path, *words) == apart
+    assert whole(tmp_path, *reversed(words)) == apart[::-1]
+    assert stamps(tmp_path) == before

@@ -1,0 +1,94 @@
+"""How errors shrink: with the step as the method's order says, through events; with the accuracy asked for, in step."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from simulator.jump import limits_for, parameter_row, simulate
+from simulator.kernel.build import kernel_for
+from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.scene import Scene
+from simulator.scene_file import load_scene
+from tests.helpers.kernels import errors, reference, scene_of
+
+Row = NDArray[np.float64]
+OUTPUTS = [
+    COLUMN[name]
+    for name in (
+        "max_depth_m",
+        "liftoff_time_s",
+        "liftoff_body_velocity_m_s",
+        "apex_height_m",
+        "jump_heat_J",
+        "leg_work_J",
+    )
+]
+ORDER = 5
+FINEST = 1e-13
+EASY = {"foot_mass": 0.6, "platform_damping": 10.0, "platform_drag": 5.0}
+"""A foot that the platform brakes over many milliseconds, so that steps of some are fine already."""
+CASES = [
+    ("touchdown to touchdown", EASY),
+    ("on the cap", {**EASY, "k_extension": 1091.36}),
+    ("damped", {**EASY, "b_ad": 20.0}),
+]
+
+
+def outputs(scene: Scene, step_s: float) -> Row:
+    """Outputs of one jump, with steps of one length, or as fine as can be (0); events are met to rounding."""
+    kernel = kernel_for(scene.effects)
+    rows = np.zeros((1, 1, len(COLUMNS)))
+    limits = limits_for(FINEST, fixed_step_s=step_s)
+    table = parameter_row(kernel, scene)[np.newaxis, :]
+    kernel.batch(table, limits, rows, np.zeros(1, np.int64), np.full((0, 4), -1.0), np.zeros((0, 0)))
+    found: Row = rows[0, 0, OUTPUTS]
+    return found
+
+
+def slope(across: Row, error: Row) -> float:
+    return float(np.polyfit(np.log(across), np.log(error), 1)[0])
+
+
+@pytest.mark.parametrize("values", [values for _, values in CASES], ids=[name for name, _ in CASES])
+def test_through_events_the_error_shrinks_with_the_fifth_power_of_the_step(values: dict[str, float]) -> None:
+    """At least so: at steps that stay clear of rounding, terms of the next order still show. A jump has impacts, a
+    switch, a stop, a lift-off and a release in it; an event met less well than the steps would cost the order.
+    """
+    scene = load_scene("emulator").changed(values, jumps=1)
+    assert len(simulate(scene, 1e-9).jump.mode_changes) >= 3
+    wanted = outputs(scene, 0.0)
+    steps_s = np.geomspace(4e-4, 6e-3, 16)
+    found = np.array([np.abs(outputs(scene, step_s) / wanted - 1.0) for step_s in steps_s])
+    mean = np.exp(np.log(np.maximum(found, 1e-17)).mean(axis=1))
+    assert ORDER - 0.3 < slope(steps_s, mean) < ORDER + 1.2
+    assert mean[0] < 1e-11
+
+
+CONVERGING = [
+    ("sim2", "defaults, held gains in flight"),
+    ("sim1", "defaults"),
+    ("bed", "small foot, gain 400, active gain 150"),
+    ("bed", "large foot, gain 300"),
+    ("emulator", "gain 200"),
+    ("emulator", "gain 400, b_AD = 664/3"),
+    ("force_plate", "gain 300"),
+    ("force_plate", "gain 600"),
+]
+
+
+def test_errors_follow_the_accuracy_asked_for() -> None:
+    accuracies = 10.0 ** -np.arange(3.0, 11.0)
+    mean = []
+    for accuracy in accuracies:
+        logs = []
+        for key in CONVERGING:
+            scene, wanted = scene_of(*key), reference(*key)
+            for jump, stored in zip(simulate(scene, accuracy).jumps, wanted, strict=True):
+                found = errors(scene, jump, stored)
+                logs += [np.log(max(found[name], 1e-17)) for name in ("lift-off", "apex", "cost")]
+        mean.append(np.exp(np.mean(logs)))
+    assert 0.75 < slope(accuracies, np.array(mean)) < 1.15
+    assert np.all(np.array(mean) < accuracies)
+    assert np.all(np.array(mean) > 1e-3 * accuracies)

@@ -1,0 +1,131 @@
+"""A chunk's numbers: those of single simulations, bit for bit, whoever its neighbours are."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data_schema.errors import UsageError
+from simulator.jump import simulate
+from simulator.kernel.layout import OUTCOMES
+from simulator.kernel.rows import COLUMNS
+from simulator.result import JumpResult
+from simulator.scene_file import load_scene
+from simulator.sweep.chunks import Recipe, chunks_for, recipe_for, simulate_rows
+from simulator.sweep.design import row_count
+from simulator.sweep.outputs import OUTPUTS, PLACE
+from simulator.sweep.sweep import Sweep
+from tests.helpers.sweeps import grid_sweep, sobol_sweep
+
+
+def recipe_of(sweep: Sweep) -> Recipe:
+    return recipe_for(sweep.scene, sweep.design, sweep.accuracy)
+
+
+def as_row(jump: JumpResult) -> dict[str, float]:
+    """A jump's numbers as a sweep stores them; the time of the jump and its mode changes are not in the result."""
+    numbers = {output.name: getattr(jump, output.name, None) for output in OUTPUTS} | jump.counters
+    numbers["outcome"] = OUTCOMES.index(jump.outcome)
+    numbers["decision_margin"] = math.inf if jump.decision_margin is None else jump.decision_margin
+    numbers["decision_tick"] = -1 if jump.decision_tick is None else jump.decision_tick
+    rest = {"jump_time_s", "mode_changes"}
+    return {name: math.nan if value is None else value for name, value in numbers.items() if name not in rest}
+
+
+def assert_same_jump(row: np.ndarray, jump: JumpResult) -> None:
+    expected = as_row(jump)
+    found = {name: row[PLACE[name]] for name in expected}
+    assert np.array_equal(list(found.values()), list(expected.values()), equal_nan=True), (found, expected)
+
+
+def test_every_column_of_the_kernel_is_an_output() -> None:
+    names = [output.name for output in OUTPUTS]
+    assert len(set(names)) == len(names)
+    assert set(COLUMNS) <= set(names)
+    assert set(names) - set(COLUMNS) == {"passive_J", "cost_J", "ill_conditioned"}
+
+
+def test_the_numbers_are_those_of_single_simulations() -> None:
+    sweep = grid_sweep("b_ad=0,100", "gain=300,600", "foot_radius=0.02,0.038", accuracy=1e-6)
+    block = simulate_rows(recipe_of(sweep), sweep.design.rows(0, 8))
+    assert block.shape == (8, 1, len(OUTPUTS))
+    for row, values in zip(block[:, 0], sweep.design.rows(0, 8).tolist(), strict=True):
+        scene = sweep.scene.changed(dict(zip(("b_ad", "k_extension", "foot_radius"), values, strict=True)))
+        assert_same_jump(row, simulate(scene, 1e-6).jump)
+
+
+def test_scenes_with_several_jumps_and_with_jumps_that_are_not_made() -> None:
+    scene = load_scene("emulator").changed({}, jumps=3)
+    sweep = grid_sweep("k_extension=20,200,1000", scene=scene)
+    block = simulate_rows(recipe_of(sweep), sweep.design.rows(0, 3))
+    assert block[:, :, PLACE["outcome"]].tolist() == [[4, -1, -1], [3, -1, -1], [2, 2, 2]]
+    for rows, stiffness in zip(block, (20.0, 200.0, 1000.0), strict=True):
+        jumps = simulate(scene.changed({"k_extension": stiffness}), sweep.accuracy).jumps
+        for row, jump in zip(rows, jumps, strict=False):
+            assert_same_jump(row, jump)
+        for output, number in zip(OUTPUTS, rows[len(jumps) :].T, strict=True):
+            assert np.isnan(number).all() if output.kind == "f8" else (number == -1).all()
+
+
+INTERPRETED = """
+from simulator.jump import simulate
+from simulator.scene_file import load_scene
+from simulator.sweep.chunks import recipe_for, simulate_rows
+from simulator.sweep.design import grid
+from simulator.sweep.outputs import PLACE
+from simulator.sweep.words import axes_of
+scene = load_scene("sim2").changed({}, effects_on=["passive_draw"])
+design = grid(axes_of(["passive_power=5,10"], scene.effects))
+for row, power_w in zip(simulate_rows(recipe_for(scene, design, 1e-2), design.rows(0, 2))[:, 0], (5.0, 10.0)):
+    jump = simulate(scene.changed({"passive_power": power_w}), 1e-2).jump
+    assert jump.passive_J == power_w * row[PLACE["jump_time_s"]] > 0
+    assert (row[PLACE["passive_J"]], row[PLACE["cost_J"]]) == (jump.passive_J, jump.cost_J)
+"""
+
+
+def test_the_passive_draw_is_each_row_s_own_and_all_of_it_runs_uncompiled() -> None:
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    subprocess.run([sys.executable, "-c", INTERPRETED], env=environment, check=True, timeout=60)
+
+
+def test_a_row_does_not_depend_on_its_neighbours() -> None:
+    sweep = sobol_sweep(64, "b_ad=0:300", "foot_radius=0.02:0.04", "initial_velocity=-2:-0.1")
+    recipe, values = recipe_of(sweep), sweep.design.rows(0, 64)
+    together = simulate_rows(recipe, values)
+    alone = np.concatenate([simulate_rows(recipe, values[place : place + 1]) for place in range(64)])
+    backwards = simulate_rows(recipe, values[::-1].copy())[::-1]
+    assert alone.tobytes() == together.tobytes()
+    assert backwards.tobytes() == together.tobytes()
+
+
+def test_every_row_is_in_one_chunk() -> None:
+    for rows, jumps in ((1, 1), (127, 1), (1000, 1), (200_000, 1), (50, 100), (3, 5000)):
+        scene = load_scene("sim2" if jumps == 1 else "emulator").changed({}, jumps=jumps)
+        design = sobol_sweep(rows).design
+        chunks = chunks_for(design, scene.jumps)
+        assert row_count(design) == rows
+        bounds = [chunks.bounds(number) for number in range(chunks.count)]
+        assert bounds[0][0] == 0
+        assert bounds[-1][1] == rows
+        assert all(before[1] == after[0] for before, after in itertools.pairwise(bounds))
+        assert all(first < after for first, after in bounds)
+        assert chunks.rows_each == 1 or chunks.rows_each * jumps <= 2048
+
+
+def test_another_simulator_s_recipe_is_refused() -> None:
+    sweep = grid_sweep("b_ad=0,100")
+    with pytest.raises(UsageError, match="another version of the simulator"):
+        simulate_rows(replace(recipe_of(sweep), simulator="0" * 20), sweep.design.rows(0, 2))
+
+
+@pytest.mark.parametrize("accuracy", [0.0, -1.0, 1e-20, 1.0, math.nan])
+def test_an_accuracy_that_cannot_be_had_is_refused(accuracy: float) -> None:
+    with pytest.raises(UsageError, match="accuracy"):
+        recipe_of(grid_sweep("b_ad=0,100", accuracy=accuracy))

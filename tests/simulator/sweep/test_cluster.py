@@ -1,0 +1,36 @@
+"""A sweep on a Dask cluster of two worker processes, one of which is killed."""
+
+from __future__ import annotations
+
+import os
+import signal
+from pathlib import Path
+from typing import Any
+
+import distributed
+
+from simulator.sweep.cluster import connected
+from simulator.sweep.run import run_sweep
+from simulator.sweep.threads import Threads
+from tests.helpers.sweeps import every_byte, sobol_sweep
+
+
+def test_a_lost_worker_costs_nothing_but_time(tmp_path: Path) -> None:
+    sweep = sobol_sweep(8192)
+    here = run_sweep(sweep, tmp_path / "here.nc", Threads())
+    done_chunks = 0
+    start: Any = distributed.LocalCluster
+    with start(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
+        victim = next(iter(local.workers.values())).pid
+
+        def advance(chunks: int) -> None:
+            nonlocal done_chunks
+            done_chunks += chunks
+            if done_chunks == 20:
+                os.kill(victim, signal.SIGKILL)
+
+        with connected(local.scheduler_address) as cluster:
+            there = run_sweep(sweep, tmp_path / "cluster.nc", cluster, advance)
+    assert done_chunks == sweep.chunks.count == 64
+    assert there.summary == here.summary
+    assert every_byte(tmp_path / "cluster.nc") == every_byte(tmp_path / "here.nc")

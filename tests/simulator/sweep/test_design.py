@@ -1,0 +1,85 @@
+"""Grids and samples."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from data_schema.errors import UsageError
+from simulator.scene_file import load_scene
+from simulator.sweep.design import Design, Grid, Sample, content_hash, grid, row_count, sobol
+from simulator.sweep.words import axes_of, ranges_of
+
+SIM2 = load_scene("sim2").effects
+
+
+def three_axes() -> Grid:
+    return grid(axes_of(["b_ad=0:300:4", "foot_radius=0.02,0.03,0.038", "gain=100,200"], SIM2))
+
+
+def sample(rows: int = 64, seed: int = 7) -> Sample:
+    return sobol(ranges_of(["b_ad=0:300", "kg_scale=0.1:10:log"], SIM2), rows, seed)
+
+
+def test_a_grid_holds_every_combination_the_last_axis_fastest() -> None:
+    design = three_axes()
+    assert design.dims == {"b_ad": 4, "foot_radius": 3, "gain": 2}
+    assert row_count(design) == 24
+    expected = list(itertools.product(*(axis.values for axis in design.axes)))
+    assert design.rows(0, 24).tolist() == [list(point) for point in expected]
+
+
+@given(cut=st.tuples(st.integers(0, 24), st.integers(0, 24)))
+def test_rows_do_not_depend_on_how_they_are_asked_for(cut: tuple[int, int]) -> None:
+    first, second = sorted(cut)
+    for design in (three_axes(), sample(24)):
+        parts = [design.rows(*part) for part in ((0, first), (first, second), (second, 24))]
+        assert np.concatenate(parts).tolist() == design.rows(0, 24).tolist()
+
+
+def test_a_sample_fills_its_ranges_evenly() -> None:
+    design = sample(64)
+    assert design.dims == {"sample": 64}
+    damping, scale = design.rows(0, 64).T
+    # a scrambled Sobol sequence of 2^m points has one in each of 2^m equal parts of every range
+    assert sorted(np.floor(damping / 300 * 64)) == list(range(64))
+    assert sorted(np.floor((np.log10(scale) + 1) / 2 * 64)) == list(range(64))
+
+
+def test_a_sample_is_drawn_again_by_its_seed_and_begins_every_longer_one() -> None:
+    assert content_hash(sample()) == content_hash(sample())
+    assert content_hash(sample(seed=8)) != content_hash(sample())
+    assert sample(100).rows(0, 64).tolist() == sample(64).rows(0, 64).tolist()
+
+
+def test_other_values_have_another_hash() -> None:
+    words = (["b_ad=0,1"], ["b_ad=0,2"], ["b_ad=0,1,2"], ["mu=0.1,1"], ["b_ad=0,1", "mu=1,2"])
+    assert len({content_hash(grid(axes_of(word, SIM2))) for word in words}) == len(words)
+
+
+@pytest.mark.parametrize("design", [three_axes(), sample(24)])
+def test_combinations_are_those_of_the_rows(design: Design) -> None:
+    chosen = [axis.parameter for axis in design.axes][:2]
+    rows = {tuple(row[:2]) for row in design.rows(0, 24).tolist()}
+    found = [tuple(point[name] for name in chosen) for point in design.combinations(chosen)]
+    assert set(found) == rows
+    assert len(found) == len(rows)
+
+
+def test_refused() -> None:
+    axes = axes_of(["gain=100,200", "k_extension=300,400"], SIM2)
+    with pytest.raises(UsageError, match="gain and k_extension would sweep k_extension more than once"):
+        grid(axes)
+    with pytest.raises(UsageError, match="needs something to sweep"):
+        grid([])
+    with pytest.raises(UsageError, match="b_ad would sweep b_ad more than once"):
+        sobol(ranges_of(["b_ad=0:1", "b_ad=2:3"], SIM2), 8, 0)
+    for rows in (0, -1, 10**12):
+        with pytest.raises(UsageError, match="sweep 1 to 100000000"):
+            sobol(ranges_of(["b_ad=0:1"], SIM2), rows, 0)
+    with pytest.raises(UsageError, match="negative"):
+        sample(seed=-1)

@@ -1,0 +1,52 @@
+"""Formats and clusters whose libraries are not there."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from data_schema.errors import UsageError
+from simulator.sweep.cluster import connected
+from simulator.sweep.formats import FORMATS, format_of
+from simulator.sweep.run import run_sweep
+from simulator.sweep.threads import Threads, cores
+from tests.helpers.scenes import is_sentence
+from tests.helpers.sweeps import grid_sweep
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_an_absent_library_is_named_before_anything_runs(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    library = format_of(Path(f"out{kind}")).library
+    monkeypatch.setitem(sys.modules, library, None)
+    with pytest.raises(UsageError) as refused:
+        run_sweep(grid_sweep("b_ad=0,100"), tmp_path / f"out{kind}", Threads())
+    assert f"needs {library}, which is not installed: run `pip install 'robot-labbook[sweeps]'`" in str(refused.value)
+    assert is_sentence(str(refused.value))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_without_dask(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with (
+        pytest.raises(UsageError, match="--scheduler needs distributed, which is not installed"),
+        connected("tcp://a:1"),
+    ):
+        pass
+
+
+@pytest.mark.parametrize("address", ["nowhere", "tcp://127.0.0.1:9", "http//:"])
+def test_a_scheduler_that_does_not_answer(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("simulator.sweep.cluster.CONNECT_WITHIN_S", 0.5)
+    with pytest.raises(UsageError) as refused, connected(address):
+        pass
+    assert f"no Dask scheduler answers at {address}: start one" in str(refused.value)
+    assert is_sentence(str(refused.value))
+
+
+def test_one_thread_a_core() -> None:
+    assert Threads().count == cores() >= 1
+    assert Threads(3).count == 3

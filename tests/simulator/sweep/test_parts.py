@@ -1,0 +1,95 @@
+"""The unfinished sweep on disk."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from data_schema.errors import UsageError
+from simulator.sweep.chunks import Chunks
+from simulator.sweep.parts import LOCK, PLAN, Parts, opened_parts, part_folder, remove_parts
+from tests.helpers.scenes import is_sentence
+
+CHUNKS = Chunks(rows=10, rows_each=4)
+IDENTITY: dict[str, str | float] = {"scene": "sim2", "accuracy": 1e-4}
+SHAPE = (2, 3)
+
+
+def block(number: int) -> NDArray[np.float64]:
+    first, after = CHUNKS.bounds(number)
+    return np.arange(60.0).reshape(10, *SHAPE)[first:after]
+
+
+@pytest.fixture
+def parts(tmp_path: Path) -> Iterator[Parts]:
+    with opened_parts(tmp_path / "out.nc", IDENTITY, CHUNKS, SHAPE) as opened:
+        yield opened
+
+
+def test_what_is_kept_is_read_back(parts: Parts) -> None:
+    assert parts.missing() == [0, 1, 2]
+    for number in (2, 0, 1):
+        parts.keep(number, block(number))
+    assert parts.missing() == []
+    for start, stop in ((0, 10), (3, 5), (4, 8), (9, 10), (0, 1)):
+        assert parts.read(start, stop).tolist() == np.arange(60.0).reshape(10, *SHAPE)[start:stop].tolist()
+
+
+def test_a_chunk_that_is_not_whole_is_missing(parts: Parts, tmp_path: Path) -> None:
+    for number in range(3):
+        parts.keep(number, block(number))
+    whole = sorted(part_folder(tmp_path / "out.nc").glob("0*"))[1]
+    whole.write_bytes(whole.read_bytes()[:-8])
+    assert parts.missing() == [1]
+
+
+def test_what_was_being_written_is_removed_and_what_was_done_is_kept(tmp_path: Path) -> None:
+    out = tmp_path / "out.nc"
+    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+        parts.keep(1, block(1))
+    (part_folder(out) / ".00000000.f64.123").write_bytes(b"half")
+    (part_folder(out) / ".result.zarr").mkdir()
+    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+        assert parts.missing() == [0, 2]
+    assert {entry.name for entry in part_folder(out).iterdir()} == {PLAN, LOCK, "00000001.f64"}
+    remove_parts(part_folder(out))
+    assert list(tmp_path.iterdir()) == []
+
+
+def refusal(out: Path, identity: dict[str, str | float]) -> str:
+    with (
+        pytest.raises(UsageError) as refused,
+        opened_parts(out, identity, CHUNKS, SHAPE),
+    ):
+        pass
+    assert is_sentence(str(refused.value))
+    return str(refused.value)
+
+
+def test_nobody_else_works_on_it_meanwhile(parts: Parts, tmp_path: Path) -> None:
+    plan = json.loads((part_folder(tmp_path / "out.nc") / PLAN).read_text(encoding="utf-8"))
+    assert plan == IDENTITY
+    assert "another program is working on" in refusal(tmp_path / "out.nc", IDENTITY)
+
+
+def test_what_differs_is_said(tmp_path: Path) -> None:
+    out = tmp_path / "out.nc"
+    with opened_parts(out, IDENTITY, CHUNKS, SHAPE):
+        pass
+    said = refusal(out, {"scene": "sim2", "accuracy": 1e-6, "b_ad": 2.0})
+    assert "differs in accuracy (0.0001 there, 1e-06 now) and b_ad (none there, 2 now)" in said
+    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+        assert parts.missing() == [0, 1, 2]
+
+
+def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path) -> None:
+    out = tmp_path / "out.nc"
+    part_folder(out).mkdir()
+    (part_folder(out) / "thesis.txt").write_text("mine", encoding="utf-8")
+    assert "is in the way and is no unfinished sweep" in refusal(out, IDENTITY)
+    assert (part_folder(out) / "thesis.txt").read_text(encoding="utf-8") == "mine"

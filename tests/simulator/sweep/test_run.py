@@ -1,0 +1,230 @@
+"""A sweep to a file: what xarray reads, equal files however they came about, other files left alone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+
+from data_schema.errors import UsageError
+from simulator.jump import simulate
+from simulator.scene_file import load_scene, parse_scene
+from simulator.sweep.chunks import Recipe, recipe_for, simulate_rows, simulator_here
+from simulator.sweep.compute import Keep, ValuesOf
+from simulator.sweep.design import row_count
+from simulator.sweep.outputs import OUTPUTS
+from simulator.sweep.parts import opened_parts, part_folder
+from simulator.sweep.run import run_sweep
+from simulator.sweep.sweep import Sweep
+from simulator.sweep.threads import Threads
+from tests.helpers.scenes import is_sentence
+from tests.helpers.sweeps import every_byte, grid_sweep, sobol_sweep
+
+FORMATS = ("nc", "zarr")
+
+
+def opened(path: Path) -> xarray.Dataset:
+    with xarray.open_dataset(path, engine="zarr" if path.suffix == ".zarr" else "netcdf4") as dataset:
+        return dataset.load()
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_grid_as_xarray_reads_it(kind: str, tmp_path: Path) -> None:
+    sweep = grid_sweep("b_ad=0:300:4", "gain=300,600", "foot_radius=0.02,0.03,0.038")
+    out = tmp_path / f"grid.{kind}"
+    done = run_sweep(sweep, out, Threads())
+    found = opened(out)
+    assert dict(found.sizes) == {"b_ad": 4, "gain": 2, "foot_radius": 3}
+    assert set(found.data_vars) == {output.name for output in OUTPUTS}
+    assert set(found.coords) == {"b_ad", "gain", "foot_radius", "k_extension"}
+    assert found["k_extension"].dims == ("gain",)
+    assert found["b_ad"].values.tolist() == [0.0, 100.0, 200.0, 300.0]
+    assert found["b_ad"].attrs == {"units": "kg/m", "long_name": sweep.design.axes[0].quantity.meaning}
+    assert found["cost_J"].attrs["units"] == "J"
+    assert all({"units", "long_name"} <= set(found[name].attrs) for name in (*found.data_vars, *found.coords))
+    assert {str(found[output.name].dtype) for output in OUTPUTS} == {"float64", "int32", "int8"}
+
+    point = found.sel(b_ad=200.0, gain=600.0, foot_radius=0.038)
+    values = {"b_ad": 200.0, "foot_radius": 0.038, "k_extension": float(point["k_extension"])}
+    jump = simulate(sweep.scene.changed(values), sweep.accuracy).jump
+    assert float(point["cost_J"]) == jump.cost_J
+    assert float(point["apex_height_m"]) == jump.apex_height_m
+    assert int(point["steps"]) == jump.steps
+
+    flags = dict(
+        zip(found["outcome"].attrs["flag_values"], found["outcome"].attrs["flag_meanings"].split(), strict=True)
+    )
+    assert {flags[outcome] for outcome in np.unique(found["outcome"])} == set(done.summary.outcomes) == {"touchdown"}
+    assert done.summary.outcomes["touchdown"] == 24
+    assert done.summary.ill_conditioned == int((found["ill_conditioned"] == 1).sum())
+    assert not part_folder(out).exists()
+
+
+def test_a_file_says_what_it_rests_on(tmp_path: Path) -> None:
+    scene = load_scene("bed").changed({"body_mass": 1.5})
+    sweep = grid_sweep("kg_scale=1,2", scene=scene)
+    run_sweep(sweep, tmp_path / "bed.nc", Threads())
+    attributes = opened(tmp_path / "bed.nc").attrs
+    assert parse_scene(attributes["scene_toml"], "bed") == scene
+    assert json.loads(attributes["assumed"]) == {"foot_mass": scene.values["foot_mass"].why}
+    assert attributes["accuracy"] == sweep.accuracy
+    assert attributes["effects"].split() == [name for name in attributes["effects"].split() if name in scene.effects]
+    assert attributes["simulator_fingerprint"] == simulator_here()
+    assert attributes["labbook_version"] == "0.test"
+    assert json.loads(attributes["outcome_counts"]) == {"touchdown": 2}
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_sample_and_scenes_with_several_jumps(kind: str, tmp_path: Path) -> None:
+    run_sweep(sobol_sweep(32, "b_ad=0:300", "gain=100:600"), tmp_path / f"sample.{kind}", Threads())
+    sample = opened(tmp_path / f"sample.{kind}")
+    assert dict(sample.sizes) == {"sample": 32}
+    assert set(sample.coords) == {"b_ad", "gain", "k_extension"}
+    assert sample["gain"].dims == ("sample",)
+
+    scene = load_scene("emulator").changed({}, jumps=3)
+    run_sweep(grid_sweep("k_extension=20,200,1000", scene=scene), tmp_path / f"jumps.{kind}", Threads())
+    jumps = opened(tmp_path / f"jumps.{kind}")
+    assert dict(jumps.sizes) == {"k_extension": 3, "jump": 3}
+    assert jumps["jump"].values.tolist() == [1, 2, 3]
+    assert jumps["outcome"].values.tolist() == [[4, -1, -1], [3, -1, -1], [2, 2, 2]]
+    assert jumps["steps"].values[0, 1:].tolist() == [-1, -1]
+    assert np.isnan(jumps["apex_height_m"].values[:2]).all()
+    assert json.loads(jumps.attrs["outcome_counts"]) == {
+        "not_made": 4,
+        "touchdown": 3,
+        "no_liftoff": 1,
+        "leg_folded": 1,
+    }
+
+
+def test_both_formats_hold_the_same(tmp_path: Path) -> None:
+    sweep = sobol_sweep(300)
+    for kind in FORMATS:
+        run_sweep(sweep, tmp_path / f"out.{kind}", Threads())
+    xarray.testing.assert_identical(opened(tmp_path / "out.nc"), opened(tmp_path / "out.zarr"))
+
+
+class Backwards:
+    """Computes the chunks one by one, the last one first, and stops after so many."""
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+
+    def prepare(self, recipe: Recipe) -> float:
+        return 0.0
+
+    def run(self, recipe: Recipe, values_of: ValuesOf, numbers: Sequence[int], keep: Keep) -> Iterator[int]:
+        for number in list(reversed(numbers))[: self.most]:
+            keep(number, simulate_rows(recipe, values_of(number)))
+            yield number
+        if self.most < len(numbers):
+            raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_threads_order_and_interruptions_change_no_bit(kind: str, tmp_path: Path) -> None:
+    sweep = sobol_sweep(1500)
+    first = tmp_path / f"first.{kind}"
+    assert run_sweep(sweep, first, Threads(1)).chunks_before == 0
+    for name, compute in (("threads", Threads(7)), ("backwards", Backwards(1000))):
+        run_sweep(sweep, tmp_path / f"{name}.{kind}", compute)
+        assert every_byte(tmp_path / f"{name}.{kind}") == every_byte(first)
+    broken = tmp_path / f"broken.{kind}"
+    for already in (0, 2):
+        told: list[int] = []
+        with pytest.raises(KeyboardInterrupt):
+            run_sweep(sweep, broken, Backwards(2), told.append)
+        assert told == [already, 1, 1]
+        assert not broken.exists()
+    (part_folder(broken) / f".result.{kind}").write_bytes(b"killed while the file was made")
+    told = []
+    done = run_sweep(sweep, broken, Threads(), told.append)
+    assert done.chunks_before == 4
+    assert sum(told) == sweep.chunks.count == 12
+    assert every_byte(broken) == every_byte(first)
+    assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{kind}" for name in NAMES}
+
+
+NAMES = ("first", "threads", "backwards", "broken")
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_finished_file_is_left_as_it_is(kind: str, tmp_path: Path) -> None:
+    sweep, out = sobol_sweep(200), tmp_path / f"out.{kind}"
+    done = run_sweep(sweep, out, Threads())
+    before = every_byte(out)
+    with opened_parts(out, {}, sweep.chunks, (1, len(OUTPUTS))):
+        pass  # as if killed after the file had its name: the folder is still there
+    (part_folder(out) / "sweep.json").unlink()
+    told: list[int] = []
+    again = run_sweep(sweep, out, Threads(), told.append)
+    assert again.summary == done.summary
+    assert again.chunks_before == sweep.chunks.count == sum(told)
+    assert every_byte(out) == before
+    assert not part_folder(out).exists()
+
+
+def refusal(sweep: Sweep, out: Path) -> str:
+    with pytest.raises(UsageError) as refused:
+        run_sweep(sweep, out, Threads())
+    assert is_sentence(str(refused.value))
+    return str(refused.value)
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_other_files_are_not_written_over(kind: str, tmp_path: Path) -> None:
+    out = tmp_path / f"out.{kind}"
+    run_sweep(grid_sweep("b_ad=0,100"), out, Threads())
+    before = every_byte(out)
+    assert "differs in accuracy (0.001 there, 0.0001 now): " in refusal(grid_sweep("b_ad=0,100", accuracy=1e-4), out)
+    said = refusal(grid_sweep("b_ad=0,100,200"), out)
+    assert "differs in sweep of b_ad (2 values from 0 to 100 there, 3 values from 0 to 200 now): " in said
+    assert "differs in sampling (grid there, Sobol sample" in refusal(sobol_sweep(2, "b_ad=0:100"), out)
+    changed = load_scene("sim2").changed({"foot_radius": 0.04})
+    assert "differs in foot_radius (0.03 there, 0.04 now): " in refusal(grid_sweep("b_ad=0,100", scene=changed), out)
+    other = refusal(sobol_sweep(2, "b_ad=0:100", "mu=1:3", seed=2), out)
+    assert "sweep of mu (none there, 2 values from" in other
+    assert every_byte(out) == before
+    assert [path.name for path in tmp_path.iterdir()] == [out.name]
+
+
+def test_samples_that_differ_in_their_seed_alone(tmp_path: Path) -> None:
+    out = tmp_path / "out.nc"
+    run_sweep(sobol_sweep(64, seed=1), out, Threads())
+    assert "scrambled with seed 1 there" in refusal(sobol_sweep(64, seed=2), out)
+
+
+def test_values_that_differ_and_look_alike(tmp_path: Path) -> None:
+    out = tmp_path / "out.nc"
+    run_sweep(grid_sweep("b_ad=0,50,100"), out, Threads())
+    assert "differs in swept values: " in refusal(grid_sweep("b_ad=0,60,100"), out)
+
+
+@pytest.mark.parametrize("kind", FORMATS)
+def test_a_file_that_is_no_sweep(kind: str, tmp_path: Path) -> None:
+    out = tmp_path / f"out.{kind}"
+    out.write_bytes(b"something else")
+    assert "is there already and is no sweep" in refusal(grid_sweep("b_ad=0,100"), out)
+    assert out.read_bytes() == b"something else"
+    folder = tmp_path / "folder.zarr"
+    folder.mkdir()
+    assert "is there already and is no sweep" in refusal(grid_sweep("b_ad=0,100"), folder)
+
+
+def test_places_that_cannot_be(tmp_path: Path) -> None:
+    sweep = grid_sweep("b_ad=0,100")
+    assert "end it in .nc or .zarr" in refusal(sweep, tmp_path / "out.csv")
+    assert "there is no folder" in refusal(sweep, tmp_path / "none" / "out.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_sweep_s_rows_are_its_jumps() -> None:
+    sweep = grid_sweep("b_ad=0:300:31", "foot_radius=0.02,0.03,0.038")
+    assert row_count(sweep.design) == 93
+    assert sweep.dims == {"b_ad": 31, "foot_radius": 3}
+    assert recipe_for(sweep.scene, sweep.design, 1e-4).jumps == 1

@@ -1,0 +1,156 @@
+"""Hard cases: a jump that ends, in bounded work, with its energy book closed and an outcome that has a name."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from data_schema.errors import UsageError
+from simulator.jump import simulate
+from simulator.result import JumpResult
+from simulator.scene_file import load_scene
+
+FEW_STEPS = 40_000
+
+
+def _jump(name: str = "sim2", accuracy: float = 1e-6, **changes: float) -> JumpResult:
+    return simulate(load_scene(name).changed(changes), accuracy).jump
+
+
+def _closes(jump: JumpResult, accuracy: float = 1e-6) -> None:
+    assert abs(jump.energy_residual_J) < 10 * accuracy * (abs(jump.leg_work_J) + jump.ground_loss_J)
+    assert jump.steps < FEW_STEPS
+
+
+@pytest.mark.parametrize("kg_scale", [0.1, 1.0, 1e2, 1e4, 1e6, 1e8])
+def test_ground_from_soft_to_a_hundred_million_times_as_stiff(kg_scale: float) -> None:
+    jump = _jump(kg_scale=kg_scale)
+    assert jump.outcome == "touchdown"
+    _closes(jump)
+
+
+def test_ground_that_grows_stiffer_tends_to_a_limit() -> None:
+    times = [_jump(kg_scale=10.0**power).liftoff_time_s or 0.0 for power in (4, 5, 6, 7, 8)]
+    changes = np.abs(np.diff(times))
+    assert all(later < earlier for earlier, later in pairwise(changes))
+    assert changes[-1] < 2e-6
+
+
+def test_ground_too_weak_for_its_own_grains_is_refused() -> None:
+    with pytest.raises(UsageError, match=r"kg_scale = 0\.0182"):
+        load_scene("sim2").changed({"kg_scale": 0.01})
+
+
+@pytest.mark.parametrize("foot_mass", [1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+def test_a_foot_down_to_a_milligram(foot_mass: float) -> None:
+    jump = _jump(foot_mass=foot_mass)
+    assert jump.outcome == "touchdown"
+    _closes(jump)
+
+
+def test_a_lighter_foot_tends_to_a_limit() -> None:
+    apexes = [_jump(foot_mass=10.0**power).apex_height_m or 0.0 for power in (-3, -4, -5, -6)]
+    assert all(abs(later) < 0.2 * abs(earlier) for earlier, later in pairwise(np.diff(apexes)))
+
+
+def test_micro_intrusions_on_stiff_ground_under_a_rising_force() -> None:
+    resolved = _jump(kg_scale=1e5, initial_velocity=0.0)
+    assert len(resolved.mode_changes) > 100
+    assert resolved.outcome == "touchdown"
+    _closes(resolved)
+
+
+def test_creeping_takes_the_place_of_ringing_that_the_accuracy_does_not_see() -> None:
+    crept = _jump(accuracy=1e-4, kg_scale=1e8, initial_velocity=0.0)
+    rung = _jump(accuracy=1e-6, kg_scale=1e8, initial_velocity=0.0)
+    assert any(change.after == "creeping" for change in crept.mode_changes)
+    assert not any(change.after == "creeping" for change in rung.mode_changes)
+    assert crept.steps * 10 < rung.steps
+    assert crept.max_depth_m == pytest.approx(rung.max_depth_m, rel=1e-4)
+    assert crept.cost_J == pytest.approx(rung.cost_J, rel=1e-4)
+
+
+@pytest.mark.parametrize("b_ad", [610.0, 5000.0, 1e5])
+def test_a_leg_that_chatters_under_its_sampled_damping(b_ad: float) -> None:
+    jump = _jump(k_extension=1091.36, b_ad=b_ad)
+    assert jump.outcome in ("touchdown", "no_liftoff")
+    assert jump.error_growth > 1e6 or jump.liftoff_time_s is not None
+    _closes(jump)
+
+
+def test_growing_errors_are_told() -> None:
+    jump = simulate(load_scene("sim1"), 1e-6).jump
+    assert jump.error_growth > 1e9
+    assert jump.ill_conditioned
+
+
+def test_start_at_rest_on_the_surface() -> None:
+    at_rest, almost = _jump(initial_velocity=0.0), _jump(initial_velocity=-1e-9)
+    assert at_rest.outcome == "touchdown"
+    assert at_rest.apex_height_m == pytest.approx(almost.apex_height_m, rel=1e-6)
+    _closes(at_rest)
+
+
+def test_an_event_on_a_tick() -> None:
+    """The mass that jams the foot on a tick exactly: a little less and a little more give the same jump."""
+    jam = next(c.time_s for c in _jump(accuracy=1e-10).mode_changes if c.after == "jammed")
+    rate = 270 / jam  # the 270th tick at that instant
+    before, at, after = (_jump(accuracy=1e-9, control_rate=rate * factor) for factor in (1 - 1e-9, 1.0, 1 + 1e-9))
+    assert at.outcome == before.outcome == after.outcome == "touchdown"
+    assert at.cost_J == pytest.approx(before.cost_J, rel=1e-6)
+    assert at.cost_J == pytest.approx(after.cost_J, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("changes", "outcome"),
+    [
+        ({"initial_velocity": -5.0}, "leg_folded"),
+        ({"b_extension": 1e4}, "no_liftoff"),
+        ({"k_compression": 1.0}, "leg_folded"),
+    ],
+)
+def test_what_cannot_jump_has_a_named_outcome(changes: dict[str, float], outcome: str) -> None:
+    jump = _jump(**changes)
+    assert jump.outcome == outcome
+    assert jump.apex_height_m is None
+    assert np.isfinite(jump.cost_J)
+
+
+@pytest.mark.parametrize("name", ["foot_radius", "body_mass", "foot_mass", "k_extension"])
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+def test_what_makes_no_sense_is_refused_in_a_sentence(name: str, value: float) -> None:
+    with pytest.raises(UsageError, match=name):
+        load_scene("sim2").changed({name: value})
+
+
+@pytest.mark.parametrize(
+    ("changes", "outcome", "jumps"),
+    [
+        ({"k_extension": 323.36, "k_compression": 180.0}, "no_liftoff", 1),
+        ({"k_extension": 323.36, "k_compression": 160.0}, "carried", 1),
+        ({"k_extension": 567.36 / 4.3}, "no_liftoff", None),
+        ({"shortest_hold": 2.0}, "leg_folded", None),
+        ({"reset_time": 0.02}, "touchdown", 100),
+        ({"release_time": 0.0}, "touchdown", 100),
+    ],
+)
+def test_the_emulators_ways_to_fail(changes: dict[str, float], outcome: str, jumps: int | None) -> None:
+    result = simulate(load_scene("emulator").changed(changes))
+    assert result.jump.outcome == outcome
+    assert jumps is None or len(result.jumps) == jumps
+
+
+def test_a_leg_too_short_for_the_plates_gains_straightens() -> None:
+    published = {"k_extension": 650.0, "k_compression": 250.0, "b_compression": 0.5, "b_extension": 5.0}
+    assert _jump("force_plate", **published).outcome == "leg_straight"
+
+
+def test_ten_thousand_jumps_in_a_row_do_not_drift() -> None:
+    result = simulate(load_scene("emulator").changed(jumps=10_000), 1e-9)
+    apexes = np.array([jump.apex_height_m for jump in result.jumps])
+    assert len(apexes) == 10_000
+    assert abs(apexes[-1] - apexes[99]) < 1e-9
+    assert max(abs(jump.energy_residual_J) for jump in result.jumps) < 1e-7
+    assert max(jump.max_depth_m for jump in result.jumps) <= 0.07

@@ -1,0 +1,161 @@
+"""Simulating a scene: what is refused, what a result holds, and jumps that hang on one decision."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from data_schema.errors import UsageError
+from simulator.jump import (
+    COARSEST_ACCURACY,
+    FINEST_ACCURACY,
+    ILL_CONDITIONED_BELOW,
+    limits_for,
+    parameter_row,
+    simulate,
+    stance_only,
+)
+from simulator.kernel.build import kernel_for
+from simulator.kernel.layout import OUTCOMES
+from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.result import JumpResult
+from simulator.scene_file import load_scene, shipped_scenes
+from tests.helpers.kernels import interpreted, relative_error
+
+
+@pytest.mark.parametrize("accuracy", [0.0, -1e-6, 1e-14, 0.2, math.nan, math.inf])
+def test_an_accuracy_that_cannot_be_had_is_refused(accuracy: float) -> None:
+    with pytest.raises(UsageError, match=r"accuracy of .+ cannot be had: give one from 1e-13 to 0\.1"):
+        simulate(load_scene("sim2"), accuracy)
+
+
+@pytest.mark.parametrize("accuracy", [FINEST_ACCURACY, COARSEST_ACCURACY])
+def test_the_finest_and_the_coarsest_accuracy_are_to_be_had(accuracy: float) -> None:
+    jump = simulate(load_scene("sim2"), accuracy).jump
+    assert relative_error(jump.apex_height_m, 0.303334225) < max(accuracy, 1e-8)
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_costs_and_times_of_a_result_belong_together(name: str) -> None:
+    scene = load_scene(name)
+    result = simulate(scene, 1e-7)
+    assert len(result.jumps) == scene.jumps
+    assert result.jump is result.jumps[-1]
+    assert result.accuracy == 1e-7
+    span = "jump" if "cost_of_whole_jump" in scene.effects else "stance"
+    ends_s = 0.0
+    for place, jump in enumerate(result.jumps):
+        assert jump.outcome == "touchdown"
+        parts = [getattr(jump, f"{span}_{part}_J") for part in ("heat", "mechanical", "drag")]
+        assert jump.cost_J == pytest.approx(sum(parts), rel=1e-14)
+        assert 0.0 < jump.stance_heat_J <= jump.jump_heat_J
+        assert jump.liftoff_time_s is not None
+        assert jump.apex_time_s is not None
+        assert jump.next_touchdown_time_s is not None
+        assert 0.0 < jump.liftoff_time_s < jump.apex_time_s < jump.next_touchdown_time_s
+        assert jump.min_leg_length_m < min(scene["rest_length"], jump.max_leg_length_m)
+        assert jump.steps > 0
+        assert jump.rhs_evaluations > jump.steps
+        if place:
+            assert jump.touchdown_time_s == pytest.approx(ends_s, rel=1e-12)
+        ends_s = jump.touchdown_time_s + jump.next_touchdown_time_s
+
+
+def test_a_drop_touches_down_when_bodies_fall_so() -> None:
+    scene = load_scene("bed")
+    jump = simulate(scene, 1e-10).jump
+    assert jump.touchdown_time_s == pytest.approx(math.sqrt(2.0 * scene["initial_height"] / 9.81), rel=1e-12)
+
+
+def test_a_stance_alone_is_that_of_the_whole_jump() -> None:
+    scene = load_scene("sim2").changed({"b_ad": 80.0})
+    stance, whole = stance_only(scene, 1e-9), simulate(scene, 1e-9).jump
+    assert stance.outcome == "liftoff"
+    assert stance.apex_height_m is None
+    for name in ("liftoff_time_s", "max_depth_m", "stance_heat_J", "stance_mechanical_J", "liftoff_body_height_m"):
+        assert getattr(stance, name) == getattr(whole, name)
+
+
+def drawing(power_w: float) -> JumpResult:
+    return simulate(
+        load_scene("force_plate").changed({"passive_power": power_w}, ("passive_draw",), jumps=2), 1e-6
+    ).jump
+
+
+def test_passive_draw_counts_over_the_time_of_a_jump() -> None:
+    none, some = interpreted(drawing, 0.0), interpreted(drawing, 6.0)
+    assert some.next_touchdown_time_s is not None
+    assert some.passive_J == pytest.approx(6.0 * some.next_touchdown_time_s, rel=1e-12)
+    assert some.cost_J - none.cost_J == pytest.approx(some.passive_J, rel=1e-12)
+    assert none.passive_J == 0.0
+
+
+def test_where_one_decision_hangs_on_an_edge_both_branches_are_shown() -> None:
+    """Over a range of stiffness the tick at which the leg extends changes: on the edge between two, either may be."""
+    scene, accuracy = load_scene("sim2"), 1e-6
+    stiffness_n_m = np.linspace(250.0, 254.0, 4001)
+    kernel = kernel_for(scene.effects)
+    place = [parameter.name for parameter in kernel.composition.parameters].index("k_compression")
+    table = np.repeat(parameter_row(kernel, scene)[np.newaxis, :], len(stiffness_n_m), axis=0)
+    table[:, place] = stiffness_n_m
+    rows = np.zeros((len(table), 1, len(COLUMNS)))
+    counts = np.zeros(len(table), np.int64)
+    kernel.batch(table, limits_for(accuracy), rows, counts, np.full((0, 4), -1.0), np.zeros((0, 0)))
+    apexes_m = rows[:, 0, COLUMN["apex_height_m"]]
+    edge = int(np.argmax(np.abs(np.diff(apexes_m))))
+    sides_m = apexes_m[edge], apexes_m[edge + 1]
+    assert abs(sides_m[1] - sides_m[0]) > 100.0 * np.median(np.abs(np.diff(apexes_m)))
+
+    def apex_m(value: float) -> float:
+        found = simulate(scene.changed({"k_compression": value}), accuracy).jump.apex_height_m
+        assert found is not None
+        return found
+
+    low, high = float(stiffness_n_m[edge]), float(stiffness_n_m[edge + 1])
+    for _ in range(8):
+        middle = 0.5 * (low + high)
+        if abs(apex_m(middle) - sides_m[0]) < abs(apex_m(middle) - sides_m[1]):
+            low = middle
+        else:
+            high = middle
+    for value, own_m, other_m in ((low, *sides_m), (high, *sides_m[::-1])):
+        jump = simulate(scene.changed({"k_compression": value}), accuracy).jump
+        assert jump.ill_conditioned
+        assert jump.decision_margin is not None
+        assert jump.decision_margin < ILL_CONDITIONED_BELOW
+        assert jump.decision_tick is not None
+        assert jump.other_branch is not None
+        between_m = abs(sides_m[1] - sides_m[0])
+        assert jump.apex_height_m == pytest.approx(own_m, abs=0.1 * between_m)
+        assert jump.other_branch.apex_height_m == pytest.approx(other_m, abs=0.1 * between_m)
+
+
+def test_far_from_an_edge_there_is_one_branch() -> None:
+    jump = simulate(load_scene("sim2"), 1e-9).jump
+    assert jump.decision_margin is not None
+    assert jump.decision_margin > ILL_CONDITIONED_BELOW
+    assert not jump.ill_conditioned
+    assert jump.other_branch is None
+
+
+ENDINGS = [
+    # published leg gains on the plate straighten the leg (scenes.md section 2)
+    ("force_plate", {"b_compression": 0.5}, 10, "leg_straight"),
+    ("emulator", {"k_compression": 180.0, "k_extension": 323.36}, 20, "no_liftoff"),
+    ("emulator", {"k_compression": 160.0, "k_extension": 323.36}, 20, "carried"),
+    ("sim2", {"k_extension": 120.0}, 1, "no_liftoff"),
+]
+
+
+@pytest.mark.parametrize(("name", "values", "jumps", "outcome"), ENDINGS)
+def test_a_jump_that_does_not_come_off_has_a_name(
+    name: str, values: dict[str, float], jumps: int, outcome: str
+) -> None:
+    result = simulate(load_scene(name).changed(values, jumps=jumps), 1e-6)
+    assert result.jump.outcome == outcome
+    assert outcome in OUTCOMES
+    assert all(jump.outcome == "touchdown" for jump in result.jumps[:-1])
+    if outcome != "carried":
+        assert len(result.jumps) < jumps or jumps == 1
