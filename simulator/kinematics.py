@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 
-from simulator.compiled import inlined
+from simulator.compiled import compiled
 
 SMALLEST_SINE = 1e-4
 """Smallest sqrt(1 - u^2) used: reached by trial steps past the singular lengths, never by an accepted stance."""
 
 
-@inlined
+@compiled
 def lever_m(upper_link_m: float, lower_link_m: float, leg_length_m: float) -> float:
     """Lever arm 1 / J(r) of the joint, m: joint torque = force times lever, leg speed = joint speed times lever."""
     square = leg_length_m * leg_length_m

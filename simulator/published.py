@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from simulator.basics import GRAVITY_M_S2
-from simulator.compiled import inlined, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kept import kept
 from simulator.kernel.composition import Composition, compose
@@ -163,7 +163,7 @@ def _make_look(composition: Composition) -> Function:
     if composition.on("sampled_control"):
         period_s = composition.slots["control_period_s"]
 
-        @inlined
+        @inner
         def look_at_ticks(t: float, looked_s: float, work: Row) -> float:
             if t > 0.0 and t - looked_s <= period_s(work):
                 return looked_s
@@ -172,7 +172,7 @@ def _make_look(composition: Composition) -> Function:
 
         return look_at_ticks
 
-    @inlined
+    @inner
     def look_always(t: float, looked_s: float, work: Row) -> float:  # noqa: ARG001
         if wants_switch(work, work[PHASE], NOW, 1.0, 1.0) > 0.0:
             switch(work)

@@ -18,12 +18,13 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis import pairing
 from labbook.analysis.comparing import Pair
 from labbook.analysis.conditions import ConditionValues
-from labbook.analysis.predicting import Predicted, error_parts, in_all
+from labbook.analysis.predicting import Predicted
+from labbook.analysis.prediction_error import error_parts, in_all
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, number, rests_on_result
 from reports.numbers import Quantity
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity
 
-ALGORITHM = Algorithm("prediction_check", 1, ("labbook.analysis.checking", "labbook.analysis.predicting"))
+ALGORITHM = Algorithm("prediction_check", 2, ("labbook.analysis.checking", "labbook.analysis.prediction_error"))
 
 PREDICTED, DIFFERENCE, RATIO = "predicted", "difference", "error_ratio"
 """Names of numbers of a check: what is predicted of the runs as they were made, and how it compares."""

@@ -25,6 +25,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
 from labbook.analysis.facts import condition_input
 from labbook.analysis.gathering import Evidence
+from labbook.analysis.prediction_error import error_parts, in_all
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
 from labbook.config.model import SimulationSettings
 from reports.numbers import Quantity
@@ -34,7 +35,14 @@ if TYPE_CHECKING:
     from simulator.scene import Scene
 
 ALGORITHM = Algorithm(
-    "prediction", 1, ("labbook.analysis.predicting", "labbook.analysis.condition_scenes", "simulator.jump")
+    "prediction",
+    2,
+    (
+        "labbook.analysis.predicting",
+        "labbook.analysis.condition_scenes",
+        "labbook.analysis.prediction_error",
+        "simulator.jump",
+    ),
 )
 
 NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
@@ -43,8 +51,8 @@ NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
 }
 """The number of a prediction that a quantity is, and its unit."""
 
-ACCURACY, BRANCH = "accuracy", "other branch"
-"""Parts of an error beside the assumed parameters, which go by their names."""
+BRANCH = "other branch"
+"""The part of an error that is due to a decision on a knife's edge, beside the assumed parameters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -229,25 +237,3 @@ def _means(jumps: Sequence[JumpResult]) -> dict[str, float | None]:
         return dict.fromkeys(map(str, Quantity))
     joules = math.fsum(jump.cost_J for jump in jumps)
     return {str(Quantity.JOULES): joules / len(jumps), str(Quantity.APEX): math.fsum(heights) / len(jumps)}
-
-
-def error_parts(
-    value: float, accuracy_part: float, otherwise: Mapping[str, Sequence[float | None]]
-) -> dict[str, float | Undefined]:
-    """Return the parts of a predicted value's error: the accuracy's, and the largest change under each variation."""
-    parts: dict[str, float | Undefined] = {ACCURACY: accuracy_part}
-    for source, values in otherwise.items():
-        known = [other for other in values if other is not None]
-        parts[source] = (
-            max(abs(other - value) for other in known)
-            if len(known) == len(values)
-            else Undefined(f"with another {source} the simulated robot does not jump")
-        )
-    return parts
-
-
-def in_all(parts: Mapping[str, float | Undefined]) -> float | Undefined:
-    """Add the parts of an error in quadrature; undefined where one of them is."""
-    known = [part for part in parts.values() if not isinstance(part, Undefined)]
-    undefined = next((part for part in parts.values() if isinstance(part, Undefined)), None)
-    return math.hypot(*known) if undefined is None else undefined

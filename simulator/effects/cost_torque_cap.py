@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import inlined
+from simulator.compiled import compiled
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import STALL_TORQUE
 
@@ -13,7 +13,7 @@ from simulator.effects.shared import STALL_TORQUE
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     torque = at("stall_torque")
 
-    @inlined
+    @compiled
     def cost_force_n(p: NDArray[np.float64], lever_m: float, commanded_n: float, applied_n: float) -> float:
         most = 2.0 * p[torque] / lever_m
         return min(max(applied_n, -most), most)

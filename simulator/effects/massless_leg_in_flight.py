@@ -10,7 +10,9 @@ EFFECT = Effect(
     source="the usual spring-loaded inverted pendulum, for comparison",
     excludes={
         "held_gains_in_flight": "a massless leg needs no gains in flight: leave out held_gains_in_flight or "
-        "massless_leg_in_flight"
+        "massless_leg_in_flight",
+        "touchdown_impact": "a leg without mass meets the ground without an impact: leave out "
+        "massless_leg_in_flight or touchdown_impact",
     },
     publishes=("impact_loss_J",),
 )

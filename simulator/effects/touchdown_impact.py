@@ -9,6 +9,10 @@ EFFECT = Effect(
     meaning="inelastic touchdown: the foot takes the ground's speed at once",
     source="thesis 3.2.2",
     needs=(("rigid_ground", "emulated_ground"),),
-    excludes={"hydrostatic_stiffness": "grains take the foot without an impact: leave out touchdown_impact"},
+    excludes={
+        "hydrostatic_stiffness": "grains take the foot without an impact: leave out touchdown_impact",
+        "massless_leg_in_flight": "a leg without mass meets the ground without an impact: leave out "
+        "massless_leg_in_flight or touchdown_impact",
+    },
     publishes=("impact_loss_J",),
 )

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.basics import GRAVITY_M_S2
-from simulator.compiled import inlined, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.book import make_energy
 from simulator.kernel.composition import Composition
@@ -50,7 +50,7 @@ CREEP_WINDOW_S = 1e-3
 def make_note_saturation(composition: Composition) -> Function:
     """Note whether the leg's force is at its cap: `(work)`, after gains have changed."""
     if not composition.has("cap_n"):
-        return inlined(lambda work: None)
+        return inner(lambda work: None)
     forces = make_forces(composition)
 
     @inner
@@ -68,7 +68,7 @@ def make_creeps(composition: Composition) -> Function:
     than a millisecond, and smaller than the local error allowed, relative to the depth.
     """
     if not composition.has("resistance_n") or composition.has("travel_m"):
-        return inlined(lambda work, a_b, yielding_n: False)
+        return inner(lambda work, a_b, yielding_n: False)
     slope = composition.slots["resistance_slope_n_m"]
     force_rate = make_force_rate(composition)
     foot = composition.position["foot_mass"]

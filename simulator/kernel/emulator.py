@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import inlined, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
@@ -39,7 +39,7 @@ Flags = NDArray[np.int64]
 def make_timer(composition: Composition) -> Function:
     """When the emulator's state ends by itself, s since touchdown: `(work)`; never while it holds."""
     if not composition.has("travel_m"):
-        return inlined(lambda work: np.inf)
+        return inner(lambda work: np.inf)
     at = composition.position
     release, reset, engage = at["release_time"], at["reset_time"], at["engage_time"]
 
@@ -60,7 +60,7 @@ def make_timer(composition: Composition) -> Function:
 def make_advance(composition: Composition) -> Function:
     """Go to the emulator's next state at t: `(work)`."""
     if not composition.has("travel_m"):
-        return inlined(lambda work: None)
+        return inner(lambda work: None)
 
     @inner
     def advance(work: Row) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.basics import GRAVITY_M_S2
-from simulator.compiled import inlined, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.contact import make_note_saturation
@@ -95,7 +95,7 @@ def make_stop_foot(composition: Composition) -> Function:
 def make_rail_turns(composition: Composition) -> Function:
     """The body has stopped on its rail, or is pushed off it: `(work)`."""
     if not composition.has("rail_friction_n"):
-        return inlined(lambda work: None)
+        return inner(lambda work: None)
     forces, friction_n = make_forces(composition), composition.slots["rail_friction_n"]
     body = composition.position["body_mass"]
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.basics import GRAVITY_M_S2
-from simulator.compiled import inlined, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
@@ -68,7 +68,7 @@ def make_forces(composition: Composition) -> Function:
     lever, command, apply = make_lever(composition), make_command(composition), make_apply(composition)
     capped, cap_n = composition.has("cap_n"), composition.slot("cap_n")
 
-    @inlined
+    @inner
     def forces(work: Row, row: int) -> tuple[float, float, float]:
         length_m = work[row + X_BODY] - work[row + X_FOOT]
         arm_m = lever(work, length_m)
@@ -91,7 +91,7 @@ def make_foot_margins(composition: Composition) -> Function:
     has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
     emulated, travel_m = composition.has("travel_m"), composition.slot("travel_m")
 
-    @inlined
+    @inner
     def margins(work: Row, row: int, applied_n: float) -> tuple[float, float]:
         weight_n = work[foot] * GRAVITY_M_S2
         lifting_n = applied_n - weight_n - AT_REST * (abs(applied_n) + weight_n)
@@ -170,7 +170,7 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
         if capped:
             beyond_n = abs(commanded_n) - most_n
             work[place + CAP_KINK] = (-beyond_n if work[SATURATED] == 1 else beyond_n) - KINK * most_n
-        if continuous:
+        if continuous and (not granular or mode != FLIGHT):  # on grains the controller waits for the ground
             work[place + SWITCHES] = wants_switch(work, work[PHASE], row, 1.0, 1.0)
         if emulated and work[EMULATOR] == HOLD and work[PHASE] == EXTENSION and work[RELEASED] == 0:
             near_m = length_m - work[rest] + work[tolerance]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import inlined
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
@@ -28,9 +28,9 @@ def make_lever(composition: Composition) -> Function:
     if not any(composition.has(slot) for slot in ("heat_w", "drag_w", "cap_bends")) and not composition.on(
         "cost_torque_cap"
     ):
-        return inlined(lambda work, leg_length_m: 1.0)
+        return inner(lambda work, leg_length_m: 1.0)
 
-    @inlined
+    @inner
     def lever(work: Row, leg_length_m: float) -> float:
         return lever_m(work[upper], work[lower], leg_length_m)
 
@@ -45,7 +45,7 @@ def make_command(composition: Composition) -> Function:
     linear, held = composition.on("linear_active_damping"), composition.on("held_force")
     sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
 
-    @inlined
+    @inner
     def command(work: Row, length_m: float, speed_m_s: float, foot_speed_m_s: float) -> float:
         force = work[STIFFNESS] * (length_m - work[rest])
         if damped:
@@ -71,10 +71,10 @@ def make_cap(composition: Composition) -> Function:
 def make_apply(composition: Composition) -> Function:
     """Force that the motors apply for a commanded one, N: `(p, lever_m, commanded_n)`."""
     if not composition.has("cap_n"):
-        return inlined(lambda work, lever_m, commanded_n: commanded_n)
+        return inner(lambda work, lever_m, commanded_n: commanded_n)
     cap_n = composition.slots["cap_n"]
 
-    @inlined
+    @inner
     def apply(work: Row, lever_m: float, commanded_n: float) -> float:
         most = cap_n(work, lever_m)
         return min(max(commanded_n, -most), most)
@@ -91,7 +91,7 @@ def make_set_gains(composition: Composition) -> Function:
     b_extension = composition.slot("extension_damping_kg_s")
     b_active = composition.slot("active_damping_kg_m")
 
-    @inlined
+    @inner
     def set_gains(work: Row, extending: bool, foot_speed_m_s: float) -> None:
         work[STIFFNESS] = work[k_extension] if extending else work[k_compression]
         if damped:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.basics import GRAVITY_M_S2
-from simulator.compiled import inlined, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
@@ -44,7 +44,7 @@ def make_powers(composition: Composition) -> Function:
     chosen = composition.slot("cost_force_n")
     choose = composition.has("cost_force_n")
 
-    @inlined
+    @inner
     def powers(work: Row, stage: int, lever_m: float, speed_m_s: float, commanded_n: float, applied_n: float) -> None:
         cost_n = chosen(work, lever_m, commanded_n, applied_n) if choose else applied_n
         work[stage + LEG_WORK] = -applied_n * speed_m_s
@@ -63,7 +63,7 @@ def make_ground(composition: Composition) -> Function:
     """
     foot = composition.position["foot_mass"]
     if not composition.has("resistance_n"):
-        return inlined(lambda work, stage, applied_n, x_f, v_f: 0.0)
+        return inner(lambda work, stage, applied_n, x_f, v_f: 0.0)
     resistance_n = composition.slots["resistance_n"]
     quadratic, linear = composition.slot("quadratic_drag_kg_m"), composition.slot("linear_drag_kg_s")
     mass, mass_slope = composition.slot("added_mass_kg"), composition.slot("added_mass_slope_kg_m")
@@ -71,7 +71,7 @@ def make_ground(composition: Composition) -> Function:
     has_mass = composition.has("added_mass_kg")
     loss, grain = composition.integrals["ground_loss"], composition.integrals.get("grain_energy", -1)
 
-    @inlined
+    @inner
     def ground(work: Row, stage: int, applied_n: float, x_f: float, v_f: float) -> float:
         depth_m, sinking = -x_f, -v_f
         push_n = resistance_n(work, depth_m)
@@ -161,12 +161,12 @@ def make_creep(composition: Composition) -> Function:
     From d/dt [F + K - (m_f + m_a) g] = 0 with the foot's speed left out of the leg's: K' z' = -(k v_b + b a_b) + ...
     """
     if not composition.has("resistance_n"):
-        return inlined(lambda work, length_m, v_b, a_b, depth_m: 0.0)
+        return inner(lambda work, length_m, v_b, a_b, depth_m: 0.0)
     slope = composition.slots["resistance_slope_n_m"]
     force_rate = make_force_rate(composition)
     has_mass, mass_slope = composition.has("added_mass_kg"), composition.slot("added_mass_slope_kg_m")
 
-    @inlined
+    @inner
     def creep(work: Row, length_m: float, v_b: float, a_b: float, depth_m: float) -> float:
         give_n_m = slope(work, depth_m)
         if has_mass:
@@ -182,7 +182,7 @@ def make_force_rate(composition: Composition) -> Function:
     has_cap, bends, cap_n = composition.has("cap_n"), composition.has("cap_bends"), composition.slot("cap_n")
     nudge_m = 1e-6
 
-    @inlined
+    @inner
     def force_rate(work: Row, length_m: float, v_b: float, a_b: float) -> float:
         nudge_s = 1e-6
         before_n = command(work, length_m, v_b, 0.0)

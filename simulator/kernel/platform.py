@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import inlined, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
@@ -23,7 +23,7 @@ def make_platform(composition: Composition) -> Function:
     Where nothing resets, the height is the lowest the foot has been at.
     """
     if not composition.has("travel_m"):
-        return inlined(lambda work, t: (work[DEEPEST], 0.0, 0.0))
+        return inner(lambda work, t: (work[DEEPEST], 0.0, 0.0))
     duration = composition.position["reset_time"]
 
     @inner

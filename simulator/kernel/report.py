@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import inlined, inner
+from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.book import make_booked, make_energy
 from simulator.kernel.composition import Composition
@@ -53,7 +53,7 @@ def make_note_cost(composition: Composition, span: str) -> Function:
         COLUMN[f"{span}_drag_J"],
     )
 
-    @inlined
+    @inner
     def note_cost(work: Row, row: Row) -> None:
         row[heat_at] = work[NOW + heat] if heat >= 0 else 0.0
         row[mechanical_at] = work[NOW + MECHANICAL]

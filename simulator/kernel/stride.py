@@ -37,6 +37,11 @@ from simulator.kernel.locate import make_at_once, make_first_event, make_land
 from simulator.kernel.motion import make_rates
 
 Row = NDArray[np.float64]
+STRETCH = 1.01
+"""A step that would end just short of a tick goes on to it."""
+SHORTEST_S = 1e-13
+"""Below it positions at both ends are equal but for rounding, and a dense output would make speeds of that. What
+happens in so short a step is seen at its end."""
 UNEVENTFUL, TIMED, REJECTED = -1, -2, -3
 """What a step may give beside a guard: no event, the emulator's timer ran out at its end, its error was too large."""
 
@@ -82,7 +87,7 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
         end_s = min(LONGEST_FLIGHT_S if mode == FLIGHT else LONGEST_STANCE_S, timed_s)
         if sampled and must_land(work):
             end_s = min(end_s, work[TICK] / work[rate])
-        to_end = t + h >= end_s
+        to_end = t + h * STRETCH >= end_s
         if to_end:
             h = end_s - t
         exact = attempt(t, h, work)
@@ -95,10 +100,12 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
                 return REJECTED
             if not to_end or proposal_s < work[STEP]:
                 work[STEP] = proposal_s
-        sample_nodes(h, exact, work)
-        guard, share = first_event(t, h, work)
         after_s = end_s if to_end else t + h
-        if sampled and mode != FLIGHT:
+        guard, share = UNEVENTFUL, 1.0
+        if h > SHORTEST_S:
+            sample_nodes(h, exact, work)
+            guard, share = first_event(t, h, work)
+        if sampled and mode != FLIGHT and h > SHORTEST_S:
             tick_s = deciding_tick(h, t + share * h if guard >= 0 else after_s, work, limits[FLIP_TICK])
             if tick_s < np.inf:
                 guard, after_s, to_end, h = UNEVENTFUL, tick_s, False, tick_s - t

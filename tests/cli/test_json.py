@@ -47,6 +47,7 @@ ELSEWHERE = {
     "sim run": "tests/cli/test_sim_run.py",
     "sim sweep": "tests/cli/test_sim_sweep.py",
     "sim effects": "tests/cli/test_sim_effects.py",
+    "sim accuracy": "tests/cli/test_sim_accuracy.py",
     "sim figures": "tests/cli/test_sim_figures.py",
 }
 

@@ -23,6 +23,9 @@ NEVER_TOGETHER = {
         ("hydrostatic_stiffness", "emulated_ground"),
         ("hydrostatic_stiffness", "touchdown_impact"),
         ("rigid_ground", "emulated_ground"),
+        ("massless_leg_in_flight", "touchdown_impact"),
+        ("massless_leg_in_flight", "rigid_ground"),
+        ("massless_leg_in_flight", "emulated_ground"),
         # these need grains
         ("inertial_drag", "rigid_ground"),
         ("inertial_drag", "emulated_ground"),

@@ -40,6 +40,7 @@ JUMP = JumpResult(
     energy_residual_J=1e-14,
     decision_margin=math.inf,
     decision_tick=None,
+    error_growth=1.0,
     min_leg_length_m=0.15,
     max_leg_length_m=0.309,
     capped_time_s=0.02,
