@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from matplotlib.figure import Figure
-from simulator.claims import Finding, findings
-from simulator.figures_data.thesis_figures import ThesisFigures
 
 from data_schema.errors import UsageError, unknown_name
 from labbook.presenting.thesis_claims import claims_markdown, claims_table
@@ -16,6 +14,8 @@ from labbook.presenting.thesis_figures import THESIS_FIGURES, ThesisFigure
 from reports.figures.kind import pdf_bytes, svg_bytes
 from reports.figures.style import publication_style
 from reports.tables.as_csv import csv_bytes
+from simulator.claims import Finding, findings
+from simulator.figures_data.thesis_figures import ThesisFigures
 
 PNG_DOTS_PER_IN = 300
 FORMATS = ("png", "pdf", "svg")
