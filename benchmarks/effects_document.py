@@ -1,0 +1,43 @@
+"""Measures what each effect of the shipped scenes is worth, and writes those tables of `docs/accuracy.md` anew.
+
+python benchmarks/effects_document.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from labbook.presenting.effects_worth import alone_table, heading, verdict
+from simulator.scene_file import load_scene
+from simulator.worth.measure import worth_of_effects
+
+DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "accuracy.md"
+SCENES = ("sim2", "bed", "emulator", "force_plate", "sim1")
+WITHIN = 0.01
+
+
+def measured(name: str) -> str:
+    """Return the table of a scene and the sentence on its smallest set, as Markdown."""
+    scene = load_scene(name)
+    worth = worth_of_effects(scene, WITHIN)
+    head, *rows = alone_table(worth, {}, None)
+    lines = [heading(scene, worth)[1], "", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    for effect, *values in rows:
+        starred = " *" if effect.endswith("*") else ""
+        name_cell = f"`{effect.rstrip('*')}`{starred}"
+        lines.append(f"| {' | '.join([name_cell, *values])} |")
+    return "\n".join([*lines, "", *verdict(worth)])
+
+
+def main() -> None:
+    """Write each scene's table between its two lines of the document."""
+    text = DOCUMENT.read_text(encoding="utf-8")
+    for name in SCENES:
+        first, last = f"<!-- effects: {name} -->\n", "\n<!-- end -->"
+        before, _, rest = text.partition(first)
+        text = before + first + measured(name) + last + rest.partition(last)[2]
+    DOCUMENT.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
