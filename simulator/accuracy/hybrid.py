@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from simulator.effects.effect import Function
 from simulator.kept import kept
+from simulator.kernel.around import make_control, make_follow, make_notice
 from simulator.kernel.composition import Composition, compose
 from simulator.kernel.contact import make_lift_off, make_settle
 from simulator.kernel.controller import make_wants_switch
@@ -64,7 +65,7 @@ from simulator.kernel.layout import (
 from simulator.kernel.motion import make_rates
 from simulator.kernel.report import make_finish
 from simulator.kernel.rows import COLUMN
-from simulator.kernel.run import make_control, make_follow, make_given_up, make_notice
+from simulator.kernel.run import make_given_up
 from simulator.kernel.start import make_begin, make_begin_jump
 
 Row = NDArray[np.float64]

@@ -63,11 +63,6 @@ def make_command(composition: Composition) -> Function:
     return command
 
 
-def make_cap(composition: Composition) -> Function:
-    """Largest force of the leg at a lever arm, N; only composed where there is a cap."""
-    return composition.slots["cap_n"]
-
-
 def make_apply(composition: Composition) -> Function:
     """Force that the motors apply for a commanded one, N: `(p, lever_m, commanded_n)`."""
     if not composition.has("cap_n"):

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-TOLERANCE, STOP_AFTER, JUMPS_WANTED, MOST_STEPS, FLIP_TICK, FIXED_STEP_S, RECORD = range(7)
-LIMITS = 7
+TOLERANCE, STOP_AFTER, JUMPS_WANTED, MOST_STEPS, FLIP_TICK, FIXED_STEP_S = range(6)
+LIMITS = 6
 """`TOLERANCE`: local error allowed, relative. `STOP_AFTER`: see below. `FLIP_TICK`: the tick whose decision is
 turned round,
 -1 none. `FIXED_STEP_S`: a step length in place of error control, 0 none: for measuring orders."""

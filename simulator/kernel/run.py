@@ -10,54 +10,36 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
+from simulator.kernel.around import make_control, make_follow, make_notice, make_record
 from simulator.kernel.composition import Composition
-from simulator.kernel.contact import make_lift_off, make_note_saturation, make_settle
+from simulator.kernel.contact import make_lift_off, make_settle
 from simulator.kernel.controller import make_wants_switch
 from simulator.kernel.decide import make_switch, make_tick
-from simulator.kernel.emulator import make_advance
 from simulator.kernel.events import GOES_ON, make_happen
 from simulator.kernel.landing import make_meet_ground
 from simulator.kernel.layout import (
-    ABOVE_PRINT,
     AIRBORNE,
     ALLOWED,
-    CAPPED,
     CARRIED_ROUND,
-    CLEARED,
     COMPRESSION,
-    CREEPING,
-    DEEPEST,
-    DEPTH,
-    EVENTS,
     FLIGHT,
-    FRESH,
-    IN_PRINT,
-    INTRUDING,
     JAMMED,
-    K1,
-    K7,
     LENGTH_UNIT,
     LIFTOFF_REACHED,
     MODE,
     NO_LIFTOFF,
     NO_TRIGGER,
     NOW,
-    OFFSET,
     PHASE,
-    SATURATED,
     SPEED_UNIT,
-    STALE,
     STEP,
     STEP_LIMIT,
     STEPS,
-    STRIDE,
     TICK,
     TIME,
     TIMEOUT,
     TOLERANCE,
     TOUCHDOWN,
-    TRACED,
-    TRIAL,
     V_BODY,
     X_FOOT,
 )
@@ -73,109 +55,13 @@ from simulator.kernel.limits import (
     STOP_AFTER_LIFTOFF,
 )
 from simulator.kernel.limits import TOLERANCE as TOLERANCE_WANTED
-from simulator.kernel.report import make_finish, make_note_liftoff
+from simulator.kernel.report import make_finish
 from simulator.kernel.rows import COLUMN
 from simulator.kernel.start import make_begin, make_begin_jump
-from simulator.kernel.stride import REJECTED, TIMED, make_stride
+from simulator.kernel.stride import REJECTED, make_stride
 
 Row = NDArray[np.float64]
 FIRST_STEP_S = 1e-3
-
-
-def make_notice(composition: Composition) -> Function:
-    """Compose `(before, jump, work, row, changes)`: note a change of the contact mode, and a lift-off's state."""
-    note_liftoff = make_note_liftoff(composition)
-
-    @inner
-    def notice(before: float, jump: int, work: Row, row: Row, changes: Row) -> None:
-        mode = work[MODE]
-        if mode == before:
-            return
-        if mode == FLIGHT:
-            note_liftoff(work, row)
-        place = int(work[TRACED])
-        if place < changes.shape[0]:
-            changes[place, 0], changes[place, 1], changes[place, 2], changes[place, 3] = jump, work[TIME], before, mode
-            work[TRACED] += 1
-        work[EVENTS] += 1
-        work[FRESH] = 1 if mode in (INTRUDING, FLIGHT) else 0
-
-    return notice
-
-
-def make_control(composition: Composition, tick: Function, settle: Function) -> Function:
-    """Compose `(work, flip_tick)`: the decisions of the ticks that are due, and what they do to a resting foot."""
-    if not composition.on("sampled_control"):
-        return inner(lambda work, flip_tick: None)
-    rate = composition.position["control_rate"]
-    note = make_note_saturation(composition)
-
-    @inner
-    def control(work: Row, flip_tick: float) -> None:
-        if work[MODE] == FLIGHT:
-            return
-        altered = False
-        while work[TICK] / work[rate] <= work[TIME]:
-            if tick(work, work[TICK] == flip_tick):
-                altered = True
-        if altered:
-            work[STALE] = 1
-            note(work)
-            if work[MODE] == JAMMED or work[MODE] == CREEPING:
-                settle(work)
-
-    return control
-
-
-def make_record(composition: Composition) -> Function:
-    """Compose `(before, jump, recorded, work, trace)`: keep an accepted step; a trace without rows keeps none."""
-    size = composition.state_size
-
-    @inner
-    def record(mode: float, jump: int, recorded: int, work: Row, trace: Row) -> int:
-        if recorded >= trace.shape[0] or work[STRIDE] == 0.0:
-            return recorded
-        start_s = work[OFFSET] + work[TIME] - work[STRIDE]
-        trace[recorded, 0], trace[recorded, 1], trace[recorded, 2], trace[recorded, 3] = (
-            start_s,
-            work[STRIDE],
-            mode,
-            jump,
-        )
-        for i in range(size):
-            trace[recorded, 4 + i] = work[NOW + i]
-            trace[recorded, 4 + size + i] = work[K1 + i]
-            trace[recorded, 4 + 2 * size + i] = work[TRIAL + i]
-            trace[recorded, 4 + 3 * size + i] = work[K7 + i]
-        return recorded + 1
-
-    return record
-
-
-def make_follow(composition: Composition, happen: Function, settle: Function) -> Function:
-    """Compose `(event, work, row, stop_after)`: go to the end of the step, and do what happens there."""
-    size, advance = composition.state_size, make_advance(composition)
-
-    @inner
-    def follow(event: int, work: Row, row: Row, stop_after: float) -> int:
-        for i in range(size):
-            work[NOW + i] = work[TRIAL + i]
-            work[K1 + i] = work[K7 + i]
-        if work[SATURATED] == 1:
-            work[CAPPED] += work[STRIDE]
-        if work[MODE] != FLIGHT:
-            work[DEPTH] = max(work[DEPTH], -work[NOW + X_FOOT])
-        elif work[CLEARED] == IN_PRINT and work[NOW + X_FOOT] > work[DEEPEST]:
-            work[CLEARED] = ABOVE_PRINT
-        if event >= 0:
-            return happen(event, work, row, stop_after)
-        if event == TIMED:
-            advance(work)
-            if work[MODE] == JAMMED:
-                settle(work)
-        return GOES_ON
-
-    return follow
 
 
 def make_given_up(composition: Composition) -> Function:

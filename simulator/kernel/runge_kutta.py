@@ -27,7 +27,6 @@ from simulator.kernel.layout import (
 
 Row = NDArray[np.float64]
 ORDER = 5
-STAGES = 7
 
 
 def make_runge_kutta(rates_of: Function, size: int) -> Function:

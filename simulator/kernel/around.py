@@ -1,0 +1,140 @@
+"""What surrounds a step: the decisions that are due before it, and after it the record, the event and the new mode."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inner
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
+from simulator.kernel.contact import make_note_saturation
+from simulator.kernel.emulator import make_advance
+from simulator.kernel.events import GOES_ON
+from simulator.kernel.layout import (
+    ABOVE_PRINT,
+    CAPPED,
+    CLEARED,
+    CREEPING,
+    DEEPEST,
+    DEPTH,
+    EVENTS,
+    FLIGHT,
+    FRESH,
+    IN_PRINT,
+    INTRUDING,
+    JAMMED,
+    K1,
+    K7,
+    MODE,
+    NOW,
+    OFFSET,
+    SATURATED,
+    STALE,
+    STRIDE,
+    TICK,
+    TIME,
+    TRACED,
+    TRIAL,
+    X_FOOT,
+)
+from simulator.kernel.report import make_note_liftoff
+from simulator.kernel.stride import TIMED
+
+Row = NDArray[np.float64]
+
+
+def make_notice(composition: Composition) -> Function:
+    """Compose `(before, jump, work, row, changes)`: note a change of the contact mode, and a lift-off's state."""
+    note_liftoff = make_note_liftoff(composition)
+
+    @inner
+    def notice(before: float, jump: int, work: Row, row: Row, changes: Row) -> None:
+        mode = work[MODE]
+        if mode == before:
+            return
+        if mode == FLIGHT:
+            note_liftoff(work, row)
+        place = int(work[TRACED])
+        if place < changes.shape[0]:
+            changes[place, 0], changes[place, 1], changes[place, 2], changes[place, 3] = jump, work[TIME], before, mode
+            work[TRACED] += 1
+        work[EVENTS] += 1
+        work[FRESH] = 1 if mode in (INTRUDING, FLIGHT) else 0
+
+    return notice
+
+
+def make_control(composition: Composition, tick: Function, settle: Function) -> Function:
+    """Compose `(work, flip_tick)`: the decisions of the ticks that are due, and what they do to a resting foot."""
+    if not composition.on("sampled_control"):
+        return inner(lambda work, flip_tick: None)
+    rate = composition.position["control_rate"]
+    note = make_note_saturation(composition)
+
+    @inner
+    def control(work: Row, flip_tick: float) -> None:
+        if work[MODE] == FLIGHT:
+            return
+        altered = False
+        while work[TICK] / work[rate] <= work[TIME]:
+            if tick(work, work[TICK] == flip_tick):
+                altered = True
+        if altered:
+            work[STALE] = 1
+            note(work)
+            if work[MODE] == JAMMED or work[MODE] == CREEPING:
+                settle(work)
+
+    return control
+
+
+def make_record(composition: Composition) -> Function:
+    """Compose `(before, jump, recorded, work, trace)`: keep an accepted step; a trace without rows keeps none."""
+    size = composition.state_size
+
+    @inner
+    def record(mode: float, jump: int, recorded: int, work: Row, trace: Row) -> int:
+        if recorded >= trace.shape[0] or work[STRIDE] == 0.0:
+            return recorded
+        start_s = work[OFFSET] + work[TIME] - work[STRIDE]
+        trace[recorded, 0], trace[recorded, 1], trace[recorded, 2], trace[recorded, 3] = (
+            start_s,
+            work[STRIDE],
+            mode,
+            jump,
+        )
+        for i in range(size):
+            trace[recorded, 4 + i] = work[NOW + i]
+            trace[recorded, 4 + size + i] = work[K1 + i]
+            trace[recorded, 4 + 2 * size + i] = work[TRIAL + i]
+            trace[recorded, 4 + 3 * size + i] = work[K7 + i]
+        return recorded + 1
+
+    return record
+
+
+def make_follow(composition: Composition, happen: Function, settle: Function) -> Function:
+    """Compose `(event, work, row, stop_after)`: go to the end of the step, and do what happens there."""
+    size, advance = composition.state_size, make_advance(composition)
+
+    @inner
+    def follow(event: int, work: Row, row: Row, stop_after: float) -> int:
+        for i in range(size):
+            work[NOW + i] = work[TRIAL + i]
+            work[K1 + i] = work[K7 + i]
+        if work[SATURATED] == 1:
+            work[CAPPED] += work[STRIDE]
+        if work[MODE] != FLIGHT:
+            work[DEPTH] = max(work[DEPTH], -work[NOW + X_FOOT])
+        elif work[CLEARED] == IN_PRINT and work[NOW + X_FOOT] > work[DEEPEST]:
+            work[CLEARED] = ABOVE_PRINT
+        if event >= 0:
+            return happen(event, work, row, stop_after)
+        if event == TIMED:
+            advance(work)
+            if work[MODE] == JAMMED:
+                settle(work)
+        return GOES_ON
+
+    return follow
