@@ -119,9 +119,9 @@ def _prepared(scene: Scene, method: Method, setting: float) -> _Timed:
 
 
 def _coarsest_within_goal(scene: Scene, method: Method) -> _Timed:
-    """The coarsest setting that keeps the goal together with all finer ones."""
+    """The coarsest setting that keeps the goal together with all finer ones: powers of ten and three times those."""
     kept: _Timed | None = None
-    for setting in reversed(method.settings):
+    for setting in sorted({*method.settings, *(3.0 * setting for setting in method.settings)}):
         tried = _prepared(scene, method, setting)
         if tried.error > GOAL:
             break

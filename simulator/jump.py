@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 import time
 from dataclasses import replace
@@ -37,8 +38,8 @@ ILL_CONDITIONED_BELOW = 10.0
 ROUNDING = 1e-15
 """Relative error of a step from rounding alone; grown to half the goal, it makes a jump ill-conditioned."""
 MOST_STEPS_A_JUMP = 2_000_000
-_KEPT_CHANGES_A_JUMP = 4096
-_RECORDED_STEPS = 400_000
+_KEPT_CHANGES = 4096
+_RECORDED_STEPS = 100_000
 
 
 def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> SceneResult:
@@ -59,11 +60,17 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
     return SceneResult(
         scene,
         accuracy,
-        jumps,
+        _flagged_from_the_first_on(jumps),
         compile_time_s=kernel.compile_time_s,
         wall_time_s=spent,
         trajectory=trajectory_of(Recording(kernel.composition, table[0], trace)) if trajectory else None,
     )
+
+
+def _flagged_from_the_first_on(jumps: tuple[JumpResult, ...]) -> tuple[JumpResult, ...]:
+    """What follows an ill-conditioned jump starts from a state that is not better known."""
+    flags = itertools.accumulate((jump.ill_conditioned for jump in jumps), max)
+    return tuple(replace(jump, ill_conditioned=flag) for jump, flag in zip(jumps, flags, strict=True))
 
 
 def limits_for(accuracy: float, stop_after: int = STOP_AFTER_TOUCHDOWN, fixed_step_s: float = 0.0) -> Row:
@@ -94,12 +101,18 @@ def stance_only(scene: Scene, accuracy: float = 1e-6) -> JumpResult:
 
 
 def _run(kernel: Kernel, table: Row, limits: Row, jumps: int, record: bool) -> tuple[Row, Row, Row]:
+    """Run one scene; room for mode changes and steps is made until they fit."""
     rows = np.zeros((1, jumps, len(COLUMNS)))
     counts = np.zeros(1, np.int64)
-    changes = np.full((min(jumps, 1000) * 16 + _KEPT_CHANGES_A_JUMP, 4), -1.0)
-    trace = np.zeros((_RECORDED_STEPS if record else 0, 4 + 4 * kernel.composition.state_size))
-    kernel.batch(table, limits, rows, counts, changes, trace)
-    return rows[0, : counts[0]], changes[changes[:, 0] >= 0.0], trace[trace[:, 1] > 0.0]
+    room, steps = 16 * jumps + _KEPT_CHANGES, _RECORDED_STEPS if record else 0
+    while True:
+        changes = np.full((room, 4), -1.0)
+        trace = np.zeros((steps, 4 + 4 * kernel.composition.state_size))
+        kernel.batch(table, limits, rows, counts, changes, trace)
+        full, recorded = changes[-1, 0] >= 0.0, record and trace[-1, 1] > 0.0
+        if not (full or recorded):
+            return rows[0, : counts[0]], changes[changes[:, 0] >= 0.0], trace[trace[:, 1] > 0.0]
+        room, steps = 8 * room if full else room, 8 * steps if recorded else steps
 
 
 def _number(row: Row, name: str) -> float | None:
@@ -129,8 +142,13 @@ def _jump(scene: Scene, accuracy: float, row: Row, changes: Row) -> JumpResult:
         steps=int(row[COLUMN["steps"]]),
         rhs_evaluations=int(row[COLUMN["rhs_evaluations"]]),
         error_growth=growth,
-        ill_conditioned=(margin is not None and margin < ILL_CONDITIONED_BELOW) or growth * ROUNDING > 0.5 * accuracy,
+        ill_conditioned=bool(ill_conditioned(np.inf if margin is None else margin, growth, accuracy)),
     )
+
+
+def ill_conditioned(decision_margin: Any, error_growth: Any, accuracy: float) -> Any:
+    """Whether jumps hang on a decision, or on rounding that has grown; numbers or arrays of one shape."""
+    return np.less(decision_margin, ILL_CONDITIONED_BELOW) | np.greater(error_growth * ROUNDING, 0.5 * accuracy)
 
 
 def _with_other_branch(

@@ -107,10 +107,21 @@ def _switching(p: Values) -> str | None:
     )
 
 
+def _guard(p: Values) -> str | None:
+    longest = p["rest_length"] - p["rest_tolerance"]
+    if p["guard_length"] < longest:
+        return None
+    return (
+        f"guard_length = {p['guard_length']:g} m is not less than rest_length - rest_tolerance = {longest:g} m, so the "
+        "leg would turn stiff and soft without end: give a shorter guard_length."
+    )
+
+
 RULES = (
     Rule(frozenset(), _links),
     Rule(frozenset(), _rest_length),
     Rule(frozenset({"hydrostatic_stiffness", "added_mass"}), _bearing),
     Rule(frozenset({"latched_switching"}), _switching),
+    Rule(frozenset({"latched_switching", "short_leg_guard"}), _guard),
     Rule(frozenset({"emulated_ground", "latched_switching"}), _release),
 )

@@ -10,6 +10,7 @@ from typing import Any
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
 from simulator.result import JumpResult, SceneResult
+from simulator.scene import Scene
 
 ILL_CONDITIONED_BELOW = 10
 """Decision margin, in local errors, under which both branches are shown."""
@@ -179,11 +180,15 @@ def _notes(result: SceneResult) -> list[str]:
 
 
 def _assumed(result: SceneResult) -> list[str]:
-    scene = result.scene
-    if not scene.assumed:
+    if not result.scene.assumed:
         return ["every parameter has a source."]
-    lines = ["rests on assumed parameters:"]
+    return ["rests on assumed parameters:", *(f"  {text}" for text in assumed_texts(result.scene))]
+
+
+def assumed_texts(scene: Scene) -> list[str]:
+    """Return each assumed parameter that is in force with its value and why it was chosen."""
+    texts = []
     for name in scene.assumed:
         unit = all_parameters()[name].unit
-        lines.append(f"  {name} = {scene[name]:g}{'' if unit == '1' else ' ' + unit}: {scene.values[name].why}")
-    return lines
+        texts.append(f"{name} = {scene[name]:g}{'' if unit == '1' else ' ' + unit}: {scene.values[name].why}")
+    return texts

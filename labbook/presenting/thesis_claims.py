@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from reports.display import DASH, general_text, with_unit
+from reports.tables.as_markdown import markdown_text
 from reports.tables.table import Cell, Column, Row, Table, words
 from simulator.claims import Claim, Finding
 
@@ -33,9 +34,9 @@ def verdict(finding: Finding) -> str:
     return AGREES if finding.agrees else DISAGREES
 
 
-def claims_table(findings: Sequence[Finding]) -> Table:
+def claims_table(findings: Sequence[Finding], caption: str = CAPTION) -> Table:
     """Make the table of all claims; its CSV has the numbers unrounded."""
-    return Table("claims", CAPTION, _COLUMNS, tuple(_row(finding) for finding in findings))
+    return Table("claims", caption, _COLUMNS, tuple(_row(finding) for finding in findings))
 
 
 def _row(finding: Finding) -> Row:
@@ -77,14 +78,7 @@ def _limits(claim: Claim) -> str:
 
 def claims_markdown(findings: Sequence[Finding]) -> str:
     """Write the table as Markdown, what disagrees in bold."""
-    table = claims_table(findings)
-    lines = [f"| {' | '.join(column.head for column in table.heads)} |", "|" + "---|" * len(table.heads)]
-    for row in table.rows:
-        texts = [cell.text.replace("|", "\\|") for cell in table.cells(row)]
-        if row.strong:
-            texts[-1] = f"**{texts[-1]}**"
-        lines.append(f"| {' | '.join(texts)} |")
-    return "\n".join([f"{table.caption}\n", *lines, ""])
+    return markdown_text(claims_table(findings))
 
 
 def claims_rows(findings: Sequence[Finding]) -> list[list[str]]:

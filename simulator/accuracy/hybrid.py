@@ -15,37 +15,32 @@ from numpy.typing import NDArray
 
 from simulator.effects.effect import Function
 from simulator.kept import kept
-from simulator.kernel.around import make_control, make_follow, make_notice
+from simulator.kernel.around import make_control, make_follow, make_notice, make_touch_down
 from simulator.kernel.composition import Composition, compose
 from simulator.kernel.contact import make_lift_off, make_settle
 from simulator.kernel.controller import make_wants_switch
 from simulator.kernel.decide import make_must_land, make_switch, make_tick
 from simulator.kernel.emulator import make_timer
-from simulator.kernel.events import GOES_ON, make_happen
+from simulator.kernel.events import make_happen
 from simulator.kernel.guards import make_guards
 from simulator.kernel.landing import make_meet_ground
 from simulator.kernel.layout import (
-    AIRBORNE,
     BOTTOMS,
     CAP_KINK,
     CARRIED,
-    CLEARED,
     CLEARS,
     CONE_KINK,
-    DEEPEST,
     FALLS,
     FLIGHT,
     FOLDS,
     GUARDS,
     GUARDS_AFTER,
-    IN_PRINT,
     INTRUDING,
     JAMMED,
     K1,
     LENGTH_UNIT,
     LIFTS,
     MODE,
-    NOW,
     PHASE,
     RELEASES,
     RESTS,
@@ -58,29 +53,27 @@ from simulator.kernel.layout import (
     TOUCHDOWN,
     TOUCHES,
     TRIAL,
-    V_BODY,
-    X_FOOT,
     YIELDS,
 )
 from simulator.kernel.motion import make_rates
 from simulator.kernel.report import make_finish
-from simulator.kernel.rows import COLUMN
 from simulator.kernel.run import make_given_up
 from simulator.kernel.start import make_begin, make_begin_jump
 
 Row = NDArray[np.float64]
-WISH, RISE = GUARDS, GUARDS + 1
-"""Places after the guards: whether a sampled controller would change its phase, were there a tick; and how far a flying
-foot is above its print before it has risen from it."""
-WATCHED = GUARDS + 2
+WISH = GUARDS
+"""Place after the guards: whether a sampled controller would change its phase, were there a tick."""
+WATCHED = GUARDS + 1
 MOST_STEPS = 1e300
 _IN_STANCE = (FALLS, FOLDS, STRAIGHTENS)
 _OF_MODE = {
-    FLIGHT: (TOUCHES, CLEARS, RISE, FALLS),
+    FLIGHT: (TOUCHES, CLEARS, FALLS, FOLDS),
     INTRUDING: (STOPS, CONE_KINK, BOTTOMS, *_IN_STANCE),
     JAMMED: (LIFTS, YIELDS, *_IN_STANCE),
     CARRIED: (LIFTS, *_IN_STANCE),
 }
+_OF_SLIDING = {FLIGHT: (STOPS, BOTTOMS), INTRUDING: (LIFTS,)}
+"""What a platform with mass adds: it stops without the foot, or the foot leaves it."""
 _NUMBER, _WHOLE, _ROW = numba.float64, numba.int64, numba.float64[::1]
 
 
@@ -90,7 +83,7 @@ class HybridSystem:
 
     `begin(work)` puts the robot at the start, `touch_down(work, row)` begins a jump. `control(work, row)` looks at the
     ticks that are due. `rates(mode, t, work, state)` and `watch(t, work, state)` are new arrays, the latter of guards,
-    wish and rise. `follow(event, work, row, stop_after)` takes the state at `TRIAL` over and does what happens there;
+    and wish. `follow(event, work, row, stop_after)` takes the state at `TRIAL` over and does what happens there;
     it returns an outcome or `GOES_ON`. `horizon(work)` is when the emulator's state ends, and whether to stop at the
     next tick. `given_up(work)` is an outcome or `GOES_ON`, `finish(outcome, work, row)` writes the row. `events[mode]`
     are the guards that can fire in a mode.
@@ -121,7 +114,10 @@ def _system(effects: frozenset[str]) -> HybridSystem:
     always = _of_effects(composition)
     return HybridSystem(
         composition,
-        {mode: (*guards, *_wish(composition, mode), *always) for mode, guards in _OF_MODE.items()},
+        {
+            mode: (*guards, *_sliding(composition, mode), *_wish(composition, mode), *always)
+            for mode, guards in _OF_MODE.items()
+        },
         **{
             name: kept(function, types, f"hybrid {name}", composition.effects)
             for name, (function, types) in functions.items()
@@ -139,13 +135,19 @@ def _of_effects(composition: Composition) -> tuple[int, ...]:
     return tuple(guard for guard, on in wanted.items() if on)
 
 
+def _sliding(composition: Composition, mode: int) -> tuple[int, ...]:
+    return _OF_SLIDING.get(mode, ()) if composition.platform >= 0 else ()
+
+
 def _wish(composition: Composition, mode: int) -> tuple[int, ...]:
-    return (WISH,) if composition.on("sampled_control") and mode != FLIGHT else ()
+    sleeps = composition.sleeps_in_flight and mode == FLIGHT
+    return (WISH,) if composition.on("sampled_control") and not sleeps else ()
 
 
 def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object, ...]]]:
     size, rates_of = composition.state_size, make_rates(composition)
     wants_switch, sampled = make_wants_switch(composition), composition.on("sampled_control")
+    sleeps = composition.sleeps_in_flight
     fill_guards, timer, must_land = (
         make_guards(composition, wants_switch),
         make_timer(composition),
@@ -162,10 +164,7 @@ def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object,
         work[TRIAL : TRIAL + size] = state
         fill_guards(t, work, TRIAL, GUARDS_AFTER)
         values[:GUARDS] = work[GUARDS_AFTER : GUARDS_AFTER + GUARDS]
-        if work[MODE] == FLIGHT:
-            if work[CLEARED] == IN_PRINT:
-                values[RISE] = state[X_FOOT] - work[DEEPEST]
-        elif sampled:
+        if sampled and not (sleeps and work[MODE] == FLIGHT):
             values[WISH] = wants_switch(work, work[PHASE], TRIAL, 1.0, 1.0)
         return values
 
@@ -185,13 +184,13 @@ def _changing(composition: Composition) -> dict[str, tuple[Function, tuple[objec
     tick = make_tick(composition, make_wants_switch(composition), switch)
     look, notice = make_control(composition, tick, settle), make_notice(composition)
     meet_ground, prepare, put = make_meet_ground(composition), composition.prepare, make_begin(composition)
+    meet_again = make_touch_down(meet_ground, settle)
     begin_jump, write = make_begin_jump(composition, meet_ground, settle), make_finish(composition)
     act, end = (
         make_follow(composition, make_happen(composition, switch, settle, lift_off), settle),
         make_given_up(composition),
     )
     sampled, rate = composition.on("sampled_control"), composition.position.get("control_rate", -1)
-    next_time, next_speed = COLUMN["next_touchdown_time_s"], COLUMN["next_touchdown_body_velocity_m_s"]
 
     def begin(work: Row) -> None:
         prepare(work)
@@ -199,29 +198,25 @@ def _changing(composition: Composition) -> dict[str, tuple[Function, tuple[objec
         work[LENGTH_UNIT], work[SPEED_UNIT] = 1.0, 1.0
 
     def touch_down(work: Row, row: Row) -> None:
-        begin_jump(work, row)
+        begin_jump(work, row, True)
         notice(FLIGHT, 0, work, row, np.zeros((0, 4)))
 
     def control(work: Row, row: Row) -> None:
         mode = work[MODE]
         look(work, -1.0)
-        notice(mode, 0, work, row, np.zeros((0, 4)))
+        if work[MODE] != mode:
+            notice(mode, 0, work, row, np.zeros((0, 4)))
 
     def follow(event: int, work: Row, row: Row, stop_after: float) -> int:
         mode = work[MODE]
         outcome: int = act(event, work, row, stop_after)
         if outcome == TOUCHDOWN:
-            if work[AIRBORNE] == 0 or work[NOW + V_BODY] >= 0.0:
-                meet_ground(work)  # the jump goes on
-                if work[MODE] == JAMMED:
-                    settle(work)
-                outcome = GOES_ON
-            else:
-                row[next_time], row[next_speed] = work[TIME], work[NOW + V_BODY]
+            outcome = meet_again(work, row)
         if sampled and mode == FLIGHT and work[MODE] != FLIGHT:
             while work[TICK] / work[rate] < work[TIME]:
                 work[TICK] += 1
-        notice(mode, 0, work, row, np.zeros((0, 4)))
+        if work[MODE] != mode:
+            notice(mode, 0, work, row, np.zeros((0, 4)))
         return outcome
 
     def given_up(work: Row) -> int:

@@ -27,4 +27,5 @@ def flat_area_m2(radius_m: float, q: float, formed_m: float) -> float:
 @compiled
 def cone_volume_m3(radius_m: float, q: float, formed_m: float) -> float:
     """Volume V(s) of the cone, the integral of A, m^3."""
-    return math.pi * formed_m * (radius_m * radius_m - formed_m * q * (radius_m - q * formed_m / 3.0))
+    covered_m = q * formed_m
+    return math.pi * formed_m * (radius_m * (radius_m - covered_m) + covered_m * covered_m * (1.0 / 3.0))

@@ -16,6 +16,6 @@ EFFECT = Effect(
     name="sampled_control",
     meaning="control at the ticks of a clock; off, control is continuous",
     source="thesis 3.1.3: an update loop of 1 kHz",
-    parameters=(Parameter("control_rate", "controller", "Hz", "rate of the controller's clock", 1.0, 1e6),),
+    parameters=(Parameter("control_rate", "controller", "Hz", "rate of the controller's clock", 1.0, 1e5),),
     functions=_functions,
 )

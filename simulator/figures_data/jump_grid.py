@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING, limits_for, parameter_row
+from simulator.jump import ill_conditioned, limits_for, parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.kernel.layout import APEX, TOUCHDOWN
 from simulator.kernel.rows import COLUMN, COLUMNS
@@ -72,8 +72,9 @@ def _jumps(rows: FloatArray, accuracy: float) -> Jumps:
 
     return Jumps(
         jumped=jumped,
-        ill_conditioned=(rows[..., COLUMN["decision_margin"]] < ILL_CONDITIONED_BELOW)
-        | (rows[..., COLUMN["error_growth"]] * ROUNDING > 0.5 * accuracy),
+        ill_conditioned=ill_conditioned(
+            rows[..., COLUMN["decision_margin"]], rows[..., COLUMN["error_growth"]], accuracy
+        ),
         heat_j=column("stance_heat_J"),
         mechanical_j=column("stance_mechanical_J"),
         drag_j=column("stance_drag_J"),

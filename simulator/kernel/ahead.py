@@ -64,6 +64,16 @@ def make_longest_step(composition: Composition) -> Function:
 
 
 @inner
+def nodes_within(work: Row, mode: float, h: float, omega: float, exact: bool) -> int:
+    """At how many nodes of a step guards are looked at: 4 in the longest one and in closed form, where the motion does
+    not limit steps; fewer in one cut short by a tick.
+    """
+    if exact or h * omega > 0.5 * step_share(work, mode):
+        return 4
+    return 2 if h * omega > 0.25 * step_share(work, mode) else 1
+
+
+@inner
 def step_share(work: Row, mode: float) -> float:
     """Longest step of a mode in units of its time scale."""
     if work[FRESH] == 1:

@@ -11,17 +11,15 @@ from simulator.kernel.composition import Composition
 from simulator.kernel.contact import make_note_saturation
 from simulator.kernel.emulator import make_advance
 from simulator.kernel.events import GOES_ON
+from simulator.kernel.following import make_try_to_follow
 from simulator.kernel.layout import (
-    ABOVE_PRINT,
+    AIRBORNE,
     CAPPED,
-    CLEARED,
     CREEPING,
-    DEEPEST,
     DEPTH,
     EVENTS,
     FLIGHT,
     FRESH,
-    IN_PRINT,
     INTRUDING,
     JAMMED,
     K1,
@@ -34,25 +32,28 @@ from simulator.kernel.layout import (
     STRIDE,
     TICK,
     TIME,
+    TOUCHDOWN,
     TRACED,
     TRIAL,
+    V_BODY,
     X_FOOT,
 )
 from simulator.kernel.report import make_note_liftoff
+from simulator.kernel.rows import COLUMN
 from simulator.kernel.stride import TIMED
 
 Row = NDArray[np.float64]
 
 
 def make_notice(composition: Composition) -> Function:
-    """Compose `(before, jump, work, row, changes)`: note a change of the contact mode, and a lift-off's state."""
+    """Compose `(before, jump, work, row, changes)`: note that the contact mode is no longer `before`; at lift-off also
+    the state.
+    """
     note_liftoff = make_note_liftoff(composition)
 
     @inner
     def notice(before: float, jump: int, work: Row, row: Row, changes: Row) -> None:
         mode = work[MODE]
-        if mode == before:
-            return
         if mode == FLIGHT:
             note_liftoff(work, row)
         place = int(work[TRACED])
@@ -70,11 +71,11 @@ def make_control(composition: Composition, tick: Function, settle: Function) -> 
     if not composition.on("sampled_control"):
         return inner(lambda work, flip_tick: None)
     rate = composition.position["control_rate"]
-    note = make_note_saturation(composition)
+    note, sleeps = make_note_saturation(composition), composition.sleeps_in_flight
 
     @inner
     def control(work: Row, flip_tick: float) -> None:
-        if work[MODE] == FLIGHT:
+        if sleeps and work[MODE] == FLIGHT:
             return
         altered = False
         while work[TICK] / work[rate] <= work[TIME]:
@@ -90,12 +91,12 @@ def make_control(composition: Composition, tick: Function, settle: Function) -> 
 
 
 def make_record(composition: Composition) -> Function:
-    """Compose `(before, jump, recorded, work, trace)`: keep an accepted step; a trace without rows keeps none."""
+    """Compose `(before, jump, recorded, work, trace)`: keep an accepted step."""
     size = composition.state_size
 
     @inner
     def record(mode: float, jump: int, recorded: int, work: Row, trace: Row) -> int:
-        if recorded >= trace.shape[0] or work[STRIDE] == 0.0:
+        if work[STRIDE] == 0.0:
             return recorded
         start_s = work[OFFSET] + work[TIME] - work[STRIDE]
         trace[recorded, 0], trace[recorded, 1], trace[recorded, 2], trace[recorded, 3] = (
@@ -117,24 +118,42 @@ def make_record(composition: Composition) -> Function:
 def make_follow(composition: Composition, happen: Function, settle: Function) -> Function:
     """Compose `(event, work, row, stop_after)`: go to the end of the step, and do what happens there."""
     size, advance = composition.state_size, make_advance(composition)
+    try_to_follow = make_try_to_follow(composition)
 
     @inner
     def follow(event: int, work: Row, row: Row, stop_after: float) -> int:
         for i in range(size):
             work[NOW + i] = work[TRIAL + i]
             work[K1 + i] = work[K7 + i]
-        if work[SATURATED] == 1:
+        if work[SATURATED] != 0.0:
             work[CAPPED] += work[STRIDE]
         if work[MODE] != FLIGHT:
             work[DEPTH] = max(work[DEPTH], -work[NOW + X_FOOT])
-        elif work[CLEARED] == IN_PRINT and work[NOW + X_FOOT] > work[DEEPEST]:
-            work[CLEARED] = ABOVE_PRINT
         if event >= 0:
             return happen(event, work, row, stop_after)
         if event == TIMED:
             advance(work)
             if work[MODE] == JAMMED:
                 settle(work)
+        else:
+            try_to_follow(work)
         return GOES_ON
 
     return follow
+
+
+def make_touch_down(meet_ground: Function, settle: Function) -> Function:
+    """Compose `(work, row)`: a foot on the ground ends the jump only if it was in the air and the body falls."""
+    time, speed = COLUMN["next_touchdown_time_s"], COLUMN["next_touchdown_body_velocity_m_s"]
+
+    @inner
+    def touch_down(work: Row, row: Row) -> int:
+        if work[AIRBORNE] == 0 or work[NOW + V_BODY] >= 0.0:
+            meet_ground(work)
+            if work[MODE] == JAMMED:
+                settle(work)
+            return GOES_ON
+        row[time], row[speed] = work[TIME], work[NOW + V_BODY]
+        return TOUCHDOWN
+
+    return touch_down

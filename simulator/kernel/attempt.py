@@ -11,7 +11,7 @@ from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.interpolant import fit_quintics, interpolate
+from simulator.kernel.interpolant import make_fit_quintics, make_interpolate
 from simulator.kernel.layout import (
     CREEPING,
     ERROR,
@@ -35,20 +35,20 @@ from simulator.kernel.linear_step import make_is_linear, make_linear_step
 from simulator.kernel.runge_kutta import make_runge_kutta
 
 Row = NDArray[np.float64]
-Flags = NDArray[np.int64]
 ORDER_RECIPROCAL = 0.2
+LARGEST = 1e150
 DEPTH_WEIGHT = 2.0
 """The depth is a sum of errors of one sign, made while the foot is stopped by the ground."""
 
 
 def make_attempt(composition: Composition, rates_of: Function) -> Function:
     """Compose `(t, h, work, k, error)`: closed form where there is one. Returns whether there was."""
-    runge_kutta = make_runge_kutta(rates_of, composition.state_size)
+    runge_kutta = make_runge_kutta(composition, rates_of)
     linear_step, is_linear = make_linear_step(composition, rates_of), make_is_linear(composition)
 
     @inner
     def attempt(t: float, h: float, work: Row) -> bool:
-        mode, saturated = work[MODE], work[SATURATED] == 1
+        mode, saturated = work[MODE], work[SATURATED] != 0.0
         if is_linear(mode, work, saturated):
             linear_step(mode, t, h, work, saturated)
             work[EVALUATIONS] += 4
@@ -60,14 +60,24 @@ def make_attempt(composition: Composition, rates_of: Function) -> Function:
     return attempt
 
 
-@inner
-def sample_nodes(h: float, exact: bool, work: Row) -> None:
-    """Fit the dense output, and put the motion at a quarter, half and three quarters of the step into their places."""
-    fit_quintics(h, work)
-    if not exact:
-        interpolate(h, 0.25, work, QUARTER)
-        interpolate(h, 0.5, work, HALF)
-        interpolate(h, 0.75, work, THREE_QUARTERS)
+def make_sample_nodes(composition: Composition) -> Function:
+    """Compose `(h, nodes, exact, work)`: fit the dense output, and put the motion at as many nodes of the step as are
+    looked at into their places, where a closed form has not.
+    """
+    fit_quintics, interpolate = make_fit_quintics(composition), make_interpolate(composition)
+
+    @inner
+    def sample_nodes(h: float, nodes: int, exact: bool, work: Row) -> None:
+        fit_quintics(h, work)
+        if exact:
+            return
+        if nodes > 1:
+            interpolate(h, 0.5, work, HALF)
+        if nodes > 2:
+            interpolate(h, 0.25, work, QUARTER)
+            interpolate(h, 0.75, work, THREE_QUARTERS)
+
+    return sample_nodes
 
 
 def make_frequency(composition: Composition) -> Function:
@@ -75,6 +85,7 @@ def make_frequency(composition: Composition) -> Function:
     foot, body = composition.position["foot_mass"], composition.position["body_mass"]
     has_ground, slope = composition.has("resistance_n"), composition.slot("resistance_slope_n_m")
     has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
 
     @inner
     def frequency(work: Row, mode: int, depth_m: float, stiffness_n_m: float) -> float:
@@ -84,6 +95,8 @@ def make_frequency(composition: Composition) -> Function:
         if has_ground and mode == INTRUDING:
             if has_mass:
                 moved_kg += mass(work, depth_m)
+            if heavy:
+                moved_kg += platform_kg(work)
             return math.sqrt((spring_n_m + slope(work, depth_m)) / moved_kg)
         return math.sqrt(spring_n_m / work[body])
 
@@ -97,15 +110,18 @@ def make_error_norm(composition: Composition) -> Function:
     print in stiff ground is as accurate as a deep one. Energies: against those of one body lifted by a leg.
     """
     at = composition.position
-    body, foot, rest = at["body_mass"], at["foot_mass"], at["rest_length"]
+    body = at["body_mass"]
+    per_rest, per_fall, per_lift = at["inverse_rest_length"], at["inverse_fall_speed"], at["inverse_lift_energy"]
     has_ground, slope = composition.has("resistance_n"), composition.slot("resistance_slope_n_m")
-    size = composition.state_size
+    platform, integrals_end, size = composition.platform, composition.integrals_end, composition.state_size
 
     @inner
     def norm(work: Row, mode: int, h: float, tolerance: float, omega: float) -> float:
-        length_m = work[rest]
-        speed_m_s = math.sqrt(GRAVITY_M_S2 * length_m)
-        worst = max(abs(work[ERROR + X_BODY]) / length_m, abs(work[ERROR + V_BODY]) / speed_m_s)
+        for i in range(size):
+            if not abs(work[TRIAL + i]) < LARGEST:  # the stages overflowed
+                return np.inf
+        per_length, per_speed, per_energy = work[per_rest], work[per_fall], work[per_lift]
+        worst = max(abs(work[ERROR + X_BODY]) * per_length, abs(work[ERROR + V_BODY]) * per_speed)
         if mode in (INTRUDING, CREEPING):
             depth_m = max(-work[TRIAL + X_FOOT], abs(work[NOW + V_FOOT]) * h)
             if has_ground:
@@ -114,10 +130,13 @@ def make_error_norm(composition: Composition) -> Function:
             foot_speed_m_s = max(abs(work[NOW + V_FOOT]), max(abs(work[TRIAL + V_FOOT]), 0.1 * depth_m * omega))
             worst = max(worst, abs(work[ERROR + V_FOOT]) / foot_speed_m_s)
         elif mode == FLIGHT:
-            worst = max(worst, max(abs(work[ERROR + X_FOOT]) / length_m, abs(work[ERROR + V_FOOT]) / speed_m_s))
-        energy_j = (work[body] + work[foot]) * GRAVITY_M_S2 * length_m
-        for i in range(LEG_WORK, size):
-            worst = max(worst, abs(work[ERROR + i]) / max(energy_j, abs(work[TRIAL + i])))
+            worst = max(worst, max(abs(work[ERROR + X_FOOT]) * per_length, abs(work[ERROR + V_FOOT]) * per_speed))
+        if platform >= 0:
+            worst = max(worst, abs(work[ERROR + platform]) * per_length, abs(work[ERROR + platform + 1]) * per_speed)
+        for i in range(LEG_WORK, integrals_end):
+            lifts = abs(work[TRIAL + i]) * per_energy
+            share = abs(work[ERROR + i]) * per_energy
+            worst = max(worst, share / lifts if lifts > 1.0 else share)
         return worst / tolerance
 
     return norm

@@ -26,7 +26,7 @@ from simulator.effects.effect import Function
 CACHE_VARIABLE = "LABBOOK_CACHE"
 """Environment variable with the folder for compiled kernels; otherwise the user's cache folder is taken."""
 KEPT_VERSIONS = 3
-USES_OF_KERNELS = ("accuracy", "figures_data", "reference", "sweep", "worth")
+USES_OF_KERNELS = ("accuracy", "figures_data", "reference", "steady", "sweep", "worth")
 """Parts of the simulator that use kernels and are no part of them."""
 _VERSION = re.compile("[0-9a-f]{20}")
 
@@ -55,6 +55,10 @@ def fingerprint(sources: Path | None = None) -> str:
     return digest.hexdigest()[:20]
 
 
+_FINGERPRINT = fingerprint()
+"""Of the sources as this process has imported them: one that is edited later is none of what it compiles."""
+
+
 def give_unique_symbols(effects: tuple[str, ...]) -> None:
     """Start numba's count of functions at a number of the effects' own, before anything of a kernel is compiled.
 
@@ -74,7 +78,7 @@ def compiling_alone(effects: tuple[str, ...]) -> Iterator[None]:
     try:
         import fcntl
 
-        folder = cache_folder() / fingerprint()
+        folder = cache_folder() / _FINGERPRINT
         folder.mkdir(parents=True, exist_ok=True)
         file = (folder / f"{_name(effects)}.lock").open("w")
     except (ImportError, OSError):  # no such locks here, or no folder: each compiles for itself
@@ -87,14 +91,13 @@ def compiling_alone(effects: tuple[str, ...]) -> Iterator[None]:
 
 def keep_on_disk(kernel: Any, effects: tuple[str, ...]) -> None:
     """Let a compiled function look for its machine code on disk, and put it there."""
-    version = fingerprint()
-    folder = cache_folder() / version
+    folder = cache_folder() / _FINGERPRINT
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError:
         return  # a read-only home: every process compiles for itself
     _forget_old_versions(folder)
-    kernel._cache = _kernel_cache(kernel.py_func, folder, version, _name(effects))
+    kernel._cache = _kernel_cache(kernel.py_func, folder, _name(effects))
 
 
 def _forget_old_versions(current: Path) -> None:
@@ -104,7 +107,7 @@ def _forget_old_versions(current: Path) -> None:
         shutil.rmtree(path, ignore_errors=True)
 
 
-def _kernel_cache(function: Function, folder: Path, version: str, name: str) -> FunctionCache:
+def _kernel_cache(function: Function, folder: Path, name: str) -> FunctionCache:
     class Locator(_CacheLocator):
         _py_file = function.__code__.co_filename  # numba names it where it warns
 
@@ -112,7 +115,7 @@ def _kernel_cache(function: Function, folder: Path, version: str, name: str) -> 
             return str(folder)
 
         def get_source_stamp(self) -> str:
-            return version
+            return _FINGERPRINT
 
         def get_disambiguator(self) -> str:
             return name

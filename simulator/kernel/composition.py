@@ -4,14 +4,16 @@ slots.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+import functools
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.basics import BASICS
+from simulator.basics import BASICS, GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Effect, Function
 from simulator.effects.registry import EFFECTS
@@ -20,6 +22,8 @@ from simulator.kernel.layout import (
     PARAMETERS,
 )
 from simulator.parameter import Parameter
+
+Maker = Callable[["Composition"], Function]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +37,8 @@ class Composition:
     prepare: Function
     integrals: Mapping[str, int]
     """Place in the state of each integral that only some effects call for."""
+    made: dict[Maker, Function] = field(default_factory=dict, compare=False, repr=False)
+    """What `made_once` has composed already."""
 
     def has(self, slot: str) -> bool:
         """Whether an effect that is on fills this slot."""
@@ -52,9 +58,41 @@ class Composition:
         return PARAMETERS + len(self.position)
 
     @property
-    def state_size(self) -> int:
-        """Number of states: motion and integrals."""
+    def integrals_end(self) -> int:
+        """Place in the state after motion and integrals."""
         return MECHANICAL + 1 + len(self.integrals)
+
+    @property
+    def platform(self) -> int:
+        """Place in the state of a sliding platform's height, before that of its speed; -1 where it has no mass."""
+        return self.integrals_end if self.has("platform_mass_kg") else -1
+
+    @property
+    def state_size(self) -> int:
+        """Number of states: motion and integrals, and a platform's."""
+        return self.integrals_end + (2 if self.has("platform_mass_kg") else 0)
+
+    @property
+    def follows(self) -> bool:
+        """Whether a foot may be light enough to follow the ground without inertia: on a platform that has none."""
+        return self.has("travel_m") and not self.has("platform_mass_kg")
+
+    @property
+    def sleeps_in_flight(self) -> bool:
+        """Whether the controller waits for the ground in flight: on grains it does, on hard ground it never looks."""
+        return not self.on("touchdown_impact")
+
+
+def made_once(make: Maker) -> Maker:
+    """Let parts that compose the same function share one, which is then compiled once."""
+
+    @functools.wraps(make)
+    def made(composition: Composition) -> Function:
+        if make not in composition.made:
+            composition.made[make] = make(composition)
+        return composition.made[make]
+
+    return made
 
 
 _INTEGRALS = {
@@ -68,18 +106,27 @@ _INTEGRALS = {
 """Integrals, each with the slot that calls for it."""
 
 
-_INVERSES = {"body_mass": "inverse_body_mass", "foot_mass": "inverse_foot_mass"}
-"""Derived in every scene: the equations of motion multiply, which takes a fifth of the time of a division."""
+_INVERSES = (
+    "inverse_body_mass",
+    "inverse_foot_mass",
+    "inverse_rest_length",
+    "inverse_fall_speed",
+    "inverse_lift_energy",
+)
+"""Derived in every scene, as a multiplication takes a fifth of the time of a division: for the equations of motion, and
+for the error of a step (the speed of a fall through the rest length, the energy to lift the robot by it)."""
 
 
 def _prepare_inverses(position: Mapping[str, int]) -> Function:
-    body, foot = position["body_mass"], position["foot_mass"]
-    inverse_body, inverse_foot = position["inverse_body_mass"], position["inverse_foot_mass"]
+    body, foot, rest = position["body_mass"], position["foot_mass"], position["rest_length"]
+    per_body, per_foot, per_rest, per_fall, per_lift = (position[name] for name in _INVERSES)
 
     @inner
     def prepare(work: NDArray[np.float64]) -> None:
-        work[inverse_body] = 1.0 / work[body]
-        work[inverse_foot] = 1.0 / work[foot]
+        work[per_body], work[per_foot] = 1.0 / work[body], 1.0 / work[foot]
+        work[per_rest] = 1.0 / work[rest]
+        work[per_fall] = 1.0 / math.sqrt(GRAVITY_M_S2 * work[rest])
+        work[per_lift] = 1.0 / ((work[body] + work[foot]) * GRAVITY_M_S2 * work[rest])
 
     return prepare
 
@@ -97,7 +144,7 @@ def compose(effects: Iterable[str]) -> Composition:
     """Compose what is called for; the order in which effects are named does not matter."""
     chosen: tuple[Effect, ...] = tuple(EFFECTS[name] for name in EFFECTS if name in set(effects))
     parameters = tuple(dict.fromkeys((*BASICS, *(parameter for effect in chosen for parameter in effect.parameters))))
-    names = [parameter.name for parameter in parameters] + [*_INVERSES.values()]
+    names = [parameter.name for parameter in parameters] + [*_INVERSES]
     names += [name for effect in chosen for name in effect.derived]
     position = {name: PARAMETERS + place for place, name in enumerate(names)}
     slots: dict[str, Function] = {}

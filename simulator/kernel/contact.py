@@ -11,12 +11,13 @@ from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.book import make_energy
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.guards import make_foot_margins, make_forces
 from simulator.kernel.layout import (
     ABOVE_PRINT,
     AIRBORNE,
     BOOK,
+    CARRIED,
     CLEAR,
     CLEARED,
     COMPRESSION,
@@ -31,6 +32,7 @@ from simulator.kernel.layout import (
     NOW,
     PHASE,
     SATURATED,
+    TIME,
     TOLERANCE,
     V_BODY,
     V_FOOT,
@@ -39,16 +41,17 @@ from simulator.kernel.layout import (
 )
 from simulator.kernel.leg import make_set_gains
 from simulator.kernel.motion import make_force_rate
+from simulator.kernel.platform import make_platform
 
 Row = NDArray[np.float64]
-Flags = NDArray[np.int64]
 CREEP_PERIODS = 10.0
 """Ringings of the foot in a millisecond from which on very stiff ground it is taken to creep."""
 CREEP_WINDOW_S = 1e-3
 
 
+@made_once
 def make_note_saturation(composition: Composition) -> Function:
-    """Note whether the leg's force is at its cap: `(work)`, after gains have changed."""
+    """Note whether the leg's force is at its cap, and with which sign: `(work)`, after gains have changed."""
     if not composition.has("cap_n"):
         return inner(lambda work: None)
     forces = make_forces(composition)
@@ -56,7 +59,7 @@ def make_note_saturation(composition: Composition) -> Function:
     @inner
     def note(work: Row) -> None:
         commanded_n, _, most_n = forces(work, NOW)
-        work[SATURATED] = 1 if abs(commanded_n) > most_n else 0
+        work[SATURATED] = 0.0 if abs(commanded_n) <= most_n else 1.0 if commanded_n > 0.0 else -1.0
 
     return note
 
@@ -95,10 +98,13 @@ def make_creeps(composition: Composition) -> Function:
 def make_settle(composition: Composition, lift_off: Function) -> Function:
     """Decide what a foot at rest does: `(work)` lifts it, lets the ground yield, or holds it."""
     forces, margins, creeps = make_forces(composition), make_foot_margins(composition), make_creeps(composition)
-    body = composition.position["body_mass"]
+    body, follows = composition.position["body_mass"], composition.follows
 
     @inner
     def settle(work: Row) -> None:
+        if follows and work[MODE] == CREEPING:  # a force that jumps is followed after a moment only
+            work[MODE] = INTRUDING
+            return
         _, applied_n, _ = forces(work, NOW)
         lifting_n, yielding_n = margins(work, NOW, applied_n)
         crept = work[MODE] == CREEPING
@@ -122,22 +128,31 @@ def make_lift_off(composition: Composition) -> Function:
     )
     keeps = composition.on("held_gains_in_flight") or composition.on("touchdown_impact")
     massless, granular = composition.on("massless_leg_in_flight"), composition.on("hydrostatic_stiffness")
-    rest = composition.position["rest_length"]
+    rest, foot, forces = (
+        composition.position["rest_length"],
+        composition.position["foot_mass"],
+        make_forces(composition),
+    )
+    emulated, platform = composition.has("travel_m"), make_platform(composition)
 
     @inner
     def lift_off(work: Row) -> None:
+        if emulated and work[MODE] == CARRIED:  # or an error of the last steps would have it touch at once
+            work[NOW + X_FOOT], work[NOW + V_FOOT], _ = platform(work, work[TIME])
         work[MODE], work[AIRBORNE] = FLIGHT, 1
-        work[CLEARED] = IN_PRINT if granular else ABOVE_PRINT
         work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
         if not keeps:
             work[PHASE] = COMPRESSION
             set_gains(work, False, 0.0)
             note(work)
+        work[CLEARED] = ABOVE_PRINT
+        if granular and not forces(work, NOW)[1] > work[foot] * GRAVITY_M_S2:
+            work[CLEARED] = IN_PRINT  # flight's softer gains let the foot down before it rises
         if massless:
             before_j = energy(FLIGHT, work)
             work[NOW + X_FOOT], work[NOW + V_FOOT] = work[NOW + X_BODY] - work[rest], work[NOW + V_BODY]
-            if work[NOW + X_FOOT] > 0.0:
-                work[CLEARED] = CLEAR
+            in_print = work[NOW + X_FOOT] <= work[DEEPEST]
+            work[CLEARED] = CLEAR if work[NOW + X_FOOT] > 0.0 else IN_PRINT if in_print else ABOVE_PRINT
             lost_j = before_j - energy(FLIGHT, work)
             work[BOOK] += lost_j
             work[IMPACT] += lost_j

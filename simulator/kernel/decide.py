@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
     COMPRESSION,
     CREEPING,
     DAMPING,
+    DECIDED,
     EXTENSION,
     FLIGHT,
     GROWTH,
@@ -40,7 +41,8 @@ from simulator.kernel.layout import (
 from simulator.kernel.leg import make_set_gains
 
 Row = NDArray[np.float64]
-Flags = NDArray[np.int64]
+LARGEST_GROWTH = 700.0
+"""Largest growth of an error that is counted, as a logarithm: a number can hold no more."""
 
 
 def make_switch(composition: Composition) -> Function:
@@ -58,18 +60,31 @@ def make_switch(composition: Composition) -> Function:
     return switch
 
 
+@made_once
+def make_hold(composition: Composition) -> Function:
+    """Hold the force that is commanded now until the next tick: `(work)`."""
+    rest, linear = composition.position["rest_length"], composition.on("linear_active_damping")
+
+    @inner
+    def hold(work: Row) -> None:
+        speed_m_s = work[NOW + V_BODY] - work[NOW + V_FOOT]
+        force_n = work[STIFFNESS] * (work[NOW + X_BODY] - work[NOW + X_FOOT] - work[rest]) + work[DAMPING] * speed_m_s
+        force_n += work[ACTIVE_DAMPING] * work[SAMPLED_SPEED] * (1.0 if linear else speed_m_s)
+        work[HELD_FORCE] = force_n
+
+    return hold
+
+
 def make_tick(composition: Composition, wants_switch: Function, switch: Function) -> Function:
     """Decide at the tick that is due: `(work, flip)`.
 
-    Returns whether a gain (or a held force) has changed. `flip` turns the decision round.
+    Returns whether a gain (or a held force) has changed. `flip` turns the decision round. A step that was cut here
+    because of a decision has it carried out: so near a threshold the state at its end may say otherwise.
     """
     set_gains = make_set_gains(composition)
     active = composition.has("active_damping_kg_m") and not composition.on("continuous_foot_speed")
     holds_force = composition.on("held_force")
-    rest = composition.position["rest_length"]
-    linear = composition.on("linear_active_damping")
-
-    grow = make_growth(composition)
+    grow, hold = make_growth(composition), make_hold(composition)
 
     @inner
     def tick(work: Row, flip: bool) -> bool:
@@ -77,19 +92,14 @@ def make_tick(composition: Composition, wants_switch: Function, switch: Function
         wish = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
         if abs(wish) < work[MARGIN] and work[TICK] > 0:  # the state at touchdown carries no error of this jump
             work[MARGIN], work[MARGIN_TICK] = abs(wish), work[TICK]
-        changed = (wish > 0.0) != flip
+        changed = work[TICK] + 1.0 == work[DECIDED] or (wish > 0.0) != flip
         if changed:
             switch(work)
         elif active and (work[ACTIVE_DAMPING] > 0.0 or work[SAMPLED_SPEED] > 0.0):
             set_gains(work, work[PHASE] == EXTENSION, work[NOW + V_FOOT])
             changed = True
         if holds_force:
-            speed_m_s = work[NOW + V_BODY] - work[NOW + V_FOOT]
-            force_n = (
-                work[STIFFNESS] * (work[NOW + X_BODY] - work[NOW + X_FOOT] - work[rest]) + work[DAMPING] * speed_m_s
-            )
-            force_n += work[ACTIVE_DAMPING] * work[SAMPLED_SPEED] * (1.0 if linear else speed_m_s)
-            work[HELD_FORCE] = force_n
+            hold(work)
             changed = True
         work[TICK] += 1
         return changed
@@ -111,6 +121,8 @@ def make_growth(composition: Composition) -> Function:
     foot, rate = composition.position["foot_mass"], composition.position["control_rate"]
     quadratic = composition.slots["quadratic_drag_kg_m"]
     has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
+    has_linear, drag_kg_s = composition.has("linear_drag_kg_s"), composition.slot("linear_drag_kg_s")
     linear = composition.on("linear_active_damping")
 
     @inner
@@ -121,32 +133,36 @@ def make_growth(composition: Composition) -> Function:
         moved_kg = work[foot]
         if has_mass:
             moved_kg += mass(work, depth_m)
+        if heavy:
+            moved_kg += platform_kg(work)
         sampled_kg_s = work[ACTIVE_DAMPING] * (1.0 if linear else work[NOW + V_BODY] + sinking)
         at_once_kg_s = 2.0 * quadratic(work, depth_m) * sinking + work[DAMPING] + 1e-9
+        if has_linear:
+            at_once_kg_s += drag_kg_s(work)
         if not linear:
             at_once_kg_s += work[ACTIVE_DAMPING] * sinking
         kept = math.exp(-at_once_kg_s / (work[rate] * moved_kg))
         factor = kept - sampled_kg_s / at_once_kg_s * (1.0 - kept)
         work[GROWTH] = max(0.0, work[GROWTH] + math.log(max(abs(factor), 1e-3)))
-        work[WORST_GROWTH] = max(work[WORST_GROWTH], work[GROWTH])
+        work[WORST_GROWTH] = max(work[WORST_GROWTH], min(work[GROWTH], LARGEST_GROWTH))
 
     return grow
 
 
 def make_must_land(composition: Composition) -> Function:
     """Whether the next tick changes something for sure, so that a step must end on it: `(work)`."""
-    sampled = composition.on("sampled_control")
+    sampled, sleeps = composition.on("sampled_control"), composition.sleeps_in_flight
     active = composition.has("active_damping_kg_m") and not composition.on("continuous_foot_speed")
     holds_force = composition.on("held_force")
 
     @inner
     def must_land(work: Row) -> bool:
-        if not sampled or work[MODE] == FLIGHT:
+        if not sampled or (sleeps and work[MODE] == FLIGHT):
             return False
-        if holds_force:
+        if holds_force and work[MODE] != FLIGHT:
             return True
         if active:
-            moving = work[MODE] == INTRUDING or work[MODE] == CREEPING
+            moving = work[MODE] == INTRUDING or work[MODE] == CREEPING or work[MODE] == FLIGHT
             return (moving and work[ACTIVE_DAMPING] > 0.0) or work[SAMPLED_SPEED] > 0.0
         return False
 

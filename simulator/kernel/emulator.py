@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     CARRIED,
     DEEPEST,
@@ -33,9 +33,9 @@ from simulator.kernel.layout import (
 )
 
 Row = NDArray[np.float64]
-Flags = NDArray[np.int64]
 
 
+@made_once
 def make_timer(composition: Composition) -> Function:
     """When the emulator's state ends by itself, s since touchdown: `(work)`; never while it holds."""
     if not composition.has("travel_m"):

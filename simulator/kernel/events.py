@@ -31,6 +31,7 @@ from simulator.kernel.layout import (
     COMPRESSION,
     CREEPING,
     DEEPEST,
+    DEPTH,
     EMULATOR,
     EMULATOR_SINCE,
     FALLS,
@@ -56,6 +57,7 @@ from simulator.kernel.layout import (
     RESTS,
     SATURATED,
     SETTLES,
+    SLIDES,
     STOPS,
     STRAIGHTENS,
     SWITCHES,
@@ -69,20 +71,24 @@ from simulator.kernel.layout import (
     YIELDS,
 )
 from simulator.kernel.limits import STOP_AFTER_APEX
+from simulator.kernel.platform import make_stop_platform
 from simulator.kernel.rows import COLUMN
 
 Row = NDArray[np.float64]
-Flags = NDArray[np.int64]
 GOES_ON = -1
 
 
 def make_stop_foot(composition: Composition) -> Function:
     """Stop the foot at once: `(work)`; what it moved with is lost and booked."""
     foot = composition.position["foot_mass"]
+    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
 
     @inner
     def stop_foot(work: Row) -> None:
-        lost_j = 0.5 * work[foot] * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+        moved_kg = work[foot]
+        if heavy:
+            moved_kg += platform_kg(work)
+        lost_j = 0.5 * moved_kg * work[NOW + V_FOOT] * work[NOW + V_FOOT]
         work[BOOK] += lost_j
         work[IMPACT] += lost_j
         work[NOW + V_FOOT] = 0.0
@@ -121,6 +127,8 @@ def make_happen(composition: Composition, switch: Function, settle: Function, li
         make_stop_foot(composition),
         make_rail_turns(composition),
     )
+    forces, stop_platform = make_forces(composition), make_stop_platform(composition)
+    slides, platform, follows = composition.platform >= 0, composition.platform, composition.follows
     travel, emulated = composition.position.get("platform_travel", -1), composition.has("travel_m")
     granular = composition.on("hydrostatic_stiffness")
     has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
@@ -131,6 +139,8 @@ def make_happen(composition: Composition, switch: Function, settle: Function, li
     def touches(work: Row) -> int:
         if not granular:
             return TOUCHDOWN
+        if work[CLEARED] == IN_PRINT:  # pressed down too far for a foot that has left the ground
+            work[DEEPEST] = work[NOW + X_FOOT]
         if work[NOW + V_BODY] < 0.0:
             return TOUCHDOWN
         if work[CLEARED] == CLEAR:  # the foot dips below the surface while the body rises: its old print lies deeper
@@ -144,22 +154,29 @@ def make_happen(composition: Composition, switch: Function, settle: Function, li
 
     @inner
     def happen(guard: int, work: Row, row: Row, stop_after: float) -> int:
-        if guard == STOPS:
+        if slides and guard == STOPS and work[MODE] == FLIGHT:
+            stop_platform(work)
+        elif guard == STOPS:
             work[NOW + V_FOOT] = 0.0
             work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
             settle(work)
         elif guard in (YIELDS, LIFTS):
-            if work[MODE] == CARRIED:
+            if slides and work[MODE] == INTRUDING:
+                work[NOW + platform], work[NOW + platform + 1] = work[NOW + X_FOOT], work[NOW + V_FOOT]
+                work[SLIDES] = 1
+                lift_off(work)
+            elif work[MODE] == CARRIED:
                 lift_off(work)
             else:
                 settle(work)
         elif guard == SETTLES:
+            work[NOW + V_FOOT] = 0.0
             work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
             work[MODE] = JAMMED
         elif guard == TOUCHES:
             return touches(work)
         elif guard == CLEARS:
-            work[CLEARED] = CLEAR
+            work[CLEARED] = ABOVE_PRINT if work[CLEARED] == IN_PRINT else CLEAR
         elif guard == FALLS:
             if work[MODE] != FLIGHT:
                 return NO_LIFTOFF
@@ -168,9 +185,15 @@ def make_happen(composition: Composition, switch: Function, settle: Function, li
                 if stop_after == STOP_AFTER_APEX:
                     return APEX
             if work[CLEARED] == IN_PRINT:  # the body falls and the foot never rose: it is still on the ground
+                work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
                 return TOUCHDOWN
         elif guard == CAP_KINK:
-            work[SATURATED] = 1 - work[SATURATED]
+            if work[SATURATED] == 0.0:
+                work[SATURATED] = 1.0 if forces(work, NOW)[0] > 0.0 else -1.0
+            else:
+                work[SATURATED] = 0.0
+            if follows and work[MODE] == CREEPING:
+                settle(work)
         elif guard == FOLDS:
             return LEG_FOLDED
         elif guard == STRAIGHTENS:
@@ -185,12 +208,18 @@ def make_happen(composition: Composition, switch: Function, settle: Function, li
         elif guard == RELEASES:
             work[EMULATOR], work[RELEASED] = RELEASE, 1
             work[EMULATOR_SINCE] = work[TIME]
-            if work[MODE] == INTRUDING:
+            stop_platform(work)
+            if work[MODE] in (INTRUDING, CREEPING):
                 stop_foot(work)
                 settle(work)
         elif emulated and guard == BOTTOMS:
             work[BOTTOMED] += 1
+            if slides and work[MODE] == FLIGHT:
+                stop_platform(work)
+                work[DEEPEST] = -work[travel]
+                return GOES_ON
             work[NOW + X_FOOT] = -work[travel]
+            work[DEPTH] = min(work[DEPTH], work[travel])
             stop_foot(work)
             settle(work)
         elif guard == RESTS:

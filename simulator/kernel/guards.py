@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ABOVE_PRINT,
     BOTTOMS,
@@ -19,6 +19,7 @@ from simulator.kernel.layout import (
     CLEARS,
     CONE_KINK,
     CREEPING,
+    DEEPEST,
     EMULATOR,
     EXTENSION,
     FALLS,
@@ -27,6 +28,7 @@ from simulator.kernel.layout import (
     GUARDS,
     HOLD,
     HOLD_SINCE,
+    IN_PRINT,
     INTRUDING,
     JAMMED,
     LIFTS,
@@ -38,6 +40,7 @@ from simulator.kernel.layout import (
     RESTS,
     SATURATED,
     SETTLES,
+    SLIDES,
     STOPS,
     STRAIGHTENS,
     SWITCHES,
@@ -49,11 +52,11 @@ from simulator.kernel.layout import (
     YIELDS,
 )
 from simulator.kernel.leg import make_apply, make_command, make_lever
-from simulator.kernel.motion import make_force_rate
+from simulator.kernel.limits import DEEPEST_DIP_M
+from simulator.kernel.motion import make_force_rate, make_ground
 from simulator.kernel.platform import make_platform
 
 Row = NDArray[np.float64]
-Flags = NDArray[np.int64]
 AT_REST = 1e-12
 """Share of the forces on a foot that counts as rounding: less neither lifts it nor makes the ground yield."""
 HARD_GROUND_INSETS_M = (1e-3, 1e-4)
@@ -63,6 +66,7 @@ KINK = 1e-12
 """Share of the cap within which the force is at it."""
 
 
+@made_once
 def make_forces(composition: Composition) -> Function:
     """Commanded and applied force of the leg, and its cap, N: `(work, row)`."""
     lever, command, apply = make_lever(composition), make_command(composition), make_apply(composition)
@@ -79,6 +83,7 @@ def make_forces(composition: Composition) -> Function:
     return forces
 
 
+@made_once
 def make_foot_margins(composition: Composition) -> Function:
     """What lifts a resting foot and what makes the ground yield, N: `(work, row, applied_n)`.
 
@@ -118,6 +123,7 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
     continuous, unyielding = not composition.on("sampled_control"), composition.on("touchdown_impact")
     friction, friction_n = composition.has("rail_friction_n"), composition.slot("rail_friction_n")
     force_rate, granular = make_force_rate(composition), composition.on("hydrostatic_stiffness")
+    drags_in_flight = composition.has("drag_w") and composition.on("cost_of_whole_jump")
     inset_folded_m, inset_straight_m = HARD_GROUND_INSETS_M if unyielding else (0.0, 0.0)
     at = composition.position
     upper, lower, rest, body, foot = (
@@ -128,6 +134,11 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
         at["foot_mass"],
     )
     tolerance, shortest = at.get("release_tolerance", -1), at.get("shortest_hold", -1)
+
+    follows, lever = composition.follows, make_lever(composition)
+    command, apply = make_command(composition), make_apply(composition)
+    slides, platform_place = composition.platform >= 0, composition.platform
+    ground = make_ground(composition)
 
     @inner
     def guards(t: float, work: Row, row: int, place: int) -> None:
@@ -140,13 +151,20 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
             height_m = work[row + X_FOOT]
             if work[CLEARED] == CLEAR:
                 work[place + TOUCHES] = -height_m
+            elif granular and work[CLEARED] == IN_PRINT:
+                work[place + TOUCHES] = min(work[DEEPEST] - DEEPEST_DIP_M - height_m, -work[row + V_FOOT])
+                work[place + CLEARS] = height_m - work[DEEPEST]
+            elif slides and work[SLIDES] == 1:
+                work[place + TOUCHES] = work[row + platform_place] - height_m
+                work[place + STOPS] = work[row + platform_place + 1]
+                work[place + BOTTOMS] = -work[row + platform_place] - travel_m(work)
             elif work[CLEARED] == ABOVE_PRINT:
                 work[place + TOUCHES] = platform(work, t)[0] - height_m
                 if granular:
                     work[place + CLEARS] = height_m
             work[place + FALLS] = -work[row + V_BODY]
-        if mode != FLIGHT or unyielding:
-            work[place + FOLDS] = work[lower] - work[upper] + inset_folded_m - length_m
+        work[place + FOLDS] = work[lower] - work[upper] + inset_folded_m - length_m
+        if mode != FLIGHT or unyielding or drags_in_flight:
             work[place + STRAIGHTENS] = length_m - work[upper] - work[lower] + inset_straight_m
         if mode != FLIGHT:
             if unyielding and work[PHASE] == EXTENSION:
@@ -157,6 +175,13 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
                     work[place + CONE_KINK] = -work[row + X_FOOT] - kink_m(work)
                 if emulated:
                     work[place + BOTTOMS] = -work[row + X_FOOT] - travel_m(work)
+                if slides:  # the foot leaves a platform that slows down less than it does
+                    a_f = ground(work, applied_n, work[row + X_FOOT], work[row + V_FOOT])[0]
+                    work[place + LIFTS] = applied_n - work[foot] * (a_f + GRAVITY_M_S2)
+            elif follows and mode == CREEPING:
+                resting_n = apply(work, lever(work, length_m), command(work, length_m, work[row + V_BODY], 0.0))
+                work[place + SETTLES] = -margins(work, row, resting_n)[1]
+                work[place + BOTTOMS] = -work[row + X_FOOT] - travel_m(work)
             elif mode == CREEPING:
                 work[place + SETTLES] = force_rate(
                     work, length_m, work[row + V_BODY], -applied_n / work[body] - GRAVITY_M_S2
@@ -168,8 +193,9 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
                 elif mode == CARRIED:
                     work[place + LIFTS] = lifting_n - work[foot] * platform(work, t)[2]
         if capped:
-            beyond_n = abs(commanded_n) - most_n
-            work[place + CAP_KINK] = (-beyond_n if work[SATURATED] == 1 else beyond_n) - KINK * most_n
+            sign = work[SATURATED]
+            beyond_n = abs(commanded_n) - most_n if sign == 0.0 else most_n - sign * commanded_n
+            work[place + CAP_KINK] = beyond_n - KINK * most_n
         if continuous and (not granular or mode != FLIGHT):  # on grains the controller waits for the ground
             work[place + SWITCHES] = wants_switch(work, work[PHASE], row, 1.0, 1.0)
         if emulated and work[EMULATOR] == HOLD and work[PHASE] == EXTENSION and work[RELEASED] == 0:

@@ -6,7 +6,17 @@ physics.
 
 from __future__ import annotations
 
-WIDTH = 12
+from typing import Any
+
+import numpy as np
+
+
+def _places(first: int, end: int, step: int) -> Any:
+    """Places that functions take as arguments: of Python's integers numba would compile a function for each value."""
+    return np.arange(first, end, step)
+
+
+WIDTH = 13
 """Room for a state or its rates: at most this many numbers, whatever effects are on."""
 
 X_BODY, V_BODY, X_FOOT, V_FOOT = range(4)
@@ -55,10 +65,11 @@ HOLD, RELEASE, RESET, ENGAGE = range(4)
     LENGTH_UNIT,
     SPEED_UNIT,
     ALLOWED,
-) = range(29)
+    DECIDED,
+) = range(30)
 """Numbers that stay between events: gains, the lowest point of the foot, the sign of the rail's friction, timers,
-sudden losses (J), extremes, the smallest decision margin, the clock since touchdown (s), the step to try next, and
-what error is allowed."""
+sudden losses (J), extremes, the smallest decision margin, the clock since touchdown (s), the step to try next, what
+error is allowed, and one more than the tick at which a step was cut because of a decision."""
 
 (
     MODE,
@@ -80,10 +91,12 @@ what error is allowed."""
     TOUCHED_BEFORE_HOLD,
     RELEASE_MISSED,
     GUARD_SWITCHES,
-) = range(29, 48)
-"""Whole numbers that stay between events: modes, phases, what the next step must know, and counts."""
+    SLIDES,
+) = range(30, 50)
+"""Whole numbers that stay between events: modes, phases, what the next step must know, counts, and
+whether the platform moves on without the foot."""
 
-KEPT = 48
+KEPT = 50
 """Number of values that stay between events."""
 
 (
@@ -95,8 +108,8 @@ KEPT = 48
     CAP_KINK,
     FOLDS,
     STRAIGHTENS,
-    SWITCHES,
     RELEASES,
+    SWITCHES,
     BOTTOMS,
     SETTLES,
     RESTS,
@@ -109,22 +122,22 @@ are never positive while their mode lasts: one that is at the start of a step, b
 happens there.
 """
 
-GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = range(48, 93, GUARDS)
+GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = _places(50, 95, GUARDS)
 """Places of the guards' values at the start of a part of a step, at its end, and at an instant between."""
 
-QUINTICS = 93
-"""Place of the dense output's coefficients: six for the body, six for the foot."""
+QUINTICS = 95
+"""Place of the dense output's coefficients: six for the body, six for the foot, six for a platform that slides."""
 
-NOW, TRIAL, QUARTER, HALF, THREE_QUARTERS, BETWEEN = range(105, 177, WIDTH)
+NOW, TRIAL, QUARTER, HALF, THREE_QUARTERS, BETWEEN = _places(113, 191, WIDTH)
 """Places of states: at the start of a step, at its end, three inside it, and one interpolated."""
 
-K1, K2, K3, K4, K5, K6, K7 = range(177, 261, WIDTH)
+K1, K2, K3, K4, K5, K6, K7 = _places(191, 282, WIDTH)
 """Places of rates: those of the stages of a step; the first is its start, the last its end."""
 
-ERROR = 261
+ERROR = 282
 """Place of the estimated error of a step."""
 
-PARAMETERS = 273
+PARAMETERS = 295
 """Place of the first parameter; before it, everything has the same place in every kernel."""
 
 OUTCOMES = (

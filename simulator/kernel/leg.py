@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
     DAMPING,
@@ -22,6 +22,7 @@ from simulator.kinematics import lever_m
 Row = NDArray[np.float64]
 
 
+@made_once
 def make_lever(composition: Composition) -> Function:
     """Lever arm of the joint at a leg length, m; 1 where nothing in force asks for it, which compiles to nothing."""
     upper, lower = composition.position["upper_link"], composition.position["lower_link"]
@@ -37,6 +38,7 @@ def make_lever(composition: Composition) -> Function:
     return lever
 
 
+@made_once
 def make_command(composition: Composition) -> Function:
     """Commanded force of the leg, N, tension positive: `(work, length_m, speed_m_s, foot_speed_m_s)`."""
     rest = composition.position["rest_length"]
@@ -63,6 +65,7 @@ def make_command(composition: Composition) -> Function:
     return command
 
 
+@made_once
 def make_apply(composition: Composition) -> Function:
     """Force that the motors apply for a commanded one, N: `(p, lever_m, commanded_n)`."""
     if not composition.has("cap_n"):
@@ -77,6 +80,7 @@ def make_apply(composition: Composition) -> Function:
     return apply
 
 
+@made_once
 def make_set_gains(composition: Composition) -> Function:
     """Set the gains of a phase: `(work, extending, foot_speed_m_s)`; active damping acts in extension only."""
     k_compression, k_extension = composition.position["k_compression"], composition.position["k_extension"]

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.interpolant import interpolate
 from simulator.kernel.layout import (
     BETWEEN,
     GUARDS,
@@ -17,12 +16,12 @@ from simulator.kernel.layout import (
     NOW,
     PROMPT,
     QUARTER,
+    STALE,
     TRIAL,
     WIDTH,
 )
 
 Row = NDArray[np.float64]
-Flags = NDArray[np.int64]
 
 
 CLOSE = 1e-9
@@ -30,11 +29,15 @@ CLOSE = 1e-9
 
 
 def make_at_once(guards: Function) -> Function:
-    """Compose `(t, work)`: the guard that is positive already at the start of a step and must not be, -1 for none."""
+    """Compose `(t, work)`: the guard that is positive already at the start of a step and must not be, -1 for none.
+
+    After a step without an event the guards at its end are those at the start of the next.
+    """
 
     @inner
     def at_once(t: float, work: Row) -> int:
-        guards(t, work, NOW, GUARDS_BEFORE)
+        if work[STALE] == 1:
+            guards(t, work, NOW, GUARDS_BEFORE)
         positive = 0
         for guard in range(PROMPT):
             positive += 1 if work[GUARDS_BEFORE + guard] > 0.0 else 0
@@ -47,18 +50,20 @@ def make_at_once(guards: Function) -> Function:
     return at_once
 
 
-def make_first_event(guards: Function) -> Function:
-    """Compose the search for the first guard that rises through zero: `(t, h, work)`, after `at_once`.
+def make_first_event(guards: Function, interpolate: Function) -> Function:
+    """Compose the search for the first guard that rises through zero: `(t, h, nodes, work)`, after `at_once`.
 
-    Returns the guard (-1: none) and its instant as a share of the step.
+    It looks at 1, 2 or 4 nodes of the step. Returns the guard (-1: none) and its instant as a share of the step.
     """
 
     @inner
-    def refine(guard: int, low: float, t: float, h: float, work: Row) -> float:
-        high, g_low, g_high = low + 0.25, work[GUARDS_BEFORE + guard], work[GUARDS_AFTER + guard]
+    def refine(guard: int, low: float, high: float, t: float, h: float, work: Row) -> float:
+        g_low, g_high = work[GUARDS_BEFORE + guard], work[GUARDS_AFTER + guard]
         for _ in range(12):
             middle = high - g_high * (high - low) / (g_high - g_low)
-            if not (low < middle < high):
+            if not low < middle:  # the root is at the lower end, as where a guard starts at zero
+                return min(high, low + CLOSE)
+            if not middle < high:
                 break
             interpolate(h, middle, work, BETWEEN)
             guards(t + middle * h, work, BETWEEN, GUARDS_BETWEEN)
@@ -74,10 +79,11 @@ def make_first_event(guards: Function) -> Function:
         return high
 
     @inner
-    def first_event(t: float, h: float, work: Row) -> tuple[int, float]:
-        for node in range(4):
-            row = TRIAL if node == 3 else QUARTER + WIDTH * node
-            guards(t + 0.25 * (node + 1) * h, work, row, GUARDS_AFTER)
+    def first_event(t: float, h: float, nodes: int, work: Row) -> tuple[int, float]:
+        quarters = 4 // nodes
+        for node in range(quarters, 5, quarters):
+            low, high = 0.25 * (node - quarters), 0.25 * node
+            guards(t + high * h, work, TRIAL if node == 4 else QUARTER + WIDTH * (node - 1), GUARDS_AFTER)
             rising = 0
             for guard in range(GUARDS):
                 rising += 1 if work[GUARDS_BEFORE + guard] <= 0.0 and work[GUARDS_AFTER + guard] > 0.0 else 0
@@ -85,7 +91,7 @@ def make_first_event(guards: Function) -> Function:
                 found, share = -1, 2.0
                 for guard in range(GUARDS):
                     if work[GUARDS_BEFORE + guard] <= 0.0 and work[GUARDS_AFTER + guard] > 0.0:
-                        instant = refine(guard, 0.25 * node, t, h, work)
+                        instant = refine(guard, low, high, t, h, work)
                         if instant < share:
                             found, share = guard, instant
                 return found, share
@@ -96,7 +102,7 @@ def make_first_event(guards: Function) -> Function:
     return first_event
 
 
-def make_land(guards: Function, attempt: Function) -> Function:
+def make_land(guards: Function, interpolate: Function, attempt: Function) -> Function:
     """Compose the landing on an event: steps from the start until the guard is positive by no more than `allowed`.
 
     `(guard, share, allowed, t, h, work)` returns the step's length; `TRIAL` holds the state there.

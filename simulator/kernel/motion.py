@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
+from simulator.kernel.following import make_follow_platform
 from simulator.kernel.layout import (
     CARRIED,
     CREEPING,
@@ -31,63 +32,77 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.leg import make_apply, make_command, make_lever
-from simulator.kernel.platform import make_platform
+from simulator.kernel.platform import make_platform, make_slide
 
 Row = NDArray[np.float64]
 
 
 def make_powers(composition: Composition) -> Function:
-    """Rates of the drive's integrals: `(work, stage, lever_m, leg_speed_m_s, commanded_n, applied_n)`."""
+    """Rates of the drive's integrals: `(mode, work, stage, lever_m, leg_speed_m_s, commanded_n, applied_n)`.
+
+    In flight the leg may pass straight, where the drag has a pole: it counts there only if the cost of flight does.
+    """
     has_heat, has_drag = composition.has("heat_w"), composition.has("drag_w")
     heat_w, drag_w = composition.slot("heat_w"), composition.slot("drag_w")
     heat, drag = composition.integrals.get("heat", -1), composition.integrals.get("drag", -1)
     chosen = composition.slot("cost_force_n")
     choose = composition.has("cost_force_n")
+    drags_in_flight = composition.on("cost_of_whole_jump")
 
     @inner
-    def powers(work: Row, stage: int, lever_m: float, speed_m_s: float, commanded_n: float, applied_n: float) -> None:
+    def powers(
+        mode: float,
+        work: Row,
+        stage: int,
+        lever_m: float,
+        speed_m_s: float,
+        commanded_n: float,
+        applied_n: float,
+    ) -> None:
         cost_n = chosen(work, lever_m, commanded_n, applied_n) if choose else applied_n
         work[stage + LEG_WORK] = -applied_n * speed_m_s
         work[stage + MECHANICAL] = -cost_n * speed_m_s
         if has_heat:
             work[stage + heat] = heat_w(work, lever_m, speed_m_s, cost_n)
         if has_drag:
-            work[stage + drag] = drag_w(work, lever_m, speed_m_s, cost_n)
+            counts = drags_in_flight or mode != FLIGHT
+            work[stage + drag] = drag_w(work, lever_m, speed_m_s, cost_n) if counts else 0.0
 
     return powers
 
 
+@made_once
 def make_ground(composition: Composition) -> Function:
-    """Acceleration of an intruding foot, and the rates of the ground's integrals: `(work, stage, applied_n, x_f,
-    v_f)`.
+    """Acceleration of an intruding foot, the power that the ground takes, and that of the grains that move with it:
+    `(work, applied_n, x_f, v_f)`.
     """
     foot = composition.position["foot_mass"]
     if not composition.has("resistance_n"):
-        return inner(lambda work, stage, applied_n, x_f, v_f: 0.0)
+        return inner(lambda work, applied_n, x_f, v_f: (0.0, 0.0, 0.0))
     resistance_n = composition.slots["resistance_n"]
     quadratic, linear = composition.slot("quadratic_drag_kg_m"), composition.slot("linear_drag_kg_s")
     mass, mass_slope = composition.slot("added_mass_kg"), composition.slot("added_mass_slope_kg_m")
     has_quadratic, has_linear = composition.has("quadratic_drag_kg_m"), composition.has("linear_drag_kg_s")
     has_mass = composition.has("added_mass_kg")
-    loss, grain = composition.integrals["ground_loss"], composition.integrals.get("grain_energy", -1)
+    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
 
     @inner
-    def ground(work: Row, stage: int, applied_n: float, x_f: float, v_f: float) -> float:
+    def ground(work: Row, applied_n: float, x_f: float, v_f: float) -> tuple[float, float, float]:
         depth_m, sinking = -x_f, -v_f
-        push_n = resistance_n(work, depth_m)
+        push_n, moved_kg, grain_w = resistance_n(work, depth_m), work[foot], 0.0
         if has_quadratic:
             push_n += quadratic(work, depth_m) * sinking * sinking
         if has_linear:
             push_n += linear(work) * sinking
-        work[stage + loss] = push_n * sinking
-        moved_kg = work[foot]
         if has_mass:
             added_kg = mass(work, depth_m)
             moved_kg += added_kg
-            work[stage + grain] = sinking * (
-                added_kg * GRAVITY_M_S2 + 0.5 * mass_slope(work, depth_m) * sinking * sinking
-            )
-        return (applied_n + push_n) / moved_kg - GRAVITY_M_S2
+            grain_w = sinking * (added_kg * GRAVITY_M_S2 + 0.5 * mass_slope(work, depth_m) * sinking * sinking)
+        up_n = applied_n + push_n
+        if heavy:  # the platform's weight is carried by its motors
+            moved_kg += platform_kg(work)
+            up_n += platform_kg(work) * GRAVITY_M_S2
+        return up_n / moved_kg - GRAVITY_M_S2, push_n * sinking, grain_w
 
     return ground
 
@@ -107,50 +122,55 @@ def make_rates(composition: Composition) -> Function:
     has_loss, loss = "ground_loss" in composition.integrals, composition.integrals.get("ground_loss", -1)
     has_grain, grain = "grain_energy" in composition.integrals, composition.integrals.get("grain_energy", -1)
     resistance_n = composition.slot("resistance_n")
-    platform = make_platform(composition)
+    platform, slide, slides = make_platform(composition), make_slide(composition), composition.platform >= 0
+    follows, follow_platform = composition.follows, make_follow_platform(composition)
     emulated, reset_work = composition.has("travel_m"), composition.integrals.get("reset_work", -1)
 
     @inner
     def rates_of(mode: int, t: float, work: Row, row: int, stage: int) -> None:
         x_b, v_b = work[row + X_BODY], work[row + V_BODY]
         x_f, v_f = work[row + X_FOOT], work[row + V_FOOT]
+        following_m_s2 = 0.0
+        if follows and mode == CREEPING:
+            v_f, following_m_s2 = follow_platform(work, row)
+            work[row + V_FOOT] = v_f
         length_m, speed_m_s = x_b - x_f, v_b - v_f
         lever_arm_m = lever(work, length_m)
         commanded_n = command(work, length_m, speed_m_s, v_f)
         applied_n = apply(work, lever_arm_m, commanded_n)
-        work[stage + X_BODY] = v_b
-        work[stage + V_BODY] = -applied_n * work[per_body] - GRAVITY_M_S2
+        a_b = -applied_n * work[per_body] - GRAVITY_M_S2
+        sinking, a_f, loss_w, grain_w, reset_w = -v_f, 0.0, 0.0, 0.0, 0.0
         if has_friction:
             sign = work[RAIL]
-            work[stage + V_BODY] = (
-                0.0 if sign == 0.0 else work[stage + V_BODY] - sign * friction_n(work) * work[per_body]
-            )
+            a_b = 0.0 if sign == 0.0 else a_b - sign * friction_n(work) * work[per_body]
             work[stage + friction] = friction_n(work) * sign * v_b
-        if has_loss:
-            work[stage + loss] = 0.0
-        if has_grain:
-            work[stage + grain] = 0.0
-        if emulated:
-            work[stage + reset_work] = 0.0
+        if slides:
+            loss_w = slide(work, row, stage)
         if mode == FLIGHT:
-            work[stage + X_FOOT] = v_f
-            work[stage + V_FOOT] = applied_n * work[per_foot] - GRAVITY_M_S2
+            a_f = applied_n * work[per_foot] - GRAVITY_M_S2
         elif mode == INTRUDING:
-            work[stage + X_FOOT] = v_f
-            work[stage + V_FOOT] = ground(work, stage, applied_n, x_f, v_f)
+            a_f, loss_w, grain_w = ground(work, applied_n, x_f, v_f)
+        elif follows and mode == CREEPING:
+            _, loss_w, _ = ground(work, applied_n, x_f, v_f)
+            a_f = following_m_s2
+        elif has_loss and mode == CREEPING:
+            sinking = creep(work, length_m, v_b, a_b, -x_f)
+            loss_w = resistance_n(work, -x_f) * sinking
+        elif emulated and mode == CARRIED:
+            a_f = platform(work, t)[2]
+            reset_w = (work[foot] * (a_f + GRAVITY_M_S2) - applied_n) * v_f
         else:
-            work[stage + X_FOOT] = 0.0
-            work[stage + V_FOOT] = 0.0
-            if has_loss and mode == CREEPING:
-                sinking = creep(work, length_m, v_b, work[stage + V_BODY], -x_f)
-                work[stage + X_FOOT] = -sinking
-                work[stage + loss] = resistance_n(work, -x_f) * sinking
-            if emulated and mode == CARRIED:
-                work[stage + X_FOOT] = v_f
-                lifting_m_s2 = platform(work, t)[2]
-                work[stage + V_FOOT] = lifting_m_s2
-                work[stage + reset_work] = (work[foot] * (lifting_m_s2 + GRAVITY_M_S2) - applied_n) * v_f
-        powers(work, stage, lever_arm_m, speed_m_s, commanded_n, applied_n)
+            sinking = 0.0
+        # written only now: the compiler then knows that what was computed twice has not changed
+        work[stage + X_BODY], work[stage + V_BODY] = v_b, a_b
+        work[stage + X_FOOT], work[stage + V_FOOT] = -sinking, a_f
+        if has_loss:
+            work[stage + loss] = loss_w
+        if has_grain:
+            work[stage + grain] = grain_w
+        if emulated:
+            work[stage + reset_work] = reset_w
+        powers(mode, work, stage, lever_arm_m, speed_m_s, commanded_n, applied_n)
 
     return rates_of
 
@@ -176,6 +196,7 @@ def make_creep(composition: Composition) -> Function:
     return creep
 
 
+@made_once
 def make_force_rate(composition: Composition) -> Function:
     """Rate of the applied force while the foot rests, N/s: `(work, length_m, v_b, a_b)`."""
     lever, command = make_lever(composition), make_command(composition)

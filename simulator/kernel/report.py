@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.book import make_booked, make_energy
-from simulator.kernel.composition import Composition
+from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     BOTTOMED,
     CAPPED,
@@ -41,7 +41,6 @@ from simulator.kernel.layout import (
 from simulator.kernel.rows import COLUMN
 
 Row = NDArray[np.float64]
-Flags = NDArray[np.int64]
 
 
 def make_note_cost(composition: Composition, span: str) -> Function:
@@ -62,6 +61,7 @@ def make_note_cost(composition: Composition, span: str) -> Function:
     return note_cost
 
 
+@made_once
 def make_note_liftoff(composition: Composition) -> Function:
     """Write the state at lift-off; a later lift-off before the apex overwrites it: `(work, row)`."""
     note_cost = make_note_cost(composition, "stance")

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.around import make_control, make_follow, make_notice, make_record
+from simulator.kernel.around import make_control, make_follow, make_notice, make_record, make_touch_down
 from simulator.kernel.composition import Composition
 from simulator.kernel.contact import make_lift_off, make_settle
 from simulator.kernel.controller import make_wants_switch
@@ -23,7 +23,6 @@ from simulator.kernel.layout import (
     CARRIED_ROUND,
     COMPRESSION,
     FLIGHT,
-    JAMMED,
     LENGTH_UNIT,
     LIFTOFF_REACHED,
     MODE,
@@ -40,7 +39,6 @@ from simulator.kernel.layout import (
     TIMEOUT,
     TOLERANCE,
     TOUCHDOWN,
-    V_BODY,
     X_FOOT,
 )
 from simulator.kernel.limits import (
@@ -56,9 +54,9 @@ from simulator.kernel.limits import (
 )
 from simulator.kernel.limits import TOLERANCE as TOLERANCE_WANTED
 from simulator.kernel.report import make_finish
-from simulator.kernel.rows import COLUMN
 from simulator.kernel.start import make_begin, make_begin_jump
 from simulator.kernel.stride import REJECTED, make_stride
+from simulator.kernel.working_row import address_of
 
 Row = NDArray[np.float64]
 FIRST_STEP_S = 1e-3
@@ -100,22 +98,11 @@ def make_run(composition: Composition) -> Function:
         make_notice(composition),
     )
     meet_ground = make_meet_ground(composition)
+    touch_down = make_touch_down(meet_ground, settle)
     begin, begin_jump = make_begin(composition), make_begin_jump(composition, meet_ground, settle)
     finish, prepare, given_up = make_finish(composition), composition.prepare, make_given_up(composition)
     rest, sampled = composition.position["rest_length"], composition.on("sampled_control")
     rate = composition.position.get("control_rate", -1)
-    next_time, next_speed = COLUMN["next_touchdown_time_s"], COLUMN["next_touchdown_body_velocity_m_s"]
-
-    @inner
-    def touch_down(work: Row, row: Row, in_jump: bool) -> int:
-        if in_jump and (work[AIRBORNE] == 0 or work[NOW + V_BODY] >= 0.0):
-            meet_ground(work)  # the jump goes on
-            if work[MODE] == JAMMED:
-                settle(work)
-            return GOES_ON
-        if in_jump:
-            row[next_time], row[next_speed] = work[TIME], work[NOW + V_BODY]
-        return TOUCHDOWN
 
     @inner
     def run(work: Row, limits: Row, rows: Row, changes: Row, trace: Row) -> int:
@@ -125,27 +112,27 @@ def make_run(composition: Composition) -> Function:
         work[LENGTH_UNIT] = DECISION_SHARE * work[TOLERANCE] * work[rest]
         work[SPEED_UNIT] = DECISION_SHARE * work[TOLERANCE] * math.sqrt(GRAVITY_M_S2 * work[rest])
         work[STEP] = FIRST_STEP_S
-        jump, recorded, in_jump = 0, 0, False
+        jump, recorded, in_jump, row = 0, 0, False, address_of(rows[0])
         outcome = TOUCHDOWN if work[NOW + X_FOOT] <= 0.0 else GOES_ON
         while True:
             if outcome >= 0 and in_jump:
-                finish(outcome, work, rows[jump])
+                finish(outcome, work, row)
                 jump += 1
                 if outcome != TOUCHDOWN or jump >= limits[JUMPS_WANTED]:
                     return jump
             if outcome >= 0:
-                before = work[MODE]
-                begin_jump(work, rows[jump])
+                before, row = work[MODE], address_of(rows[jump])
+                begin_jump(work, row, outcome == TOUCHDOWN)
                 in_jump = True
                 if outcome != TOUCHDOWN:  # it never came down
-                    finish(outcome, work, rows[jump])
+                    finish(outcome, work, row)
                     return jump + 1
-                notice(before, jump, work, rows[jump], changes)
-            row = rows[jump]
+                notice(before, jump, work, row, changes)
             mode = work[MODE]
             if in_jump:
                 control(work, limits[FLIP_TICK])
-                notice(mode, jump, work, row, changes)
+                if work[MODE] != mode:
+                    notice(mode, jump, work, row, changes)
             outcome = given_up(work, limits[MOST_STEPS])
             if work[MODE] == FLIGHT and work[AIRBORNE] == 1 and limits[STOP_AFTER] == STOP_AFTER_LIFTOFF:
                 outcome = LIFTOFF_REACHED
@@ -156,13 +143,15 @@ def make_run(composition: Composition) -> Function:
             if event == REJECTED:
                 outcome = GOES_ON
                 continue
-            recorded = record(mode, jump, recorded, work, trace)
+            if recorded < trace.shape[0]:
+                recorded = record(mode, jump, recorded, work, trace)
             outcome = follow(event, work, row, limits[STOP_AFTER])
-            if outcome == TOUCHDOWN:
-                outcome = touch_down(work, row, in_jump)
+            if outcome == TOUCHDOWN and in_jump:
+                outcome = touch_down(work, row)
             if sampled and in_jump and mode == FLIGHT and work[MODE] != FLIGHT:
                 while work[TICK] / work[rate] < work[TIME]:
                     work[TICK] += 1
-            notice(mode, jump, work, row, changes)
+            if work[MODE] != mode:
+                notice(mode, jump, work, row, changes)
 
     return run

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
 from simulator.kernel.layout import (
     ERROR,
     K1,
@@ -29,13 +30,14 @@ Row = NDArray[np.float64]
 ORDER = 5
 
 
-def make_runge_kutta(rates_of: Function, size: int) -> Function:
+def make_runge_kutta(composition: Composition, rates_of: Function) -> Function:
     """Compose the step `(mode, t, h, work)`.
 
     The place `K1` holds the rates at the start; `TRIAL`, `K7` and `ERROR` receive the state at the end, the rates
     there and its estimated error.
     """
-    moving = LEG_WORK
+    size = composition.state_size
+    moving = LEG_WORK if composition.platform < 0 else size  # a platform's motion follows the integrals
 
     @inner
     def step(mode: int, t: float, h: float, work: Row) -> None:

@@ -10,6 +10,7 @@ from simulator.effects.effect import Function
 from simulator.kernel.book import make_energy
 from simulator.kernel.composition import Composition
 from simulator.kernel.contact import make_note_saturation
+from simulator.kernel.events import make_rail_turns
 from simulator.kernel.layout import (
     AIRBORNE,
     BOOK,
@@ -18,6 +19,7 @@ from simulator.kernel.layout import (
     CLEAR,
     CLEARED,
     COMPRESSION,
+    DECIDED,
     DEPTH,
     EMULATOR_SINCE,
     EVALUATIONS,
@@ -58,7 +60,6 @@ from simulator.kernel.leg import make_set_gains
 from simulator.kernel.rows import COLUMN, COLUMNS
 
 Row = NDArray[np.float64]
-Flags = NDArray[np.int64]
 
 
 def make_begin(composition: Composition) -> Function:
@@ -66,6 +67,7 @@ def make_begin(composition: Composition) -> Function:
     at = composition.position
     rest, height, velocity = at["rest_length"], at["initial_height"], at["initial_velocity"]
     set_gains, note, size = make_set_gains(composition), make_note_saturation(composition), composition.state_size
+    rail_turns = make_rail_turns(composition)
 
     @inner
     def begin(work: Row) -> None:
@@ -76,22 +78,28 @@ def make_begin(composition: Composition) -> Function:
         work[NOW + X_BODY], work[NOW + V_BODY] = work[rest] + work[height], work[velocity]
         work[NOW + X_FOOT], work[NOW + V_FOOT] = work[height], work[velocity]
         work[MODE], work[CLEARED], work[PHASE] = FLIGHT, CLEAR, COMPRESSION
-        work[RAIL], work[STALE] = -1.0, 1
+        work[RAIL], work[STALE] = 1.0 if work[velocity] > 0.0 else -1.0, 1
         set_gains(work, False, 0.0)
         note(work)
+        if work[velocity] == 0.0:
+            rail_turns(work)
 
     return begin
 
 
 def make_begin_jump(composition: Composition, meet_ground: Function, settle: Function) -> Function:
-    """Begin a jump with the foot's touchdown: `(work, row)`. Clocks, integrals and counters start at zero."""
-    size, energy = composition.state_size, make_energy(composition)
+    """Begin a jump with the foot's touchdown: `(work, row, lands)`. Clocks, integrals and counters start at zero.
+
+    One that does not land never came down, and stays where it is.
+    """
+    energy = make_energy(composition)
+    integrals_end = composition.integrals_end
     touchdown = COLUMN["touchdown_time_s"]
 
     @inner
-    def begin_jump(work: Row, row: Row) -> None:
+    def begin_jump(work: Row, row: Row, lands: bool) -> None:
         t = work[TIME]
-        for i in range(LEG_WORK, size):
+        for i in range(LEG_WORK, integrals_end):
             work[NOW + i] = 0.0
         for i in range(len(COLUMNS)):
             row[i] = np.nan
@@ -101,7 +109,7 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[EMULATOR_SINCE] -= t
         work[HOLD_SINCE] -= t
         work[BOOK], work[CAPPED], work[DEPTH], work[IMPACT] = 0.0, 0.0, 0.0, 0.0
-        work[MARGIN], work[MARGIN_TICK] = np.inf, -1.0
+        work[MARGIN], work[MARGIN_TICK], work[DECIDED] = np.inf, -1.0, 0.0
         work[GROWTH], work[WORST_GROWTH] = 0.0, 0.0
         work[SHORTEST] = work[NOW + X_BODY] - work[NOW + X_FOOT]
         work[LONGEST] = work[SHORTEST]
@@ -109,7 +117,11 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[BOTTOMED], work[TOUCHED_DURING_RESET], work[TOUCHED_BEFORE_HOLD] = 0, 0, 0
         work[RELEASE_MISSED], work[GUARD_SWITCHES] = 0, 0
         work[START_ENERGY] = energy(work[MODE], work)
-        meet_ground(work)
+        if lands:
+            meet_ground(work)
+            work[DEPTH] = max(0.0, -work[NOW + X_FOOT])
+        else:
+            row[touchdown] = np.nan
         if work[MODE] == JAMMED:
             settle(work)
         work[FRESH], work[STALE] = 1, 1

@@ -7,14 +7,17 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.ahead import make_deciding_tick, make_longest_step, note_leg_lengths
-from simulator.kernel.attempt import make_attempt, make_error_norm, make_frequency, next_step, sample_nodes
+from simulator.kernel.ahead import make_deciding_tick, make_longest_step, nodes_within, note_leg_lengths
+from simulator.kernel.attempt import make_attempt, make_error_norm, make_frequency, make_sample_nodes, next_step
 from simulator.kernel.composition import Composition
 from simulator.kernel.decide import make_must_land
 from simulator.kernel.emulator import make_timer
 from simulator.kernel.guards import make_guards
+from simulator.kernel.interpolant import make_interpolate
 from simulator.kernel.layout import (
     ALLOWED,
+    DECIDED,
+    EVALUATIONS,
     FLIGHT,
     FRESH,
     K1,
@@ -57,12 +60,17 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
         make_error_norm(composition),
         make_frequency(composition),
     )
-    guards = make_guards(composition, wants_switch)
-    at_once, first_event, land = make_at_once(guards), make_first_event(guards), make_land(guards, attempt)
+    guards, sample_nodes = make_guards(composition, wants_switch), make_sample_nodes(composition)
+    interpolate = make_interpolate(composition)
+    at_once, first_event, land = (
+        make_at_once(guards),
+        make_first_event(guards, interpolate),
+        make_land(guards, interpolate, attempt),
+    )
     size = composition.state_size
     must_land, deciding_tick = make_must_land(composition), make_deciding_tick(composition, wants_switch)
     timer, longest_step = make_timer(composition), make_longest_step(composition)
-    sampled = composition.on("sampled_control")
+    sampled, sleeps = composition.on("sampled_control"), composition.sleeps_in_flight
     rate = composition.position.get("control_rate", -1)
 
     @inner
@@ -80,6 +88,7 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
             return prompt
         if work[STALE] == 1:
             rates_of(mode, t, work, NOW, K1)
+            work[EVALUATIONS] += 1
             work[STALE] = 0
         omega = frequency(work, mode, max(-work[NOW + X_FOOT], 0.0), work[STIFFNESS])
         fixed_s = limits[FIXED_STEP_S]
@@ -103,19 +112,21 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
         after_s = end_s if to_end else t + h
         guard, share = UNEVENTFUL, 1.0
         if h > SHORTEST_S:
-            sample_nodes(h, exact, work)
-            guard, share = first_event(t, h, work)
-        if sampled and mode != FLIGHT and h > SHORTEST_S:
+            nodes = nodes_within(work, mode, h, omega, exact)
+            sample_nodes(h, nodes, exact, work)
+            guard, share = first_event(t, h, nodes, work)
+        if sampled and not (sleeps and mode == FLIGHT) and h > SHORTEST_S:
             tick_s = deciding_tick(h, t + share * h if guard >= 0 else after_s, work, limits[FLIP_TICK])
             if tick_s < np.inf:
                 guard, after_s, to_end, h = UNEVENTFUL, tick_s, False, tick_s - t
                 attempt(t, h, work)
+                work[STALE], work[DECIDED] = 1, work[TICK] + 1.0
         if guard >= 0:
             h = land(guard, share, work[ALLOWED], t, h, work)
             after_s, to_end = t + h, False
         note_leg_lengths(h, work)
         work[TIME], work[STRIDE], work[FRESH] = after_s, h, 0
-        if guard >= 0 or to_end:
+        if guard >= 0 or to_end or h <= SHORTEST_S:
             work[STALE] = 1
         return TIMED if to_end and after_s == timed_s else guard
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING, limits_for
+from simulator.jump import ill_conditioned, limits_for
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
@@ -137,9 +137,8 @@ def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w:
     heat, mechanical, drag = (block[:, :, PLACE[f"{span}_{part}_J"]] for part in ("heat", "mechanical", "drag"))
     block[:, :, PLACE["passive_J"]] = passive_j
     block[:, :, PLACE["cost_J"]] = heat + mechanical + drag + passive_j
-    undecided = block[:, :, PLACE["decision_margin"]] < ILL_CONDITIONED_BELOW
-    rounded = block[:, :, PLACE["error_growth"]] * ROUNDING > 0.5 * recipe.accuracy
-    block[:, :, PLACE["ill_conditioned"]] = undecided | rounded
+    flags = ill_conditioned(block[:, :, PLACE["decision_margin"]], block[:, :, PLACE["error_growth"]], recipe.accuracy)
+    block[:, :, PLACE["ill_conditioned"]] = np.logical_or.accumulate(flags, axis=1)
     not_made = np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]
     for place, output in enumerate(OUTPUTS):
         block[:, :, place][not_made] = np.nan if output.kind == "f8" else -1.0

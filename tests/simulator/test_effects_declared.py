@@ -33,6 +33,12 @@ NEVER_TOGETHER = {
         ("added_mass", "rigid_ground"),
         ("added_mass", "emulated_ground"),
         ("added_mass", "touchdown_impact"),
+        # this needs the emulator
+        ("platform_mass", "hydrostatic_stiffness"),
+        ("platform_mass", "inertial_drag"),
+        ("platform_mass", "added_mass"),
+        ("platform_mass", "rigid_ground"),
+        ("platform_mass", "massless_leg_in_flight"),
         ("active_damping", "scaled_active_damping"),
         ("constant_force_cap", "torque_cap"),
         ("cost_of_commanded_force", "cost_torque_cap"),

@@ -84,35 +84,31 @@ def rates_by_hand(composition: Composition) -> Function:
         length_m, speed_m_s = x_b - x_f, v_b - v_f
         force_n = work[STIFFNESS] * (length_m - work[rest])
         a_b = -force_n * work[per_body] - GRAVITY_M_S2
-        work[stage + X_BODY] = v_b
-        work[stage + V_BODY] = a_b
-        work[stage + loss] = 0.0
+        sinking, a_f, loss_w = -v_f, 0.0, 0.0
         if mode == FLIGHT:
-            work[stage + X_FOOT] = v_f
-            work[stage + V_FOOT] = force_n * work[per_foot] - GRAVITY_M_S2
+            a_f = force_n * work[per_foot] - GRAVITY_M_S2
         elif mode == INTRUDING:
-            work[stage + X_FOOT] = v_f
             depth_m = -x_f
             volume = cone_volume_m3(work[radius], work[q_at], formed_depth_m(work[complete_at], depth_m))
             push_n = work[penetration_at] * volume + work[stress_at] * depth_m * (work[area_at] + volume)
-            work[stage + loss] = push_n * -v_f
-            work[stage + V_FOOT] = (force_n + push_n) / work[foot] - GRAVITY_M_S2
+            a_f, loss_w = (force_n + push_n) / work[foot] - GRAVITY_M_S2, push_n * -v_f
+        elif mode == CREEPING:
+            depth_m = -x_f
+            formed_m = formed_depth_m(work[complete_at], depth_m)
+            volume = cone_volume_m3(work[radius], work[q_at], formed_m)
+            flat = flat_area_m2(work[radius], work[q_at], formed_m)
+            give = work[penetration_at] * flat + work[stress_at] * (work[area_at] + volume + depth_m * flat)
+            before_n = work[STIFFNESS] * (length_m - work[rest])
+            after_n = work[STIFFNESS] * (length_m + v_b * 1e-6 - work[rest])
+            sinking = -((after_n - before_n) / 1e-6) / give
+            volume = cone_volume_m3(work[radius], work[q_at], formed_depth_m(work[complete_at], depth_m))
+            push_n = work[penetration_at] * volume + work[stress_at] * depth_m * (work[area_at] + volume)
+            loss_w = push_n * sinking
         else:
-            work[stage + X_FOOT] = 0.0
-            work[stage + V_FOOT] = 0.0
-            if mode == CREEPING:
-                depth_m = -x_f
-                formed_m = formed_depth_m(work[complete_at], depth_m)
-                volume = cone_volume_m3(work[radius], work[q_at], formed_m)
-                flat = flat_area_m2(work[radius], work[q_at], formed_m)
-                give = work[penetration_at] * flat + work[stress_at] * (work[area_at] + volume + depth_m * flat)
-                before_n = work[STIFFNESS] * (length_m - work[rest])
-                after_n = work[STIFFNESS] * (length_m + v_b * 1e-6 - work[rest])
-                sinking = -((after_n - before_n) / 1e-6) / give
-                work[stage + X_FOOT] = -sinking
-                volume = cone_volume_m3(work[radius], work[q_at], formed_depth_m(work[complete_at], depth_m))
-                push_n = work[penetration_at] * volume + work[stress_at] * depth_m * (work[area_at] + volume)
-                work[stage + loss] = push_n * sinking
+            sinking = 0.0
+        work[stage + X_BODY], work[stage + V_BODY] = v_b, a_b
+        work[stage + X_FOOT], work[stage + V_FOOT] = -sinking, a_f
+        work[stage + loss] = loss_w
         work[stage + LEG_WORK] = -force_n * speed_m_s
         work[stage + MECHANICAL] = -force_n * speed_m_s
 

@@ -33,7 +33,7 @@ def kernel_of(effects):
     composition = compose(effects)
     give_unique_symbols(composition.effects)
     rates_of, set_gains = make_rates(composition), make_set_gains(composition)
-    step = make_runge_kutta(rates_of, composition.state_size)
+    step = make_runge_kutta(composition, rates_of)
 
     @compiled
     def kernel(work):

@@ -1,0 +1,75 @@
+"""`labbook sim published`: the document in docs, what programs read, what people see."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from simulator.scene_file import load_scene
+from tests.cli.shell import good, labbook, refused
+from tests.helpers.steady import steady_tables
+
+DOCUMENT = Path(__file__).parents[2] / "docs" / "published.md"
+
+
+def test_the_document_is_what_the_command_writes(tmp_path: Path) -> None:
+    shown = good(labbook("sim", "published", "-o", "new/published.md", at=tmp_path)).out
+    assert shown.splitlines()[-1] == "new/published.md"
+    assert (tmp_path / "new" / "published.md").read_bytes() == DOCUMENT.read_bytes()
+
+
+def test_what_programs_read(tmp_path: Path) -> None:
+    found = good(labbook("sim", "published", "--json", at=tmp_path)).json
+    assert found["accuracy"] == 1e-6
+    for name, jumps in (("emulator", 100), ("force_plate", 80)):
+        scene = load_scene(name)
+        assert found[name]["scene"] == name
+        assert found[name]["jumps"] == jumps
+        assert list(found[name]["assumed"]) == list(scene.assumed)
+        assert all(item == {"value": scene[key], "why": item["why"]} for key, item in found[name]["assumed"].items())
+    tables = steady_tables()
+    for row, wanted in zip(found["emulator"]["rows"], tables.emulator.rows, strict=True):
+        assert (row["gain"], row["ce"]["apex_height_m"]) == (wanted.gain, wanted.ce.apex_height_m)
+        assert (row["scaled_saving"], row["constant_loss"]) == (wanted.scaled_saving, wanted.constant_loss)
+        assert row["yielding"]["switch_depth_m"] == wanted.yielding.switch_depth_m
+    assert [row["battery_j"] for row in found["force_plate"]["rows"]] == [
+        row.battery_j for row in tables.force_plate.rows
+    ]
+    numbers = {item["id"]: item for item in found["published"]}
+    assert found["agreeing"] == sum(item["agrees"] for item in numbers.values()) == 5
+    assert numbers["emu.saving_scaled"]["n_within"] == 2
+    assert numbers["emu.saving_scaled"]["gains"] == [100, 200, 300, 400]
+    assert not numbers["plate.slope"]["compared"]
+    assert all(item["agrees"] == (item["reason"] == "") for item in numbers.values())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_a_person_sees(tmp_path: Path) -> None:
+    shown = good(labbook("sim", "published", "--accuracy", "1e-4", at=tmp_path)).out
+    for said in (
+        "ground emulator, jump 100 of 100",
+        "0.258 (0.256)",
+        "0.347 (~0.335)",
+        "17.3 (20)",
+        "14.2 (very little)",
+        "force plate, jump 80 of 80",
+        "5 of 11 agree; for 2 more the simulation gives nothing to compare.",
+        "  emu.apex_plateau: See emu.apex_high",
+        "emulator, 100 jumps, rests on assumed parameters:",
+        "  k_compression = 118.6 N/m: gain 20 of the leg's fit",
+        "simulated for a relative error of 1e-4.",
+    ):
+        assert said in shown, said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--out", "published.pdf"], "--out published.pdf is no name for a document in Markdown: end it in .md."),
+        (["--accuracy", "0"], "an accuracy of 0 cannot be had"),
+    ],
+)
+def test_what_cannot_be_had_is_refused(words: list[str], said: str, tmp_path: Path) -> None:
+    refused(labbook("sim", "published", *words, at=tmp_path), 2, said)
+    assert list(tmp_path.iterdir()) == []

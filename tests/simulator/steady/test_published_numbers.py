@@ -1,0 +1,168 @@
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from simulator.gains import active_damping_kg_m, stiffness_n_m
+from simulator.jump import simulate
+from simulator.kinematics import lever_m
+from simulator.result import JumpResult
+from simulator.scene_file import load_scene
+from simulator.steady.emulator import GAINS, EmulatorRow, EmulatorTable
+from simulator.steady.force_plate import ESTIMATED_OVER_MEASURED
+from simulator.steady.measured import MEASURES
+from simulator.steady.published_numbers import apex_between_m, comparisons, published_numbers
+from simulator.steady.tables import SteadyTables
+from tests.helpers.steady import steady_tables
+
+SHARED = Path(__file__).parents[3].parent / "shared"
+RESULTS, THESIS = SHARED / "reference" / "published_results.csv", SHARED / "seed" / "thesis.txt"
+BY_ID = {number.claim.id: number for number in published_numbers()}
+
+
+def test_every_number_is_measured_or_says_why_not() -> None:
+    assert [number.claim.id for number in published_numbers() if number.claim.measure] == list(MEASURES)
+    assert len(BY_ID) == len(published_numbers())
+    for number in published_numbers():
+        claim = number.claim
+        assert claim.statement
+        limited = claim.at_least is not None or claim.at_most is not None
+        assert limited == bool(claim.measure)
+        assert limited or number.reason
+        if limited and claim.published is not None:
+            assert claim.at_least is None or claim.at_least <= claim.published
+            assert claim.at_most is None or claim.published <= claim.at_most
+
+
+def test_what_does_not_agree_has_a_reason_and_nothing_else_has() -> None:
+    for item in comparisons(steady_tables()):
+        assert item.agrees == (not item.published.reason), item.published.claim.id
+        assert (item.finding is None) == (not item.published.claim.measure)
+
+
+def test_what_stands_beside_the_tables_is_what_is_published() -> None:
+    for number in published_numbers():
+        assert bool(number.column) == bool(number.gains) == bool(number.beside)
+        if number.beside.replace(".", "").isdigit():
+            scale = 1.0 if number.claim.unit == "m" else 100.0
+            assert float(number.beside) == pytest.approx(scale * (number.claim.published or math.nan))
+    assert BY_ID["plate.slope"].claim.published == ESTIMATED_OVER_MEASURED
+
+
+def test_an_apex_between_is_on_the_line() -> None:
+    assert [apex_between_m(gain) for gain in (100, 200, 300, 400)] == pytest.approx([0.256, 0.335, 0.414, 0.493])
+
+
+@pytest.mark.skipif(not RESULTS.is_file(), reason="the collected results lie beside the project: ../shared/reference")
+def test_numbers_of_the_collected_results_are_carried_over() -> None:
+    with RESULTS.open(encoding="utf-8", newline="") as file:
+        rows = {row["id"]: row for row in csv.DictReader(file) if row["id"].startswith(("emu.", "plate."))}
+    assert set(rows) - set(BY_ID) == {"plate.window"}  # how the plate's forces were smoothed, not a result
+    for name in set(rows) & set(BY_ID):
+        claim = BY_ID[name].claim
+        assert (claim.where, claim.published) == (rows[name]["section"], float(rows[name]["value"]))
+        assert claim.unit == {"fraction": "1"}.get(rows[name]["unit"], rows[name]["unit"])
+
+
+@pytest.mark.skipif(not THESIS.is_file(), reason="the thesis lies beside the project: ../shared/seed")
+@pytest.mark.parametrize(
+    "words",
+    [
+        "the lowest apex jump height of 25.6cm",
+        "The highest apex height, 49.3cm",
+        "no appreciable difference in jump height between the two stiffest conditions (gains = 400 and 500)",
+        "standard deviations were very small (< 0.75cm for all conditions)",
+        "excluding any hops where a dropped data packet obscured part of the aerial phase of the hop. "
+        "The first two jumps of each experiment were also excluded.",
+        "The apex heights varied approximately linearly with the extension position gain for all experimental "
+        "conditions",
+        "was consistently less than 6%",
+        "In all conditions, active damping did improve energy efficiency of locomotion",
+        "gave a consistent 20% improvement across all jump height conditions",
+        "gave extremely high relative improvement in the lowest stiffness condition and very little improvement in the "
+        "highest stiffness condition",
+        "linear relationship to apex jump height",
+        r"$\hat{J} = 1.35\bar{J}$, RMSE/IQR = 0.63",
+        "active damping gains were set to the same value (=50)",
+        "at a ratio of 1:6",
+    ],
+)
+def test_the_thesis_says_so(words: str) -> None:
+    assert words in " ".join(THESIS.read_text(encoding="utf-8").split())
+
+
+def made_up(apexes_m: list[float], costs_j: list[float]) -> SteadyTables:
+    """Tables with these apexes under every controller, and these joules under constant damping where CE takes 1 J."""
+    tables = steady_tables()
+    like = tables.emulator.rows[0]
+    rows = []
+    for gain, apex_m, cost_j in zip(GAINS, apexes_m, costs_j, strict=True):
+        ce = replace(like.ce, apex_height_m=apex_m, cost_j=1.0)
+        rows.append(EmulatorRow(gain, ce, ce, replace(ce, cost_j=cost_j), like.yielding))
+    return replace(tables, emulator=EmulatorTable(tables.emulator.scene, tuple(rows)))
+
+
+heights = st.lists(st.floats(0.2, 0.6), min_size=5, max_size=5)
+
+
+@given(st.floats(0.2, 0.3), st.floats(0.01, 0.1), st.floats(0.2, 0.6))
+def test_apexes_on_a_line_have_no_distance_from_it_wherever_the_excluded_one_is(
+    lowest_m: float, step_m: float, stiffest_m: float
+) -> None:
+    apexes_m = [*(lowest_m + step_m * place for place in range(4)), stiffest_m]
+    found = made_up(apexes_m, [0.9] * 5)
+    assert MEASURES["emu.apex_line"](found) == pytest.approx(np.zeros(3), abs=1e-9)
+    assert MEASURES["emu.apex_plateau"](found) == pytest.approx(np.full(3, stiffest_m - apexes_m[3]))
+
+
+@given(heights, st.lists(st.floats(0.5, 1.5), min_size=5, max_size=5))
+def test_savings_and_their_changes_are_those_of_the_analysed_gains(apexes_m: list[float], costs_j: list[float]) -> None:
+    found = made_up(apexes_m, costs_j)
+    saved = 1.0 - np.array(costs_j)
+    assert MEASURES["emu.saving_constant_low"](found) == pytest.approx(saved[:1])
+    assert MEASURES["emu.saving_constant_high"](found) == pytest.approx(saved[3:4])
+    assert MEASURES["emu.saving_constant_falls"](found) == pytest.approx(np.diff(saved[:4]))
+    assert MEASURES["emu.improves"](found)[:, 1] == pytest.approx(saved)
+    assert MEASURES["emu.apex_loss"](found) == pytest.approx(np.zeros(8))
+
+
+def jump(gain: float, **values: float) -> JumpResult:
+    return simulate(load_scene("emulator").changed({"k_extension": stiffness_n_m(gain), **values})).jump
+
+
+def test_the_reasons_say_what_the_simulation_gives() -> None:
+    scene, rows = load_scene("emulator"), steady_tables().emulator.rows
+    # emu.apex_high, emu.apex_plateau
+    lengths_m = np.linspace(scene["guard_length"], scene["rest_length"], 20_001)
+    push_n = [2 * scene["stall_torque"] / lever_m(scene["upper_link"], scene["lower_link"], r) for r in lengths_m]
+    work_j = float(np.trapezoid(push_n, lengths_m))
+    assert f"{work_j:.1f} J of work" in BY_ID["emu.apex_high"].reason
+    assert [row.gain for row in rows if row.ce.capped_time_s > 0.0] == [400.0, 500.0]
+    at_400, at_500 = (
+        [jump(gain, stall_torque=torque).apex_height_m or 0.0 for torque in (3, 3.5, 4)] for gain in (400, 500)
+    )
+    assert at_400 == sorted(at_400)
+    assert at_500 == sorted(at_500)
+    assert all(stiff < stiffest - 0.007 for stiff, stiffest in zip(at_400, at_500, strict=True))
+    assert [bool(jump(gain).counters["guard_switch"]) for gain in GAINS] == [False, True, True, True, True]
+    # emu.saving_scaled
+    assert 1.0 - jump(100, b_ad=active_damping_kg_m(1000)).cost_J / rows[0].ce.cost_j < 0.1
+    power_w = scene["passive_power"]
+    for row in rows:
+        drawn = [item.cost_j + power_w * item.period_s for item in (row.ce, row.scaled)]
+        assert 1.0 - drawn[1] / drawn[0] < row.scaled_saving
+    # emu.saving_constant_high
+    saved = [1.0 - jump(400, b_ad=active_damping_kg_m(gain)).cost_J / rows[3].ce.cost_j for gain in (0, 50, 100, 150)]
+    slopes = np.diff(saved)
+    assert (slopes > 0.0).all()
+    assert (np.diff(slopes) < 0.0).all()
+    # emu.saving_constant_falls
+    shares = [row.yielding.heat_j / row.ce.cost_j for row in rows]
+    assert np.argsort(shares).tolist() == np.argsort([row.constant_saving for row in rows]).tolist()

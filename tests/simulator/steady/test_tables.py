@@ -1,0 +1,152 @@
+"""Steady jumps against the numbers that two other programs give for the same scenes.
+
+The tables stand as an independent simulation of the same equations printed them, to half a unit of the last digit;
+where that digit was rounded twice, the test says so. The few numbers to more digits are of `simulator.reference`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from decimal import ROUND_HALF_UP, Decimal
+
+import pytest
+
+from simulator.gains import stiffness_n_m
+from simulator.steady.emulator import EmulatorRow
+from simulator.steady.force_plate import PlateRow
+from simulator.steady.steady_jump import SteadyJump, steady_jump
+from simulator.steady.tables import STEPS, steady_tables
+from simulator.steady.yielding import RECORDED_JUMPS, Yielding, yielding_of
+from tests.helpers.steady import steady_tables as tables
+
+EMULATOR_COLUMNS: tuple[Callable[[EmulatorRow], float], ...] = (
+    lambda row: row.ce.apex_height_m,
+    lambda row: row.ce.cost_j,
+    lambda row: 100 * row.scaled_saving,
+    lambda row: 100 * row.constant_saving,
+    lambda row: 100 * row.scaled_loss,
+    lambda row: 100 * row.constant_loss,
+    lambda row: 1e3 * row.yielding.switch_depth_m,
+    lambda row: 1e3 * row.ce.max_depth_m,
+    lambda row: row.ce.period_s,
+    lambda row: 1e3 * row.ce.capped_time_s,
+)
+EMULATOR = {
+    100: "0.258 14.9  1.2  2.2 0.2 0.6 13 24 0.69  0",
+    200: "0.347 24.2  8.6 10.5 2.1 2.7 18 38 0.60  0",
+    300: "0.418 36.0 17.3 17.3 4.4 4.4 21 48 0.62  0",
+    400: "0.461 43.1 16.3 14.2 3.3 3.0 22 51 0.63 37",
+    500: "0.480 46.4 14.5 11.3 2.0 1.8 23 52 0.64 47",
+}
+PLATE_COLUMNS: tuple[Callable[[PlateRow], float], ...] = (
+    lambda row: row.jump.apex_height_m,
+    lambda row: row.jump.heat_j,
+    lambda row: row.jump.mechanical_j,
+    lambda row: row.jump.drag_j,
+    lambda row: row.jump.cost_j,
+    lambda row: row.battery_j,
+    lambda row: row.jump.touchdown_velocity_m_s,
+    lambda row: row.jump.impact_loss_j,
+    lambda row: 1e3 * row.jump.capped_time_s,
+    lambda row: row.jump.min_leg_length_m,
+)
+PLATE = {
+    300: "0.337 44.3 0.1 0.8 45.2 33.5 -1.14 0.11 29 0.176",
+    400: "0.399 56.1 0.2 1.2 57.6 42.6 -1.59 0.22 55 0.161",
+    500: "0.442 62.1 0.3 1.5 63.9 47.3 -1.84 0.30 64 0.152",
+    600: "0.475 65.6 0.4 1.8 67.7 50.1 -2.00 0.35 69 0.146",
+}
+ROUNDED_TWICE = {("emulator", 300, 8), ("force_plate", 500, 1), ("force_plate", 500, 7)}
+"""0.61486 s, 62.0466 J and 0.29486 J, printed as 0.62, 62.1 and 0.30: by way of 0.615, 62.05 and 0.295."""
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A number of the tables, and what is simulated for it."""
+
+    place: tuple[str, int, int]
+    printed: Decimal
+    value: float
+
+    @property
+    def unit(self) -> Decimal:
+        return Decimal(1).scaleb(int(self.printed.as_tuple().exponent))
+
+
+def numbers() -> Iterator[Printed]:
+    for row in tables().emulator.rows:
+        for column, text in enumerate(EMULATOR[int(row.gain)].split()):
+            yield Printed(("emulator", int(row.gain), column), Decimal(text), EMULATOR_COLUMNS[column](row))
+    for plate in tables().force_plate.rows:
+        for column, text in enumerate(PLATE[int(plate.gain)].split()):
+            yield Printed(("force_plate", int(plate.gain), column), Decimal(text), PLATE_COLUMNS[column](plate))
+
+
+def test_both_tables_to_the_last_printed_digit() -> None:
+    found = [number for number in numbers() if number.place not in ROUNDED_TWICE]
+    assert len(found) == 87
+    off = [number for number in found if abs(Decimal(number.value) - number.printed) > number.unit / 2]
+    assert off == []
+
+
+def test_three_numbers_were_rounded_twice() -> None:
+    for number in numbers():
+        if number.place in ROUNDED_TWICE:
+            once = Decimal(number.value).quantize(number.unit / 10, ROUND_HALF_UP)
+            assert once.quantize(number.unit, ROUND_HALF_UP) == number.printed
+            assert abs(Decimal(number.value) - number.printed) < Decimal("0.54") * number.unit
+
+
+def test_those_three_against_taylor_series() -> None:
+    """Jump 6 on the emulator and jump 26 on the plate to 22 digits: there the jumps repeat to a millionth."""
+    emulator, plate = tables().emulator.at(300.0).ce, tables().force_plate.rows[2].jump
+    assert emulator.period_s == pytest.approx(0.614864938, rel=1e-6)
+    assert emulator.apex_height_m == pytest.approx(0.418200673, rel=1e-6)
+    assert (emulator.heat_j, emulator.mechanical_j) == pytest.approx((32.12903547, 3.857686117), rel=1e-6)
+    assert (plate.heat_j, plate.drag_j) == pytest.approx((62.0466195, 1.534923567), rel=1e-6)
+    # On rigid ground all mechanical energy of a steady jump is lost at the foot's impact.
+    assert (plate.mechanical_j, plate.impact_loss_j) == pytest.approx((0.294861378, 0.294861378), rel=3e-6)
+
+
+def test_the_last_jump_repeats_the_one_before() -> None:
+    jumps = [row.jump for row in tables().force_plate.rows]
+    for row in tables().emulator.rows:
+        jumps += [row.ce, row.scaled, row.constant]
+    assert max(abs(jump.apex_change_m) for jump in jumps) < 1e-12
+
+
+def test_the_recorded_jump_is_the_steady_one() -> None:
+    for row in tables().emulator.rows:
+        assert 0.0 < row.yielding.switch_depth_m < row.ce.max_depth_m
+        assert 0.0 < row.yielding.heat_j < row.ce.heat_j
+    scene = tables().emulator.scene
+    assert scene.jumps > RECORDED_JUMPS
+    found = yielding_of(scene, 1e-8)  # the shipped scene is the row of gain 300
+    shown = tables().emulator.at(300.0).yielding
+    for field in fields(Yielding):
+        assert getattr(found, field.name) == pytest.approx(getattr(shown, field.name), rel=1e-5)
+
+
+def test_scaled_and_constant_damping_are_one_at_gain_300() -> None:
+    row = tables().emulator.at(300.0)
+    assert row.scaled == row.constant
+    assert (row.scaled_saving, row.scaled_loss) == (row.constant_saving, row.constant_loss)
+
+
+def test_other_numbers_at_another_accuracy_and_each_gain_is_said() -> None:
+    said: list[str] = []
+    coarse = steady_tables(1e-3, said.append)
+    assert len(said) == len(set(said)) == STEPS
+    assert coarse.accuracy == 1e-3
+    for mine, other in zip(coarse.force_plate.rows, tables().force_plate.rows, strict=True):
+        assert mine != other
+        for field in fields(SteadyJump):
+            if field.name not in ("apex_change_m", "apex_sd_m"):
+                assert getattr(mine.jump, field.name) == pytest.approx(getattr(other.jump, field.name), rel=5e-3)
+
+
+def test_a_robot_that_stops_has_no_steady_jump() -> None:
+    stuck = tables().emulator.scene.changed({"k_extension": stiffness_n_m(100), "k_compression": 180.0})
+    with pytest.raises(RuntimeError, match=r"emulator does not go on jumping \(no_liftoff\)"):
+        steady_jump(stuck, 1e-6)
