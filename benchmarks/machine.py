@@ -7,7 +7,8 @@ import importlib.metadata
 import os
 import platform
 import sqlite3
-from pathlib import Path
+
+from labbook.presenting.machine import processor
 
 LIBRARIES = ("numpy", "scipy", "pandas", "pyarrow", "SQLAlchemy", "matplotlib", "typer")
 
@@ -17,7 +18,7 @@ def described() -> list[tuple[str, str]]:
     versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in LIBRARIES)
     return [
         ("date", f"{dt.datetime.now(dt.UTC):%Y-%m-%d}"),
-        ("processor", _processor()),
+        ("processor", processor()),
         ("cores", str(os.cpu_count())),
         ("memory", f"{os.sysconf('SC_PAGE_SIZE') * os.sysconf('SC_PHYS_PAGES') / 2**30:.0f} GiB"),
         ("system", f"{_system()}, kernel {platform.release()}"),
@@ -29,15 +30,6 @@ def described() -> list[tuple[str, str]]:
 def load() -> float:
     """Return the load of the last minute: processes that wanted a core."""
     return os.getloadavg()[0]
-
-
-def _processor() -> str:
-    info = Path("/proc/cpuinfo")
-    if info.exists():
-        for line in info.read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.split(":", 1)[1].strip()
-    return platform.processor() or platform.machine()
 
 
 def _system() -> str:

@@ -12,11 +12,12 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ModeSpan:
-    """A stretch of time in one contact mode, s."""
+    """A stretch of time in one contact mode, s; `name` is what the mode is called on this ground."""
 
     start_s: float
     end_s: float
     mode: str
+    name: str
 
 
 @dataclass(frozen=True, slots=True)

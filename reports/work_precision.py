@@ -9,16 +9,17 @@ from dataclasses import dataclass
 class Mark:
     """One method at one setting: how long it took, s, and the relative error that it made."""
 
-    setting: float
+    setting: str
     seconds: float
     error: float
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """One method's marks, from its coarsest setting to its finest."""
+    """One method's marks, from its coarsest setting to its finest; `setting` says what is set."""
 
     method: str
+    setting: str
     marks: tuple[Mark, ...]
 
 
@@ -35,7 +36,8 @@ class Panel:
 class WorkPrecision:
     """All panels of a scene.
 
-    `methods` names all, in the order of their looks; `notes` say which methods or settings are not drawn, and why.
+    `methods` names all, in the order of their looks; `notes` say against what errors are, on what machine times were
+    taken, and which methods or settings are not drawn, and why.
     """
 
     title: str

@@ -40,8 +40,8 @@ class Recording:
 def trajectory_of(recording: Recording) -> xarray.Dataset:
     """Sample the motion every half millisecond and at both ends of every step.
 
-    Both ends: at an event two samples share one time, and jumps in force and gains stay sharp. Between them position
-    and velocity follow the quintic of position, velocity and acceleration at a step's ends, integrals the cubic.
+    Both ends: at an event two samples share one time, and jumps in force and gains stay sharp. Between them position,
+    velocity and acceleration follow the quintic of all three at a step's ends, integrals the cubic.
     """
     import xarray
 
@@ -59,13 +59,12 @@ def trajectory_of(recording: Recording) -> xarray.Dataset:
             _interpolated(trace[step], share, length[step], place, size),
             {"units": unit, "long_name": meaning},
         )
-    acceleration = _blend(trace[step], share, V_BODY, size)
     dataset = xarray.Dataset(
         {
             **columns,
             "body_acceleration": (
                 "time",
-                acceleration,
+                _acceleration(trace[step], share, length[step], X_BODY, size),
                 {"units": "m/s^2", "long_name": "acceleration of the body, up positive"},
             ),
             "mode": (
@@ -96,9 +95,7 @@ def _interpolated(steps: Row, share: Row, length: Row, place: int, size: int) ->
     y0, r0, y1, r1 = (steps[:, 4 + block * size + place] for block in range(4))
     if place in (X_BODY, X_FOOT, V_BODY, V_FOOT):
         x = place if place in (X_BODY, X_FOOT) else place - 1
-        x0, v0, x1, v1 = (steps[:, 4 + block * size + x] for block in range(4))
-        a0, a1 = steps[:, 4 + size + x + 1], steps[:, 4 + 3 * size + x + 1]
-        c = _quintic(x0, v0 * length, a0 * length**2, x1, v1 * length, a1 * length**2)
+        c = _quintic_of(steps, length, x, size)
         if place == x:
             return np.asarray(sum(c[power] * share**power for power in range(6)))
         return np.asarray(sum(power * c[power] * share ** (power - 1) for power in range(1, 6)) / length)
@@ -107,10 +104,14 @@ def _interpolated(steps: Row, share: Row, length: Row, place: int, size: int) ->
     return np.asarray(y0 + share * (d0 + share * (3 * difference - 2 * d0 - d1 + share * (d0 + d1 - 2 * difference))))
 
 
-def _quintic(x0: Row, v0: Row, a0: Row, x1: Row, v1: Row, a1: Row) -> tuple[Row, ...]:
-    d, e, f = x1 - x0 - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
-    return x0, v0, 0.5 * a0, 10 * d - 4 * e + 0.5 * f, -15 * d + 7 * e - f, 6 * d - 3 * e + 0.5 * f
+def _acceleration(steps: Row, share: Row, length: Row, x: int, size: int) -> Row:
+    c = _quintic_of(steps, length, x, size)
+    return np.asarray(sum(power * (power - 1) * c[power] * share ** (power - 2) for power in range(2, 6)) / length**2)
 
 
-def _blend(steps: Row, share: Row, place: int, size: int) -> Row:
-    return np.asarray((1 - share) * steps[:, 4 + size + place] + share * steps[:, 4 + 3 * size + place])
+def _quintic_of(steps: Row, length: Row, x: int, size: int) -> tuple[Row, ...]:
+    """Coefficients, by powers of the share of a step, of the height at place `x`."""
+    x0, v0, x1, v1 = (steps[:, 4 + block * size + x] for block in range(4))
+    a0, a1 = (steps[:, 4 + block * size + x + 1] * length**2 for block in (1, 3))
+    d, e, f = x1 - x0 - v0 * length - 0.5 * a0, (v1 - v0) * length - a0, a1 - a0
+    return x0, v0 * length, 0.5 * a0, 10 * d - 4 * e + 0.5 * f, -15 * d + 7 * e - f, 6 * d - 3 * e + 0.5 * f

@@ -18,7 +18,7 @@ from reports.prediction_sentences import verdict_text
 from reports.tables.predictions import LEGEND, level_text_of, title_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Table
-from reports.wording import sentence_start
+from reports.wording import list_text, sentence_start
 
 _TABLES = {
     "predicted_joules": title_text(PredictedQuantity.JOULES),
@@ -56,13 +56,24 @@ def compare_predictions(book: Book, where: str | None, step: Callable[[str], Non
 
 
 def as_lines(compared: ComparedPredictions) -> list[str]:
-    """Return the tables for people, under their captions."""
-    lines = []
+    """Return the tables for people, under their captions, and above them what is not simulated."""
+    lines = _not_simulated(compared.content)
     for name, title in _TABLES.items():
         table = TABLES[name].make(compared.content)
         if table.rows:
             lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
     return [_plain(line) for line in (*lines, sentence_start(LEGEND), "", verdict_text(compared.content))]
+
+
+def _not_simulated(content: ReportContent) -> list[str]:
+    if not content.predictions.unmapped:
+        return []
+    factors = list_text(content.predictions.unmapped)
+    return [
+        f"Not simulated: {factors}, for which [simulation] of labbook.toml names no parameter. "
+        "Conditions that differ in nothing else have the same prediction, and savings between them are predicted as 0.",
+        "",
+    ]
 
 
 def as_data(compared: ComparedPredictions) -> dict[str, Any]:

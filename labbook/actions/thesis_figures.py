@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from labbook.presenting.thesis_figures import THESIS_FIGURES, ThesisFigure
 from reports.figures.kind import pdf_bytes, svg_bytes
 from reports.figures.style import publication_style
 from reports.tables.as_csv import csv_bytes
-from simulator.claims import Finding, findings
+from simulator.claims import Finding, claims, findings
 from simulator.figures_data.thesis_figures import ThesisFigures
 
 PNG_DOTS_PER_IN = 300
@@ -31,16 +31,25 @@ class WrittenFigure:
 
 @dataclass(frozen=True, slots=True)
 class WrittenThesis:
-    """What was written: figures, the file of their captions, and the claims with their files where there are any."""
+    """What was written: figures, the file of captions, and the claims with their files where there are any.
+
+    `kept` are figures that the folder held before: captions and claims are about them, too. `claims_in_all`: how many
+    claims there are about all figures.
+    """
 
     figures: tuple[WrittenFigure, ...]
+    kept: tuple[WrittenFigure, ...]
     captions: Path
     findings: tuple[Finding, ...]
     tables: tuple[Path, ...]
+    claims_in_all: int
 
 
 def write_thesis_figures(folder: Path, form: str, only: Sequence[str], step: Callable[[str], None]) -> WrittenThesis:
-    """Simulate, draw and write the figures of these numbers (all without any), and judge the claims about them."""
+    """Simulate, draw and write the figures of these numbers (all without any), and judge the claims about them.
+
+    Captions and claims cover what the folder then holds: figures of an earlier call, too.
+    """
     if form not in FORMATS:
         raise unknown_name("format", form, FORMATS)
     for number in only:
@@ -53,18 +62,33 @@ def write_thesis_figures(folder: Path, form: str, only: Sequence[str], step: Cal
     data = ThesisFigures()
     written = []
     for figure in chosen:
-        file = folder / f"thesis_{figure.number.replace('.', '_')}_{figure.name}.{form}"
+        file = folder / _file_name(figure, form)
         _save(figure.draw(data), file)
         written.append(WrittenFigure(figure, file))
         step(f"figure {figure.number}")
+    kept = tuple(_kept(folder, chosen))
+    shown = sorted((*written, *kept), key=lambda item: list(THESIS_FIGURES).index(item.figure.number))
     captions = folder / "figures.md"
-    captions.write_text(_captions(written, data), encoding="utf-8")
-    found = findings(data, only or None)
+    captions.write_text(_captions(shown, data), encoding="utf-8")
+    found = findings(data, [item.figure.number for item in shown])
     step("claims")
     tables = (folder / "claims.csv", folder / "claims.md") if found else ()
     for path, content in zip(tables, (csv_bytes(claims_table(found)), claims_markdown(found).encode()), strict=False):
         path.write_bytes(content)
-    return WrittenThesis(tuple(written), captions, found, tables)
+    return WrittenThesis(tuple(written), kept, captions, found, tables, len(claims()))
+
+
+def _file_name(figure: ThesisFigure, form: str) -> str:
+    return f"thesis_{figure.number.replace('.', '_')}_{figure.name}.{form}"
+
+
+def _kept(folder: Path, drawn: Sequence[ThesisFigure]) -> Iterator[WrittenFigure]:
+    """Yield the other figures that the folder holds, each in one of its forms."""
+    for figure in THESIS_FIGURES.values():
+        files = [folder / _file_name(figure, form) for form in FORMATS]
+        file = next((file for file in files if file.exists()), None)
+        if figure not in drawn and file is not None:
+            yield WrittenFigure(figure, file)
 
 
 def _save(figure: Figure, file: Path) -> None:

@@ -50,6 +50,7 @@ app = typer.Typer(
     help="The lab notebook of a robotics lab that counts: raw instrument files in, a traceable report out.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
+    rich_markup_mode="markdown",
     context_settings={"help_option_names": ["-h", "--help"]},
     epilog="Every command takes --debug, which shows where an error arose.",
 )

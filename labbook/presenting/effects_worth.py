@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from data_schema.vocabulary import Undefined
+from labbook.presenting.durations import time_text
 from simulator.scene import Scene
+from simulator.worth.interpreted import STEPS_MORE
 from simulator.worth.kernel_time import KernelTime
 from simulator.worth.leaving_out import LeftOut
 from simulator.worth.measure import Worth
@@ -14,6 +16,7 @@ from simulator.worth.together import OUTPUTS, worst_together
 
 FLAG = "*"
 NOTHING = "-"
+STEP_LIMIT = "step_limit"
 _ILL_CONDITIONED = "is ill-conditioned, and less accurate than asked for: see labbook sim run."
 
 
@@ -62,9 +65,12 @@ def footnotes(worth: Worth) -> list[str]:
     flagged = any(item.outputs.ill_conditioned for item in (*worth.alone.values(), *worth.pairs.values()))
     together = "most together with: without both the change is this, not that of both factors multiplied."
     mark = f"{FLAG} an ill-conditioned jump: labbook sim run shows what it hangs on."
+    given_up = any(item.outputs.outcome == STEP_LIMIT for item in (*worth.alone.values(), *worth.pairs.values()))
+    limit = f"{STEP_LIMIT}: given up after {STEPS_MORE} times the steps of a jump with all effects."
     return [
         *([together] if any(worst_together(worth, name) for name in worth.alone) else []),
         *([mark] if flagged else []),
+        *([limit] if given_up else []),
         *(f"{name} stays: {sentence}" for name, sentence in worth.needed.items()),
     ]
 
@@ -104,7 +110,7 @@ def time_lines(full: KernelTime, smallest: KernelTime) -> list[str]:
     ratio = smallest.time_per_jump_s / full.time_per_jump_s
     how = "" if full.compiled else " in plain Python (NUMBA_DISABLE_JIT is set)"
     jump, ready = [
-        f"{_seconds(first)} with all effects and {_seconds(second)} with these"
+        f"{time_text(first)} with all effects and {time_text(second)} with these"
         for first, second in (
             (full.time_per_jump_s, smallest.time_per_jump_s),
             (full.compile_time_s, smallest.compile_time_s),
@@ -184,10 +190,3 @@ def _digits(value: float, sign: str = "-") -> str:
 
 def _metres(value: float | None) -> str:
     return "none" if value is None else f"{value:.5g} m"
-
-
-def _seconds(value: float) -> str:
-    for unit, factor in (("s", 1.0), ("ms", 1e3)):
-        if value * factor >= 1.0:
-            return f"{value * factor:.3g} {unit}"
-    return f"{value * 1e6:.3g} µs"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+from labbook.presenting.durations import time_text
 from simulator.sweep.outputs import OUTPUTS
 from simulator.sweep.run import Finished
 
@@ -12,7 +13,7 @@ from simulator.sweep.run import Finished
 def sweep_data(done: Finished) -> dict[str, Any]:
     """Return what a sweep made, for JSON; `jump_time_us` is None where no jump was simulated now."""
     scene, chunks = done.sweep.scene, done.sweep.chunks
-    simulated = _simulated_jumps(done)
+    simulated = done.rows_simulated * scene.jumps
     return {
         "out": str(done.out),
         "scene": scene.name,
@@ -49,23 +50,17 @@ def sweep_lines(done: Finished) -> list[str]:
 
 
 def _how(done: Finished) -> str:
-    simulated, before = _simulated_jumps(done), done.chunks_before
+    simulated = done.rows_simulated * done.sweep.scene.jumps
     if not simulated:
         return "nothing was left to simulate."
-    kept = f"; {before} of {done.sweep.chunks.count} chunks were there from before" if before else ""
+    jumps = math.prod(done.sweep.dims.values())
+    kept = f"; {jumps - simulated} of {jumps} jumps were there from before" if simulated < jumps else ""
     return (
-        f"{done.compute_time_s:.3g} s, {1e6 * done.compute_time_s / simulated:.3g} us a jump, for a relative error of "
-        f"{done.sweep.accuracy:g}; {done.write_time_s:.2g} s for the file, after {done.compile_time_s:.2g} s of "
+        f"{time_text(done.compute_time_s)}, {time_text(done.compute_time_s / simulated)} a jump, for a relative error "
+        f"of {done.sweep.accuracy:g}; {done.write_time_s:.2g} s for the file, after {done.compile_time_s:.2g} s of "
         f"compiling{kept}."
     )
 
 
 def _opener(done: Finished) -> str:
     return "open_zarr" if done.out.suffix == ".zarr" else "open_dataset"
-
-
-def _simulated_jumps(done: Finished) -> int:
-    """Return how many jumps this run simulated; the last chunk counts as whole."""
-    chunks = done.sweep.chunks
-    rows = min(chunks.rows, (chunks.count - done.chunks_before) * chunks.rows_each)
-    return rows * done.sweep.scene.jumps

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +13,18 @@ from simulator.basics import GRAVITY_M_S2
 from simulator.kernel.layout import FLIGHT, MODES
 from simulator.result import SceneResult
 from simulator.scene import Scene
+
+MODE_NAMES: Mapping[str, Mapping[str, str]] = {
+    "emulated_ground": {
+        "intruding": "platform yields",
+        "jammed": "platform held",
+        "carried": "platform carries the foot up",
+    },
+    "rigid_ground": {"jammed": "stands"},
+}
+"""What a contact mode is called on grounds that are no grains."""
+_FOOT_DRAWN_M = 0.03
+"""Radius of the foot as it is drawn where the scene gives none: only grains read it."""
 
 
 def trajectory_of(result: SceneResult) -> Trajectory:
@@ -40,20 +53,26 @@ def trajectory_of(result: SceneResult) -> Trajectory:
         foot_height_m=foot_m,
         leg_force_n=scene["body_mass"] * (acceleration_m_s2 + GRAVITY_M_S2),
         ground_height_m=_ground_m(scene, time_s, foot_m, modes == FLIGHT),
-        leg=LegDrawing(scene["upper_link"], scene["lower_link"], scene.values["foot_radius"].value),
-        spans=_spans(time_s, modes),
+        leg=LegDrawing(
+            scene["upper_link"],
+            scene["lower_link"],
+            scene["foot_radius"] if "foot_radius" in scene.values else _FOOT_DRAWN_M,
+        ),
+        spans=_spans(scene, time_s, modes),
         marks=tuple(marks),
     )
 
 
-def _spans(time_s: FloatArray, modes: np.ndarray[tuple[int], np.dtype[np.int64]]) -> tuple[ModeSpan, ...]:
+def _spans(scene: Scene, time_s: FloatArray, modes: np.ndarray[tuple[int], np.dtype[np.int64]]) -> tuple[ModeSpan, ...]:
+    names = next((names for ground, names in MODE_NAMES.items() if ground in scene.effects), {})
     changes = np.flatnonzero(np.diff(modes)) + 1
     edges = [0, *changes.tolist(), len(modes) - 1]
-    return tuple(
-        ModeSpan(float(time_s[first]), float(time_s[last]), MODES[int(modes[first])])
+    spans = (
+        (float(time_s[first]), float(time_s[last]), MODES[int(modes[first])])
         for first, last in pairwise(edges)
         if time_s[last] > time_s[first]
     )
+    return tuple(ModeSpan(start, end, mode, names.get(mode, mode)) for start, end, mode in spans)
 
 
 def _ground_m(

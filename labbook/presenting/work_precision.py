@@ -6,6 +6,9 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
+from labbook.presenting.durations import time_text
+from labbook.presenting.machine import processor
+from reports.wording import sentence_start
 from reports.work_precision import Curve, Mark, Panel, WorkPrecision
 from simulator.accuracy.advice import COST, GOALS, Need, needs
 from simulator.accuracy.methods import LABBOOK
@@ -20,8 +23,6 @@ TITLES = {
 }
 SENSITIVE = 1e-9
 """A floor above this is worth a sentence: the scene is sensitive to the last bits of its parameters."""
-
-_UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"))
 
 
 def as_data(study: AccuracyStudy) -> dict[str, Any]:
@@ -63,6 +64,7 @@ def as_lines(study: AccuracyStudy) -> list[str]:
         f"{scene.name}: {scene.title}",
         f"errors are relative{which}, against: {reference.source}.",
         _floor_line(study),
+        _times(),
         "",
         *_table(study),
         "",
@@ -77,17 +79,26 @@ def work_precision_of(study: AccuracyStudy) -> WorkPrecision:
     for name, title in TITLES.items():
         lowest = floor[name]
         if lowest is not None and math.isfinite(lowest):
-            curves = tuple(Curve(series.method, marks) for series in study.series if (marks := _marks(series, name)))
+            curves = tuple(
+                Curve(series.method, series.setting, marks)
+                for series in study.series
+                if (marks := _marks(series, name))
+            )
             panels.append(Panel(title, lowest, curves))
     which = f", jump {scene.jumps}" if scene.jumps > 1 else ""
     title, methods = f"{scene.name}{which}: {scene.title}", tuple(series.method for series in study.series)
-    return WorkPrecision(title, methods, tuple(panels), tuple(_not_drawn(study)))
+    notes = (f"Errors are against: {study.reference.source}.", sentence_start(_times()), *_not_drawn(study))
+    return WorkPrecision(title, methods, tuple(panels), notes)
+
+
+def _times() -> str:
+    return f"times are of one run, on one core of: {processor()}."
 
 
 def _marks(series: Series, output: str) -> tuple[Mark, ...]:
     found = ((point, (point.errors or {}).get(output)) for point in series.points if not point.failure)
     return tuple(
-        Mark(point.setting, point.seconds, error)
+        Mark(plain_number(point.setting), point.seconds, error)
         for point, error in found
         if error is not None and math.isfinite(error) and error > 0.0
     )
@@ -177,12 +188,6 @@ def plain_number(value: float) -> str:
     mantissa, exponent = f"{value:e}".split("e")
     short = f"{float(mantissa):g}e{int(exponent)}"
     return short if len(short) <= len(f"{value:g}") else f"{value:g}"
-
-
-def time_text(seconds: float) -> str:
-    """Return a time with the unit that suits it, to three digits."""
-    size, unit = next(((size, unit) for size, unit in _UNITS if seconds >= size), _UNITS[-1])
-    return f"{seconds / size:.3g} {unit}"
 
 
 def _point_data(point: Point) -> dict[str, Any]:

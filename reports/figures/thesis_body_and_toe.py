@@ -11,7 +11,8 @@ from reports.thesis_content import TwoPaths
 CAPTION = (
     "Body and toe of one jump. Both controllers are one until the leg switches to its stiff extension; then "
     "compression-extension drives the toe further into the ground than active damping does. Heights are above the "
-    "undisturbed ground; dots mark lift-off."
+    "undisturbed ground; dots mark lift-off. After it the toe may dip by up to a millimetre below the print that it "
+    "has left: the leg's soft gains press it down for an instant, and contact is looked for only once it has risen."
 )
 
 

@@ -26,7 +26,7 @@ from reports.figures.style import (
 from reports.trajectory import Trajectory
 
 MODE_COLOURS = {"intruding": ORANGE, "jammed": SKY, "creeping": PURPLE, "carried": GREEN}
-"""Bands behind the lines; flight has none."""
+"""Bands behind the lines, by mode; flight has none."""
 
 _BAND_ALPHA = 0.25
 _MARK_STYLES = ("--", "-.", ":")
@@ -64,7 +64,7 @@ def draw_trajectory(trajectory: Trajectory, width_in: float = TWO_COLUMNS_IN) ->
 def _draw_bands(axes: Axes, trajectory: Trajectory) -> None:
     for mode, colour in MODE_COLOURS.items():
         for index, span in enumerate(span for span in trajectory.spans if span.mode == mode):
-            label = "" if index else mode
+            label = "" if index else span.name
             axes.axvspan(span.start_s, span.end_s, color=colour, alpha=_BAND_ALPHA, linewidth=0, label=label, zorder=0)
 
 

@@ -30,6 +30,8 @@ OWN_METHOD = "labbook"
 _LOOKS = ((VERMILLION, "s"), (SKY, "^"), (BLUE, "D"), (GREEN, "v"))
 _UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"))
 _FLOOR_NAME = "round-off: nothing is claimed"
+_LINE = 0.045
+"""Height of a setting's text, as a part of that axis."""
 _ROOM = 3.0
 """Factor by which the axis of errors reaches past what is drawn."""
 
@@ -89,6 +91,8 @@ def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, tuple[str, str]], lim
     axes.axhspan(limits[0], panel.floor, color=PALE, linewidth=0, zorder=0)
     for curve in panel.curves:
         _draw_curve(axes, curve, *looks[curve.method])
+        if curve.method == OWN_METHOD:
+            _write_settings(axes, curve, limits)
     axes.set_ylim(*limits)
     axes.set_title(panel.output, fontsize=7, loc="left")
     axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _place: _time(value)))
@@ -108,9 +112,29 @@ def _draw_curve(axes: Axes, curve: Curve, colour: str, mark: str) -> None:
         marker=mark,
         markersize=3.4 if own else 2.8,
         linewidth=1.4 if own else 0.9,
-        label=curve.method,
+        label=f"{curve.method} (beside its marks: {curve.setting})" if own else curve.method,
         zorder=3 if own else 2,
     )
+
+
+def _write_settings(axes: Axes, curve: Curve, limits: tuple[float, float]) -> None:
+    """Write the settings beside their marks, but not one over another."""
+    line = _LINE * math.log(limits[1] / limits[0])
+    written = [math.inf]
+    for found in curve.marks:
+        height = math.log(found.error)
+        if min(abs(height - other) for other in written) < line:
+            continue
+        written.append(height)
+        axes.annotate(
+            found.setting,
+            (found.seconds, found.error),
+            xytext=(-4, -2),
+            textcoords="offset points",
+            horizontalalignment="right",
+            fontsize=5,
+            zorder=4,
+        )
 
 
 def _time(seconds: float) -> str:

@@ -71,6 +71,8 @@ def connected(address: str) -> Iterator[Cluster]:
     """Connect to the scheduler at an address such as tcp://127.0.0.1:8786; raises `UsageError` where there is none."""
     distributed = optional("distributed", "--scheduler")
     try:
+        # a client that fails on this by itself is closed as Python ends, and complains then of a loop that has gone
+        distributed.comm.get_address_host_port(address)
         client = distributed.Client(address, timeout=CONNECT_WITHIN_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise UsageError(

@@ -25,13 +25,15 @@ from simulator.sweep.sweep import Sweep
 class Finished:
     """A sweep that is done. `chunks_before` of its chunks were done by earlier runs; all where the file was there.
 
-    `compute_time_s`: simulating and keeping the chunks; `write_time_s`: making the file of them.
+    `rows_simulated`: how many scenes this run simulated. `compute_time_s`: simulating and keeping the chunks;
+    `write_time_s`: making the file of them.
     """
 
     out: Path
     sweep: Sweep
     summary: Summary
     chunks_before: int
+    rows_simulated: int = 0
     compile_time_s: float = 0.0
     compute_time_s: float = 0.0
     write_time_s: float = 0.0
@@ -69,8 +71,16 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
         sync(out.parent)
         remove_parts(parts.folder)
         written = time.perf_counter()
+    bounds = [chunks.bounds(number) for number in missing]
     return Finished(
-        out, sweep, summary, chunks.count - len(missing), compile_time_s, computed - started, written - computed
+        out,
+        sweep,
+        summary,
+        chunks_before=chunks.count - len(missing),
+        rows_simulated=sum(stop - start for start, stop in bounds),
+        compile_time_s=compile_time_s,
+        compute_time_s=computed - started,
+        write_time_s=written - computed,
     )
 
 

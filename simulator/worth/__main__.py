@@ -16,7 +16,9 @@ def main() -> None:
     scene = parse_scene(request["scene"], request["name"])
     with np.errstate(all="ignore"):  # as compiled code, which has infinities and no warnings
         for line in sys.stdin:
-            outputs = outputs_of(scene.changed(effects_off=json.loads(line)), request["accuracy"])
+            asked = json.loads(line)
+            left_out = scene.changed(effects_off=asked["left_out"])
+            outputs = outputs_of(left_out, request["accuracy"], asked["most_steps"])
             print(json.dumps(asdict(outputs)), flush=True)
 
 

@@ -23,16 +23,24 @@ from simulator.worth.outputs import Outputs, outputs_of
 
 OutputsWithout = Callable[[frozenset[str]], Outputs]
 """What a scene gives without these effects."""
+STEPS_MORE = 30
+"""Times the steps of a jump with all effects after which one without some of them is given up. What chatters without
+the controller's clock takes thousands of times as many; shipped scenes without one or two effects at most twice as
+many."""
 PATIENCE_S = 30.0
 """A jump that takes longer in plain Python has very many steps, and is worth compiling."""
 
 
 @contextlib.contextmanager
-def interpreted(scene: Scene, accuracy: float, patience_s: float = PATIENCE_S) -> Iterator[OutputsWithout]:
+def interpreted(
+    scene: Scene, accuracy: float, patience_s: float = PATIENCE_S, steps_more: int = STEPS_MORE
+) -> Iterator[OutputsWithout]:
     """Yield the function that simulates the scene without some of its effects; each set is simulated once.
 
     What is left out must leave a scene that can be simulated. A set that takes longer than `patience_s` in plain
-    Python is compiled after all. The other process ends with the block, at once.
+    Python is compiled after all; a jump that takes `steps_more` times the steps of any with all effects ends in
+    `step_limit`.
+    The other process ends with the block, at once.
     """
     request = json.dumps({"scene": write_scene(scene), "name": scene.name, "accuracy": accuracy})
     with contextlib.ExitStack() as stack:
@@ -40,13 +48,14 @@ def interpreted(scene: Scene, accuracy: float, patience_s: float = PATIENCE_S) -
 
         @cache
         def outputs(left_out: frozenset[str]) -> Outputs:
+            most_steps = steps_more * outputs(frozenset()).most_steps if left_out else None
             if not running:
                 running.append(stack.enter_context(_interpreter(request)))
-            found = running[0].ask(left_out, patience_s)
+            found = running[0].ask(left_out, most_steps, patience_s)
             if found is not None:
                 return found
             running.clear()
-            return outputs_of(scene.changed(effects_off=left_out), accuracy)
+            return outputs_of(scene.changed(effects_off=left_out), accuracy, most_steps)
 
         yield outputs
 
@@ -63,9 +72,9 @@ class _Interpreter:
             questions.write(line + "\n")
             questions.flush()
 
-    def ask(self, left_out: frozenset[str], patience_s: float) -> Outputs | None:
+    def ask(self, left_out: frozenset[str], most_steps: int | None, patience_s: float) -> Outputs | None:
         """Return what the process answers in time; without an answer, None, and the process has ended."""
-        self.send(json.dumps(sorted(left_out)))
+        self.send(json.dumps({"left_out": sorted(left_out), "most_steps": most_steps}))
         answers = cast(IO[str], self.process.stdout)
         try:
             answer = self.waiting.submit(answers.readline).result(patience_s)

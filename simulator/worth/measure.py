@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import combinations
 
+from data_schema.errors import UsageError
 from simulator.scene import Scene
 from simulator.worth.interpreted import interpreted
 from simulator.worth.leaving_out import LeavingOut, LeftOut, in_order, refusal
@@ -60,10 +61,12 @@ def worth_of_effects(
     """Leave out each effect, and each two, and search the smallest set within the tolerance.
 
     The set is within it in the last jump that is measured and in the last that is checked. `step` is told of each set
-    of `sets_to_leave_out` when it was simulated, and then once when the search has ended.
+    of `sets_to_leave_out` when it was simulated, and then once when the search has ended. Raises `UsageError` for a
+    scene that does not come to an apex.
     """
     measured = measured_scene(scene)
     with _leaving_out(measured, accuracy) as leaving_out:
+        _check_jumps(scene, leaving_out.full)
         found: list[LeftOut] = []
         for left_out in sets_to_leave_out(measured):
             found.append(leaving_out.measure(left_out))
@@ -96,6 +99,14 @@ def worth_of_effects(
 def _leaving_out(scene: Scene, accuracy: float) -> Iterator[LeavingOut]:
     with interpreted(scene, accuracy) as outputs:
         yield LeavingOut(scene, outputs)
+
+
+def _check_jumps(scene: Scene, full: Outputs) -> None:
+    if full.apex_height_m is None:
+        raise UsageError(
+            f"jump {full.jumps} of {scene.name} ends in {full.outcome}, before an apex, so that there is no jump for "
+            "an effect to change: set other values until the robot jumps."
+        )
 
 
 def _smallest(

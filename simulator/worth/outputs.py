@@ -5,14 +5,23 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from data_schema.vocabulary import Undefined
-from simulator.jump import simulate
+from simulator.kernel.layout import OUTCOMES
+from simulator.kernel.limits import MOST_STEPS
 from simulator.scene import Scene
+from simulator.sweep.chunks import recipe_for, simulate_rows
+from simulator.sweep.design import Grid
+from simulator.sweep.outputs import PLACE
 
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """What a scene's last jump gives, how it ended, and how many jumps there were until then."""
+    """What a scene's last jump gives, how it ended, and how many jumps there were until then.
+
+    `most_steps` is the number of steps of the jump that took the most.
+    """
 
     outcome: str
     jumps: int
@@ -21,6 +30,7 @@ class Outputs:
     max_depth_m: float
     rhs_evaluations: int
     ill_conditioned: bool
+    most_steps: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,18 +56,26 @@ class Difference:
         return self.largest <= tolerance
 
 
-def outputs_of(scene: Scene, accuracy: float) -> Outputs:
-    """Simulate a scene and return the outputs of its last jump."""
-    result = simulate(scene, accuracy)
-    jump = result.jump
+def outputs_of(scene: Scene, accuracy: float, most_steps: int | None = None) -> Outputs:
+    """Simulate a scene and return the outputs of its last jump.
+
+    A jump of more than `most_steps` is given up and ends in `step_limit`; None leaves the simulator's own limit.
+    """
+    recipe = recipe_for(scene, Grid(()), accuracy)
+    if most_steps is not None:
+        recipe.limits[MOST_STEPS] = most_steps
+    ((*jumps,),) = simulate_rows(recipe, np.zeros((1, 0)))
+    made = [dict(zip(PLACE, jump.tolist(), strict=True)) for jump in jumps if jump[PLACE["outcome"]] >= 0.0]
+    last = made[-1]
     return Outputs(
-        outcome=jump.outcome,
-        jumps=len(result.jumps),
-        cost_J=jump.cost_J,
-        apex_height_m=jump.apex_height_m,
-        max_depth_m=jump.max_depth_m,
-        rhs_evaluations=jump.rhs_evaluations,
-        ill_conditioned=any(item.ill_conditioned for item in result.jumps),
+        outcome=OUTCOMES[int(last["outcome"])],
+        jumps=len(made),
+        cost_J=last["cost_J"],
+        apex_height_m=None if math.isnan(last["apex_height_m"]) else last["apex_height_m"],
+        max_depth_m=last["max_depth_m"],
+        rhs_evaluations=int(last["rhs_evaluations"]),
+        ill_conditioned=any(jump["ill_conditioned"] for jump in made),
+        most_steps=int(max(jump["steps"] for jump in made)),
     )
 
 

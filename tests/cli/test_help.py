@@ -40,6 +40,19 @@ def test_help_fits_80_columns_and_explains_everything(words: tuple[str, ...], co
         assert f"Example: labbook {' '.join(words)}" in " ".join(shown.split())
 
 
+@pytest.mark.parametrize(("words", "command"), ALL, ids=ids(ALL))
+def test_help_shows_every_word_that_was_written(words: tuple[str, ...], command: Any, tmp_path: Path) -> None:
+    """Nothing is taken for markup: neither [simulation] nor COUNT[:log]."""
+    shown = bare(good(labbook(*words, "--help", at=tmp_path)).out)
+    for written in [command.help, *(parameter.help for parameter in command.params if parameter.help)]:
+        assert bare(written) in shown
+
+
+def bare(text: str) -> str:
+    """Letters and signs alone: without the frames, the breaks of lines and the signs of code."""
+    return re.sub(r"[\s`\u2500-\u257f]", "", text)
+
+
 @pytest.mark.parametrize(("words", "command"), COMMANDS, ids=ids(COMMANDS))
 def test_every_command_speaks_json(words: tuple[str, ...], command: Any) -> None:
     assert "--json" in [option for parameter in command.params for option in parameter.opts]

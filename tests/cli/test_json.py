@@ -49,6 +49,7 @@ ELSEWHERE = {
     "sim effects": "tests/cli/test_sim_effects.py",
     "sim accuracy": "tests/cli/test_sim_accuracy.py",
     "sim figures": "tests/cli/test_sim_figures.py",
+    "sim parts": "tests/cli/test_sim_parts.py",
     "sim published": "tests/cli/test_sim_published.py",
 }
 

@@ -89,6 +89,7 @@ def test_what_a_run_says_of_the_effects_it_left_out(tmp_path: Path) -> None:
         (["effects", "--scene", "sim2", "--effects", "auto"], "leave auto out of --effects"),
         (["effects", "--scene", "sim2", "--effects", "+dragg"], "did you mean 'drag'?"),
         (["effects"], "--scene"),
+        (["effects", "--scene", "sim2", "--set", "k_extension=100"], "ends in no_liftoff, before an apex"),
         (["run", "--scene", "sim2", "--effects", "auto"], "add --within"),
         (["run", "--scene", "sim2", "--within", "1%"], "add --effects auto"),
         (["run", "--scene", "sim2", "--effects", "+drag", "--within", "1%"], "add --effects auto"),

@@ -85,7 +85,6 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
         (["--over", "b_ad=0:1", "--sobol", "0", "--out", "a.nc"], "sweep 1 to"),
         (["--over", "b_ad=0,1", "--accuracy", "0", "--out", "a.nc"], "accuracy"),
         (["--over", "b_ad=0,1", "--out", "none/a.nc"], "there is no folder none"),
-        (["--over", "b_ad=0,1", "--scheduler", "nowhere", "--out", "a.nc"], "no Dask scheduler answers at nowhere"),
     ],
 )
 def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:
@@ -105,3 +104,10 @@ def test_in_a_process_of_its_own(tmp_path: Path) -> None:
     answer = process("sim", "sweep", "--scene", "sim2", *words, "--out", "one.nc", "--json", at=tmp_path)
     assert good(answer).json["outcomes"] == here["outcomes"]
     assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "here.nc").read_bytes()
+
+
+@pytest.mark.parametrize("address", ["foo", "http://127.0.0.1:8786"])
+def test_no_address_of_a_scheduler_is_refused_to_the_last_line(address: str, tmp_path: Path) -> None:
+    """In a process of its own: what a client leaves behind is told as Python ends."""
+    words = ("--scene", "sim2", "--over", "b_ad=0,1", "--out", "a.nc", "--scheduler", address)
+    refused(process("sim", "sweep", *words, at=tmp_path), 2, f"no Dask scheduler answers at {address}")

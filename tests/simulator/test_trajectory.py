@@ -9,6 +9,7 @@ import pint
 import pytest
 import xarray as xr
 
+from simulator.basics import GRAVITY_M_S2
 from simulator.jump import simulate
 from simulator.kernel.layout import MODES
 from simulator.result import SceneResult
@@ -111,3 +112,16 @@ def test_velocities_are_the_derivatives_of_heights(motion: xr.Dataset) -> None:
         # within a step; from one jump to the next an impact stops the foot
         same = motion["jump"].values[inside] == motion["jump"].values[inside + 1]
         np.testing.assert_allclose(slope[same], mean[same], atol=5e-3)
+
+
+def test_in_flight_the_force_is_that_of_spring_and_damper_between_the_steps_too() -> None:
+    """Steps of flight are ten milliseconds long: what is drawn between their ends is no straight line."""
+    scene = load_scene("sim2")
+    motion = simulate(scene, 1e-6, trajectory=True).trajectory
+    assert motion is not None
+    flight = motion.isel(time=motion["mode"].values == MODES.index("flight"))
+    force_n = scene["body_mass"] * (flight["body_acceleration"].values + GRAVITY_M_S2)
+    stretch_m = scene["rest_length"] - flight["leg_length"].values
+    speed_m_s = flight["foot_velocity"].values - flight["body_velocity"].values
+    held_n = scene["k_extension"] * stretch_m + scene["b_extension"] * speed_m_s
+    assert np.abs(force_n - held_n).max() < 1e-3 * np.abs(force_n).max()

@@ -20,7 +20,11 @@ def accuracy(
     ],
     sets: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="A parameter in SI units, flight, gain or jumps; repeatable."),
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A parameter in SI units, or gain, flight, jumps, ...: see `labbook sim parts`; repeatable.",
+        ),
     ] = None,
     effects: Annotated[
         str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")

@@ -22,7 +22,11 @@ def effects(
     ] = "1%",
     sets: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="A parameter in SI units, flight, gain or jumps; repeatable."),
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A parameter in SI units, or gain, flight, jumps, ...: see `labbook sim parts`; repeatable.",
+        ),
     ] = None,
     switched: Annotated[
         str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off at first: +drag,-added_mass.")

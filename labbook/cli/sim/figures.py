@@ -23,7 +23,8 @@ def figures(
 ) -> None:
     """Reproduce the figures of the thesis's ch. 3, and hold its claims against what the simulation gives.
 
-    Writes one file a figure, figures.md with their captions, and the claims as claims.csv and claims.md.
+    Writes one file a figure, figures.md with the captions, and the claims as claims.csv and claims.md. Captions and
+    claims are about all figures that the folder then holds, also those of an earlier call with other --only.
 
     Example: labbook sim figures --only 3.8 --format pdf --out paper
     """
@@ -40,13 +41,18 @@ def figures(
             {"number": item.figure.number, "title": item.figure.title, "file": str(item.file)}
             for item in written.figures
         ],
+        "kept": [{"number": item.figure.number, "file": str(item.file)} for item in written.kept],
         "captions": str(written.captions),
         "claims": claims_data(written.findings),
         "tables": [str(path) for path in written.tables],
         "agreeing": agreeing,
+        "claims_in_all": written.claims_in_all,
     }
     lines = [f"figure {item.figure.number}: {item.file}" for item in written.figures]
+    lines += [f"figure {item.figure.number}: {item.file}, from before" for item in written.kept]
+    lines.append(f"captions: {written.captions}")
     if rows:
-        lines += ["", *columns(head, rows), "", f"{agreeing} of {len(rows)} claims agree."]
-        lines += [str(path) for path in written.tables]
+        more = f"; without --only {written.claims_in_all} are judged" if len(rows) < written.claims_in_all else ""
+        lines += ["", *columns(head, rows), "", f"{agreeing} of {len(rows)} claims agree{more}."]
+        lines.append(f"what each claim says, and all digits: {' and '.join(map(str, written.tables))}")
     emit(data, lines, as_json)

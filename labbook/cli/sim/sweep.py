@@ -29,7 +29,11 @@ def sweep(
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The result: a .nc file or a .zarr folder.")],
     sets: Annotated[
         list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="A parameter in SI units, flight, gain or jumps; repeatable."),
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A parameter in SI units, or gain, flight, jumps, ...: see `labbook sim parts`; repeatable.",
+        ),
     ] = None,
     effects: Annotated[
         str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")

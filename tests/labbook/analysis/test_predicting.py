@@ -229,6 +229,20 @@ def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reporte
     assert answer.out == good(labbook("compare", at=reported.book.folder)).out
 
 
+def test_a_factor_that_is_not_simulated_is_said_before_any_table(reported: Reported, tmp_path: Path) -> None:
+    book = predicted_book(tmp_path, SIMULATION.replace(', b_ad_gain = "b_ad"', ""))
+    told = good(labbook("compare", "--foot", "small", at=book.folder)).out
+    sentence, *_tables = told.split("\n\n")
+    assert sentence.startswith("Not simulated: ")
+    assert "names no parameter. Conditions that differ in nothing else have the same prediction" in sentence
+    found = good(labbook("compare", "--foot", "small", "--json", at=book.folder)).json
+    (factor,) = found["not_in_scene"]
+    assert factor in sentence
+    savings = [item for item in found["predictions"] if item["quantity"] == "savings"]
+    assert {item["predicted"]["value"] for item in savings} == {0.0}
+    assert "Not simulated" not in good(labbook("compare", at=reported.book.folder)).out
+
+
 def test_a_corrected_robot_makes_its_predictions_stale_and_is_simulated_anew(
     reported: Reported, tmp_path: Path
 ) -> None:

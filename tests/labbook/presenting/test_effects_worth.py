@@ -15,7 +15,7 @@ from simulator.worth.outputs import Difference, Outputs
 from simulator.worth.smallest import Smallest
 
 SCENE = load_scene("sim2")
-FULL = Outputs("touchdown", 1, 30.0, 0.3, 0.07, 1000, False)
+FULL = Outputs("touchdown", 1, 30.0, 0.3, 0.07, 1000, False, 100)
 FOLDED = Undefined("leg_folded")
 
 
@@ -74,6 +74,10 @@ def test_marks_and_missing_rows_are_explained() -> None:
     lines = footnotes(WORTH)
     assert any(line.startswith("* an ill-conditioned jump") for line in lines)
     assert "hydrostatic_stiffness stays: a scene without a ground has nothing to jump on." in lines
+    assert not any(line.startswith("step_limit") for line in lines)
+    slow = replace(ALONE[0], outputs=replace(FULL, outcome="step_limit"))
+    lines = footnotes(replace(WORTH, alone={**WORTH.alone, "motor_heat": slow}))
+    assert "step_limit: given up after 30 times the steps of a jump with all effects." in lines
 
 
 def test_the_verdict() -> None:

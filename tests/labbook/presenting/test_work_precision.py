@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from labbook.presenting.work_precision import as_data, as_lines, plain_number, time_text, work_precision_of
+from labbook.presenting.machine import processor
+from labbook.presenting.work_precision import as_data, as_lines, plain_number, work_precision_of
 from simulator.accuracy.outputs import NAMES
 from simulator.accuracy.reference_of import Reference
 from simulator.accuracy.study import AccuracyStudy, Point, Series
@@ -59,7 +60,12 @@ def test_what_failed_or_is_not_covered_stays_visible() -> None:
     assert "gave up at 0.1 s of a jump" in table
     assert "it knows no sand" in table
     drawn = work_precision_of(study)
-    assert drawn.notes == ("peer at rtol 1e-6: gave up at 0.1 s of a jump.", "absent: it knows no sand.")
+    against, times, *not_drawn = drawn.notes
+    assert against == "Errors are against: a made-up truth."
+    assert times == f"Times are of one run, on one core of: {processor()}."
+    assert times.lower() in table.lower()
+    assert not_drawn == ["peer at rtol 1e-6: gave up at 0.1 s of a jump.", "absent: it knows no sand."]
+    assert [mark.setting for mark in drawn.panels[0].curves[-1].marks] == ["1e-2", "1e-6"]
     assert drawn.methods == ("Euler", "peer", "absent", "labbook")
     assert [len(curve.marks) for curve in drawn.panels[0].curves] == [2, 1, 2]
     data = as_data(study)
@@ -70,10 +76,3 @@ def test_what_failed_or_is_not_covered_stays_visible() -> None:
 @pytest.mark.parametrize(("value", "text"), [(1e-4, "1e-4"), (1e-12, "1e-12"), (0.5, "0.5"), (2.5e-7, "2.5e-7")])
 def test_settings_in_their_shortest_form(value: float, text: str) -> None:
     assert plain_number(value) == text
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"), [(2.0, "2 s"), (0.0123, "12.3 ms"), (65.4e-6, "65.4 µs"), (1e-7, "0.1 µs")]
-)
-def test_times_with_the_unit_that_suits_them(seconds: float, text: str) -> None:
-    assert time_text(seconds) == text

@@ -30,11 +30,11 @@ def trajectory():
         ground_height_m=np.minimum.accumulate(foot),
         leg=LEG,
         spans=(
-            ModeSpan(0.0, 0.05, "intruding"),
-            ModeSpan(0.05, 0.06, "jammed"),
-            ModeSpan(0.06, 0.065, "intruding"),
-            ModeSpan(0.065, 0.08, "jammed"),
-            ModeSpan(0.08, 0.12, "flight"),
+            ModeSpan(0.0, 0.05, "intruding", "platform yields"),
+            ModeSpan(0.05, 0.06, "jammed", "stands"),
+            ModeSpan(0.06, 0.065, "intruding", "platform yields"),
+            ModeSpan(0.065, 0.08, "jammed", "stands"),
+            ModeSpan(0.08, 0.12, "flight", "flight"),
         ),
         marks=(("lift-off", 0.08), ("apex", 0.1)),
     )
@@ -47,7 +47,9 @@ def test_heights_and_force_over_one_time_with_every_mode_named_once(trajectory, 
     assert heights.get_title("left") == "own: one jump"
     assert (heights.get_ylabel(), force.get_ylabel(), force.get_xlabel()) == ("Height (m)", "Leg force (N)", "Time (s)")
     names = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert sorted(names) == sorted(["intruding", "jammed", "body", "foot", "ground", "lift-off", "apex", "leg's push"])
+    assert sorted(names) == sorted(
+        ["platform yields", "stands", "body", "foot", "ground", "lift-off", "apex", "leg's push"]
+    )
     bands = [patch for patch in heights.patches if patch.get_alpha()]
     assert len(bands) == 4  # flight has none
     ElementTree.fromstring(svg_bytes(figure))

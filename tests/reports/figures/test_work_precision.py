@@ -13,7 +13,7 @@ METHODS = ("slow", "quick", "labbook")
 
 def curves(factor):
     return tuple(
-        Curve(name, tuple(Mark(10.0**-n, seconds * n, factor * 100.0**-n) for n in range(1, 5)))
+        Curve(name, "accuracy", tuple(Mark(f"1e-{n}", seconds * n, factor * 100.0**-n) for n in range(1, 5)))
         for name, seconds in zip(METHODS, (1.0, 1e-2, 1e-5), strict=True)
     )
 
@@ -30,11 +30,17 @@ def test_a_panel_an_output_and_every_method_named_once(study, width_in):
     figure = draw_work_precision(study, width_in)
     assert [axes.get_title("left") for axes in figure.axes] == [panel.output for panel in study.panels]
     legend = figure.legends[0]
-    assert [text.get_text() for text in legend.get_texts()] == [*METHODS, "round-off: nothing is claimed"]
+    assert [text.get_text() for text in legend.get_texts()] == [
+        "slow",
+        "quick",
+        "labbook (beside its marks: accuracy)",
+        "round-off: nothing is claimed",
+    ]
     assert "gave up" in legend.get_title().get_text()
     for axes in figure.axes:
         assert (axes.get_xscale(), axes.get_yscale()) == ("log", "log")
         assert len(axes.lines) == len(METHODS)
+        assert [text.get_text() for text in axes.texts] == ["1e-1", "1e-2", "1e-3", "1e-4"]
     ElementTree.fromstring(svg_bytes(figure))
 
 

@@ -145,6 +145,7 @@ def test_threads_order_and_interruptions_change_no_bit(kind: str, tmp_path: Path
     told = []
     done = run_sweep(sweep, broken, Threads(), told.append)
     assert done.chunks_before == 4
+    assert done.rows_simulated == 1500 - sum(stop - start for start, stop in map(sweep.chunks.bounds, range(8, 12)))
     assert sum(told) == sweep.chunks.count == 12
     assert every_byte(broken) == every_byte(first)
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{kind}" for name in NAMES}

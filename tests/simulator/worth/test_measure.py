@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import pytest
 
+from data_schema.errors import UsageError
 from data_schema.vocabulary import Undefined
 from simulator.jump import simulate
 from simulator.scene_file import load_scene
@@ -70,6 +71,23 @@ def test_what_is_measured_is_what_compiled_kernels_give() -> None:
     assert found.rhs_evaluations == compiled.rhs_evaluations
     jump = simulate(SIM2).jump
     assert (compiled.outcome, compiled.cost_J, compiled.max_depth_m) == (jump.outcome, jump.cost_J, jump.max_depth_m)
+
+
+def test_a_jump_of_very_many_steps_is_given_up() -> None:
+    with interpreted(SIM2, 1e-6, steps_more=1) as outputs:
+        full, slower = outputs(frozenset()), outputs(frozenset({"leg_damping"}))
+        quicker = outputs(frozenset({"inertial_drag"}))
+    assert (full.outcome, slower.outcome, quicker.outcome) == ("touchdown", "step_limit", "touchdown")
+    assert slower.most_steps == full.most_steps > quicker.most_steps
+    assert not difference(slower, full).within(1.0)
+
+
+def test_a_scene_that_does_not_jump_is_refused_at_once() -> None:
+    """Without its clock this one chatters for two million steps."""
+    told: list[str] = []
+    with pytest.raises(UsageError, match="jump 1 of sim2 ends in no_liftoff, before an apex"):
+        worth_of_effects(SIM2.changed({"k_extension": 100.0}), 0.01, step=told.append)
+    assert not told
 
 
 def test_effects_of_the_cost_alone_change_nothing_else() -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from data_schema.vocabulary import Undefined
 from simulator.worth.outputs import Outputs, difference
 
-FULL = Outputs("touchdown", 1, 30.0, 0.3, 0.07, 1000, False)
+FULL = Outputs("touchdown", 1, 30.0, 0.3, 0.07, 1000, False, 100)
 
 
 @given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))

@@ -30,7 +30,9 @@ def adding_up(scene: Scene, worths: Mapping[str, float]) -> LeavingOut:
     """The scene without some of its effects, each of which adds what it is worth to the cost."""
 
     def outputs(left_out: frozenset[str]) -> Outputs:
-        return Outputs("touchdown", 1, 1.0 + sum(worths.get(name, 0.0) for name in left_out), 0.3, 0.0, 1000, False)
+        return Outputs(
+            "touchdown", 1, 1.0 + sum(worths.get(name, 0.0) for name in left_out), 0.3, 0.0, 1000, False, 100
+        )
 
     return LeavingOut(scene, outputs)
 

@@ -1,0 +1,181 @@
+"""What scenes are made of: effects, parameters, and the words that change several at once; for people and programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from data_schema.errors import unknown_name
+from reports.tables.as_markdown import markdown_text
+from reports.tables.table import Column, Row, Table, words
+from simulator.changes import FLIGHT_EFFECTS
+from simulator.declared import all_parameters, readers
+from simulator.effects.effect import Effect
+from simulator.effects.registry import EFFECTS
+from simulator.gains import (
+    DAMPING_AT_ZERO_GAIN,
+    DAMPING_PER_GAIN,
+    STIFFNESS_AT_ZERO_GAIN_N_M,
+    STIFFNESS_PER_GAIN_N_M,
+)
+from simulator.parameter import Parameter
+from simulator.scene import MOST_JUMPS
+from simulator.scene_file import PARTS, load_scene, shipped_scenes
+
+WORDS = {
+    "flight": (
+        "how the leg flies: soft (with its gains of compression), "
+        + " or ".join(f"{word} (the effect {effect})" for word, effect in FLIGHT_EFFECTS.items())
+    ),
+    "gain": (
+        "extension gain of the robot's controller; sets k_extension to "
+        f"{STIFFNESS_PER_GAIN_N_M:g} gain + {STIFFNESS_AT_ZERO_GAIN_N_M:g} N/m (thesis 5.1.1)"
+    ),
+    "damping_gain": (
+        "active-damping gain of the controller; sets b_ad to "
+        f"{DAMPING_PER_GAIN:g} gain + {DAMPING_AT_ZERO_GAIN:g} kg/m, to 0 at gain 0, and on the emulator to "
+        f"{DAMPING_PER_GAIN:g} gain (thesis 5.1.1)"
+    ),
+    "drop_height": "height of the body at the start, in m; sets initial_height to it less rest_length",
+    "jumps": f"number of jumps, one after the other: 1 to {MOST_JUMPS}, on a granular bed 1",
+}
+"""The words that `--set` takes beside parameters, and what each changes."""
+EVERY_SCENE = "every scene"
+_CAPTIONS = {
+    "effects": "Effects: on in a scene where its list of effects, or --effects +NAME, names them.",
+    "parameters": "Parameters, by the table of a scene's file: SI units, both ends of a range allowed.",
+    "words": "Words for --set that change what they do not name.",
+}
+
+
+def parts_tables() -> dict[str, Table]:
+    """Return the tables of all effects, parameters and words."""
+    return {
+        "effects": _table(
+            "effects",
+            ("effect", "meaning", "needs", "not with"),
+            ((effect.name, effect.meaning, _needs(effect), ", ".join(effect.excludes)) for effect in EFFECTS.values()),
+        ),
+        "parameters": _table(
+            "parameters",
+            ("parameter", "table", "unit", "from", "to", "meaning", "read by"),
+            (_parameter_cells(parameter) for parameter in _by_part()),
+        ),
+        "words": _table("words", ("word", "meaning"), WORDS.items()),
+    }
+
+
+def parts_rows(table: Table) -> list[list[str]]:
+    """Return a table's head and rows, for a terminal."""
+    return [[column.head for column in table.heads], *([cell.text for cell in row.cells] for row in table.rows)]
+
+
+def parts_markdown() -> str:
+    """Return all tables as Markdown, as docs/scenes.md has them."""
+    return "\n".join(markdown_text(table) for table in parts_tables().values())
+
+
+def parts_data() -> dict[str, Any]:
+    """Return everything for JSON."""
+    return {
+        "effects": {effect.name: _effect_data(effect) for effect in EFFECTS.values()},
+        "parameters": {name: _parameter_data(parameter) for name, parameter in all_parameters().items()},
+        "words": WORDS,
+    }
+
+
+def part_data(name: str) -> dict[str, Any]:
+    """Return one effect, parameter or word for JSON; raises `UnknownName` for none of them."""
+    if name in EFFECTS:
+        return {"name": name, "kind": "effect", **_effect_data(EFFECTS[name])}
+    if name in all_parameters():
+        return {"name": name, "kind": "parameter", **_parameter_data(all_parameters()[name])}
+    if name in WORDS:
+        return {"name": name, "kind": "word", "meaning": WORDS[name]}
+    raise unknown_name("effect, parameter or word", name, (*EFFECTS, *all_parameters(), *WORDS))
+
+
+def part_lines(name: str) -> list[str]:
+    """Return what there is to say of one effect, parameter or word; raises `UnknownName` for none of them."""
+    data = part_data(name)
+    head = f"{name} ({data['kind']}): {data['meaning']}."
+    match data["kind"]:
+        case "effect":
+            return [head, *_effect_lines(EFFECTS[name])]
+        case "parameter":
+            return [head, *_parameter_lines(all_parameters()[name])]
+        case _:
+            return [head]
+
+
+def _effect_lines(effect: Effect) -> list[str]:
+    own = [item.name for item in effect.parameters]
+    return [
+        f"source: {effect.source}.",
+        *([f"needs {_needs(effect)}."] if effect.needs else []),
+        *(f"not with {other}: {sentence}." for other, sentence in effect.excludes.items()),
+        f"reads {', '.join(own)}." if own else "reads no parameter of its own.",
+        f"on in {_listed(scene for scene in shipped_scenes() if effect.name in load_scene(scene).effects)}.",
+    ]
+
+
+def _parameter_lines(parameter: Parameter) -> list[str]:
+    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    lines = [
+        f"from {parameter.low:g} to {parameter.high:g}{unit}, in the table [{parameter.part}] of a scene's file.",
+        f"read by {_read_by(parameter)}.",
+    ]
+    for scene in map(load_scene, shipped_scenes()):
+        if parameter.name in scene.read:
+            value = scene.values[parameter.name]
+            origin = f"assumed: {value.why}" if value.assumed else value.source
+            lines.append(f"{scene.name}: {value.value:g}{unit} ({origin})")
+    return lines
+
+
+def _effect_data(effect: Effect) -> dict[str, Any]:
+    return {
+        "meaning": effect.meaning,
+        "source": effect.source,
+        "needs": [list(alternatives) for alternatives in effect.needs],
+        "excludes": effect.excludes,
+        "parameters": [parameter.name for parameter in effect.parameters],
+    }
+
+
+def _parameter_data(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "meaning": parameter.meaning,
+        "table": parameter.part,
+        "unit": parameter.unit,
+        "from": parameter.low,
+        "to": parameter.high,
+        "read_by": list(readers(parameter.name)),
+    }
+
+
+def _by_part() -> list[Parameter]:
+    """Return all parameters, those of one table of a scene's file together."""
+    return sorted(all_parameters().values(), key=lambda parameter: PARTS.index(parameter.part))
+
+
+def _parameter_cells(parameter: Parameter) -> tuple[str, ...]:
+    ends = (f"{parameter.low:g}", f"{parameter.high:g}")
+    return parameter.name, parameter.part, parameter.unit, *ends, parameter.meaning, _read_by(parameter)
+
+
+def _needs(effect: Effect) -> str:
+    return ", ".join(" or ".join(alternatives) for alternatives in effect.needs)
+
+
+def _read_by(parameter: Parameter) -> str:
+    return ", ".join(readers(parameter.name)) or EVERY_SCENE
+
+
+def _listed(names: Iterable[str]) -> str:
+    return ", ".join(names) or "no shipped scene"
+
+
+def _table(name: str, heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:
+    columns = tuple(Column(head, (head,), numeric=False) for head in heads)
+    return Table(name, _CAPTIONS[name], columns, tuple(Row(tuple(map(words, cells))) for cells in rows))
