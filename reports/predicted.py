@@ -65,7 +65,8 @@ class Predictions:
     """All predictions of a report, and what they rest on; `scene` is "" where nothing was predicted.
 
     `accuracy` is the relative error asked of the simulator, `unmapped` names factors whose levels change nothing in the
-    scene, `ill_conditioned` counts the conditions whose simulated jump hangs on a knife's edge.
+    scene. The last three count conditions: whose simulated jump hangs on a knife's edge and was simulated either way
+    (`branched`), or only one way (`on_edge`), and in which rounding grows beyond the accuracy (`grown`).
     """
 
     scene: str = ""
@@ -74,7 +75,9 @@ class Predictions:
     unmapped: tuple[str, ...] = ()
     items: tuple[Prediction, ...] = ()
     assumed: tuple[AssumedInput, ...] = ()
-    ill_conditioned: int = 0
+    branched: int = 0
+    on_edge: int = 0
+    grown: int = 0
 
     def of(self, quantity: PredictedQuantity) -> tuple[Prediction, ...]:
         """Return the predictions of one quantity."""

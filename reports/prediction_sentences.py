@@ -41,11 +41,25 @@ def _simulated(content: ReportContent) -> str:
             f" {sentence_start(list_text(about.unmapped))} changes nothing in the scene: [simulation] of labbook.toml "
             "names no parameter for it."
         )
-    if about.ill_conditioned:
-        text += (
-            f" In {count_text(about.ill_conditioned, 'condition')} a decision of the simulated controller hangs on a "
-            "knife's edge; the jump had it fallen otherwise is part of the error."
-        )
+    for conditions, what in (
+        (
+            about.branched,
+            "a decision of the simulated controller hangs on a knife's edge; the jump had it fallen otherwise is part "
+            "of the error",
+        ),
+        (
+            about.on_edge,
+            "a decision of the simulated controller hangs on a knife's edge, and what had come of it otherwise is in "
+            "no error",
+        ),
+        (
+            about.grown,
+            "the sampled active damping lets rounding grow beyond the accuracy of the simulator; the error has that in "
+            "its place",
+        ),
+    ):
+        if conditions:
+            text += f" In {count_text(conditions, 'condition')} {what}."
     return text
 
 

@@ -145,7 +145,8 @@ def _effects(words: str | None) -> tuple[frozenset[str], frozenset[str]]:
         sign, name = word[0], word[1:].strip()
         if word == AUTO:
             raise UsageError(
-                "--effects auto chooses effects by a tolerance: add --within, for example --effects auto --within 1%."
+                f"{AUTO} among the effects is for labbook sim run and sim sweep, which take its tolerance: name the "
+                "effects here, for example +drag,-added_mass; labbook sim effects says which are enough."
             )
         if sign not in chosen:
             known = nearest(word, EFFECTS) or "drag"

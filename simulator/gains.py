@@ -7,7 +7,6 @@ STIFFNESS_AT_ZERO_GAIN_N_M = 67.36
 DAMPING_PER_GAIN = 3.32
 DAMPING_AT_ZERO_GAIN = 19.67
 """kg/s in the fit; the numbers serve active damping too, then in kg/m (thesis 5.1.1)."""
-DAMPING_AT_ZERO_GAIN = 19.67
 
 
 def stiffness_n_m(gain: float) -> float:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
 
 import numba
 import numpy as np
@@ -41,7 +40,6 @@ from simulator.kernel.layout import (
     MODE,
     NO_LIFTOFF,
     NOW,
-    OUTCOMES,
     PARAMETERS,
     PHASE,
     SPEED_UNIT,
@@ -63,26 +61,6 @@ Row = NDArray[np.float64]
 THESIS_STEP_S = 1e-6
 
 
-@dataclass(frozen=True, slots=True)
-class PublishedJump:
-    """One jump by the fixed-step scheme, from touchdown to the apex; None: not reached.
-
-    The forces are evaluated once a step. `flips` counts how often the ground has begun to act: at a resting foot, again
-    and again.
-    """
-
-    outcome: str
-    liftoff_time_s: float | None
-    liftoff_body_velocity_m_s: float | None
-    max_depth_m: float
-    apex_height_m: float | None
-    stance_heat_J: float  # noqa: N815
-    stance_mechanical_J: float  # noqa: N815
-    stance_drag_J: float  # noqa: N815
-    steps: int
-    flips: int
-
-
 def why_not(scene: Scene) -> str | None:
     """Say why the scheme does not cover a scene, or None where it does."""
     if "hydrostatic_stiffness" not in scene.effects:
@@ -92,34 +70,13 @@ def why_not(scene: Scene) -> str | None:
     return None
 
 
-def published_jump(scene: Scene, step_s: float = THESIS_STEP_S, to_liftoff: bool = False) -> PublishedJump:
-    """Compute one jump, or only its stance; raises `UsageError` where the scheme does not cover the scene."""
-    run, work, row = published_run(scene)
-    run(work, step_s, to_liftoff, row)
-
-    def number(name: str) -> float | None:
-        value = float(row[COLUMN[name]])
-        return value if math.isfinite(value) else None
-
-    return PublishedJump(
-        outcome=OUTCOMES[int(row[COLUMN["outcome"]])],
-        liftoff_time_s=number("liftoff_time_s"),
-        liftoff_body_velocity_m_s=number("liftoff_body_velocity_m_s"),
-        max_depth_m=float(row[COLUMN["max_depth_m"]]),
-        apex_height_m=number("apex_height_m"),
-        stance_heat_J=float(row[COLUMN["stance_heat_J"]]),
-        stance_mechanical_J=float(row[COLUMN["stance_mechanical_J"]]),
-        stance_drag_J=float(row[COLUMN["stance_drag_J"]]),
-        steps=int(row[COLUMN["steps"]]),
-        flips=int(row[COLUMN["mode_changes"]]),
-    )
-
-
 def published_run(scene: Scene) -> tuple[Function, Row, Row]:
     """Return the compiled scheme `(work, step_s, to_liftoff, row)`, its row to work in, and a row for its results.
 
-    So it can be called many times; the second row is one of the kernel's (`simulator.kernel.rows`), with the flips in
-    place of the mode changes. Raises `UsageError` where the scheme does not cover the scene.
+    So it can be called many times, for a jump from touchdown to the apex or for its stance only. The second row is one
+    of the kernel's (`simulator.kernel.rows`): not a number where something was not reached, and the number of mode
+    changes is how often the ground has begun to act, at a resting foot again and again. The forces are evaluated once
+    a step. Raises `UsageError` where the scheme does not cover the scene.
     """
     reason = why_not(scene)
     if reason is not None:

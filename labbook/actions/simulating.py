@@ -7,18 +7,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from simulator.changes import changed_by_words, without_auto
+from labbook.actions.enough_effects import auto_of, with_enough
+from simulator.changes import changed_by_words
 from simulator.jump import simulate
 from simulator.result import SceneResult
-from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.worth.measure import Worth, worth_of_effects
-from simulator.worth.tolerance import tolerance_of
+from simulator.worth.measure import Worth
 
 PLOT_KINDS = (".png", ".svg", ".pdf")
 ANIMATION_KINDS = (".gif",)
-SEARCH_ACCURACY = 1e-6
-"""The finest accuracy at which the smallest set is searched; the scene is then simulated to the one asked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +50,11 @@ def run_scene(request: RunRequest, step: Callable[[str], None] = lambda _done: N
     ):
         if path is not None and path.suffix not in kinds:
             raise UsageError(f"{option} {path} does not say which form: end it in {', '.join(kinds)}.")
-    scene, worth = _scene(request, step)
+    auto = auto_of(request.effects, request.within, request.accuracy)
+    full = changed_by_words(load_scene(request.scene), request.sets, auto.words)
+    worth = auto.worth(full, step)
     drawn = request.plot is not None or request.animation is not None
-    result = simulate(scene, request.accuracy, trajectory=drawn)
+    result = simulate(with_enough(full, worth), request.accuracy, trajectory=drawn)
     if drawn:
         from labbook.presenting.trajectory import trajectory_of
 
@@ -71,18 +70,3 @@ def run_scene(request: RunRequest, step: Callable[[str], None] = lambda _done: N
 
             write_animation(motion, request.animation)
     return DoneRun(result, worth)
-
-
-def _scene(request: RunRequest, step: Callable[[str], None]) -> tuple[Scene, Worth | None]:
-    """Return the scene to simulate, and what its effects are worth where some are to be left out."""
-    given = load_scene(request.scene)
-    if request.within is None:
-        return changed_by_words(given, request.sets, request.effects), None
-    words, auto = without_auto(request.effects)
-    if not auto:
-        raise UsageError(f"--within {request.within} is for effects left out by themselves: add --effects auto.")
-    accuracy = request.accuracy if request.accuracy > SEARCH_ACCURACY else SEARCH_ACCURACY
-    tolerance = tolerance_of(request.within, accuracy)
-    scene = changed_by_words(given, request.sets, words)
-    worth = worth_of_effects(scene, tolerance, accuracy, step)
-    return scene.changed(effects_off=worth.smallest.left_out.effects), worth

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import importlib.metadata
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from data_schema.errors import UsageError
+from labbook.actions.enough_effects import Step, auto_of, with_enough
 from simulator.changes import changed_by_words
+from simulator.declared import readers
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from simulator.sweep.cluster import connected
@@ -17,6 +19,7 @@ from simulator.sweep.run import Finished, run_sweep
 from simulator.sweep.sweep import Sweep
 from simulator.sweep.threads import Threads
 from simulator.sweep.words import axes_of, ranges_of
+from simulator.worth.measure import Worth
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +27,7 @@ class SweepRequest:
     """A scene's name or file and the words that change it, what is swept, how accurately, and where to.
 
     `sample`: rows of a Sobol sample, drawn with `seed`; without it a grid. `scheduler`: the address of a Dask cluster.
+    `within`: the tolerance, in words, for which `auto` among the effects finds the smallest set.
     """
 
     scene: str
@@ -35,17 +39,33 @@ class SweepRequest:
     sample: int | None = None
     seed: int | None = None
     scheduler: str | None = None
+    within: str | None = None
 
 
-def planned_sweep(request: SweepRequest) -> Sweep:
-    """Return the sweep that is asked for; raises `UsageError` where it has no meaning or cannot be simulated."""
+@dataclass(frozen=True, slots=True)
+class PlannedSweep:
+    """A sweep that can be run; `worth` is that of the effects, where the smallest set of them was asked for."""
+
+    sweep: Sweep
+    worth: Worth | None
+
+
+def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> PlannedSweep:
+    """Return the sweep that is asked for; `step` is told of each set of effects tried.
+
+    The smallest set of effects is that of the scene as it stands, before anything varies; effects that read a swept
+    parameter stay. Raises `UsageError` where the sweep has no meaning or cannot be simulated.
+    """
     given = load_scene(request.scene)
-    scene = changed_by_words(given, request.sets, request.effects)
+    auto = auto_of(request.effects, request.within, request.accuracy)
+    scene = changed_by_words(given, request.sets, auto.words)
     design = _design(request, scene)
     for axis in design.axes:
         if scene.values.get(axis.parameter) is not given.values.get(axis.parameter):
             raise UsageError(f"{axis.parameter} is both set and swept: leave out one of --set and --over.")
-    return Sweep(scene, design, request.accuracy, importlib.metadata.version("robot-labbook"))
+    sweep = Sweep(scene, design, request.accuracy, importlib.metadata.version("robot-labbook"))
+    worth = auto.worth(scene, step, frozenset(name for axis in design.axes for name in readers(axis.parameter)))
+    return PlannedSweep(replace(sweep, scene=with_enough(scene, worth)), worth)
 
 
 def _design(request: SweepRequest, scene: Scene) -> Design:
@@ -56,9 +76,9 @@ def _design(request: SweepRequest, scene: Scene) -> Design:
     return grid(axes_of(request.over, scene.effects))
 
 
-def run_planned(sweep: Sweep, request: SweepRequest, advance: Callable[[int], None]) -> Finished:
+def run_planned(planned: PlannedSweep, request: SweepRequest, advance: Callable[[int], None]) -> Finished:
     """Run a sweep, here or on the cluster asked for; `advance` is told how many more chunks are done."""
     if request.scheduler is None:
-        return run_sweep(sweep, request.out, Threads(), advance)
+        return run_sweep(planned.sweep, request.out, Threads(), advance)
     with connected(request.scheduler) as cluster:
-        return run_sweep(sweep, request.out, cluster, advance)
+        return run_sweep(planned.sweep, request.out, cluster, advance)

@@ -24,7 +24,7 @@ from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, W
 from reports.numbers import Quantity
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity
 
-ALGORITHM = Algorithm("prediction_check", 2, ("labbook.analysis.checking", "labbook.analysis.prediction_error"))
+ALGORITHM = Algorithm("prediction_check", 3, ("labbook.analysis.checking", "labbook.analysis.prediction_error"))
 
 PREDICTED, DIFFERENCE, RATIO = "predicted", "difference", "error_ratio"
 """Names of numbers of a check: what is predicted of the runs as they were made, and how it compares."""
@@ -228,7 +228,7 @@ def _percent(joules: Sequence[float | None]) -> float | None:
 
 
 def _accuracy(sides: Sequence[Side]) -> float:
-    return max(float(one.payload["accuracy"]) for side in sides for one, _runs in side)
+    return max(float(one.payload["relative_error"]) for side in sides for one, _runs in side)
 
 
 def _agreement(measured: NumberRow, value: float | Undefined, error: float | Undefined) -> tuple[NewNumber, NewNumber]:

@@ -1,8 +1,9 @@
 """What a simulation gives for each condition and robot: joules a jump and apex height, with the error of both.
 
-The error has three kinds of parts, added in quadrature: the accuracy asked of the simulator, each assumed parameter
-raised and lowered by the part that the study states (the larger of the two changes counts), and the other branch of a
-jump that hangs on a knife's edge. Their sum is taken as one standard uncertainty.
+The error has three kinds of parts, added in quadrature: the accuracy asked of the simulator, or what rounding grows to
+where that is more; each assumed parameter raised and lowered by the part that the study states (the larger of the two
+changes counts); and the other branch of a jump that hangs on a knife's edge, where it was simulated. Their sum is taken
+as one standard uncertainty.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ ALGORITHM = Algorithm(
         "labbook.analysis.predicting",
         "labbook.analysis.condition_scenes",
         "labbook.analysis.prediction_error",
+        "simulator.ill_conditioned",
         "simulator.jump",
     ),
 )
@@ -59,12 +61,14 @@ BRANCH = "other branch"
 class Simulated:
     """One simulation of a scene: a value a quantity (None where a jump has no apex), and how the jump ended.
 
-    `branch` holds the values had the closest decision of the controller fallen otherwise, where that is close.
+    `close_decision`: whether a decision hangs on a knife's edge; `branch` holds the values had it fallen otherwise,
+    where that was simulated. `rounding`: what rounding has grown to, 0 where the accuracy has room for it.
     """
 
     values: Mapping[str, float | None]
     outcome: str
-    ill_conditioned: bool
+    close_decision: bool
+    rounding: float
     branch: Mapping[str, float | None] | None = None
 
 
@@ -173,6 +177,7 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
     kernel_for(scene.effects)
     progress("simulating each condition")
     found, parts = _simulated(scene, settings.accuracy), _parts(settings, scene)
+    error = max(settings.accuracy, found.rounding)
     otherwise = {
         name: [_varied(scene, name, 1.0 + sign * part, settings.accuracy) for sign in (-1.0, 1.0)]
         for name, part in parts.items()
@@ -186,15 +191,16 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
             numbers.append(NewNumber(name, Undefined(f"the simulated jump ends otherwise: {found.outcome}"), unit))
         else:
             by_source = {source: [one[quantity] for one in several] for source, several in otherwise.items()}
-            errors = error_parts(value, settings.accuracy * abs(value), by_source)
+            errors = error_parts(value, error * abs(value), by_source)
             numbers.append(NewNumber(name, value, unit, se=in_all(errors)))
     payload = {
         "scene": scene.name,
         "scene_toml": write_scene(scene),
         "effects": sorted(scene.effects),
         "accuracy": settings.accuracy,
+        "relative_error": error,
         "outcome": found.outcome,
-        "ill_conditioned": found.ill_conditioned,
+        "close_decision": found.close_decision,
         "assumed": {
             name: {
                 "value": scene[name],
@@ -221,6 +227,7 @@ def _varied(scene: Scene, name: str, factor: float, accuracy: float) -> Mapping[
 
 def _simulated(scene: Scene, accuracy: float) -> Simulated:
     """Simulate a scene and take the mean over its jumps."""
+    from simulator.ill_conditioned import close_decision, grown_rounding
     from simulator.jump import simulate
 
     jumps = simulate(scene, accuracy).jumps
@@ -228,7 +235,8 @@ def _simulated(scene: Scene, accuracy: float) -> Simulated:
     branch = None
     if any(jump.other_branch is not None for jump in jumps):
         branch = _means([jump.other_branch or jump for jump in jumps])
-    return Simulated(_means(jumps), ended, any(jump.ill_conditioned for jump in jumps), branch)
+    rounding = max(grown_rounding(jump, accuracy) for jump in jumps)
+    return Simulated(_means(jumps), ended, any(map(close_decision, jumps)), rounding, branch)
 
 
 def _means(jumps: Sequence[JumpResult]) -> dict[str, float | None]:

@@ -31,6 +31,11 @@ def worth_data(scene: Scene, worth: Worth) -> dict[str, Any]:
     }
 
 
+def chosen_data(worth: Worth | None) -> dict[str, Any]:
+    """Return the smallest set where one was chosen, and that nothing is left out where none was."""
+    return {"effects_left_out": []} if worth is None else smallest_data(worth)
+
+
 def smallest_data(worth: Worth) -> dict[str, Any]:
     """Return the smallest set: what it leaves out, what that changes, and how it was searched."""
     found = worth.smallest

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.checking import DIFFERENCE, PREDICTED, RATIO, Checked, agrees, error_by
+from labbook.analysis.predicting import BRANCH, Predicted
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown
@@ -33,10 +35,17 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
         ),
         items=tuple(_prediction(item, shown) for item in _in_order(analysis)),
         assumed=_assumed(analysis),
-        ill_conditioned=len(
-            {key for (key, _robot), one in analysis.predicted.items() if one.payload["ill_conditioned"]}
+        branched=_conditions(analysis, lambda one: BRANCH in one.payload["otherwise"]),
+        on_edge=_conditions(
+            analysis, lambda one: one.payload["close_decision"] and BRANCH not in one.payload["otherwise"]
         ),
+        grown=_conditions(analysis, lambda one: one.payload["relative_error"] > one.payload["accuracy"]),
     )
+
+
+def _conditions(analysis: StudyAnalysis, holds: Callable[[Predicted], bool]) -> int:
+    """Count the conditions for which something holds of the prediction with any robot."""
+    return len({key for (key, _robot), one in analysis.predicted.items() if holds(one)})
 
 
 def _in_order(analysis: StudyAnalysis) -> list[Checked]:

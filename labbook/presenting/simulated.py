@@ -9,11 +9,10 @@ from typing import Any
 
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
+from simulator.ill_conditioned import close_decision, grown_rounding
+from simulator.jump import ILL_CONDITIONED_BELOW
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
-
-ILL_CONDITIONED_BELOW = 10
-"""Decision margin, in local errors, under which both branches are shown."""
 
 OUTCOMES = {
     "liftoff": "the foot left the ground",
@@ -102,7 +101,7 @@ def as_lines(result: SceneResult) -> list[str]:
     return [
         f"{scene.name}: {scene.title}",
         f"{OUTCOMES.get(jump.outcome, jump.outcome)} ({jump.outcome}{which}).",
-        *_warning(jump),
+        *_warnings(result),
         "",
         *_table(result),
         *(_all_jumps(result) if many else []),
@@ -122,7 +121,7 @@ def _digits(accuracy: float) -> int:
 
 def _table(result: SceneResult) -> list[str]:
     """Set the jump's numbers in columns, those of the other branch beside them; what is 0 or absent is left out."""
-    jump, digits = result.jump, _digits(result.accuracy)
+    jump, digits = result.jump, _digits(max(result.accuracy, grown_rounding(result.jump, result.accuracy)))
     span = "jump" if "cost_of_whole_jump" in result.scene.effects else "stance"
     branches = [jump] if jump.other_branch is None else [jump, jump.other_branch]
     rows = (
@@ -140,15 +139,28 @@ def _number(value: float | None, digits: int) -> str:
     return "-" if value is None else f"{value:.{digits}g}"
 
 
-def _warning(jump: JumpResult) -> list[str]:
-    if not jump.ill_conditioned or jump.decision_margin is None:
-        return []
-    where = "" if jump.decision_tick is None else f" at tick {jump.decision_tick}"
-    return [
-        f"warning: this jump hangs on a knife's edge. A decision of the controller{where} is only "
-        f"{jump.decision_margin:.2g} local errors away from falling otherwise (under {ILL_CONDITIONED_BELOW} is "
-        "ill-conditioned), so both branches are shown."
-    ]
+def _warnings(result: SceneResult) -> list[str]:
+    """Say why the last jump is ill-conditioned: for itself, or because it follows one that is."""
+    jump, said = result.jump, []
+    if close_decision(jump):
+        where = "" if jump.decision_tick is None else f" at tick {jump.decision_tick}"
+        shown = "only the branch taken was simulated" if jump.other_branch is None else "both branches are shown"
+        said.append(
+            f"warning: this jump hangs on a knife's edge. A decision of the controller{where} is only "
+            f"{jump.decision_margin:.2g} local errors away from falling otherwise (under {ILL_CONDITIONED_BELOW:g} is "
+            f"ill-conditioned); {shown}."
+        )
+    rounding = grown_rounding(jump, result.accuracy)
+    if rounding:
+        said.append(
+            f"warning: errors grow in this jump. The sampled active damping multiplies them by up to "
+            f"{jump.error_growth:.2g}, so that rounding alone leaves an error of about {100.0 * rounding:.2g} %, "
+            "however fine the accuracy asked for."
+        )
+    if jump.ill_conditioned and not said:
+        first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)
+        said.append(f"warning: this jump follows jump {first}, which is ill-conditioned, and is known no better.")
+    return said
 
 
 def _all_jumps(result: SceneResult) -> list[str]:

@@ -38,11 +38,6 @@ class Point:
     seconds: float = 0.0
     failure: str = ""
 
-    @property
-    def largest_error(self) -> float:
-        """Largest of the relative errors; infinite where there is no result."""
-        return max((error for error in (self.errors or {}).values() if error is not None), default=math.inf)
-
 
 @dataclass(frozen=True, slots=True)
 class Series:

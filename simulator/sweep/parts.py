@@ -14,6 +14,7 @@ import threading
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,7 +86,6 @@ def opened_parts(out: Path, identity: Identity, chunks: Chunks, row_shape: tuple
     Raises `UsageError` where another sweep was left there, or another program is at work.
     """
     folder = part_folder(out)
-    folder.mkdir(exist_ok=True)
     with _alone(folder):
         _check_same(folder, identity)
         for entry in folder.iterdir():
@@ -95,11 +95,14 @@ def opened_parts(out: Path, identity: Identity, chunks: Chunks, row_shape: tuple
 
 
 def remove_parts(folder: Path) -> None:
-    """Remove an unfinished sweep; the file that says what it is goes last."""
+    """Remove an unfinished sweep that is open; the file that says what it is goes last, and then the lock."""
     for entry in folder.iterdir():
         if entry.name not in (PLAN, LOCK):
             _remove(entry)
-    shutil.rmtree(folder)
+    for name in (PLAN, LOCK):
+        (folder / name).unlink(missing_ok=True)
+    with contextlib.suppress(OSError):  # another program has a lock of its own there already: the folder is its now
+        folder.rmdir()
 
 
 def _check_same(folder: Path, identity: Identity) -> None:
@@ -130,11 +133,26 @@ def _remove(entry: Path) -> None:
 
 @contextlib.contextmanager
 def _alone(folder: Path) -> Iterator[None]:
-    with (folder / LOCK).open("wb") as handle:
+    """Make the folder where it is not there, and hold its lock."""
+    while (handle := _locked(folder)) is None:
+        pass
+    with handle:
+        yield
+
+
+def _locked(folder: Path) -> BinaryIO | None:
+    """Return the folder's lock, held; None where the program before has removed the folder meanwhile."""
+    with contextlib.suppress(FileExistsError):
+        folder.mkdir()
+    with contextlib.ExitStack() as stack, contextlib.suppress(FileNotFoundError):
+        handle = stack.enter_context((folder / LOCK).open("wb"))
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             raise UsageError(
                 f"another program is working on {folder}: wait until it has finished, or give another --out."
             ) from error
-        yield
+        if os.path.samestat(os.fstat(handle.fileno()), (folder / LOCK).stat()):
+            stack.pop_all()
+            return handle
+    return None

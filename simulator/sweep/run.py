@@ -51,13 +51,15 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
     if not out.parent.is_dir():
         raise UsageError(f"there is no folder {out.parent} for {out.name}: make it, or give another --out.")
     there = _finished(out, format_, identity)
-    if there is not None:
-        if part_folder(out).exists():
-            with opened_parts(out, identity, chunks, (sweep.scene.jumps, len(OUTPUTS))) as parts:
-                remove_parts(parts.folder)
+    if there is not None and not part_folder(out).exists():
         advance(chunks.count)
         return Finished(out, sweep, there, chunks.count)
     with opened_parts(out, identity, chunks, (sweep.scene.jumps, len(OUTPUTS))) as parts:
+        there = _finished(out, format_, identity)  # another program may have made it a moment ago
+        if there is not None:
+            remove_parts(parts.folder)
+            advance(chunks.count)
+            return Finished(out, sweep, there, chunks.count)
         compile_time_s = compute.prepare(recipe)
         started = time.perf_counter()
         missing = parts.missing()

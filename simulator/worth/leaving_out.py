@@ -22,10 +22,11 @@ class LeftOut:
 
 @dataclass(frozen=True, slots=True)
 class LeavingOut:
-    """A scene and the function that simulates it without some of its effects."""
+    """A scene, the function that simulates it without some of its effects, and those that stay whatever they change."""
 
     scene: Scene
     outputs: OutputsWithout
+    kept: frozenset[str] = frozenset()
 
     @property
     def full(self) -> Outputs:

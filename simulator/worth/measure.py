@@ -48,31 +48,35 @@ def measured_scene(scene: Scene) -> Scene:
     return scene.changed(jumps=min(scene.jumps, MEASURED_JUMPS))
 
 
-def sets_to_leave_out(scene: Scene) -> tuple[frozenset[str], ...]:
-    """Return the effects, single and in pairs, without which there is still a scene that can be simulated."""
-    names = in_order(scene.effects)
+def sets_to_leave_out(scene: Scene, kept: frozenset[str] = frozenset()) -> tuple[frozenset[str], ...]:
+    """Return the effects but those kept, single and in pairs, without which there is still a scene to simulate."""
+    names = in_order(scene.effects - kept)
     sets = [frozenset(left_out) for size in (1, 2) for left_out in combinations(names, size)]
     return tuple(left_out for left_out in sets if refusal(scene, left_out) is None)
 
 
 def worth_of_effects(
-    scene: Scene, tolerance: float, accuracy: float = 1e-6, step: Callable[[str], None] = lambda _done: None
+    scene: Scene,
+    tolerance: float,
+    accuracy: float = 1e-6,
+    step: Callable[[str], None] = lambda _done: None,
+    kept: frozenset[str] = frozenset(),
 ) -> Worth:
-    """Leave out each effect, and each two, and search the smallest set within the tolerance.
+    """Leave out each effect, and each two, and search the smallest set within the tolerance; those `kept` stay.
 
     The set is within it in the last jump that is measured and in the last that is checked. `step` is told of each set
     of `sets_to_leave_out` when it was simulated, and then once when the search has ended. Raises `UsageError` for a
     scene that does not come to an apex.
     """
     measured = measured_scene(scene)
-    with _leaving_out(measured, accuracy) as leaving_out:
+    with _leaving_out(measured, accuracy, kept) as leaving_out:
         _check_jumps(scene, leaving_out.full)
         found: list[LeftOut] = []
-        for left_out in sets_to_leave_out(measured):
+        for left_out in sets_to_leave_out(measured, kept):
             found.append(leaving_out.measure(left_out))
             step(f"without {' and '.join(found[-1].effects)}")
         if scene.jumps > measured.jumps:
-            with _leaving_out(scene.changed(jumps=min(scene.jumps, CHECKED_JUMPS)), accuracy) as later:
+            with _leaving_out(scene.changed(jumps=min(scene.jumps, CHECKED_JUMPS)), accuracy, kept) as later:
                 smallest, checked, share = _smallest(leaving_out, later, found, tolerance)
         else:
             smallest, checked, share = _smallest(leaving_out, leaving_out, found, tolerance)
@@ -96,9 +100,9 @@ def worth_of_effects(
 
 
 @contextmanager
-def _leaving_out(scene: Scene, accuracy: float) -> Iterator[LeavingOut]:
+def _leaving_out(scene: Scene, accuracy: float, kept: frozenset[str]) -> Iterator[LeavingOut]:
     with interpreted(scene, accuracy) as outputs:
-        yield LeavingOut(scene, outputs)
+        yield LeavingOut(scene, outputs, kept)
 
 
 def _check_jumps(scene: Scene, full: Outputs) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -16,6 +17,7 @@ KEYS = {
 }
 OFF = "-cost_of_whole_jump,-torque_cap"
 PLATE = ("--scene", "force_plate", "--set", "jumps=12", "--effects", OFF)
+SWEEP = ("--scene", "sim2", "--over", "b_ad=0,1", "--out", "a.nc")
 
 
 @pytest.fixture(autouse=True)
@@ -78,6 +80,21 @@ def test_what_a_run_says_of_the_effects_it_left_out(tmp_path: Path) -> None:
     assert "Left out: short_leg_guard, drag; that changes cost by -" in shown
 
 
+def test_a_sweep_with_only_the_effects_that_matter_keeps_those_that_read_what_is_swept(tmp_path: Path) -> None:
+    def swept(out: str, over: str, effects: str, *more: str) -> Any:
+        words = ("--scene", "force_plate", "--set", "jumps=1", "--over", over, "--effects", effects, "--out", out)
+        return good(process("sim", "sweep", *words, *more, at=tmp_path))
+
+    found = swept("auto.nc", "gain=300,310", f"auto,{OFF}", "--within", "2%", "--json").json
+    assert found["effects_left_out"] == ["short_leg_guard", "drag"]
+    by_hand = swept("hand.nc", "gain=300,310", f"{OFF},-short_leg_guard,-drag", "--json").json
+    assert by_hand["effects_left_out"] == []
+    assert (tmp_path / "auto.nc").read_bytes() == (tmp_path / "hand.nc").read_bytes()
+    shown = swept("drag.nc", "velocity_constant=0.03,0.04", f"auto,{OFF}", "--within", "2%").out
+    assert "chosen for the scene as it stands, before anything is swept:\nWithin 2 %, 6 of 7 effects are" in shown
+    assert "Left out: short_leg_guard; that changes" in shown
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -94,6 +111,9 @@ def test_what_a_run_says_of_the_effects_it_left_out(tmp_path: Path) -> None:
         (["run", "--scene", "sim2", "--within", "1%"], "add --effects auto"),
         (["run", "--scene", "sim2", "--effects", "+drag", "--within", "1%"], "add --effects auto"),
         (["run", "--scene", "sim2", "--effects", "auto", "--within", "0"], "is not a share above 0"),
+        (["sweep", *SWEEP, "--effects", "auto"], "add --within"),
+        (["sweep", *SWEEP, "--within", "1%"], "add --effects auto"),
+        (["accuracy", "--scene", "sim2", "--effects", "auto"], "is for labbook sim run and sim sweep"),
     ],
 )
 def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from tests.cli.shell import good, labbook, process, refused
 KEYS = {
     *("out", "scene", "dims", "jumps", "accuracy", "sampling", "outcomes", "ill_conditioned", "assumed"),
     *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
+    "effects_left_out",
 }
 GRID = ("--over", "b_ad=0:300:4", "--over", "foot_radius=0.02,0.03,0.038")
 

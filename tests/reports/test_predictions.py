@@ -74,8 +74,14 @@ def test_sentences_count_what_agrees_and_say_what_it_rests_on(content):
     assert f"joules a jump: {agreeing} of 24;" in verdict_text(content)
     text = " ".join(prediction_sentences(content)).replace("\u00a0", " ")
     for words in ("scene bed", "raised and lowered (kg_scale by 10 % and foot_mass by 5 %)", "Surface changes nothing",
-                  "1 condition a decision", "active damping and motor heat"):  # fmt: skip
+                  "In 1 condition a decision", "otherwise is part of the error.", "In 2 conditions a decision",
+                  "otherwise is in no error.", "In 3 conditions the sampled active damping lets rounding grow",
+                  "active damping and motor heat"):  # fmt: skip
         assert words in text
+    calm = dataclasses.replace(content.predictions, branched=0, on_edge=0, grown=0)
+    text = " ".join(prediction_sentences(dataclasses.replace(content, predictions=calm)))
+    assert "knife" not in text
+    assert "rounding" not in text
 
 
 def test_without_predictions_there_is_no_section_and_the_figure_says_why(content):

@@ -96,7 +96,7 @@ def test_auto_is_told_from_the_other_words(words: str | None, rest: tuple[str | 
         ([], "drag", "--effects 'drag' does not say on or off: write +drag or -drag."),
         ([], "+dragg", "'dragg' is not a known effect: did you mean 'drag'?"),
         ([], "+drag,-drag", "drag is to be both on and off"),
-        ([], "auto", "--effects auto chooses effects by a tolerance: add --within"),
+        ([], "auto", "auto among the effects is for labbook sim run and sim sweep, which take its tolerance"),
     ],
 )
 def test_refused_words(sets: list[str], effects: str | None, said: str) -> None:

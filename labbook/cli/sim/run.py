@@ -54,16 +54,13 @@ def run(
     """
     from labbook.actions.simulating import RunRequest, run_scene
     from labbook.presenting.effects_worth import verdict
-    from labbook.presenting.effects_worth_data import smallest_data
+    from labbook.presenting.effects_worth_data import chosen_data
     from labbook.presenting.simulated import as_data, as_lines
 
     request = RunRequest(scene, tuple(sets or ()), effects, accuracy, plot, animate, within)
     with progress("simulating", None, shown=not as_json) as step:
         done = run_scene(request, step)
-    chosen, said = (
-        ({"effects_left_out": []}, [])
-        if done.worth is None
-        else (smallest_data(done.worth), ["", *verdict(done.worth)])
-    )
+    said = [] if done.worth is None else ["", *verdict(done.worth)]
     files = {name: str(path) for name, path in (("plot", plot), ("animation", animate)) if path is not None}
-    emit({**as_data(done.result), **chosen, **files}, [*as_lines(done.result), *said, *files.values()], as_json)
+    data = {**as_data(done.result), **chosen_data(done.worth), **files}
+    emit(data, [*as_lines(done.result), *said, *files.values()], as_json)

@@ -36,7 +36,14 @@ def sweep(
         ),
     ] = None,
     effects: Annotated[
-        str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")
+        str | None,
+        typer.Option(
+            "--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass; auto: only those that matter."
+        ),
+    ] = None,
+    within: Annotated[
+        str | None,
+        typer.Option("--within", metavar="SHARE", help="With --effects auto: the change that may pass, such as 1%."),
     ] = None,
     sobol: Annotated[
         int | None,
@@ -53,20 +60,28 @@ def sweep(
     """Simulate a scene over a grid, or a Sobol sample, of its parameters, on all cores, to an xarray Dataset in a file.
 
     Interrupted or killed, the same command goes on where it was; until the file is whole, FILE.part holds what is done.
+    With --effects auto --within 1% the effects are left out that change the scene as it stands, before anything is
+    swept, by at most 1 %; those that read what is swept stay. Farther out in the sweep the others may matter more.
 
     Example: labbook sim sweep --scene sim2 --over b_ad=0:300:31 --over foot_radius=0.02,0.03,0.038 --out sweep.nc
     """
     from labbook.actions.sweeping import SweepRequest, planned_sweep, run_planned
+    from labbook.presenting.effects_worth import verdict
+    from labbook.presenting.effects_worth_data import chosen_data
     from labbook.presenting.swept import sweep_data, sweep_lines
 
-    request = SweepRequest(scene, tuple(over), out, tuple(sets or ()), effects, accuracy, sobol, seed, scheduler)
-    with progress("checking the sweep", None, shown=not as_json):
-        planned = planned_sweep(request)
-    with progress("sweeping", planned.chunks.count, shown=not as_json) as step:
+    request = SweepRequest(
+        scene, tuple(over), out, tuple(sets or ()), effects, accuracy, sobol, seed, scheduler, within
+    )
+    with progress("checking the sweep", None, shown=not as_json) as step:
+        planned = planned_sweep(request, step)
+    with progress("sweeping", planned.sweep.chunks.count, shown=not as_json) as step:
 
         def advance(chunks: int) -> None:
             for _ in range(chunks):
                 step("sweeping")
 
         done = run_planned(planned, request, advance)
-    emit(sweep_data(done), sweep_lines(done), as_json)
+    chosen_for = "The effects were chosen for the scene as it stands, before anything is swept:"
+    said = [] if planned.worth is None else ["", chosen_for, *verdict(planned.worth)]
+    emit({**sweep_data(done), **chosen_data(planned.worth)}, [*sweep_lines(done), *said], as_json)

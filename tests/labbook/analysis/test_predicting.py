@@ -23,6 +23,7 @@ from labbook.config.parsing import parse_configuration
 from labbook.presenting.making import MadeReport
 from reports.numbers import Number
 from reports.predicted import PredictedQuantity, Prediction
+from simulator.ill_conditioned import grown_rounding
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene, parse_scene
@@ -286,6 +287,31 @@ def test_a_condition_that_two_robots_ran_is_predicted_as_the_mean_over_its_runs(
     assert (joules.n, apex.n) == (3, 4), "no idle run says what the cricket draws"
     assert joules.predicted.value == pytest.approx(heavy[0], rel=1e-12)
     assert apex.predicted.value == pytest.approx((light[1] + 3 * heavy[1]) / 4, rel=1e-12)
+
+
+CHATTERING = """
+[simulation]
+scene = "sim1"
+factors = { foot = "foot_radius", k_gain = "k_extension" }
+"""
+
+
+def test_where_rounding_grows_beyond_the_accuracy_the_error_is_what_it_grows_to(tmp_path: Path) -> None:
+    book = predicted_book(tmp_path, CHATTERING)
+    with book.open() as standing:
+        about = state_report(standing, "b_ad_gain=0", ADA, lambda _step: None).content.predictions
+    masses = {"body_mass": 1.8, "foot_mass": 0.2}
+    grown = 0
+    for item in about.of(PredictedQuantity.JOULES):
+        radius_m = RADIUS_M[item.group["foot"]]
+        scene = load_scene("sim1").changed({"foot_radius": radius_m, "k_extension": K_N_M, **masses})
+        jump = simulate(scene, about.accuracy).jump
+        rounding = grown_rounding(jump, about.accuracy)
+        grown += rounding > 0.0
+        assert item.predicted.value == pytest.approx(jump.cost_J, rel=1e-12)
+        assert item.predicted.se == pytest.approx(max(about.accuracy, rounding) * jump.cost_J)
+    assert (about.branched, about.on_edge, about.grown) == (0, 0, grown)
+    assert grown == 1
 
 
 def test_a_jump_that_ends_otherwise_is_no_number(tmp_path: Path) -> None:

@@ -93,12 +93,45 @@ def test_a_knife_s_edge_is_shown_with_both_branches() -> None:
     other = replace(JUMP, apex_height_m=0.25, cost_J=31.0)
     edge = replace(JUMP, decision_margin=2.5, decision_tick=140, ill_conditioned=True, other_branch=other)
     lines = as_lines(result(edge))
-    assert any("knife's edge" in line and "at tick 140" in line and "2.5 local errors" in line for line in lines)
+    (warning,) = (line for line in lines if line.startswith("warning: "))
+    assert "knife's edge" in warning
+    assert "at tick 140 is only 2.5 local errors away" in warning
+    assert warning.endswith("(under 10 is ill-conditioned); both branches are shown.")
     assert any("as decided" in line and "had it fallen otherwise" in line for line in lines)
     assert any(
         line.split()[:4] == ["cost", "of", "the", "jump"] and "30.53116" in line and "31" in line for line in lines
     )
     assert as_data(result(edge))["other_branch"]["apex_height_m"] == 0.25
+
+
+def test_a_knife_s_edge_whose_other_branch_was_not_simulated() -> None:
+    edge = replace(JUMP, decision_margin=2.5, decision_tick=140, ill_conditioned=True)
+    lines = as_lines(result(JUMP, edge, scene="emulator"))
+    assert any("knife's edge" in line and line.endswith("; only the branch taken was simulated.") for line in lines)
+    assert not any("otherwise" in line for line in lines if not line.startswith("warning: "))
+    assert any(line.startswith("all 2 jumps, 1 of them ill-conditioned: ") for line in lines)
+
+
+def test_growing_errors_are_no_knife_s_edge() -> None:
+    grown = replace(JUMP, decision_margin=2.7e12, error_growth=1.24e11, ill_conditioned=True)
+    lines = as_lines(result(grown))
+    (warning,) = (line for line in lines if line.startswith("warning: "))
+    assert "multiplies them by up to 1.2e+11, so that rounding alone leaves an error of about 0.012 %" in warning
+    assert any(line.split()[:2] == ["lift-off", "0.31374"] for line in lines), "the digits that are worth showing"
+    lost = as_lines(result(replace(grown, error_growth=1e300)))
+    assert any("leaves an error of about 1e+02 %" in line for line in lost)
+
+
+def test_what_follows_an_ill_conditioned_jump_is_known_no_better() -> None:
+    edge = replace(JUMP, decision_margin=2.5, decision_tick=140, ill_conditioned=True)
+    lines = as_lines(result(JUMP, edge, replace(JUMP, ill_conditioned=True), scene="emulator"))
+    (warning,) = (line for line in lines if line.startswith("warning: "))
+    assert warning == "warning: this jump follows jump 2, which is ill-conditioned, and is known no better."
+
+
+def test_both_causes_are_said() -> None:
+    both = replace(JUMP, decision_margin=0.5, decision_tick=3, error_growth=1e12, ill_conditioned=True)
+    assert sum(line.startswith("warning: ") for line in as_lines(result(both))) == 2
 
 
 def test_a_leg_beyond_its_reach_and_odd_jumps_are_noted() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 
 import pytest
 
@@ -43,7 +42,8 @@ def test_every_method_is_tried_and_timed(study: AccuracyStudy) -> None:
 
 def test_labbook_keeps_its_goal_and_nothing_is_claimed_under_the_floor(study: AccuracyStudy) -> None:
     for point in points(study, LABBOOK):
-        assert point.largest_error <= point.setting
+        assert point.errors is not None
+        assert max(error for error in point.errors.values() if error is not None) <= point.setting
     for series in study.series:
         for point in series.points:
             for name in NAMES:
@@ -60,7 +60,6 @@ def test_a_run_that_fails_is_kept_with_its_reason(monkeypatch: pytest.MonkeyPatc
     assert failed
     assert failed[-1].failure.startswith("more than 1000 evaluations")
     assert failed[-1].errors is None
-    assert math.isinf(failed[-1].largest_error)
     assert len(points(found, "solve_ivp RK45")) == len(points(found, "solve_ivp DOP853"))
 
 

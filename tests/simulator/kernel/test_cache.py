@@ -207,31 +207,37 @@ def test_a_damaged_file_costs_time_only(suffix: str, cached: Cached, tmp_path: P
 WHOLE = """
 import json, sys
 from simulator.jump import simulate
+from simulator.kernel.build import kernel_for
 from simulator.scene_file import load_scene
-found = []
+found, loaded = [], []
 for word in sys.argv[1:]:
     scene, *off = word.split(",")
     changed = load_scene(scene).changed(effects_off=off, jumps=1)
     jump = simulate(changed, 1e-9).jump
+    hits = kernel_for(changed.effects).batch.stats.cache_hits
     found.append([jump.apex_height_m, jump.cost_J])
-print(json.dumps(found))
+    loaded.append(bool(sum(hits.values())))
+print(json.dumps([found, loaded]))
 """
 
 
-def whole(cache: Path | None, *words: str) -> list[list[float]]:
-    """Apex and cost of first jumps, simulated in one process; `cache` None is the user's own."""
+def whole(cache: Path | None, *words: str) -> tuple[list[list[float]], list[bool]]:
+    """Apex and cost of first jumps, simulated in one process, and whether each kernel was found on disk.
+
+    `cache` None is the user's own.
+    """
     command = ["-c", WHOLE, *words]
-    found: list[list[float]] = json.loads(python(command, LABBOOK_CACHE=str(cache)) if cache else python(command))
-    return found
+    numbers, loaded = json.loads(python(command, LABBOOK_CACHE=str(cache)) if cache else python(command))
+    return numbers, loaded
 
 
 def test_a_second_process_loads_what_the_first_has_compiled() -> None:
     """And many kernels together: all shipped scenes in one process, the last compiled first."""
-    wanted = [[simulated.apex_height_m, simulated.cost_J] for simulated in map(first_jump, shipped_scenes())]
-    before = stamps(cache_folder() / fingerprint())
-    assert before
-    assert whole(None, *reversed(shipped_scenes())) == wanted[::-1]
-    assert stamps(cache_folder() / fingerprint()) == before
+    scenes = shipped_scenes()
+    wanted = [[jump.apex_height_m, jump.cost_J] for jump in map(first_jump, scenes)][::-1]
+    numbers, loaded = whole(None, *reversed(scenes))
+    assert numbers == wanted
+    assert all(loaded)
 
 
 def first_jump(name: str) -> JumpResult:
@@ -242,9 +248,11 @@ def first_jump(name: str) -> JumpResult:
 def test_whole_kernels_of_different_processes_are_not_mixed_up_in_a_third(tmp_path: Path) -> None:
     words = ("force_plate", "force_plate,drag")
     with ThreadPoolExecutor(2) as pool:
-        apart = [values for found in pool.map(lambda word: whole(tmp_path, word), words) for values in found]
-    assert apart[0] != apart[1]
+        apart = list(pool.map(lambda word: whole(tmp_path, word), words))
+    assert not any(loaded for _, (loaded,) in apart)
+    wanted = [numbers for (numbers,), _ in apart]
+    assert wanted[0] != wanted[1]
     before = stamps(tmp_path)
-    assert whole(tmp_path, *words) == apart
-    assert whole(tmp_path, *reversed(words)) == apart[::-1]
+    assert whole(tmp_path, *words) == (wanted, [True, True])
+    assert whole(tmp_path, *reversed(words)) == (wanted[::-1], [True, True])
     assert stamps(tmp_path) == before

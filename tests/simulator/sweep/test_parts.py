@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -75,6 +76,30 @@ def test_nobody_else_works_on_it_meanwhile(parts: Parts, tmp_path: Path) -> None
     plan = json.loads((part_folder(tmp_path / "out.nc") / PLAN).read_text(encoding="utf-8"))
     assert plan == IDENTITY
     assert "another program is working on" in refusal(tmp_path / "out.nc", IDENTITY)
+
+
+def test_programs_that_open_what_others_remove_wait_or_begin_anew(tmp_path: Path) -> None:
+    out = tmp_path / "out.nc"
+
+    said: list[str] = []
+
+    def many_times(_program: int) -> None:
+        for _ in range(300):
+            try:
+                with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+                    assert parts.missing() == [0, 1, 2]
+                    parts.keep(0, block(0))
+                    remove_parts(parts.folder)
+            except UsageError as refused:
+                said.append(str(refused))
+
+    with ThreadPoolExecutor(4) as programs:
+        list(programs.map(many_times, range(4)))
+    assert len(said) < 4 * 300
+    assert all("another program is working on" in sentence for sentence in said)
+    with opened_parts(out, IDENTITY, CHUNKS, SHAPE) as parts:
+        remove_parts(parts.folder)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_what_differs_is_said(tmp_path: Path) -> None:

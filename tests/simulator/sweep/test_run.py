@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -149,6 +151,27 @@ def test_threads_order_and_interruptions_change_no_bit(kind: str, tmp_path: Path
     assert sum(told) == sweep.chunks.count == 12
     assert every_byte(broken) == every_byte(first)
     assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{kind}" for name in NAMES}
+
+
+def test_of_programs_that_want_the_same_sweep_at_once_one_computes_it(tmp_path: Path) -> None:
+    """Threads stand for them; the library for the other format bears only one."""
+    sweep = grid_sweep("b_ad=0,100")
+
+    def until_it_is_there(out: Path) -> int:
+        while True:
+            try:
+                return run_sweep(sweep, out, Threads(1)).chunks_before
+            except UsageError as refused:
+                told_off = str(refused)
+            assert "another program is working on" in told_off
+            time.sleep(0.002)
+
+    for number in range(5):
+        out = tmp_path / f"{number}.zarr"
+        with ThreadPoolExecutor(3) as programs:
+            before = list(programs.map(until_it_is_there, [out] * 3))
+        assert sorted(before) == [0, *[sweep.chunks.count] * 2]
+        assert not part_folder(out).exists()
 
 
 NAMES = ("first", "threads", "backwards", "broken")

@@ -26,7 +26,7 @@ SUBSETS = [
 ]
 
 
-def adding_up(scene: Scene, worths: Mapping[str, float]) -> LeavingOut:
+def adding_up(scene: Scene, worths: Mapping[str, float], kept: frozenset[str] = frozenset()) -> LeavingOut:
     """The scene without some of its effects, each of which adds what it is worth to the cost."""
 
     def outputs(left_out: frozenset[str]) -> Outputs:
@@ -34,11 +34,11 @@ def adding_up(scene: Scene, worths: Mapping[str, float]) -> LeavingOut:
             "touchdown", 1, 1.0 + sum(worths.get(name, 0.0) for name in left_out), 0.3, 0.0, 1000, False, 100
         )
 
-    return LeavingOut(scene, outputs)
+    return LeavingOut(scene, outputs, kept)
 
 
 def searched(scene: LeavingOut) -> Smallest:
-    return smallest_set(scene, [scene.measure(item) for item in sets_to_leave_out(scene.scene)], TOLERANCE)
+    return smallest_set(scene, [scene.measure(item) for item in sets_to_leave_out(scene.scene, scene.kept)], TOLERANCE)
 
 
 def shares(lowest: float) -> st.SearchStrategy[dict[str, float]]:
@@ -72,6 +72,14 @@ def test_what_is_found_stays_within_and_none_further_can_go(worths: dict[str, fl
         for name in set(REMOVABLE) - gone
         if gone | {name} in SUBSETS
     )
+
+
+@settings(max_examples=25, deadline=None)
+@given(shares(-0.02), st.sets(st.sampled_from(REMOVABLE)).map(frozenset))
+def test_what_is_kept_stays(worths: dict[str, float], kept: frozenset[str]) -> None:
+    found = searched(adding_up(PLATE, {**worths, **dict.fromkeys(kept, 0.0)}, kept))
+    assert kept <= set(found.effects)
+    assert not kept & {*found.candidates, *found.left_out.effects}
 
 
 def test_two_that_cancel_are_found_though_neither_can_go_alone() -> None:

@@ -1,0 +1,53 @@
+"""A scene with only the effects that matter: what `--effects auto --within 1%` does to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from data_schema.errors import UsageError
+from simulator.changes import without_auto
+from simulator.scene import Scene
+from simulator.worth.measure import Worth, worth_of_effects
+from simulator.worth.tolerance import tolerance_of
+
+SEARCH_ACCURACY = 1e-6
+"""The finest accuracy at which the smallest set is searched; the scene is then simulated to the one asked for."""
+
+Step = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Auto:
+    """Words for effects without `auto`, and the tolerance that goes with it; None where it was not said."""
+
+    words: str | None
+    tolerance: float | None
+    accuracy: float
+
+    def worth(self, scene: Scene, step: Step, kept: frozenset[str] = frozenset()) -> Worth | None:
+        """Search the smallest set of the scene's effects, those `kept` in it; None without a tolerance.
+
+        `step` is told of each set of effects tried.
+        """
+        if self.tolerance is None:
+            return None
+        return worth_of_effects(scene, self.tolerance, self.accuracy, step, kept)
+
+
+def auto_of(effects: str | None, within: str | None, accuracy: float) -> Auto:
+    """Read `--effects` and `--within`; raises `UsageError` for one that misses the other, or is no tolerance."""
+    words, auto = without_auto(effects)
+    coarser = accuracy if accuracy > SEARCH_ACCURACY else SEARCH_ACCURACY
+    if auto and within is None:
+        raise UsageError(
+            "--effects auto chooses effects by a tolerance: add --within, for example --effects auto --within 1%."
+        )
+    if within is not None and not auto:
+        raise UsageError(f"--within {within} is for effects left out by themselves: add --effects auto.")
+    return Auto(words, None if within is None else tolerance_of(within, coarser), coarser)
+
+
+def with_enough(scene: Scene, worth: Worth | None) -> Scene:
+    """Return the scene with the smallest set of effects that was found, and as it is where none was searched."""
+    return scene if worth is None else scene.changed(effects_off=worth.smallest.left_out.effects)
