@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from data_schema.errors import UsageError, nearest, unknown_name
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
 from simulator.gains import active_damping_kg_m, fitted_active_damping_kg_m, stiffness_n_m
 from simulator.scene import Scene
+
+_BUT = ", but with "
+"""Between a scene's title and the words that changed the scene."""
 
 FLIGHT_EFFECTS = {"held": "held_gains_in_flight", "massless": "massless_leg_in_flight"}
 """Words for the leg in flight, beside `soft`, which is neither of these effects."""
@@ -40,7 +43,7 @@ class Change:
 
 
 def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None = None) -> Scene:
-    """Return the scene changed by words `name=value` and by effects `+name,-name`.
+    """Return the scene changed by words `name=value` and by effects `+name,-name`; its title tells of them.
 
     Raises `UsageError` for words that have no meaning, name the same thing twice, or lead to what no scene can have.
     """
@@ -66,7 +69,15 @@ def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None
                 f"surface, at least the leg's rest length of {rest_length_m:g} m."
             )
         values["initial_height"] = drop_height_m - rest_length_m
-    return scene.changed(values, on, off, jumps)
+    changed = scene.changed(values, on, off, jumps)
+    if changed == scene:
+        return scene
+    return told_apart(changed, [word.strip() for word in (*sets, *(effects or "").split(",")) if word.strip()])
+
+
+def told_apart(scene: Scene, words: Sequence[str]) -> Scene:
+    """Return a changed scene with the words that changed it in its title, which is that of the scene it was."""
+    return replace(scene, title=f"{scene.title}{', ' if _BUT in scene.title else _BUT}{', '.join(words)}")
 
 
 def without_auto(effects: str | None) -> tuple[str | None, bool]:

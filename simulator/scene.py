@@ -11,23 +11,25 @@ from simulator.declared import GROUNDS, all_parameters, parameters_read, readers
 from simulator.effects.registry import EFFECTS
 from simulator.scene_rules import RULES
 
-GIVEN = "given by the user"
-"""Source of a value that was changed in a scene."""
 MOST_JUMPS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """A parameter's value in SI units, and where it is from; `why` says for an assumed one why it was chosen."""
+    """A parameter's value in SI units, and where it is from.
+
+    It has a source, or `why` says for what it was assumed, or it was set by who uses the scene, who has said no more.
+    """
 
     value: float
-    source: str
+    source: str = ""
     why: str = ""
+    set_by_user: bool = False
 
     @property
     def assumed(self) -> bool:
-        """Whether the value has no source."""
-        return not self.source
+        """Whether the scene has chosen the value without a source."""
+        return not self.source and not self.set_by_user
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +79,13 @@ class Scene:
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Names of the parameters without a source that the effects in force read."""
+        """Names of the parameters that the effects in force read and the scene has chosen without a source."""
         return tuple(name for name in self.read if self.values[name].assumed)
+
+    @property
+    def set_by_user(self) -> tuple[str, ...]:
+        """Names of the parameters that the effects in force read and that were set by who uses the scene."""
+        return tuple(name for name in self.read if self.values[name].set_by_user)
 
     def changed(
         self,
@@ -101,7 +108,7 @@ class Scene:
         given = dict(values or {})
         for name in given:
             _check_read(name, effects)
-        new = {name: Value(float(number), GIVEN) for name, number in given.items()}
+        new = {name: Value(float(number), set_by_user=True) for name, number in given.items()}
         return replace(
             self, effects=effects, values={**self.values, **new}, jumps=self.jumps if jumps is None else jumps
         )
@@ -160,7 +167,9 @@ def _check_read(name: str, effects: Collection[str]) -> None:
         raise unknown_name("parameter", name, all_parameters())
     if name in parameters_read(effects):
         return
-    raise UsageError(
-        f"{name} would change nothing, because only {' and '.join(readers(name))} reads it and is off: switch it on, "
-        f"or leave {name} out."
-    )
+    first, *others = readers(name)
+    because, remedy = f"only {first} reads it and is off", "switch it on"
+    if others:
+        because = f"{', '.join((first, *others[:-1]))} and {others[-1]} read it and are off"
+        remedy = "switch one of them on"
+    raise UsageError(f"{name} would change nothing, because {because}: {remedy}, or leave {name} out.")

@@ -9,6 +9,8 @@
     body_mass = { value = 1.75, source = "thesis 3.1.3" }
     foot_mass = { value = 0.175, assumed = "a tenth of the body" }
 
+A value that was set in a scene, by `--set` say, is written with `set_by_user = true`: it has neither.
+
 The other tables are [leg], [controller], [ground], [drive] and [start]; parameters of effects that are off may stand
 there, so that the effects can be switched on.
 """
@@ -30,6 +32,7 @@ from simulator.scene import Scene, Value
 
 PARTS: tuple[str, ...] = get_args(Part)
 _TOP = ("title", "description", "jumps", "effects")
+_KEYS = ("value", "source", "assumed", "set_by_user")
 _SUFFIX = ".toml"
 _SHIPPED = importlib.resources.files("simulator") / "scenes"
 
@@ -83,9 +86,14 @@ def write_scene(scene: Scene) -> str:
         lines += ["", f"[{part}]"]
         for name, value in scene.values.items():
             if all_parameters()[name].part == part:
-                origin = f"assumed = {_text(value.why)}" if value.assumed else f"source = {_text(value.source)}"
-                lines.append(f"{name} = {{ value = {_number(value.value)}, {origin} }}")
+                lines.append(f"{name} = {{ value = {_number(value.value)}, {_origin(value)} }}")
     return "\n".join(lines) + "\n"
+
+
+def _origin(value: Value) -> str:
+    if value.set_by_user:
+        return "set_by_user = true"
+    return f"assumed = {_text(value.why)}" if value.assumed else f"source = {_text(value.source)}"
 
 
 def _scene(top: Mapping[str, object], name: str) -> Scene:
@@ -128,15 +136,16 @@ def _value(part: str, name: str, item: object) -> Value:
     if not isinstance(item, dict) or "value" not in item:
         raise InputRefused(f"{name} is not given with its value and source: {form}")
     for key in item:
-        if key not in ("value", "source", "assumed"):
-            raise unknown_name(f"key of {name}", key, ("value", "source", "assumed"))
-    source, why = item.get("source", ""), item.get("assumed", "")
-    if not isinstance(source, str) or not isinstance(why, str) or bool(source) == bool(why):
+        if key not in _KEYS:
+            raise unknown_name(f"key of {name}", key, _KEYS)
+    source, why, is_set = item.get("source", ""), item.get("assumed", ""), item.get("set_by_user", False)
+    of_their_kinds = isinstance(source, str) and isinstance(why, str) and isinstance(is_set, bool)
+    if not of_their_kinds or [bool(source), bool(why), is_set].count(True) != 1:
         raise InputRefused(f"{name} has to have either a source or a reason why it is assumed: {form}")
     number = item["value"]
     if isinstance(number, int) and not isinstance(number, bool) and abs(number) < 10**300:
         number = float(number)
-    return Value(number, source, why)
+    return Value(number, source, why, is_set)
 
 
 def _text(words: str) -> str:

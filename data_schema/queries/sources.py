@@ -32,11 +32,10 @@ def describe_input(connection: sa.Connection, item: InputRow) -> Source:
     row = connection.execute(query).first()
     if row is None:
         return Source(item.input_kind, item.input_uid, f"{item.input_uid} (not in the book any more)")
-    return Source(
-        item.input_kind,
-        item.input_uid,
-        ", ".join(f"{name} {value}" for name, value in row._mapping.items() if value is not None),
-    )
+    told = [f"{name} {value}" for name, value in row._mapping.items() if value is not None]
+    if item.input_kind == "scene" and item.input_uid.endswith(".toml"):
+        told.append(f"sha256 {item.input_sha256}")  # of the file's bytes; of others it is that of what they stand for
+    return Source(item.input_kind, item.input_uid, ", ".join(told))
 
 
 def _run(uid: str) -> sa.Select[tuple[object, ...]]:
@@ -111,7 +110,7 @@ def _study(uid: str) -> sa.Select[tuple[object, ...]]:
 
 
 def _scene(name: str) -> sa.Select[tuple[object, ...]]:
-    """A scene is the simulator's: it has a name, and the simulator's files say what is in it."""
+    """A scene is the simulator's, whose files say what is in it, or a file that the book keeps in its configuration."""
     return sa.select(sa.literal(name).label("scene"))
 
 

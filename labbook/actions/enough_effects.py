@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from data_schema.errors import UsageError
-from simulator.changes import without_auto
+from simulator.changes import changed_by_words, without_auto
 from simulator.scene import Scene
 from simulator.worth.measure import Worth, worth_of_effects
 from simulator.worth.tolerance import tolerance_of
@@ -50,4 +50,6 @@ def auto_of(effects: str | None, within: str | None, accuracy: float) -> Auto:
 
 def with_enough(scene: Scene, worth: Worth | None) -> Scene:
     """Return the scene with the smallest set of effects that was found, and as it is where none was searched."""
-    return scene if worth is None else scene.changed(effects_off=worth.smallest.left_out.effects)
+    if worth is None:
+        return scene
+    return changed_by_words(scene, effects=",".join(f"-{name}" for name in worth.smallest.left_out.effects))

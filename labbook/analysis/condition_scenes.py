@@ -32,12 +32,17 @@ IN_FILE = "[simulation] of labbook.toml"
 
 
 def study_scene(settings: SimulationSettings) -> Scene:
-    """Return the scene that all conditions start from; raises `UsageError` for effects that cannot be together."""
-    from simulator.changes import changed_by_words
-    from simulator.scene_file import load_scene
+    """Return the scene that all conditions start from.
 
+    Raises `InputRefused` for a file that is no scene, `UsageError` for effects that cannot be together.
+    """
+    from simulator.changes import changed_by_words
+    from simulator.scene_file import load_scene, parse_scene
+
+    own = settings.scene_toml
+    scene = load_scene(settings.scene) if own is None else parse_scene(own, settings.scene, settings.scene)
     try:
-        return changed_by_words(load_scene(settings.scene), (), settings.effects)
+        return changed_by_words(scene, (), settings.effects)
     except LabbookError as error:
         raise UsageError(f"{IN_FILE}, effects: {error}") from error
 
@@ -53,6 +58,8 @@ def condition_scene(
 
     Raises `UsageError` where the configuration names what the scene does not read, or a level gives no number.
     """
+    from simulator.changes import told_apart
+
     settings = configuration.simulation
     assert settings is not None  # noqa: S101 - who has a scene has settings
     name, facts = robot
@@ -64,9 +71,10 @@ def condition_scene(
             found = level_parameters(settings, configuration.gains.get(row.name), row.name, level)
             given |= {parameter: (value, f"{row.name} {level.label}") for parameter, value in found.items()}
     try:
-        return _sourced(start, given, settings.assumed)
+        scene = _sourced(start, given, settings.assumed)
     except LabbookError as error:
         raise UsageError(f"{IN_FILE}: {error}") from error
+    return told_apart(scene, [*(f"{factor}={level}" for factor, level in levels.items()), f"robot {name}"])
 
 
 def level_parameters(

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 ALGORITHM = Algorithm(
     "prediction",
-    4,
+    5,
     (
         "labbook.analysis.predicting",
         "labbook.analysis.condition_scenes",
@@ -147,25 +147,30 @@ def _request(
     from simulator.scene_file import write_scene
 
     scene = condition_scene(start, evidence.configuration, evidence.factors, run.levels, (run.robot, facts))
-    unvaried = [name for name in settings.varied if name not in scene.assumed]
+    unvaried = [name for name in settings.varied if name not in _unsourced(scene)]
     if unvaried:
-        raise unknown_name("assumed parameter of this scene", unvaried[0], scene.assumed)
+        raise unknown_name("assumed parameter of this scene", unvaried[0], _unsourced(scene))
     return Request(
         ALGORITHM,
         {"condition": run.condition_key, "robot": run.robot, "scene": start.name},
         (
             condition_input(run),
             rests_on("robot", "robot_body", run.robot_uid, repr(sorted(facts.items()))),
-            rests_on("scene", "scene", start.name, write_scene(start)),
+            rests_on("scene", "scene", start.name, settings.scene_toml or write_scene(start)),
         ),
         {"scene": write_scene(scene), "accuracy": settings.accuracy, "varied_by": _parts(settings, scene)},
         lambda: _outcome(scene, settings, progress),
     )
 
 
+def _unsourced(scene: Scene) -> tuple[str, ...]:
+    """Return the parameters to vary: also those that a scene of one's own has as set by who used another."""
+    return scene.assumed + scene.set_by_user
+
+
 def _parts(settings: SimulationSettings, scene: Scene) -> dict[str, float]:
     """Return the part by which each assumed parameter is varied."""
-    return {name: settings.varied.get(name, settings.varied_by) for name in scene.assumed}
+    return {name: settings.varied.get(name, settings.varied_by) for name in _unsourced(scene)}
 
 
 def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str], None]) -> Outcome:
@@ -205,7 +210,7 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
             name: {
                 "value": scene[name],
                 "unit": all_parameters()[name].unit,
-                "why": scene.values[name].why,
+                "why": scene.values[name].why or "set where the scene was used",
                 "varied_by": part,
             }
             for name, part in parts.items()

@@ -122,7 +122,7 @@ def read_configuration(folder: Path) -> Configuration:
     """Read labbook.toml."""
     path = folder / CONFIGURATION
     try:
-        return parse_configuration(path.read_text(encoding="utf-8"), str(path))
+        return parse_configuration(path.read_text(encoding="utf-8"), str(path), folder)
     except UnicodeDecodeError as error:
         raise UsageError(f"{path} is not UTF-8 text (byte {error.start}): save it as UTF-8.") from error
 

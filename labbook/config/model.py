@@ -146,12 +146,14 @@ class ProfileSettings:
 class SimulationSettings:
     """`[simulation]`: the scene that conditions are predicted with, and what becomes of it in each of them.
 
+    `scene` names a shipped scene, or the file of one's own, whose text is then `scene_toml`.
     `factors` goes from a factor to the parameter that its physical value is, `levels` from a factor and a label to
     parameters; `parameters` hold in every condition, and those in `assumed` have no source although they are stated.
     For the error every parameter without a source is varied by the part `varied_by`, those in `varied` by their own.
     """
 
     scene: str
+    scene_toml: str | None
     effects: str | None
     accuracy: float
     varied_by: float
@@ -164,7 +166,8 @@ class SimulationSettings:
 
 @dataclass(frozen=True, slots=True)
 class Configuration:
-    """All of `labbook.toml`; `people` goes from name to initials, `text` is the file as it was, `sha256` its hash."""
+    """All of `labbook.toml`; `people` goes from name to initials, `text` is the file as it was, with that of a scene of
+    one's own below it, `sha256` its hash."""
 
     study: StudySettings
     people: Mapping[str, str]

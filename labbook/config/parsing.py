@@ -11,6 +11,7 @@ import re
 import tomllib
 import zoneinfo
 from collections.abc import Mapping
+from pathlib import Path
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import StudyKind
@@ -28,6 +29,7 @@ from labbook.config.model import (
     StudySettings,
     TimeColumn,
 )
+from labbook.config.own_scene import with_own_scene
 from labbook.config.simulation import read_simulation
 from labbook.config.tables import TableReader, as_number, is_plain
 from labbook.config.template import template
@@ -35,14 +37,18 @@ from labbook.config.template import template
 __all__ = ["Configuration", "parse_configuration", "template"]
 
 
-def parse_configuration(text: str, source: str) -> Configuration:
+def parse_configuration(text: str, source: str, folder: Path | None = None) -> Configuration:
     """Read a configuration; `source` names the file in messages.
 
+    `folder`: where the file of a scene of one's own is looked for; None for a text that is kept with it.
     Raises `InputRefused` with one sentence a fault, all faults at once.
     """
     faults: list[str] = []
     top = TableReader(_toml(text, source), "", faults)
     factors = read_factors(top)
+    simulation = read_simulation(top, factors, folder)
+    if folder is not None and simulation is not None and simulation.scene_toml is not None:
+        text = with_own_scene(text, simulation.scene, simulation.scene_toml)
     configuration = Configuration(
         study=_study(top.table("study", required=True)),
         people=_people(top.table("people")),
@@ -54,7 +60,7 @@ def parse_configuration(text: str, source: str) -> Configuration:
         instruments={name: _instrument(table) for name, table in top.tables("instruments")},
         files=_files(top.table("files")),
         profiles={name: _profile(table) for name, table in top.tables("profiles")},
-        simulation=read_simulation(top, factors),
+        simulation=simulation,
         database_url=_database(top.table("database")),
         store_path=_store(top.table("store")),
         text=text,

@@ -9,6 +9,7 @@
     [simulation.levels.surface]
     sand = { kg_scale = 1.2 }
 
+The scene is a shipped one, or a file of one's own (`labbook.config.own_scene`).
 `factors` names the parameter that a factor's physical value is; `levels` gives parameters level by level, `parameters`
 for all conditions. The robot's masses and lengths are those of the book; `assumed` names what has no source all the
 same, and is varied as the scene's own assumptions are: by a tenth, by `varied_by`, or by what `varied` says. Names of
@@ -19,9 +20,11 @@ from __future__ import annotations
 
 import importlib.resources
 from collections.abc import Mapping
+from pathlib import Path
 
 from data_schema.errors import unknown_name
 from labbook.config.model import FactorSettings, SimulationSettings
+from labbook.config.own_scene import SUFFIX, read_own_scene
 from labbook.config.tables import TableReader, is_plain
 
 ACCURACY = 1e-6
@@ -29,15 +32,19 @@ VARIED_BY = 0.1
 """Relative error asked of the simulator, and the part by which assumed parameters are varied, where none is given."""
 
 
-def read_simulation(top: TableReader, factors: Mapping[str, FactorSettings]) -> SimulationSettings | None:
-    """Read `[simulation]`, None where the book has none."""
+def read_simulation(
+    top: TableReader, factors: Mapping[str, FactorSettings], folder: Path | None
+) -> SimulationSettings | None:
+    """Read `[simulation]`, None where the book has none; `folder` is where the file of a scene of one's own may lie."""
     if top.value("simulation") is None:
         return None
     table = top.table("simulation")
     below = table.table("levels")
     scene = table.text("scene")
+    own = scene.endswith(SUFFIX)
     settings = SimulationSettings(
-        scene=table.known("scene", scene, _shipped(), "scene") if scene else "",
+        scene=scene if own else _shipped_scene(table, scene),
+        scene_toml=read_own_scene(top, table, scene, folder) if own else None,
         effects=table.optional_text("effects"),
         accuracy=table.number("accuracy", ACCURACY, above=0.0),
         varied_by=_part(table, "varied_by", VARIED_BY),
@@ -49,6 +56,14 @@ def read_simulation(top: TableReader, factors: Mapping[str, FactorSettings]) -> 
     )
     table.finish()
     return settings
+
+
+def _shipped_scene(table: TableReader, scene: str) -> str:
+    shipped = _shipped()
+    if scene and scene not in shipped:
+        own = "A scene of your own is given by its file, NAME.toml, relative to labbook.toml."
+        table.fault("scene", str(unknown_name("scene", scene, shipped, own)))
+    return scene
 
 
 def _shipped() -> list[str]:

@@ -94,7 +94,8 @@ capacity_mah = 6600
 run_pattern = '^(?P<run>r\\d+)'
 
 # What the simulator predicts each condition with: the report shows it beside what was measured. `factors` says which
-# parameter a factor's physical value is; parameters without a source are varied by this part, for the error.
+# parameter a factor's physical value is; parameters without a source are varied by this part, for the error. A scene of
+# your own is a file beside this one: scene = "own.toml".
 #[simulation]
 #scene = "bed"
 #varied_by = 0.1

@@ -21,6 +21,7 @@ def worth_data(scene: Scene, worth: Worth) -> dict[str, Any]:
         "scene": scene.name,
         "title": scene.title,
         "effects": in_order(scene.effects),
+        "set_by_user": {name: scene[name] for name in scene.set_by_user},
         "accuracy": worth.accuracy,
         "jumps_measured": worth.scene.jumps,
         "full": asdict(worth.full),

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from labbook.presenting.durations import time_text
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
 from simulator.ill_conditioned import close_decision, grown_rounding
@@ -28,6 +29,11 @@ OUTCOMES = {
 }
 """Sentences of the outcomes."""
 
+_WHOLE = ("liftoff", "apex", "touchdown")
+"""Outcomes of jumps whose cost is whole."""
+
+COST, COST_SO_FAR = "cost of the jump", "cost until it ended"
+
 ROWS = (
     ("touchdown", "touchdown_time_s", "s after the start"),
     ("lift-off", "liftoff_time_s", "s after touchdown"),
@@ -42,7 +48,7 @@ ROWS = (
     ("shortest leg", "min_leg_length_m", "m"),
     ("longest leg", "max_leg_length_m", "m"),
     ("force capped for", "capped_time_s", "s"),
-    ("cost of the jump", "cost_J", "J"),
+    (COST, "cost_J", "J"),
     ("  heat in the motors", "{span}_heat_J", "J"),
     ("  mechanical", "{span}_mechanical_J", "J"),
     ("  motors' drag", "{span}_drag_J", "J"),
@@ -69,6 +75,7 @@ def as_data(result: SceneResult) -> dict[str, Any]:
         "effects": [name for name in EFFECTS if name in scene.effects],
         "values": {name: scene[name] for name in scene.read},
         "assumed": {name: scene.values[name].why for name in scene.assumed},
+        "set_by_user": {name: scene[name] for name in scene.set_by_user},
         "accuracy": result.accuracy,
         "compile_time_s": result.compile_time_s,
         "wall_time_s": result.wall_time_s,
@@ -100,18 +107,39 @@ def as_lines(result: SceneResult) -> list[str]:
     which = f", jump {len(result.jumps)} of {scene.jumps}" if many else ""
     return [
         f"{scene.name}: {scene.title}",
-        f"{OUTCOMES.get(jump.outcome, jump.outcome)} ({jump.outcome}{which}).",
+        f"{outcome_text(jump.outcome, which)}.",
         *_warnings(result),
         "",
         *_table(result),
         *(_all_jumps(result) if many else []),
         "",
         *_notes(result),
-        *_assumed(result),
+        *set_by_user_line(scene),
+        *_assumed(scene),
         f"{abs(jump.energy_residual_J):.1e} J of the energy book are not accounted for.",
-        f"{jump.steps} steps, {jump.rhs_evaluations} evaluations for a relative error of {result.accuracy:g}; "
-        f"{1e3 * result.wall_time_s:.3g} ms, after {result.compile_time_s:.2g} s of compiling.",
+        _effort(result),
     ]
+
+
+def outcome_text(outcome: str, which: str = "") -> str:
+    """Say how a jump ended, with the outcome's name."""
+    return f"{OUTCOMES.get(outcome, outcome)} ({outcome}{which})"
+
+
+def title_text(scene: Scene, which: str, outcome: str) -> str:
+    """Return what heads a figure: the scene, which of its jumps is shown, and how that ended where it ended early."""
+    ended = "" if outcome in _WHOLE else f"; {outcome_text(outcome)}"
+    return f"{scene.name}{which}: {scene.title}{ended}"
+
+
+def _effort(result: SceneResult) -> str:
+    """Say what all jumps took, as the time is that of all."""
+    steps, evaluations = (sum(getattr(jump, name) for jump in result.jumps) for name in ("steps", "rhs_evaluations"))
+    where = f" in {_jumps_text(result)}" if result.scene.jumps > 1 else ""
+    return (
+        f"{steps} steps, {evaluations} evaluations{where} for a relative error of {result.accuracy:g}; "
+        f"{time_text(result.wall_time_s)}, after {time_text(result.compile_time_s)} of compiling."
+    )
 
 
 def _digits(accuracy: float) -> int:
@@ -130,7 +158,8 @@ def _table(result: SceneResult) -> list[str]:
     for name, key, unit in ROWS:
         values = [getattr(branch, key.format(span=span)) for branch in branches]
         if any(value not in (None, 0.0) for value in values) or key in _ALWAYS:
-            rows.append((name, *(_number(value, digits) for value in values), unit))
+            shown = COST_SO_FAR if name == COST and jump.outcome not in _WHOLE else name
+            rows.append((shown, *(_number(value, digits) for value in values), unit))
     widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
@@ -169,7 +198,13 @@ def _all_jumps(result: SceneResult) -> list[str]:
     heights = f", apexes of {min(apexes):.4g} to {max(apexes):.4g} m" if apexes else ""
     edges = sum(jump.ill_conditioned for jump in result.jumps)
     flagged = f", {edges} of them ill-conditioned" if edges else ""
-    return ["", f"all {len(result.jumps)} jumps{flagged}: {total:.6g} J{heights}."]
+    return ["", f"{_jumps_text(result)}{flagged}: {total:.6g} J{heights}."]
+
+
+def _jumps_text(result: SceneResult) -> str:
+    """Say how many jumps were simulated: "all 80 jumps", "3 of 80 jumps" where the third ended otherwise."""
+    made, wanted = len(result.jumps), result.scene.jumps
+    return f"all {wanted} jumps" if made == wanted else f"{made} of {wanted} jumps"
 
 
 def _notes(result: SceneResult) -> list[str]:
@@ -185,22 +220,33 @@ def _notes(result: SceneResult) -> list[str]:
     if any(counted.values()):
         notes.append(
             "note: "
-            + ", ".join(f"{name.replace('_', ' ')} {count} times" for name, count in counted.items() if count)
-            + f" in {len(result.jumps)} jumps."
+            + ", ".join(f"{name.replace('_', ' ')} {_times(count)}" for name, count in counted.items() if count)
+            + (f" in {_jumps_text(result)}." if scene.jumps > 1 else ".")
         )
     return notes
 
 
-def _assumed(result: SceneResult) -> list[str]:
-    if not result.scene.assumed:
-        return ["every parameter has a source."]
-    return ["rests on assumed parameters:", *(f"  {text}" for text in assumed_texts(result.scene))]
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
+
+
+def set_by_user_line(scene: Scene) -> list[str]:
+    """Return a line with the parameters that were set by who uses the scene; none where none was."""
+    texts = [_value_text(scene, name) for name in scene.set_by_user]
+    return [f"set by you: {', '.join(texts)}."] if texts else []
+
+
+def _assumed(scene: Scene) -> list[str]:
+    if not scene.assumed:
+        return [f"every {'other ' if scene.set_by_user else ''}parameter has a source."]
+    return ["rests on assumed parameters:", *(f"  {text}" for text in assumed_texts(scene))]
 
 
 def assumed_texts(scene: Scene) -> list[str]:
     """Return each assumed parameter that is in force with its value and why it was chosen."""
-    texts = []
-    for name in scene.assumed:
-        unit = all_parameters()[name].unit
-        texts.append(f"{name} = {scene[name]:g}{'' if unit == '1' else ' ' + unit}: {scene.values[name].why}")
-    return texts
+    return [f"{_value_text(scene, name)}: {scene.values[name].why}" for name in scene.assumed]
+
+
+def _value_text(scene: Scene, name: str) -> str:
+    unit = all_parameters()[name].unit
+    return f"{name} = {scene[name]:g}{'' if unit == '1' else ' ' + unit}"

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from labbook.presenting.durations import time_text
+from labbook.presenting.simulated import set_by_user_line
 from simulator.sweep.outputs import OUTPUTS
 from simulator.sweep.run import Finished
 
@@ -25,6 +26,7 @@ def sweep_data(done: Finished) -> dict[str, Any]:
         "outcomes": done.summary.outcomes,
         "ill_conditioned": done.summary.ill_conditioned,
         "assumed": {name: scene.values[name].why for name in done.sweep.assumed},
+        "set_by_user": {name: scene[name] for name in scene.set_by_user},
         "chunks": chunks.count,
         "chunks_before": done.chunks_before,
         "compile_time_s": done.compile_time_s,
@@ -43,6 +45,7 @@ def sweep_lines(done: Finished) -> list[str]:
     return [
         f"{done.sweep.scene.name}: {data['jumps']} jumps over {dims}, {data['sampling']}.",
         f"outcomes: {outcomes}; ill-conditioned: {data['ill_conditioned']}.",
+        *set_by_user_line(done.sweep.scene),
         *assumed,
         _how(done),
         f"{done.out}: {data['variables']} variables, for xarray.{_opener(done)}({done.out.name!r}).",

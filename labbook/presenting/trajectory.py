@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from data_schema.errors import UsageError
+from labbook.presenting.simulated import title_text
 from reports.trajectory import FloatArray, LegDrawing, ModeSpan, Trajectory
 from simulator.basics import GRAVITY_M_S2
 from simulator.kernel.layout import FLIGHT, MODES
@@ -47,7 +48,7 @@ def trajectory_of(result: SceneResult) -> Trajectory:
     ]
     which = f", jump {len(result.jumps)} of {scene.jumps}" if scene.jumps > 1 else ""
     return Trajectory(
-        title=f"{scene.name}{which}: {scene.title}",
+        title=title_text(scene, which, jump.outcome),
         time_s=time_s,
         body_height_m=body_m,
         foot_height_m=foot_m,

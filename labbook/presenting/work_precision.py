@@ -8,6 +8,7 @@ from typing import Any
 
 from labbook.presenting.durations import time_text
 from labbook.presenting.machine import processor
+from labbook.presenting.simulated import title_text
 from reports.wording import sentence_start
 from reports.work_precision import Curve, Mark, Panel, WorkPrecision
 from simulator.accuracy.advice import COST, GOALS, Need, needs
@@ -30,8 +31,10 @@ def as_data(study: AccuracyStudy) -> dict[str, Any]:
     reference = study.reference
     return {
         "scene": study.scene.name,
+        "title": study.scene.title,
         "effects": sorted(study.scene.effects),
         "values": {name: study.scene[name] for name in study.scene.read},
+        "set_by_user": {name: study.scene[name] for name in study.scene.set_by_user},
         "jumps": study.scene.jumps,
         "reference": {
             "source": reference.source,
@@ -61,7 +64,7 @@ def as_lines(study: AccuracyStudy) -> list[str]:
     scene, reference = study.scene, study.reference
     which = f", jump {scene.jumps} of {scene.jumps}" if scene.jumps > 1 else ""
     return [
-        f"{scene.name}: {scene.title}",
+        title_text(scene, "", reference.outcome),
         f"errors are relative{which}, against: {reference.source}.",
         _floor_line(study),
         _times(),
@@ -86,9 +89,9 @@ def work_precision_of(study: AccuracyStudy) -> WorkPrecision:
             )
             panels.append(Panel(title, lowest, curves))
     which = f", jump {scene.jumps}" if scene.jumps > 1 else ""
-    title, methods = f"{scene.name}{which}: {scene.title}", tuple(series.method for series in study.series)
+    methods = tuple(series.method for series in study.series)
     notes = (f"Errors are against: {study.reference.source}.", sentence_start(_times()), *_not_drawn(study))
-    return WorkPrecision(title, methods, tuple(panels), notes)
+    return WorkPrecision(title_text(scene, which, study.reference.outcome), methods, tuple(panels), notes)
 
 
 def _times() -> str:
@@ -163,6 +166,8 @@ def _advice(study: AccuracyStudy, goal: float) -> Iterator[str]:
 def _sentence(need: Need, own: Point | None) -> str:
     method = need.series.method
     if need.point is None:
+        if len(need.series.points) == 1:
+            return f"the one setting of {method} that was tried will not do{_best(need)}."
         return f"no setting of {method} that was tried will do{_best(need)}."
     paid = f"you need {_setting(need.series, need.point)} with {method}; you pay {time_text(need.point.seconds)}"
     if own is None or method == LABBOOK:

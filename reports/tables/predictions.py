@@ -32,9 +32,9 @@ _TITLES = {
     PredictedQuantity.SAVINGS: "Savings against the control",
 }
 LEGEND = (
-    "difference: predicted less measured; error: one standard uncertainty of the prediction; ratio: difference over "
-    "the expanded uncertainty of both (half the measured interval, and two standard uncertainties of the prediction). "
-    "They agree where the ratio lies within \u22121 to 1."
+    "std. error: one standard uncertainty of the prediction (two are about 95 %); difference: predicted less measured; "
+    "ratio: difference over the expanded uncertainty of both, half the measured interval and two standard "
+    "uncertainties of the prediction added in quadrature. They agree where the ratio lies within \u22121 to 1."
 )
 """What the columns are."""
 _VERDICTS = {True: words("yes"), False: words("no"), None: Cell(DASH, (None,))}
@@ -84,7 +84,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
         Column("measured", (f"measured_{slug}",), unit),
         Column(level, (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), unit),
         Column("predicted", (f"predicted_{slug}",), unit),
-        Column("error", (f"predicted_se_{slug}",), unit),
+        Column("std. error", (f"predicted_se_{slug}",), unit),
         Column("difference", (f"difference_{slug}",), unit),
         Column("ratio", ("error_ratio",)),
         Column("agree", ("agrees",), numeric=False),

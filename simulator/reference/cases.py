@@ -151,6 +151,7 @@ CASES: dict[str, tuple[ReferenceCase, ...]] = {
     "emulator": (
         ReferenceCase("gain 100", _emulator(100, Fraction(0))),
         ReferenceCase("gain 200", _emulator(200, Fraction(0))),
+        ReferenceCase("gain 300", _emulator(300, Fraction(0))),
         ReferenceCase("gain 400", _emulator(400, Fraction(0))),
         ReferenceCase("gain 300, b_AD = 166", _emulator(300, Fraction(166))),
         ReferenceCase("gain 400, b_AD = 664/3", _emulator(400, Fraction(664, 3))),

@@ -100,6 +100,7 @@ def _attributes(sweep: Sweep, identity: Identity) -> Attributes:
         "accuracy": sweep.accuracy,
         "sampling": sweep.design.description,
         "assumed": json.dumps({name: scene.values[name].why for name in sweep.assumed}, ensure_ascii=False),
+        "set_by_user": json.dumps({name: scene[name] for name in scene.set_by_user}),
         "simulator_fingerprint": identity["simulator"],
         "labbook_version": sweep.labbook,
         IDENTITY: json.dumps(dict(identity), ensure_ascii=False),

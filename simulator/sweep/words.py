@@ -46,9 +46,12 @@ def _parted(word: str, form: str) -> tuple[str, str]:
 
 def _spaced(word: str, values: str) -> Row:
     low, high, rest, logarithmic = _ends(word, values, GRID_FORM)
-    if len(rest) != 1 or not rest[0].isdecimal() or not 2 <= int(rest[0]) <= MOST_ROWS:
+    digits = rest[0].lstrip("0") if len(rest) == 1 and rest[0].isdecimal() else ""
+    if digits in ("", "1"):
         raise UsageError(f"--over {word} does not say how many values there are, 2 or more: write {GRID_FORM}.")
-    count = int(rest[0])
+    if len(digits) > len(str(MOST_ROWS)) or int(digits) > MOST_ROWS:
+        raise UsageError(f"--over {word} asks for {digits} values: sweep at most {MOST_ROWS} scenes.")
+    count = int(digits)
     return np.geomspace(low, high, count) if logarithmic else np.linspace(low, high, count)
 
 

@@ -75,6 +75,7 @@ def test_drops_onto_the_bed(sets: list[str], expected: tuple[float, ...], tmp_pa
     found = simulated(tmp_path, "bed", sets, "--accuracy", "1e-9")
     assert [found[key] for key in DROP] == pytest.approx(expected, rel=1e-7, abs=5e-9)  # given to 1e-8
     assert found["assumed"].keys() == {"body_mass", "foot_mass", "kg_scale"}
+    assert set(found["set_by_user"]) <= {"k_extension", "b_ad", "foot_radius"}
 
 
 @pytest.mark.parametrize(("scene", "gain", "damping_gain", "touchdown_s", "expected"), CYCLES)

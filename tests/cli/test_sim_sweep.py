@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.metadata
 import itertools
+import json
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from tests.cli.shell import good, labbook, process, refused
 
 KEYS = {
     *("out", "scene", "dims", "jumps", "accuracy", "sampling", "outcomes", "ill_conditioned", "assumed"),
+    "set_by_user",
     *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
     "effects_left_out",
 }
@@ -29,7 +31,11 @@ def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
     assert found.keys() == KEYS
     assert (found["jumps"], found["dims"]) == (12, {"b_ad": 4, "foot_radius": 3})
     assert found["outcomes"] == {"touchdown": 12}
+    assert found["set_by_user"] == {"k_extension": 835.36}
     with xarray.open_dataset(tmp_path / found["out"]) as dataset:
+        assert json.loads(dataset.attrs["set_by_user"]) == {"k_extension": 835.36}
+        assert "k_extension = { value = 835.36, set_by_user = true }" in dataset.attrs["scene_toml"]
+        assert dataset.attrs["title"].endswith(", but with gain=300, +leg_damping: sweep of b_ad, foot_radius")
         assert dataset.attrs["labbook_version"] == importlib.metadata.version("robot-labbook")
         for b_ad, radius in itertools.product((0, 300), (0.02, 0.038)):
             words = ("--set", f"b_ad={b_ad}", "--set", f"foot_radius={radius}", "--set", "gain=300")
@@ -61,6 +67,7 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     assert shown[0] == "bed: 2 jumps over gain (2), grid."
     assert shown[1].startswith("outcomes: touchdown 2; ill-conditioned: ")
     assert any(line.startswith("kg_scale is assumed: ") for line in shown)
+    assert not any(line.startswith("set by you") for line in shown)
     assert shown[-1] == "bed.nc: 42 variables, for xarray.open_dataset('bed.nc')."
     again = good(labbook(*words, at=tmp_path)).out.splitlines()
     assert "nothing was left to simulate." in again

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simulator.jump import ROUNDING, limits_for, parameter_row
-from simulator.kernel.build import kernel_for
+from simulator.jump import ill_conditioned, limits_for, parameter_row
+from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.scene_file import load_scene
 
-SCENES = 1400
-"""As many as give 1 000 jumps to their end with the flagged left out, or nearly."""
+Row = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+JUDGED = 1000
+SCENES = 1700
+"""As many as give `JUDGED` jumps with the flagged and those that end otherwise left out."""
+FINEST = 1e-12
 RANGES = {
-    "initial_velocity": (-2.0, -0.2),
     "k_compression": (150.0, 300.0),
     "k_extension": (300.0, 1600.0),
     "b_compression": (5.0, 25.0),
@@ -27,58 +32,72 @@ RANGES = {
     "body_mass": (1.0, 2.5),
     "foot_mass": (0.05, 0.4),
 }
+STARTS = {
+    "sim2": {"initial_velocity": (-2.0, -0.2)},
+    "bed": {"initial_velocity": (-0.5, 0.0), "initial_height": (0.02, 0.2)},
+}
 OUTPUTS = ("max_depth_m", "liftoff_time_s", "apex_height_m")
+TOUCHDOWN = OUTCOMES.index("touchdown")
+RESIDUAL_FACTOR = 10.0
+"""Most that the worst energy residual of some thousand jumps may be in units of the accuracy: 5 were measured."""
 
 
-def _table() -> NDArray[np.float64]:
-    scene = load_scene("sim2")
-    kernel = kernel_for(scene.effects)
-    names = [parameter.name for parameter in kernel.composition.parameters]
-    table = np.repeat(parameter_row(kernel, scene)[np.newaxis], SCENES, axis=0)
-    random = np.random.default_rng(7)
-    for name, (low, high) in RANGES.items():
-        table[:, names.index(name)] = random.uniform(low, high, SCENES)
-    return table
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """Scenes of one set of effects, and what they give at the finest accuracy."""
+
+    kernel: Kernel
+    table: Row
+    reference: Row
+
+    def at(self, accuracy: float) -> tuple[Row, Flags]:
+        """The jumps at an accuracy, and which of them are flagged."""
+        rows = _simulated(self.kernel, self.table, accuracy)
+        flags = ill_conditioned(rows[:, COLUMN["decision_margin"]], rows[:, COLUMN["error_growth"]], accuracy)
+        return rows, np.asarray(flags)
 
 
-def _simulated(table: NDArray[np.float64], accuracy: float) -> NDArray[np.float64]:
+def _simulated(kernel: Kernel, table: Row, accuracy: float) -> Row:
     rows = np.zeros((len(table), 1, len(COLUMNS)))
-    none = np.zeros((0, 0))
-    kernel_for(load_scene("sim2").effects).batch(
-        table, limits_for(accuracy), rows, np.zeros(len(table), np.int64), none, none
-    )
-    return rows[:, 0]
+    none = np.zeros((0, 4))
+    kernel.batch(table, limits_for(accuracy), rows, np.zeros(len(table), np.int64), none, none)
+    return np.asarray(rows[:, 0])
 
 
-def _outputs(rows: NDArray[np.float64]) -> NDArray[np.float64]:
+def _outputs(rows: Row) -> Row:
     cost = sum(rows[:, COLUMN[f"stance_{part}_J"]] for part in ("heat", "mechanical", "drag"))
     return np.stack([*(rows[:, COLUMN[name]] for name in OUTPUTS), cost])
 
 
-@pytest.fixture(scope="module")
-def finest() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    table = _table()
-    return table, _simulated(table, 1e-12)
+@pytest.fixture(scope="module", params=STARTS)
+def drawn(request: pytest.FixtureRequest) -> Drawn:
+    scene = load_scene(request.param)
+    kernel = kernel_for(scene.effects)
+    names = [parameter.name for parameter in kernel.composition.parameters]
+    table = np.repeat(parameter_row(kernel, scene)[np.newaxis], SCENES, axis=0)
+    random = np.random.default_rng(7)
+    for name, (low, high) in (STARTS[request.param] | RANGES).items():
+        table[:, names.index(name)] = random.uniform(low, high, SCENES)
+    return Drawn(kernel, table, _simulated(kernel, table, FINEST))
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
-def test_the_goal_is_kept_and_not_overdone(
-    finest: tuple[NDArray[np.float64], NDArray[np.float64]], accuracy: float
-) -> None:
-    table, reference = finest
-    rows = _simulated(table, accuracy)
-    flagged = (rows[:, COLUMN["decision_margin"]] < 10) | (rows[:, COLUMN["error_growth"]] * ROUNDING > accuracy / 2)
-    judged = (reference[:, 0] == OUTCOMES.index("touchdown")) & ~flagged
-    assert judged.sum() > 600
-    assert np.array_equal(rows[judged, 0], reference[judged, 0])
-    share = np.max(np.abs(_outputs(rows[judged]) / _outputs(reference[judged]) - 1), axis=0) / accuracy
+def test_the_goal_is_kept_and_not_overdone(drawn: Drawn, accuracy: float) -> None:
+    rows, flagged = drawn.at(accuracy)
+    judged = (drawn.reference[:, 0] == TOUCHDOWN) & ~flagged
+    assert judged.sum() >= JUDGED
+    share = np.max(np.abs(_outputs(rows[judged]) / _outputs(drawn.reference[judged]) - 1), axis=0) / accuracy
+    share[rows[judged, 0] != TOUCHDOWN] = np.inf
     assert np.mean(share <= 1) >= 0.99
     assert np.median(share) >= 0.01
+    assert np.mean(rows[~flagged, 0] == drawn.reference[~flagged, 0]) >= 0.998
 
 
-def test_the_energy_book_closes_within_the_goal(finest: tuple[NDArray[np.float64], NDArray[np.float64]]) -> None:
-    table, _ = finest
-    rows = _simulated(table, 1e-6)
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
+def test_the_energy_book_closes_within_the_goal(drawn: Drawn, accuracy: float) -> None:
+    rows, flagged = drawn.at(accuracy)
     turned_over = np.abs(rows[:, COLUMN["leg_work_J"]]) + np.abs(rows[:, COLUMN["ground_loss_J"]])
-    assert np.max(np.abs(rows[:, COLUMN["energy_residual_J"]]) / turned_over) < 5e-6
-    assert np.median(np.abs(rows[:, COLUMN["energy_residual_J"]]) / turned_over) < 1e-7
+    residual = (np.abs(rows[:, COLUMN["energy_residual_J"]]) / turned_over)[~flagged] / accuracy
+    assert np.max(residual) < RESIDUAL_FACTOR
+    assert np.quantile(residual, 0.99) < 1.0
+    assert np.median(residual) < 0.1

@@ -52,6 +52,21 @@ def test_drop_height_is_the_body_s_with_the_leg_at_its_rest_length() -> None:
     assert changed_by_words(BED, ["drop_height=0.5", "rest_length=0.25"])["initial_height"] == pytest.approx(0.25)
 
 
+def test_the_title_tells_what_was_changed() -> None:
+    changed = changed_by_words(BED, ["gain=300", " b_ad=517.67"], "+drag, -added_mass")
+    assert changed.title == f"{BED.title}, but with gain=300, b_ad=517.67, +drag, -added_mass"
+    assert changed_by_words(changed, ["mu=1"]).title == f"{changed.title}, mu=1"
+    assert changed_by_words(EMULATOR, ["jumps=3"]).title == f"{EMULATOR.title}, but with jumps=3"
+    assert changed_by_words(SIM2, [], "+motor_heat").title == SIM2.title
+
+
+def test_what_is_set_has_no_source_and_is_not_assumed() -> None:
+    changed = changed_by_words(BED, ["kg_scale=2", "gain=300"])
+    assert changed.set_by_user == ("k_extension", "kg_scale")
+    assert changed.assumed == ("body_mass", "foot_mass")
+    assert not any(changed.values[name].source for name in changed.set_by_user)
+
+
 def test_jumps() -> None:
     assert changed_by_words(EMULATOR, ["jumps=4"]).jumps == 4
 

@@ -15,12 +15,13 @@ from simulator.scene_file import load_scene
 FEW_STEPS = 40_000
 
 
-def _jump(name: str = "sim2", accuracy: float = 1e-6, **changes: float) -> JumpResult:
+def _jump(name: str = "sim2", /, accuracy: float = 1e-6, **changes: float) -> JumpResult:
     return simulate(load_scene(name).changed(changes), accuracy).jump
 
 
 def _closes(jump: JumpResult, accuracy: float = 1e-6) -> None:
-    assert abs(jump.energy_residual_J) < 10 * accuracy * (abs(jump.leg_work_J) + jump.ground_loss_J)
+    """Measured: 4e-8 of what is turned over, at accuracy 1e-6."""
+    assert abs(jump.energy_residual_J) < 0.1 * accuracy * (abs(jump.leg_work_J) + jump.ground_loss_J)
     assert jump.steps < FEW_STEPS
 
 
@@ -63,23 +64,19 @@ def test_micro_intrusions_on_stiff_ground_under_a_rising_force() -> None:
 
 
 def test_creeping_takes_the_place_of_ringing_that_the_accuracy_does_not_see() -> None:
+    """The finer the accuracy, the longer the foot is followed from one micro-intrusion to the next."""
     crept = _jump(accuracy=1e-4, kg_scale=1e8, initial_velocity=0.0)
     rung = _jump(accuracy=1e-6, kg_scale=1e8, initial_velocity=0.0)
-    starts_s = [
-        next(change.time_s for change in jump.mode_changes if change.after == "creeping") for jump in (crept, rung)
-    ]
-    assert starts_s[0] < 0.05 < 0.2 < starts_s[1]  # a finer accuracy sees the ringing for longer
-    assert crept.steps * 10 < rung.steps
-    assert crept.max_depth_m == pytest.approx(rung.max_depth_m, rel=1e-4)
-    assert crept.cost_J == pytest.approx(rung.cost_J, rel=1e-4)
 
+    def creeps_from_s(jump: JumpResult) -> float:
+        return next(change.time_s for change in jump.mode_changes if change.after == "creeping")
 
-@pytest.mark.parametrize("b_ad", [610.0, 5000.0, 1e5])
-def test_a_leg_that_chatters_under_its_sampled_damping(b_ad: float) -> None:
-    jump = _jump(k_extension=1091.36, b_ad=b_ad)
-    assert jump.outcome in ("touchdown", "no_liftoff")
-    assert jump.error_growth > 1e6 or jump.liftoff_time_s is not None
-    _closes(jump)
+    assert creeps_from_s(crept) < 0.25 * creeps_from_s(rung)
+    assert len(crept.mode_changes) < 30
+    assert len(rung.mode_changes) > 10_000
+    assert crept.steps * 1000 < rung.steps
+    assert crept.max_depth_m == pytest.approx(rung.max_depth_m, rel=1e-5)
+    assert crept.cost_J == pytest.approx(rung.cost_J, rel=4e-5)
 
 
 def test_growing_errors_are_told() -> None:
@@ -101,8 +98,8 @@ def test_an_event_on_a_tick() -> None:
     rate = 270 / jam  # the 270th tick at that instant
     before, at, after = (_jump(accuracy=1e-9, control_rate=rate * factor) for factor in (1 - 1e-9, 1.0, 1 + 1e-9))
     assert at.outcome == before.outcome == after.outcome == "touchdown"
-    assert at.cost_J == pytest.approx(before.cost_J, rel=1e-6)
-    assert at.cost_J == pytest.approx(after.cost_J, rel=1e-6)
+    assert at.cost_J == pytest.approx(before.cost_J, rel=2e-9)
+    assert at.cost_J == pytest.approx(after.cost_J, rel=2e-9)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from data_schema.errors import UnknownName, UsageError
 from simulator.declared import all_parameters, parameters_read
 from simulator.effects.registry import EFFECTS
-from simulator.scene import GIVEN, Scene, Value
+from simulator.scene import Scene, Value
 from simulator.scene_file import load_scene, parse_scene, shipped_scenes, write_scene
 from tests.helpers.scenes import is_sentence, scene_or_sentence
 
@@ -36,7 +36,8 @@ def test_values_in_their_boxes_make_a_scene_or_a_sentence(case: tuple[Scene, dic
         return
     assert all(new[name] == value for name, value in values.items())
     assert all(new[name] == scene[name] for name in scene.values if name not in values)
-    assert not set(values) & set(new.assumed)
+    assert set(new.set_by_user) == set(values)
+    assert set(new.assumed) == set(scene.assumed) - set(values)
     assert parse_scene(write_scene(new), scene.name) == new
 
 
@@ -77,6 +78,15 @@ def test_refused_values(changes: dict[str, float], said: str) -> None:
         SIM2.changed(changes)
     assert said in str(refusal.value)
     assert is_sentence(str(refusal.value))
+
+
+def test_a_value_that_several_effects_would_read_says_so() -> None:
+    said = (
+        "mu would change nothing, because hydrostatic_stiffness, inertial_drag and added_mass read it and are off: "
+        "switch one of them on, or leave mu out."
+    )
+    with pytest.raises(UsageError, match=f"^{said}$"):
+        SHIPPED["emulator"].changed({"mu": 2.0})
 
 
 @pytest.mark.parametrize(
@@ -125,7 +135,9 @@ def test_values_of_effects_that_are_off_are_checked_too() -> None:
 def test_effects_can_be_changed_together_with_the_values_they_read() -> None:
     changed = SIM2.changed({"stall_torque": 5.0}, effects_on=("torque_cap",), effects_off=("constant_force_cap",))
     assert changed["stall_torque"] == 5.0
-    assert changed.values["stall_torque"] == Value(5.0, GIVEN)
+    assert changed.values["stall_torque"] == Value(5.0, set_by_user=True)
+    assert changed.set_by_user == ("stall_torque",)
+    assert changed.changed(effects_on=("constant_force_cap",), effects_off=("torque_cap",)).set_by_user == ()
 
 
 @pytest.mark.parametrize("name", shipped_scenes())

@@ -121,6 +121,12 @@ def edited(old: str, new: str) -> str:
         ("body_mass = { value = 1.75,", "body_mass = { value = nan,", "body_mass = nan is not a finite number"),
         ("body_mass = { value = 1.75,", 'body_mass = { value = 1.75, assumed = "x",', "either a source or a reason"),
         ("body_mass = { value = 1.75,", 'body_mass = { value = 1.75, sourc = "x",', "did you mean 'source'?"),
+        (
+            "body_mass = { value = 1.75,",
+            "body_mass = { value = 1.75, set_by_user = true,",
+            "either a source or a reason",
+        ),
+        ("body_mass = { value = 1.75,", "body_mass = { value = 1.75, set_by_user = 1,", "either a source or a reason"),
         ("body_mass = { value = 1.75,", "body_mass = { value = -1,", "body_mass = -1 kg is outside"),
     ],
 )
@@ -132,6 +138,13 @@ def test_refused_files(old: str, new: str, said: str, tmp_path: Path) -> None:
     assert str(refusal.value).startswith(str(file))
     assert said in str(refusal.value)
     assert is_sentence(str(refusal.value))
+
+
+def test_a_value_that_was_set_is_written_as_such_and_never_with_a_source() -> None:
+    scene = load_scene("bed").changed({"kg_scale": 2.0})
+    text = write_scene(scene)
+    assert "kg_scale = { value = 2.0, set_by_user = true }" in text
+    assert parse_scene(text, "bed") == scene
 
 
 def test_a_number_alone_has_no_source(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from dataclasses import dataclass
@@ -26,7 +27,7 @@ from reports.predicted import PredictedQuantity, Prediction
 from simulator.ill_conditioned import grown_rounding
 from simulator.jump import simulate
 from simulator.scene import Scene
-from simulator.scene_file import load_scene, parse_scene
+from simulator.scene_file import load_scene, parse_scene, write_scene
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book
 
@@ -189,6 +190,8 @@ def test_the_simulated_scene_is_stored_and_gives_the_number_again(reported: Repo
             assert number(result, "predicted_apex_height").value == jump.apex_height_m
             assert scene.values["body_mass"].source == "robot hopper"
             assert "foot" in scene.values["foot_radius"].source
+            assert ", but with foot=" in scene.title
+            assert scene.title.endswith(", robot hopper")
 
 
 def test_a_second_report_simulates_nothing_and_a_rebuild_gives_the_same(reported: Reported) -> None:
@@ -328,6 +331,40 @@ def test_a_jump_that_ends_otherwise_is_no_number(tmp_path: Path) -> None:
     assert "leg_folded" in told
     found = good(labbook("compare", "--foot", "small", "--json", at=book.folder)).json
     assert {item["predicted"]["value"] for item in found["predictions"]} == {None}
+
+
+def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_the_journal(tmp_path: Path) -> None:
+    book = predicted_book(tmp_path, SIMULATION.replace('"bed"', '"own.toml"'))
+    own = write_scene(load_scene("bed").changed({"b_compression": 20.0})) + "# the floor of the laboratory\n"
+    (book.folder / "own.toml").write_text(own, encoding="utf-8")
+    with book.open() as standing:
+        made = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None)
+        (joules,) = made.content.predictions.of(PredictedQuantity.JOULES)
+        assert joules.predicted.value == simulated("small", "0", b_compression=20.0)[0]
+        assert made.content.predictions.scene == "own.toml"
+        assert {one.name for one in made.content.predictions.assumed} == {*VARIED, "b_compression"}, "set, not sourced"
+        with standing.reading() as connection:
+            told = "\n".join(trace_lines(trace(connection, joules.predicted.provenance)))
+            before = list_predictions(connection)
+    assert f"scene: scene own.toml, sha256 {hashlib.sha256(own.encode()).hexdigest()}" in told
+    (book.folder / "own.toml").write_text(
+        own.replace("b_compression = { value = 20.0", "b_compression = { value = 30.0")
+    )
+    done = good(labbook("rebuild", "--json", at=book.folder)).json
+    assert not any(done["differences"].values())
+    with book.open() as standing:
+        with standing.reading() as connection:
+            assert list_predictions(connection) == before
+        again = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None)
+    (anew,) = again.content.predictions.of(PredictedQuantity.JOULES)
+    assert anew.predicted.value == simulated("small", "0", b_compression=30.0)[0]
+
+
+def test_a_scene_file_that_is_none_is_refused_by_its_name(tmp_path: Path) -> None:
+    book = predicted_book(tmp_path, SIMULATION.replace('"bed"', '"own.toml"'))
+    refused(labbook("compare", at=book.folder), 2, "own.toml", "No such file")
+    (book.folder / "own.toml").write_text(write_scene(load_scene("bed")).replace("[robot]", "[robots]"))
+    refused(labbook("compare", at=book.folder), 2, "own.toml: 'robots' is not a known key of a scene file")
 
 
 def test_a_book_without_a_scene_predicts_nothing_and_compare_says_what_to_write(tmp_path: Path) -> None:

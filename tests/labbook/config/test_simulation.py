@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from data_schema.errors import InputRefused
@@ -38,6 +40,7 @@ def test_a_book_without_the_table_names_no_scene() -> None:
 def test_everything_is_read() -> None:
     assert read(WHOLE) == SimulationSettings(
         scene="sim2",
+        scene_toml=None,
         effects="+drag,-added_mass",
         accuracy=1e-8,
         varied_by=0.25,
@@ -65,6 +68,8 @@ def test_a_scene_alone_is_enough_and_the_example_of_a_new_book_can_be_taken() ->
     [
         ("[simulation]\n", "simulation.scene: is missing"),
         ('[simulation]\nscene = "bedd"\n', "did you mean 'bed'?"),
+        ('[simulation]\nscene = "bedd"\n', "A scene of your own is given by its file, NAME.toml"),
+        ('[simulation]\nscene = "own.toml"\n', "the text of own.toml is not kept with it"),
         ('[simulation]\nscene = "bed"\nvaried_by = 1.5\n', "write one below 1"),
         ('[simulation]\nscene = "bed"\nvaryed_by = 0.1\n', "'varied_by'"),
         ('[simulation]\nscene = "bed"\nassumed = [3]\n', "3 is not a name"),
@@ -78,3 +83,38 @@ def test_what_cannot_be_meant_is_refused(text: str, said: str) -> None:
     with pytest.raises(InputRefused) as refusal:
         read(text)
     assert said in str(refusal.value)
+
+
+OWN = '[simulation]\nscene = "scenes/own.toml"\n'
+SCENE = 'title = "a \\"quoted\\" title" # \N{EURO SIGN}, \x7f\r\n[robot]\n'
+
+
+def test_a_scene_of_one_s_own_is_read_beside_labbook_toml_and_kept_with_it(tmp_path: Path) -> None:
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "own.toml").write_bytes(SCENE.encode())
+    read_once = parse_configuration(BARE + OWN, "labbook.toml", tmp_path)
+    kept = parse_configuration(read_once.text, "the book's configuration")
+    for one in (read_once, kept):
+        assert one.simulation is not None
+        assert (one.simulation.scene, one.simulation.scene_toml) == ("scenes/own.toml", SCENE)
+    assert (kept.text, kept.sha256) == (read_once.text, read_once.sha256)
+    assert kept.text.startswith(BARE + OWN)
+    (tmp_path / "scenes" / "own.toml").write_bytes(SCENE.encode() + b"#")
+    assert parse_configuration(BARE + OWN, "labbook.toml", tmp_path).sha256 != read_once.sha256
+
+
+@pytest.mark.parametrize(("made", "said"), [(None, "No such file"), (b"\xff\xfe", "own.toml is not text in UTF-8")])
+def test_a_scene_that_cannot_be_read_is_refused(made: bytes | None, said: str, tmp_path: Path) -> None:
+    (tmp_path / "scenes").mkdir()
+    if made is not None:
+        (tmp_path / "scenes" / "own.toml").write_bytes(made)
+    with pytest.raises(InputRefused, match=said):
+        parse_configuration(BARE + OWN, "labbook.toml", tmp_path)
+
+
+def test_what_the_book_keeps_of_a_scene_is_not_read_from_labbook_toml(tmp_path: Path) -> None:
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "scenes" / "own.toml").write_bytes(SCENE.encode())
+    kept = parse_configuration(BARE + OWN, "labbook.toml", tmp_path).text
+    with pytest.raises(InputRefused, match="'scene_files' is not a known key"):
+        parse_configuration(kept, "labbook.toml", tmp_path)

@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 import pytest
 
 from labbook.presenting.simulated import OUTCOMES, ROWS, as_data, as_lines
+from simulator.changes import changed_by_words
 from simulator.kernel import layout
 from simulator.result import JumpResult, ModeChange, SceneResult
 from simulator.scene_file import load_scene
@@ -89,6 +90,38 @@ def test_assumed_parameters_are_named_with_their_reasons() -> None:
     assert any(line.startswith("  foot_mass = 0.2 kg: ") for line in lines)
 
 
+def changed(scene: str, *sets: str) -> SceneResult:
+    return SceneResult(changed_by_words(load_scene(scene), sets), 1e-6, (JUMP,), 12.5, 7.1)
+
+
+def test_what_was_set_is_said_and_never_called_sourced() -> None:
+    lines = as_lines(changed("sim2", "b_g=16", "b_ad=33"))
+    assert "set by you: b_g = 16, b_ad = 33 kg/m." in lines
+    assert "every other parameter has a source." in lines
+    bed = changed("bed", "kg_scale=2", "body_mass=2.1", "gain=300")
+    lines = as_lines(bed)
+    assert "set by you: body_mass = 2.1 kg, k_extension = 835.36 N/m, kg_scale = 2." in lines
+    assert [line.split()[0] for line in lines if line.startswith("  ") and ": " in line] == ["foot_mass"]
+    data = as_data(bed)
+    assert data["set_by_user"] == {"body_mass": 2.1, "k_extension": 835.36, "kg_scale": 2.0}
+    assert data["assumed"].keys() == {"foot_mass"}
+
+
+def test_the_title_is_that_of_the_jump_that_was_simulated() -> None:
+    lines = as_lines(changed("bed", "gain=300"))
+    assert lines[0].endswith("gain 400, no active damping (thesis ch. 5), but with gain=300")
+    assert as_data(changed("bed", "gain=300"))["title"].endswith("but with gain=300")
+
+
+def test_a_jump_that_ended_otherwise_has_no_cost_of_the_jump() -> None:
+    names = [line for line in as_lines(result(replace(JUMP, outcome="leg_folded"))) if line.startswith("cost")]
+    assert [name.split("  ")[0] for name in names] == ["cost until it ended"]
+
+
+def test_times_have_the_unit_that_suits_them() -> None:
+    assert as_lines(changed("sim2", "b_ad=33"))[-1].endswith("; 7.1 s, after 12.5 s of compiling.")
+
+
 def test_a_knife_s_edge_is_shown_with_both_branches() -> None:
     other = replace(JUMP, apex_height_m=0.25, cost_J=31.0)
     edge = replace(JUMP, decision_margin=2.5, decision_tick=140, ill_conditioned=True, other_branch=other)
@@ -138,14 +171,21 @@ def test_a_leg_beyond_its_reach_and_odd_jumps_are_noted() -> None:
     assert any("leg would be 0.309 m long, more than its links reach (0.3 m)" in line for line in as_lines(result()))
     counted = replace(JUMP, counters={"guard_switch": 1, "bottomed": 0}, max_leg_length_m=0.29)
     lines = as_lines(result(counted, counted, scene="emulator"))
-    assert "note: guard switch 2 times in 2 jumps." in lines
+    assert "note: guard switch 2 times in 2 of 100 jumps." in lines
+    once = replace(counted, counters={"guard_switch": 1})
+    assert "note: guard switch once." in as_lines(result(once))
 
 
 def test_of_many_jumps_the_last_is_shown_and_all_are_summed() -> None:
     last = replace(JUMP, apex_height_m=0.4, cost_J=10.0)
     lines = as_lines(result(JUMP, last, scene="emulator"))
     assert any("jump 2 of 100" in line for line in lines)
-    assert "all 2 jumps: 40.5312 J, apexes of 0.3033 to 0.4 m." in lines
+    assert "2 of 100 jumps: 40.5312 J, apexes of 0.3033 to 0.4 m." in lines
+    assert lines[-1].startswith("600 steps, 8000 evaluations in 2 of 100 jumps for a relative error of 1e-06; 321 ")
+    plate = as_lines(result(*[JUMP] * 80, scene="force_plate"))
+    assert "all 80 jumps: 2442.49 J, apexes of 0.3033 to 0.3033 m." in plate
+    assert plate[-1].startswith("24000 steps, 320000 evaluations in all 80 jumps for ")
+    assert as_data(result(JUMP, last, scene="emulator"))["steps"] == JUMP.steps
 
 
 def test_data_is_json_without_infinities() -> None:

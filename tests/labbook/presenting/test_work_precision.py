@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
+from labbook.presenting.durations import time_text
 from labbook.presenting.machine import processor
 from labbook.presenting.work_precision import as_data, as_lines, plain_number, work_precision_of
 from simulator.accuracy.outputs import NAMES
 from simulator.accuracy.reference_of import Reference
 from simulator.accuracy.study import AccuracyStudy, Point, Series
+from simulator.changes import changed_by_words
 from simulator.scene_file import load_scene
 
 
@@ -47,6 +51,24 @@ def test_the_sentences_a_user_wants() -> None:
     assert "for 1e-6 of the cost in joules you need accuracy 1e-6 with labbook; you pay 200 µs." in lines
 
 
+def test_one_setting_that_was_tried_is_called_that() -> None:
+    study = made()
+    one = replace(study, series=tuple(replace(series, points=series.points[:1]) for series in study.series))
+    assert (
+        "for 1e-6 of the cost in joules the one setting of Euler that was tried will not do: step 1e-3 s is off by "
+        "2.0e-02, after 10 µs." in as_lines(one)
+    )
+
+
+def test_title_and_data_tell_what_was_changed() -> None:
+    study = replace(made(), scene=changed_by_words(load_scene("sim2"), ["b_ad=100"]))
+    assert as_lines(study)[0].endswith(", but with b_ad=100")
+    assert work_precision_of(study).title.endswith(", but with b_ad=100")
+    folded = replace(study, reference=replace(study.reference, outcome="leg_folded"))
+    assert work_precision_of(folded).title.endswith(", but with b_ad=100; the leg folded (leg_folded)")
+    assert as_data(study)["set_by_user"] == {"b_ad": 100.0}
+
+
 def test_under_the_floor_nobody_can_say() -> None:
     lines = as_lines(made(floor=1e-5))
     assert "for 1e-6 of the cost in joules nobody can say what is needed: 1.0e-05 is all that can be known." in lines
@@ -76,3 +98,11 @@ def test_what_failed_or_is_not_covered_stays_visible() -> None:
 @pytest.mark.parametrize(("value", "text"), [(1e-4, "1e-4"), (1e-12, "1e-12"), (0.5, "0.5"), (2.5e-7, "2.5e-7")])
 def test_settings_in_their_shortest_form(value: float, text: str) -> None:
     assert plain_number(value) == text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(2.0, "2 s"), (0.9996, "1 s"), (1234.5, "1234 s"), (0.0123, "12.3 ms"), (65.4e-6, "65.4 µs"), (1e-7, "0.1 µs")],
+)
+def test_times_with_the_unit_that_suits_them(seconds: float, text: str) -> None:
+    assert time_text(seconds) == text

@@ -18,6 +18,7 @@ from simulator.accuracy.peers import METHODS, PeerGaveUp, PeerRun, peer_run
 from simulator.kernel.limits import STOP_AFTER_APEX, STOP_AFTER_LIFTOFF
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
+from tests.helpers.moving_platform import X_B, Stance
 
 ROOT = Path(__file__).parents[3]
 SCENE = load_scene("sim2")
@@ -38,12 +39,18 @@ from simulator.accuracy.peers import peer_run
 from simulator.scene_file import load_scene
 
 found = {}
-for name, values, jumps in (("bed", {}, 1), ("emulator", {"k_extension": 1091.36}, 2), ("force_plate", {}, 2)):
-    scene = load_scene(name).changed(values, jumps=jumps)
+for key, values, jumps in (
+    ("bed", {}, 1),
+    ("emulator", {"k_extension": 1091.36}, 2),
+    ("force_plate", {}, 2),
+    ("emulator, platform_mass", {"platform_mass": 0.8, "initial_height": 0.1}, 1),
+):
+    name, *on = key.split(", ")
+    scene = load_scene(name).changed(values, on, jumps=jumps)
     system = system_for(scene.effects)
     parameters = np.array([scene[parameter.name] for parameter in system.composition.parameters])
     run = peer_run(system, parameters, "DOP853", 1e-9, jumps, stops_after(scene))
-    found[name] = {"jumps": len(run.rows), **outputs_of(scene, run.rows[-1]).values}
+    found[key] = {"jumps": len(run.rows), **outputs_of(scene, run.rows[-1]).values}
 print(json.dumps(found))
 """
 
@@ -108,6 +115,10 @@ def test_other_grounds_and_jumps_that_follow_each_other() -> None:
         assert found[name]["jumps"] == 2
         assert found[name]["apex_height_m"] == pytest.approx(apex_m, rel=1e-7)
         assert found[name]["cost_J"] == pytest.approx(cost_j, rel=1e-7)
+    heavy = load_scene("emulator").changed({"platform_mass": 0.8, "initial_height": 0.1}, ("platform_mass",))
+    by_hand = Stance(heavy).run()
+    assert found["emulator, platform_mass"]["apex_height_m"] == pytest.approx(float(by_hand.y[X_B]), rel=1e-7)
+    assert found["emulator, platform_mass"]["max_depth_m"] == pytest.approx(by_hand.deepest_m, rel=1e-7)
 
 
 def second_jump(name: str) -> tuple[float, float]:

@@ -19,8 +19,10 @@ from tests.helpers.kernels import interpreted
 from tests.helpers.scenes import scene_or_sentence
 
 ACCURACY = 1e-4
-MOST_RESIDUAL_J = 5e-3
+MOST_RESIDUAL_J = 5e-4
 """What the energy book may lack at this accuracy, of about 5 J that the book turns over."""
+SHORTEST_JUMP_S = 0.1
+"""A robot that has left the ground to jump is not back sooner."""
 MOST_STEPS = 20_000
 """Interpreted, the usual limit would take minutes to reach."""
 ON_GROUND = {"hydrostatic_stiffness": "sim2", "rigid_ground": "force_plate", "emulated_ground": "emulator"}
@@ -81,6 +83,10 @@ def faults(effects: frozenset[str], jump: JumpResult) -> list[str]:
         found.append(jump.outcome)
     if abs(jump.energy_residual_J) > MOST_RESIDUAL_J:
         found.append(f"energy residual {jump.energy_residual_J}")
+    if jump.outcome == "touchdown":
+        times_s = [time for time in (jump.liftoff_time_s, jump.apex_time_s, jump.next_touchdown_time_s) if time]
+        if len(times_s) < 3 or times_s != sorted(times_s) or times_s[-1] < SHORTEST_JUMP_S:
+            found.append(f"times {times_s}")
     on = {name for effect in effects for name in EFFECTS[effect].publishes}
     return found + [name for name in PUBLISHED - on if numbers[name] != 0.0]
 

@@ -1,0 +1,230 @@
+"""A platform with mass: its impacts, its limit without mass, and jumps in which the foot leaves it while it moves."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+
+import pytest
+
+from simulator.gains import stiffness_n_m
+from simulator.jump import simulate
+from simulator.result import JumpResult
+from simulator.scene import Scene
+from simulator.scene_file import load_scene
+from tests.helpers.moving_platform import X_B, Stance
+
+EMULATOR = load_scene("emulator")
+MASSES_KG = (0.1, 0.5, 0.8)
+GAINS = (100, 200, 300, 400, 500)
+
+
+def heavy(values: Mapping[str, float], jumps: int = 1) -> Scene:
+    return EMULATOR.changed(values, ("platform_mass",), jumps=jumps)
+
+
+def last(scene: Scene, accuracy: float = 1e-9) -> JumpResult:
+    jumps = simulate(scene, accuracy).jumps
+    assert len(jumps) == scene.jumps
+    return jumps[-1]
+
+
+@pytest.mark.parametrize("mass_kg", MASSES_KG)
+@pytest.mark.parametrize("gain", GAINS)
+def test_mass_changes_little_and_the_book_closes(gain: float, mass_kg: float) -> None:
+    """Up to 0.8 kg the apex changes by less than 1 cm, the cost by at most -8 % (scenes.md section 2)."""
+    k = {"k_extension": stiffness_n_m(gain)}
+    jumps = simulate(heavy({**k, "platform_mass": mass_kg}, 6), 1e-9).jumps
+    without = last(EMULATOR.changed(k, jumps=6))
+    assert [jump.outcome for jump in jumps] == ["touchdown"] * 6
+    assert max(abs(jump.energy_residual_J) for jump in jumps) < 5e-10
+    assert jumps[-1].apex_height_m == pytest.approx(without.apex_height_m, abs=0.01)
+    assert -0.085 < jumps[-1].cost_J / without.cost_J - 1.0 < 0.0
+
+
+@pytest.mark.parametrize("gain", [300, 400, 500])
+def test_eight_tenths_of_a_kilogram_save_about_eight_percent(gain: float) -> None:
+    k = {"k_extension": stiffness_n_m(gain)}
+    with_mass, without = last(heavy({**k, "platform_mass": 0.8}, 6)), last(EMULATOR.changed(k, jumps=6))
+    assert with_mass.cost_J / without.cost_J - 1.0 == pytest.approx(-0.08, abs=0.006)
+
+
+def test_without_mass_is_the_limit_and_linearly_so() -> None:
+    without = last(EMULATOR.changed(jumps=3), 1e-10)
+    away = []
+    for power in (-2, -3, -4, -5, -6):
+        found = last(heavy({"platform_mass": 10.0**power}, 3), 1e-10)
+        away.append(
+            (
+                (found.apex_height_m or 0.0) - (without.apex_height_m or 0.0),
+                found.cost_J - without.cost_J,
+                found.max_depth_m - without.max_depth_m,
+                found.impact_loss_J,
+            )
+        )
+    for earlier, later in itertools.pairwise(away[1:]):
+        for one, other in zip(earlier, later, strict=True):
+            assert other / one == pytest.approx(0.1, rel=0.02)
+    assert abs(away[-1][0]) < 2e-8
+
+
+@pytest.mark.parametrize(("height_m", "mass_kg"), [(0.05, 0.1), (0.15, 0.5), (0.15, 1.0)])
+def test_foot_and_platform_go_on_together(height_m: float, mass_kg: float) -> None:
+    """What the impact costs, 0.5 m_f m_p / (m_f + m_p) v^2; the platform's later stops are after the apex."""
+    jump = last(heavy({"initial_height": height_m, "platform_mass": mass_kg}), 1e-10)
+    foot_kg = EMULATOR["foot_mass"]
+    reduced_kg, fallen = foot_kg * mass_kg / (foot_kg + mass_kg), 2.0 * 9.81 * height_m
+    assert jump.mode_changes[0].after == "intruding"
+    assert jump.impact_loss_J == pytest.approx(0.5 * reduced_kg * fallen, rel=1e-10)
+
+
+STANDING = {
+    "0.1 kg": {"platform_mass": 0.1},
+    "0.5 kg": {"platform_mass": 0.5, "initial_height": 0.15},
+    "0.8 kg": {"platform_mass": 0.8},
+    "damped": {"platform_mass": 0.5, "initial_height": 0.15, "b_ad": 60.0},
+}
+_MISSED = {"shortest_hold": 2.0, "k_extension": 1091.36, "platform_drag": 0.0}
+"""A release that never comes, so that the leg's strut meets a platform that yields."""
+LEAVING = {
+    "at the stop, then held": (
+        {
+            **_MISSED,
+            "platform_mass": 5.0,
+            "platform_stiffness": 150.0,
+            "platform_damping": 15.0,
+            "k_extension": 1400.0,
+            "b_extension": 20.0,
+            "platform_travel": 0.2,
+            "initial_height": 0.05,
+            "b_ad": 60.0,
+        },
+        ["intruding", "flight", "jammed", "flight"],
+    ),
+    "met again, held, left again": (
+        {
+            **_MISSED,
+            "platform_mass": 2.0,
+            "platform_stiffness": 60.0,
+            "platform_damping": 1.0,
+            "platform_drag": 46.4,
+            "platform_travel": 0.4,
+            "initial_height": 0.1,
+            "foot_mass": 0.4,
+            "b_ad": 60.0,
+        },
+        ["intruding", "flight", "intruding", "jammed", "intruding", "flight"],
+    ),
+    "slides into its stop": (
+        {
+            **_MISSED,
+            "platform_mass": 0.5,
+            "platform_stiffness": 300.0,
+            "platform_damping": 5.0,
+            "platform_travel": 0.2,
+            "initial_height": 0.05,
+            "foot_mass": 0.05,
+        },
+        ["intruding", "jammed", "intruding", "flight"],
+    ),
+}
+
+
+def lasting(entered: list[tuple[float, str]]) -> list[str]:
+    """The modes that follow each other, without those that are left at once."""
+    ends_s = [*(time_s for time_s, _ in entered[1:]), math.inf]
+    modes = [mode for (time_s, mode), end_s in zip(entered, ends_s, strict=True) if end_s - time_s > 1e-9]
+    return [mode for mode, _ in itertools.groupby(modes)]
+
+
+def modes_of(jump: JumpResult) -> list[str]:
+    return lasting([(change.time_s, change.after) for change in jump.mode_changes])
+
+
+def assert_agrees(scene: Scene, tolerance: float) -> JumpResult:
+    """The kernel's first jump against `solve_ivp` with equations written out anew."""
+    found, other = last(scene, 1e-10), Stance(scene).run()
+    assert modes_of(found) == lasting(other.modes)
+    heat_j, work_j = other.spent_j
+    for value, wanted in (
+        (found.apex_height_m, other.y[X_B]),
+        (found.liftoff_time_s, other.liftoff_s),
+        (found.max_depth_m, other.deepest_m),
+        (found.stance_heat_J, heat_j),
+        (found.stance_mechanical_J, work_j),
+        (found.impact_loss_J, other.impact_j),
+    ):
+        assert value == pytest.approx(float(wanted), rel=tolerance, abs=1e-12)
+    assert abs(found.energy_residual_J) < 2e-10
+    return found
+
+
+@pytest.mark.parametrize("name", STANDING)
+def test_a_second_method_gives_the_same_jump(name: str) -> None:
+    assert_agrees(heavy(STANDING[name]), 2e-11)
+
+
+@pytest.mark.parametrize("name", LEAVING)
+def test_a_foot_leaves_the_moving_platform_as_by_a_second_method(name: str) -> None:
+    values, modes = LEAVING[name]
+    found = assert_agrees(heavy(values), 2e-9)
+    assert modes_of(found) == modes
+    assert ("intruding", "flight") in {(change.before, change.after) for change in found.mode_changes}
+
+
+AT_THE_STOP = {
+    "platform_mass": 16.047649359136866,
+    "platform_stiffness": 151.34208981645662,
+    "platform_damping": 15.330014809892873,
+    "platform_drag": 43.128182683338316,
+    "platform_travel": 0.047790317033135604,
+    "k_compression": 245.06765458916328,
+    "b_compression": 18.824492263346094,
+    "k_extension": 1425.9233416553905,
+    "b_extension": 39.989483528901296,
+    "release_tolerance": 0.03420606143025087,
+    "shortest_hold": 2.0,
+    "initial_height": 0.12523878644152572,
+    "foot_mass": 0.35620625243322906,
+}
+
+
+@pytest.mark.parametrize("accuracy", [1e-6, 1e-8, 1e-10])
+def test_a_foot_that_lands_on_a_platform_at_its_stop_goes_no_deeper(accuracy: float) -> None:
+    jump = last(heavy(AT_THE_STOP), accuracy)
+    assert jump.max_depth_m <= AT_THE_STOP["platform_travel"] + accuracy
+    assert abs(jump.energy_residual_J) < 10.0 * accuracy
+
+
+TOUCHED = {
+    "light platform": {
+        **_MISSED,
+        "platform_mass": 0.2,
+        "platform_stiffness": 150.0,
+        "platform_damping": 1.0,
+        "platform_travel": 0.4,
+        "initial_height": 0.15,
+    },
+    "heavy foot": {
+        **_MISSED,
+        "platform_mass": 1.0,
+        "platform_stiffness": 60.0,
+        "platform_damping": 15.0,
+        "platform_travel": 0.4,
+        "initial_height": 0.1,
+        "foot_mass": 0.4,
+    },
+}
+
+
+@pytest.mark.parametrize("name", TOUCHED)
+def test_and_stops_there_at_once(name: str) -> None:
+    """It does not share its speed with what cannot move, nor is it let off and caught again and again. The leg lifts it
+    at the same instant, which may count as a contact or not: apex and losses are the same.
+    """
+    scene = heavy(TOUCHED[name])
+    found, other = last(scene, 1e-10), Stance(scene).run()
+    assert len(found.mode_changes) <= 6
+    assert found.apex_height_m == pytest.approx(float(other.y[X_B]), abs=1e-9)
+    assert found.impact_loss_J == pytest.approx(other.impact_j, rel=1e-6)
