@@ -7,11 +7,9 @@ import math
 import pytest
 
 from data_schema.errors import UsageError
-from simulator.kernel.layout import OUTCOMES
-from simulator.kernel.rows import COLUMNS
-from simulator.published import THESIS_STEP_S, published_run, why_not
-from simulator.scene import Scene
+from simulator.published import published_run, why_not
 from simulator.scene_file import load_scene
+from tests.helpers.published import Jump, outcome, published_jump
 
 SCENE = load_scene("sim2")
 TRUE = {
@@ -22,20 +20,6 @@ TRUE = {
     "stance_mechanical_J": 3.65279414276101,
 }
 """Scene sim2 by Taylor series to 36 digits."""
-
-
-Jump = dict[str, float]
-
-
-def published_jump(scene: Scene, step_s: float = THESIS_STEP_S, to_liftoff: bool = False) -> Jump:
-    """The row of one jump, by name."""
-    run, work, row = published_run(scene)
-    run(work, step_s, to_liftoff, row)
-    return dict(zip(COLUMNS, row.tolist(), strict=True))
-
-
-def outcome(jump: Jump) -> str:
-    return OUTCOMES[int(jump["outcome"])]
 
 
 @pytest.fixture(scope="module")
