@@ -20,7 +20,6 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     CREEPING,
-    DAMPING,
     INTRUDING,
     MODE,
     NOW,
@@ -113,17 +112,21 @@ def make_try_to_follow(composition: Composition) -> Function:
     follow_platform = make_follow_platform(composition)
     damping, stiffness = composition.slots["linear_drag_kg_s"], composition.slots["resistance_slope_n_m"]
     foot, body = composition.position["foot_mass"], composition.position["body_mass"]
+    per_lift = composition.position["inverse_lift_energy"]
 
     @inner
     def try_to_follow(work: Row) -> None:
         if work[MODE] != INTRUDING:
             return
         changing = math.sqrt((stiffness(work, -work[NOW + X_FOOT]) + work[STIFFNESS]) / work[body])
-        settling = work[foot] * changing / (damping(work) + work[DAMPING] + 1e-300)
+        settling = work[foot] * changing / (damping(work) + 1e-300)
         if settling * settling > work[TOLERANCE]:
             return
         velocity_m_s, _ = follow_platform(work, NOW)
-        if velocity_m_s < 0.0 and abs(work[NOW + V_FOOT] - velocity_m_s) < math.sqrt(work[TOLERANCE]) * -velocity_m_s:
+        apart_m_s = abs(work[NOW + V_FOOT] - velocity_m_s)
+        lost = work[foot] * -velocity_m_s * apart_m_s * work[per_lift]  # of the energy that errors are measured by
+        settled = apart_m_s < math.sqrt(work[TOLERANCE]) * -velocity_m_s
+        if velocity_m_s < 0.0 and settled and lost < work[TOLERANCE]:
             work[MODE] = CREEPING
             work[NOW + V_FOOT] = velocity_m_s
 

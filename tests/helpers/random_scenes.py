@@ -203,6 +203,8 @@ def lacking(made: Made) -> Mapping[str, Flags]:
     wrong |= {name: (finite[name] != left) | (landed & ~finite[name]) for name in AT_LIFT_OFF}
     wrong |= {name: finite[name] != landed for name in AT_TOUCHDOWN}
     wrong |= {name: rose & ~finite[name] for name in AT_APEX}
+    came_down = made.column("steps") > 0.0  # a jump that ended in the air has no step of its own
+    wrong["touchdown_time_s"] = came_down & ~finite["touchdown_time_s"]
     wrong["decision_margin"] = np.isnan(made.column("decision_margin"))
     return {name: np.asarray((made.made & flags).any(axis=1)) for name, flags in wrong.items()}
 
