@@ -38,8 +38,8 @@ STARTS = {
 }
 OUTPUTS = ("max_depth_m", "liftoff_time_s", "apex_height_m")
 TOUCHDOWN = OUTCOMES.index("touchdown")
-RESIDUAL_FACTOR = 10.0
-"""Most that the worst energy residual of some thousand jumps may be in units of the accuracy: 5 were measured."""
+RESIDUAL_FACTOR = 5.0
+"""Most that the worst energy residual of some thousand unflagged jumps may be in units of the accuracy."""
 
 
 @dataclass(frozen=True, slots=True)

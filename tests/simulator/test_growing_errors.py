@@ -104,6 +104,8 @@ def test_a_rise_shorter_than_a_step_is_seen(accuracy: float) -> None:
     )
     assert 0.0 <= touched_s - lifted_s < 1e-4
     assert error(found, finest) < accuracy
+    if accuracy < 1e-4:  # there one hop of microseconds more is within the error
+        assert len(found.mode_changes) == len(finest.mode_changes)
 
 
 @pytest.mark.parametrize(("b_ad", "chatters"), [(610.0, True), (5000.0, True), (1e5, False)])

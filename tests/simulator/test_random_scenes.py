@@ -43,10 +43,10 @@ SOAKED = 100_000 // len(ALL)
 GOALS = 10.0 ** -np.arange(3.0, 9.5)
 FINEST = 1e-12
 FEWEST_COMPARED, COMPARED = 30, 60
-MOST_ENDLESS, MOST_OPEN, FAR = 0.03, 0.01, 10.0
+MOST_ENDLESS, MOST_OPEN, FAR = 0.02, 0.01, 10.0
 LEAST_SLOPE, MOST_SLOPE = 0.7, 1.15
-"""Of a method whose steps keep a local error: the error of what comes out goes with the accuracy asked for; a little
-less where coarse accuracies are surpassed, as growing errors ask for finer steps (0.76 around sim1)."""
+"""Of a method whose steps keep a local error: the error of what comes out goes with the accuracy asked for; 0.76 to
+1.03 were measured, the least around sim1, and why it is less there has not been found out."""
 LEAST_SLOPE_UNYIELDING = 0.65
 """On rigid ground a leg without dampers moves in closed form: errors are those of events, far below the goal."""
 
