@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from labbook.presenting.durations import time_text
+from labbook.presenting.mode_names import mode_name
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
 from simulator.ill_conditioned import close_decision, grown_rounding
@@ -79,13 +80,17 @@ def as_data(result: SceneResult) -> dict[str, Any]:
         "accuracy": result.accuracy,
         "compile_time_s": result.compile_time_s,
         "wall_time_s": result.wall_time_s,
-        **_jump_data(result.jump),
-        "jumps": [_jump_data(jump) for jump in result.jumps],
+        **_jump_data(scene, result.jump),
+        "jumps": [_jump_data(scene, jump) for jump in result.jumps],
     }
 
 
-def _jump_data(jump: JumpResult) -> dict[str, Any]:
+def _jump_data(scene: Scene, jump: JumpResult) -> dict[str, Any]:
+    """Return a jump's values; a change of mode has the names of the scene's ground beside the kernel's."""
     data: dict[str, Any] = _finite(asdict(jump))
+    for branch in (data, data["other_branch"] or {}):
+        for change in branch.get("mode_changes", ()):
+            change |= {f"{side}_name": mode_name(scene, change[side]) for side in ("before", "after")}
     return data
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
 
 from data_schema.errors import UsageError
+from labbook.presenting.mode_names import mode_name
 from labbook.presenting.simulated import title_text
 from reports.trajectory import FloatArray, LegDrawing, ModeSpan, Trajectory
 from simulator.basics import GRAVITY_M_S2
@@ -15,15 +15,6 @@ from simulator.kernel.layout import FLIGHT, MODES
 from simulator.result import SceneResult
 from simulator.scene import Scene
 
-MODE_NAMES: Mapping[str, Mapping[str, str]] = {
-    "emulated_ground": {
-        "intruding": "platform yields",
-        "jammed": "platform held",
-        "carried": "platform carries the foot up",
-    },
-    "rigid_ground": {"jammed": "stands"},
-}
-"""What a contact mode is called on grounds that are no grains."""
 _FOOT_DRAWN_M = 0.03
 """Radius of the foot as it is drawn where the scene gives none: only grains read it."""
 
@@ -65,7 +56,6 @@ def trajectory_of(result: SceneResult) -> Trajectory:
 
 
 def _spans(scene: Scene, time_s: FloatArray, modes: np.ndarray[tuple[int], np.dtype[np.int64]]) -> tuple[ModeSpan, ...]:
-    names = next((names for ground, names in MODE_NAMES.items() if ground in scene.effects), {})
     changes = np.flatnonzero(np.diff(modes)) + 1
     edges = [0, *changes.tolist(), len(modes) - 1]
     spans = (
@@ -73,7 +63,7 @@ def _spans(scene: Scene, time_s: FloatArray, modes: np.ndarray[tuple[int], np.dt
         for first, last in pairwise(edges)
         if time_s[last] > time_s[first]
     )
-    return tuple(ModeSpan(start, end, mode, names.get(mode, mode)) for start, end, mode in spans)
+    return tuple(ModeSpan(start, end, mode, mode_name(scene, mode)) for start, end, mode in spans)
 
 
 def _ground_m(

@@ -48,7 +48,8 @@ def run(
     """Simulate a scene and show its jump: times, heights, joules, how sure they are and what they rest on.
 
     Of a scene with many jumps the last one is shown, and drawn. With --effects auto --within 1% the effects are left
-    out that change cost, apex and depth by at most 1 % together (see labbook sim effects).
+    out that change cost, apex and depth by at most 1 % together (see labbook sim effects). --json gives every change of
+    the contact mode by the kernel's names and, beside them, by those of the ground, as in the plot.
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """

@@ -195,9 +195,23 @@ def test_data_is_json_without_infinities() -> None:
     assert back["decision_margin"] is None
     assert back["liftoff_time_s"] == JUMP.liftoff_time_s
     assert [jump["cost_J"] for jump in back["jumps"]] == [JUMP.cost_J] * 2
-    assert back["mode_changes"] == [{"time_s": 0.1, "before": "intruding", "after": "jammed"}]
+    named = {"before_name": "platform yields", "after_name": "platform held"}
+    assert back["mode_changes"] == [{"time_s": 0.1, "before": "intruding", "after": "jammed", **named}]
+    assert [jump["mode_changes"] for jump in back["jumps"]] == [back["mode_changes"]] * 2
     assert "platform_stiffness" in back["assumed"]
     assert "sigma" not in back["values"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "before", "after"),
+    [("sim2", "intruding", "jammed"), ("force_plate", "intruding", "stands")],
+)
+def test_modes_in_data_have_the_kernel_s_names_and_those_of_their_ground(scene: str, before: str, after: str) -> None:
+    branches = as_data(result(replace(JUMP, other_branch=JUMP), scene=scene))
+    for branch in (branches, branches["other_branch"]):
+        (change,) = branch["mode_changes"]
+        assert (change["before"], change["after"]) == ("intruding", "jammed")
+        assert (change["before_name"], change["after_name"]) == (before, after)
 
 
 @pytest.mark.parametrize("outcome", layout.OUTCOMES)
