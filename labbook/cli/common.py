@@ -76,6 +76,12 @@ def progress(what: str, total: int | None, shown: bool) -> Iterator[Callable[[st
         yield lambda step: bar.update(task, advance=1, description=step[:40])
 
 
+def before_work(line: str) -> None:
+    """Say on the terminal, before long work begins, what its result will say too."""
+    if sys.stderr.isatty():
+        typer.echo(line, err=True)
+
+
 def asking() -> bool:
     """Tell whether a person sits at the terminal and can be asked."""
     return sys.stdin.isatty() and sys.stderr.isatty()

@@ -24,6 +24,7 @@ def sweep_data(done: Finished) -> dict[str, Any]:
         "accuracy": done.sweep.accuracy,
         "sampling": done.sweep.design.description,
         "outcomes": done.summary.outcomes,
+        "refused": {"scenes": done.sweep.refusals.count, "why": done.sweep.refused or None},
         "ill_conditioned": done.summary.ill_conditioned,
         "assumed": {name: scene.values[name].why for name in done.sweep.assumed},
         "set_by_user": {name: scene[name] for name in scene.set_by_user},
@@ -44,6 +45,7 @@ def sweep_lines(done: Finished) -> list[str]:
     assumed = [f"{name} is assumed: {why}" for name, why in data["assumed"].items()]
     return [
         f"{done.sweep.scene.name}: {data['jumps']} jumps over {dims}, {data['sampling']}.",
+        *([f"note: {done.sweep.refused}"] if done.sweep.refused else []),
         f"outcomes: {outcomes}; ill-conditioned: {data['ill_conditioned']}.",
         *set_by_user_line(done.sweep.scene),
         *assumed,
@@ -56,7 +58,7 @@ def _how(done: Finished) -> str:
     simulated = done.rows_simulated * done.sweep.scene.jumps
     if not simulated:
         return "nothing was left to simulate."
-    jumps = math.prod(done.sweep.dims.values())
+    jumps = done.sweep.legal_rows * done.sweep.scene.jumps
     kept = f"; {jumps - simulated} of {jumps} jumps were there from before" if simulated < jumps else ""
     return (
         f"{time_text(done.compute_time_s)}, {time_text(done.compute_time_s / simulated)} a jump, for a relative error "

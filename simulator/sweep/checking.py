@@ -1,32 +1,20 @@
-"""Whether every scene of a sweep can be simulated; said before anything runs."""
+"""Whether every value that a sweep gives to a parameter can be, and what the rules between parameters read."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from data_schema.errors import UsageError
 from simulator.declared import all_parameters
 from simulator.scene import Scene
-from simulator.scene_rules import RULES, Rule
+from simulator.scene_rules import Rule
 from simulator.sweep.axis import Axis
 from simulator.sweep.design import Design
 
 
-def check_sweep(scene: Scene, design: Design) -> None:
-    """Raise `UsageError`, with one sentence, for the first scene of the sweep that cannot be."""
+def check_axes(scene: Scene, design: Design) -> None:
+    """Raise `UsageError`, with one sentence, for an axis that nothing reads or that leaves its parameter's range."""
     for swept in design.axes:
         _check_axis(scene, swept)
-    plain = {name: value.value for name, value in scene.values.items()}
-    swept_names = {swept.parameter for swept in design.axes}
-    for rule in RULES:
-        concerned = rule_reads(rule, plain) & swept_names if rule.effects <= scene.effects else frozenset()
-        if not concerned:
-            continue  # the scene itself keeps this rule, and so do all of the sweep
-        for point in design.combinations(concerned):
-            fault = rule.fault({**plain, **point})
-            if fault is not None:
-                where = ", ".join(f"{name} = {number:g}" for name, number in point.items())
-                raise UsageError(f"the sweep comes to {where}, where {fault}")
 
 
 def _check_axis(scene: Scene, swept: Axis) -> None:

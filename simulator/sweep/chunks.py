@@ -23,12 +23,15 @@ from simulator.kernel.limits import JUMPS_WANTED
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.scene import Scene
 from simulator.sweep.design import Design, row_count
-from simulator.sweep.outputs import FROM_KERNEL, OUTPUTS, PLACE
+from simulator.sweep.outputs import FROM_KERNEL, NOT_MADE_FLAG, OUTPUTS, PLACE, REFUSED_FLAG
 
 Row = NDArray[np.float64]
 Block = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 FEWEST_JUMPS, MOST_JUMPS, CHUNKS_WANTED = 128, 2048, 64
 """Jumps in a chunk: many enough to be worth a file, few enough that little is lost when a machine stops."""
+_NOT_MADE = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in OUTPUTS])
+_REFUSED = np.where(np.arange(len(OUTPUTS)) == PLACE["outcome"], float(REFUSED_FLAG), _NOT_MADE)
 _building = threading.Lock()
 
 
@@ -139,7 +142,14 @@ def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w:
     block[:, :, PLACE["cost_J"]] = heat + mechanical + drag + passive_j
     flags = ill_conditioned(block[:, :, PLACE["decision_margin"]], block[:, :, PLACE["error_growth"]], recipe.accuracy)
     block[:, :, PLACE["ill_conditioned"]] = np.logical_or.accumulate(flags, axis=1)
-    not_made = np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]
-    for place, output in enumerate(OUTPUTS):
-        block[:, :, place][not_made] = np.nan if output.kind == "f8" else -1.0
+    block[np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]] = _NOT_MADE
     return block
+
+
+def with_refused(block: Block, refused: Flags) -> Block:
+    """Put the rows that were not simulated among those that were: `refused` says which, shape (all rows,)."""
+    if not refused.any():
+        return block
+    whole = np.empty((len(refused), *block.shape[1:]))
+    whole[~refused], whole[refused] = block, _REFUSED
+    return whole

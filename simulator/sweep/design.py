@@ -11,10 +11,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from simulator.sweep.axis import Axis, Quantity, Row, axis
 
+Places = NDArray[np.int64]
 MOST_ROWS = 10**8
 """Most scenes in one sweep; its file would take 34 GB."""
 SAMPLE = "sample"
@@ -49,6 +51,14 @@ class Design(Protocol):
 
     def combinations(self, parameters: Collection[str]) -> Iterator[dict[str, float]]:
         """Yield every combination of these swept parameters that the rows hold."""
+        ...
+
+    def combination_count(self, parameters: Collection[str]) -> int:
+        """Return how many combinations of these parameters there are."""
+        ...
+
+    def combination_places(self, parameters: Collection[str], start: int, stop: int) -> Places:
+        """Return which of the combinations of these parameters each row has, shape (rows,)."""
         ...
 
 
@@ -97,6 +107,19 @@ class Grid:
         for point in itertools.product(*(swept.values.tolist() for swept in chosen)):
             yield dict(zip(names, point, strict=True))
 
+    def combination_count(self, parameters: Collection[str]) -> int:
+        """Return the product of these axes' lengths."""
+        return math.prod(len(swept.values) for swept in self.axes if swept.parameter in parameters)
+
+    def combination_places(self, parameters: Collection[str], start: int, stop: int) -> Places:
+        """Number the product of these axes as `combinations` yields it."""
+        places = np.unravel_index(np.arange(start, stop), tuple(self.dims.values()))
+        found = np.zeros(stop - start, np.int64)
+        for swept, place in zip(self.axes, places, strict=True):
+            if swept.parameter in parameters:
+                found = found * len(swept.values) + place
+        return found
+
 
 @dataclass(frozen=True, slots=True)
 class Sample:
@@ -130,6 +153,14 @@ class Sample:
         for start in range(0, len(self.axes[0].values), 4096):
             for point in zip(*(swept.values[start : start + 4096].tolist() for swept in chosen), strict=True):
                 yield dict(zip(names, point, strict=True))
+
+    def combination_count(self, parameters: Collection[str]) -> int:  # noqa: ARG002
+        """Every row has values of its own."""
+        return len(self.axes[0].values)
+
+    def combination_places(self, parameters: Collection[str], start: int, stop: int) -> Places:  # noqa: ARG002
+        """Every row is its own combination."""
+        return np.arange(start, stop)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from simulator.sweep.outputs import OUTPUTS
 from simulator.sweep.sweep import Sweep
 
 Identity = Mapping[str, str | float]
-FORMAT = 1
+FORMAT = 2
 """Version of how sweeps are stored."""
 _NAMED = 3
 _FOLLOWING = ("swept values", "text of the scene", "outputs", "chunk")

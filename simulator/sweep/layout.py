@@ -13,7 +13,7 @@ from simulator.effects.registry import EFFECTS
 from simulator.scene_file import write_scene
 from simulator.sweep.axis import Quantity
 from simulator.sweep.identity import Identity
-from simulator.sweep.outputs import OUTPUTS, Output
+from simulator.sweep.outputs import OUTPUTS, REFUSED, Output
 from simulator.sweep.sweep import JUMP, Sweep
 
 IDENTITY = "sweep"
@@ -101,6 +101,7 @@ def _attributes(sweep: Sweep, identity: Identity) -> Attributes:
         "sampling": sweep.design.description,
         "assumed": json.dumps({name: scene.values[name].why for name in sweep.assumed}, ensure_ascii=False),
         "set_by_user": json.dumps({name: scene[name] for name in scene.set_by_user}),
+        **({REFUSED: sweep.refused} if sweep.refused else {}),
         "simulator_fingerprint": identity["simulator"],
         "labbook_version": sweep.labbook,
         IDENTITY: json.dumps(dict(identity), ensure_ascii=False),

@@ -10,6 +10,9 @@ from simulator.kernel.rows import COLUMN
 
 NOT_MADE = "not_made"
 """Outcome of the jumps of a scene after its last: the robot did not come down again."""
+REFUSED = "refused"
+"""Outcome of all jumps of a scene that cannot be simulated, since its values do not fit together."""
+REFUSED_FLAG, NOT_MADE_FLAG = -2, -1
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,8 +26,8 @@ class Output:
     flags: tuple[tuple[int, str], ...] = ()
 
 
-OUTCOME_FLAGS = ((-1, NOT_MADE), *enumerate(OUTCOMES))
-_NO = (-1, NOT_MADE)
+OUTCOME_FLAGS = ((REFUSED_FLAG, REFUSED), (NOT_MADE_FLAG, NOT_MADE), *enumerate(OUTCOMES))
+_NO = (NOT_MADE_FLAG, NOT_MADE)
 _REACHED = "; NaN where not reached, outcome tells why"
 
 OUTPUTS = (

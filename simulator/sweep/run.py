@@ -10,8 +10,8 @@ from pathlib import Path
 
 from data_schema.errors import UsageError
 from simulator.sweep.assemble import Summary, assemble, stored_summary
-from simulator.sweep.chunks import recipe_for
-from simulator.sweep.compute import Compute
+from simulator.sweep.chunks import recipe_for, with_refused
+from simulator.sweep.compute import Block, Compute
 from simulator.sweep.disk import sync
 from simulator.sweep.formats import Format, format_of
 from simulator.sweep.identity import Identity, differences, identity_of
@@ -64,7 +64,11 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
         started = time.perf_counter()
         missing = parts.missing()
         advance(chunks.count - len(missing))
-        for _ in compute.run(recipe, lambda number: sweep.design.rows(*chunks.bounds(number)), missing, parts.keep):
+
+        def keep(number: int, block: Block) -> None:
+            parts.keep(number, with_refused(block, sweep.refusals.rows(*chunks.bounds(number))))
+
+        for _ in compute.run(recipe, lambda number: _legal_rows(sweep, *chunks.bounds(number)), missing, keep):
             advance(1)
         computed = time.perf_counter()
         made = parts.folder / f".result{out.suffix}"
@@ -73,17 +77,23 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
         sync(out.parent)
         remove_parts(parts.folder)
         written = time.perf_counter()
-    bounds = [chunks.bounds(number) for number in missing]
+    refused = sum(int(sweep.refusals.rows(*chunks.bounds(number)).sum()) for number in missing)
+    rows = sum(stop - start for start, stop in map(chunks.bounds, missing))
     return Finished(
         out,
         sweep,
         summary,
         chunks_before=chunks.count - len(missing),
-        rows_simulated=sum(stop - start for start, stop in bounds),
+        rows_simulated=rows - refused,
         compile_time_s=compile_time_s,
         compute_time_s=computed - started,
         write_time_s=written - computed,
     )
+
+
+def _legal_rows(sweep: Sweep, start: int, stop: int) -> Block:
+    """Return the swept values of the scenes among these rows that can be simulated."""
+    return sweep.design.rows(start, stop)[~sweep.refusals.rows(start, stop)]
 
 
 def _finished(out: Path, format_: Format, identity: Identity) -> Summary | None:

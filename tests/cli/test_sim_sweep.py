@@ -15,7 +15,7 @@ from tests.cli.shell import good, labbook, process, refused
 
 KEYS = {
     *("out", "scene", "dims", "jumps", "accuracy", "sampling", "outcomes", "ill_conditioned", "assumed"),
-    "set_by_user",
+    *("set_by_user", "refused"),
     *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
     "effects_left_out",
 }
@@ -84,7 +84,7 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
         (["--over", "b_ad=-5:300:3", "--out", "a.nc"], "b_ad = -5 kg/m is outside what can be simulated"),
         (["--over", "foot_radius=0,0.03", "--out", "a.nc"], "foot_radius = 0 m is outside"),
         (["--over", "foot_radius=nan", "--out", "a.nc"], "'nan' where a finite number belongs"),
-        (["--over", "kg_scale=0.01,1", "--out", "a.nc"], "K < m_a g"),
+        (["--over", "kg_scale=0.01,0.011", "--out", "a.nc"], "K < m_a g"),
         (["--over", "ad_share=0.1,0.2", "--out", "a.nc"], "ad_share would change nothing"),
         (["--over", "b_ad=0,1", "--set", "b_ad=3", "--out", "a.nc"], "b_ad is both set and swept"),
         (["--over", "k_extension=100,200", "--set", "gain=3", "--out", "a.nc"], "k_extension is both set and swept"),
@@ -98,6 +98,18 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
 def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:
     refused(labbook("sim", "sweep", "--scene", "sim2", *words, at=tmp_path), 2, said)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_corner_that_cannot_be_is_told_of_and_left_out(tmp_path: Path) -> None:
+    words = ("--over", "kg_scale=0.01,1", "--over", "b_ad=0,100")
+    found = swept(tmp_path, *words)
+    assert found["outcomes"] == {"refused": 2, "touchdown": 2}
+    assert found["refused"]["scenes"] == 2
+    assert "K < m_a g" in found["refused"]["why"]
+    assert swept(tmp_path, *words)["refused"] == found["refused"]
+    shown = good(labbook("sim", "sweep", "--scene", "sim2", *words, "--out", "sweep.nc", at=tmp_path)).out.splitlines()
+    assert shown[1] == f"note: {found['refused']['why']}"
+    assert swept(tmp_path, "--over", "b_ad=0,100", out="all.nc")["refused"] == {"scenes": 0, "why": None}
 
 
 def test_another_command_does_not_continue_a_sweep(tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import JsonOption, emit, progress
+from labbook.cli.common import JsonOption, before_work, emit, progress
 
 
 def register(app: typer.Typer) -> None:
@@ -59,6 +59,10 @@ def sweep(
 ) -> None:
     """Simulate a scene over a grid, or a Sobol sample, of its parameters, on all cores, to an xarray Dataset in a file.
 
+    A value outside its parameter's range is refused at once. Where values are in range but do not fit together, the
+    sweep goes on without those scenes: it says how many they are and why, and in the file their outcome is refused and
+    their numbers are NaN.
+
     Interrupted or killed, the same command goes on where it was; until the file is whole, FILE.part holds what is done.
     With --effects auto --within 1% the effects are left out that change the scene as it stands, before anything is
     swept, by at most 1 %; those that read what is swept stay. Farther out in the sweep the others may matter more.
@@ -75,6 +79,8 @@ def sweep(
     )
     with progress("checking the sweep", None, shown=not as_json) as step:
         planned = planned_sweep(request, step)
+    if planned.sweep.refused and not as_json:
+        before_work(f"note: {planned.sweep.refused}")
     with progress("sweeping", planned.sweep.chunks.count, shown=not as_json) as step:
 
         def advance(chunks: int) -> None:

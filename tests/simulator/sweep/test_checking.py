@@ -1,4 +1,4 @@
-"""Every scene of a sweep can be simulated, or none is."""
+"""Axes that cannot be swept, and what the rules between parameters read."""
 
 from __future__ import annotations
 
@@ -25,13 +25,9 @@ from tests.helpers.sweeps import grid_sweep, sobol_sweep
         (["b_ad=0:1e6:3"], "b_ad = 1e+06 kg/m is outside"),
         (["ad_share=0.1,0.2"], "ad_share would change nothing"),
         (["platform_travel=0.01,0.02"], "platform_travel would change nothing"),
-        (["kg_scale=0.01,1"], "comes to"),
-        (["kg_scale=0.01,1"], "K < m_a g"),
-        (["rest_length=0.2:0.31:12"], "the sweep comes to rest_length = 0.3, where rest_length = 0.3 m is out of"),
-        (["upper_link=0.1,0.2", "lower_link=0.2,0.3"], "upper_link = 0.2, lower_link = 0.2, where"),
     ],
 )
-def test_refused_with_the_first_scene_that_cannot_be(over: list[str], said: str) -> None:
+def test_refused_with_the_first_value_that_cannot_be(over: list[str], said: str) -> None:
     with pytest.raises(UsageError) as refusal:
         grid_sweep(*over)
     assert said in str(refusal.value)
@@ -39,15 +35,17 @@ def test_refused_with_the_first_scene_that_cannot_be(over: list[str], said: str)
 
 
 def test_a_rule_is_asked_about_combinations_and_not_about_each_axis() -> None:
-    grid_sweep("upper_link=0.12,0.22", "lower_link=0.25,0.3", "rest_length=0.28,0.32")
-    with pytest.raises(UsageError, match=r"rest_length = 0.36"):
-        grid_sweep("upper_link=0.12,0.22", "lower_link=0.23,0.3", "rest_length=0.28,0.36")
+    whole = grid_sweep("upper_link=0.12,0.22", "lower_link=0.25,0.3", "rest_length=0.28,0.32")
+    assert whole.refusals.count == 0
+    assert (
+        "rest_length = 0.36"
+        in grid_sweep("upper_link=0.12,0.22", "lower_link=0.23,0.3", "rest_length=0.28,0.36").refused
+    )
 
 
 def test_a_sample_is_looked_at_row_by_row() -> None:
-    sobol_sweep(512, "kg_scale=1:10", "foot_radius=0.02:0.05")
-    with pytest.raises(UsageError, match="K < m_a g"):
-        sobol_sweep(512, "kg_scale=0.01:10:log", "foot_radius=0.02:0.05")
+    assert sobol_sweep(512, "kg_scale=1:10", "foot_radius=0.02:0.05").refusals.count == 0
+    assert "K < m_a g" in sobol_sweep(512, "kg_scale=0.01:10:log", "foot_radius=0.02:0.05").refused
 
 
 @pytest.mark.parametrize("rule", RULES, ids=[rule.fault.__name__ for rule in RULES])
