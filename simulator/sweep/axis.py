@@ -21,6 +21,17 @@ GAINS = {
 """Words that stand for one parameter each, in other units: `simulator.changes` has their conversion."""
 
 
+NOT_SWEPT = {
+    "flight": "switches effects and cannot be swept: give it with --set, in a sweep of its own for each of soft, held "
+    "and massless.",
+    "drop_height": "depends on the leg's rest length and cannot be swept: give it with --set, or sweep initial_height, "
+    "the foot's height at the start.",
+    "jumps": "is a dimension of every result and cannot be swept: give it with --set, and the result holds all jumps "
+    "up to that number.",
+}
+"""Words that stand for no parameter, why that is and what to do instead."""
+
+
 @dataclass(frozen=True, slots=True)
 class Quantity:
     """Something that can be swept; `to_parameter` turns a value of it into one of the parameter read."""
@@ -64,8 +75,8 @@ def quantity(name: str, effects: Collection[str]) -> Quantity:
             return WORDS[name](repr(float(number)), on).values[parameter]
 
         return Quantity(name, "1", GAINS[name], parameter, to_parameter)
-    if name in WORDS:
-        raise UsageError(f"{name} is not one number of the simulation and cannot be swept: give it with --set.")
+    if name in NOT_SWEPT:
+        raise UsageError(f"{name} {NOT_SWEPT[name]}")
     raise unknown_name("parameter", name, (*known, *GAINS))
 
 

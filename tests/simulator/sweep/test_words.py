@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
+from simulator.changes import FLIGHT_EFFECTS, WORDS
 from simulator.gains import stiffness_n_m
 from simulator.scene_file import load_scene
+from simulator.sweep.axis import GAINS, NOT_SWEPT
 from simulator.sweep.words import axes_of, ranges_of
 from tests.helpers.scenes import is_sentence
 
@@ -51,7 +53,12 @@ def test_ranges_to_sample() -> None:
         ("b_ad=", "does not name a parameter and its values"),
         ("bad=0,1", "did you mean 'b_ad'?"),
         ("flight=soft,held", "cannot be swept: give it with --set"),
+        ("flight=soft,held", "switches effects"),
+        ("flight=soft,held", "a sweep of its own for each of soft, held and massless"),
         ("drop_height=0.4,0.5", "cannot be swept: give it with --set"),
+        ("drop_height=0.4,0.5", "or sweep initial_height"),
+        ("jumps=1,2", "cannot be swept: give it with --set"),
+        ("jumps=1,2", "the result holds all jumps"),
         ("b_ad=0:300", "how many values there are"),
         ("b_ad=0:300:1", "2 or more"),
         ("b_ad=0:300:2.5", "how many values there are"),
@@ -80,6 +87,14 @@ def test_words_of_a_sample_without_a_meaning(word: str) -> None:
     with pytest.raises(UsageError) as refusal:
         ranges_of([word], SIM2)
     assert is_sentence(str(refusal.value))
+
+
+def test_every_word_of_set_is_swept_or_refused_with_a_reason() -> None:
+    assert set(WORDS) == set(GAINS) ^ set(NOT_SWEPT)
+
+
+def test_the_ways_a_leg_can_fly_are_all_named() -> None:
+    assert all(way in NOT_SWEPT["flight"] for way in ("soft", *FLIGHT_EFFECTS))
 
 
 def test_values_are_plain_arrays() -> None:
