@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,8 @@ FRAMES_PER_SECOND = 25
 MOST_FRAMES = 250
 _SLOWEST = 5.0
 _WIDTH_IN, _HEIGHT_IN, _DOTS_PER_IN = 2.8, 4.2, 100
+_TITLE_LETTERS, _TITLE_LINE_IN = 44, 0.14
+"""Letters of the title in a line, and the height that each of its lines adds to the picture."""
 _BODY_WIDTH_M, _BODY_HEIGHT_M = 0.12, 0.05
 _HALF_WIDTH_M = 0.22
 
@@ -44,14 +47,16 @@ def knee_m(leg: LegDrawing, body_height_m: float, foot_height_m: float) -> tuple
 
 
 def write_animation(trajectory: Trajectory, path: Path) -> None:
-    """Write the motion as an animated GIF."""
+    """Write the motion as an animated GIF, under the title that its plot has."""
     times, slower = frame_times(trajectory)
     body, foot, ground = (
         np.interp(times, trajectory.time_s, heights)
         for heights in (trajectory.body_height_m, trajectory.foot_height_m, trajectory.ground_height_m)
     )
     with publication_style():
-        figure = new_figure(_WIDTH_IN, _HEIGHT_IN)
+        title = textwrap.wrap(trajectory.title, _TITLE_LETTERS)
+        figure = new_figure(_WIDTH_IN, _HEIGHT_IN + _TITLE_LINE_IN * len(title))
+        figure.suptitle("\n".join(title), fontsize=7, fontweight="bold", x=0.02, ha="left")
         axes = figure.subplots()
         picture = _Picture(axes, trajectory, body)
         axes.set_title(" ", loc="left")

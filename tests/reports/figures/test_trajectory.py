@@ -81,6 +81,27 @@ def test_an_animation_plays_slower_and_shows_all_of_the_motion(trajectory, tmp_p
     assert length_s == pytest.approx(slower * 0.12, abs=2.0 / FRAMES_PER_SECOND)
 
 
+def test_an_animation_has_the_title_of_the_plot(trajectory, tmp_path):
+    """Above the axes, all of it, and in every frame: with another title, that is other and nothing else."""
+
+    def frames(title):
+        write_animation(dataclasses.replace(trajectory, title=title), tmp_path / "jump.gif")
+        with Image.open(tmp_path / "jump.gif") as picture:
+            for number in (0, picture.n_frames - 1):
+                picture.seek(number)
+                yield np.asarray(picture.convert("L"), dtype=int)
+
+    one, other = list(frames("own: one jump")), list(frames("jump: one own"))  # of one height and depth
+    for first, second in zip(one, other, strict=True):
+        rows, columns = np.nonzero(np.abs(first - second) > 60)
+        assert rows.size > 50
+        assert 0 < rows.min() <= rows.max() < 0.05 * first.shape[0]
+        assert 0 < columns.min() <= columns.max() < 0.5 * first.shape[1]
+    for first, longer in zip(one, frames("own: one jump, " + "with many words in its title, " * 6), strict=True):
+        assert longer.shape[0] > first.shape[0]  # more lines make the picture higher
+        assert (longer[:, -1] > 250).all()  # and none is cut off
+
+
 def test_a_long_motion_has_no_more_frames_than_a_short_one(trajectory):
     hour = dataclasses.replace(trajectory, time_s=np.linspace(0.0, 3600.0, trajectory.time_s.size))
     times, slower = frame_times(hour)
