@@ -34,6 +34,8 @@ _LINE = 0.045
 """Height of a setting's text, as a part of that axis."""
 _ROOM = 3.0
 """Factor by which the axis of errors reaches past what is drawn."""
+_LEFT_OF_MARKS, _RIGHT_OF_MARKS = 0.14, 0.05
+"""How far the axis of times reaches past what is drawn, as parts of that: settings stand to the left of their marks."""
 
 
 def draw_work_precision(study: WorkPrecision, width_in: float = TWO_COLUMNS_IN) -> Figure:
@@ -45,9 +47,10 @@ def draw_work_precision(study: WorkPrecision, width_in: float = TWO_COLUMNS_IN) 
         notes = [line for note in study.notes for line in textwrap.wrap(note, int(18 * width_in))]
         figure = new_figure(width_in, 0.9 + 2.1 * down + 0.13 * len(notes))
         axes = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True).flatten()
-        looks, limits = _looks(study), _limits(study)
+        looks, limits, times = _looks(study), _limits(study), _times(study)
         for panel, drawn in zip(study.panels, axes, strict=False):
             _draw_panel(drawn, panel, looks, limits)
+        axes[0].set_xlim(*times)  # all panels share it
         for empty in axes[len(study.panels) :]:
             empty.set_visible(False)
         figure.suptitle(textwrap.fill(study.title, int(14 * width_in)), fontsize=8, weight="bold", x=0.01, ha="left")
@@ -83,6 +86,14 @@ def _limits(study: WorkPrecision) -> tuple[float, float]:
     errors = [mark.error for panel in study.panels for curve in panel.curves for mark in curve.marks]
     floors = [panel.floor for panel in study.panels]
     return min(floors, default=1e-16) / _ROOM, max([*errors, *floors], default=1.0) * _ROOM
+
+
+def _times(study: WorkPrecision) -> tuple[float, float]:
+    """Range of the axis of times, with room for the settings beside the leftmost marks."""
+    seconds = [mark.seconds for panel in study.panels for curve in panel.curves for mark in curve.marks]
+    least, most = min(seconds, default=1e-6), max(seconds, default=1.0)
+    span = max(most / least, 10.0)
+    return least / span**_LEFT_OF_MARKS, most * span**_RIGHT_OF_MARKS
 
 
 def _draw_panel(axes: Axes, panel: Panel, looks: dict[str, tuple[str, str]], limits: tuple[float, float]) -> None:

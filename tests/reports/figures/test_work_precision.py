@@ -51,6 +51,16 @@ def test_all_that_was_found_is_inside_the_axes(study):
         assert all(low < mark.error < high for curve in panel.curves for mark in curve.marks)
 
 
+@pytest.mark.parametrize("width_in", [ONE_COLUMN_IN, TWO_COLUMNS_IN])
+def test_settings_beside_the_leftmost_marks_do_not_touch_the_axis(study, width_in):
+    figure = draw_work_precision(study, width_in)
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        left_edge = axes.get_window_extent().x0
+        assert min(text.get_window_extent().x0 for text in axes.texts) > left_edge + 2.0
+        assert all(line.get_window_extent().x1 < axes.get_window_extent().x1 for line in axes.lines)
+
+
 def test_a_method_keeps_its_colour_where_another_does_not_cover_the_scene(study):
     def colours(drawn):
         return {line.get_label(): line.get_color() for line in draw_work_precision(drawn).axes[0].lines}
