@@ -77,7 +77,7 @@ def _design(request: SweepRequest, scene: Scene) -> Design:
 
 
 def run_planned(planned: PlannedSweep, request: SweepRequest, advance: Callable[[int], None]) -> Finished:
-    """Run a sweep, here or on the cluster asked for; `advance` is told how many more chunks are done."""
+    """Run a sweep, here or on the cluster asked for; `advance` is told how many more jumps are done."""
     if request.scheduler is None:
         return run_sweep(planned.sweep, request.out, Threads(), advance)
     with connected(request.scheduler) as cluster:

@@ -6,6 +6,7 @@ import contextlib
 import json
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
@@ -74,6 +75,43 @@ def progress(what: str, total: int | None, shown: bool) -> Iterator[Callable[[st
     with Progress(*parts, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
         task = bar.add_task(what, total=total)
         yield lambda step: bar.update(task, advance=1, description=step[:40])
+
+
+@contextlib.contextmanager
+def counted(what: str, total: int, unit: str, shown: bool) -> Iterator[Callable[[int], None]]:
+    """Show on the terminal how much of many is done, how many a second and when all will be.
+
+    Yields the function that says how many more are; what it is told first was there before, and is not in the rate.
+    """
+    if not shown or not sys.stderr.isatty():
+        yield lambda _more: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+    form = "{task.completed:,.0f}/{task.total:,.0f} " + unit + " {task.fields[rate]}"
+    parts = [
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TextColumn(form),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    ]
+    with Progress(*parts, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
+        task = bar.add_task(what, total=total, rate="")
+        began, before = time.perf_counter(), -1
+
+        def advance(more: int) -> None:
+            nonlocal began, before
+            done = int(bar.tasks[0].completed) + more
+            if before < 0:
+                bar.reset(task, total=total, completed=more, rate="")
+                began, before = time.perf_counter(), more
+                return
+            rate = (done - before) / max(time.perf_counter() - began, 1e-9)
+            bar.update(task, advance=more, rate=f"{rate:,.0f}/s")
+
+        yield advance
 
 
 def before_work(line: str) -> None:

@@ -58,7 +58,7 @@ def _how(done: Finished) -> str:
     simulated = done.rows_simulated * done.sweep.scene.jumps
     if not simulated:
         return "nothing was left to simulate."
-    jumps = done.sweep.legal_rows * done.sweep.scene.jumps
+    jumps = done.sweep.jumps_wanted
     kept = f"; {jumps - simulated} of {jumps} jumps were there from before" if simulated < jumps else ""
     return (
         f"{time_text(done.compute_time_s)}, {time_text(done.compute_time_s / simulated)} a jump, for a relative error "

@@ -40,7 +40,7 @@ class Finished:
 
 
 def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int], None] = lambda _: None) -> Finished:
-    """Run a sweep to the file `out`, .nc or .zarr, and tell `advance` how many more chunks are done.
+    """Run a sweep to the file `out`, .nc or .zarr, and tell `advance` how many more jumps are done.
 
     Chunks are kept in the folder `out`.part until the file is there. The file of an interrupted and continued sweep is
     that of an undisturbed one, bit for bit. Raises `UsageError` where `out` or that folder holds something else.
@@ -52,24 +52,25 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
         raise UsageError(f"there is no folder {out.parent} for {out.name}: make it, or give another --out.")
     there = _finished(out, format_, identity)
     if there is not None and not part_folder(out).exists():
-        advance(chunks.count)
+        advance(sweep.jumps_wanted)
         return Finished(out, sweep, there, chunks.count)
     with opened_parts(out, identity, chunks, (sweep.scene.jumps, len(OUTPUTS))) as parts:
         there = _finished(out, format_, identity)  # another program may have made it a moment ago
         if there is not None:
             remove_parts(parts.folder)
-            advance(chunks.count)
+            advance(sweep.jumps_wanted)
             return Finished(out, sweep, there, chunks.count)
         compile_time_s = compute.prepare(recipe)
         started = time.perf_counter()
         missing = parts.missing()
-        advance(chunks.count - len(missing))
+        waiting = {number: int((~sweep.refusals.rows(*chunks.bounds(number))).sum()) for number in missing}
+        advance(sweep.jumps_wanted - sum(waiting.values()) * sweep.scene.jumps)
 
         def keep(number: int, block: Block) -> None:
             parts.keep(number, with_refused(block, sweep.refusals.rows(*chunks.bounds(number))))
 
-        for _ in compute.run(recipe, lambda number: _legal_rows(sweep, *chunks.bounds(number)), missing, keep):
-            advance(1)
+        for number in compute.run(recipe, lambda number: _legal_rows(sweep, number), missing, keep):
+            advance(waiting[number] * sweep.scene.jumps)
         computed = time.perf_counter()
         made = parts.folder / f".result{out.suffix}"
         summary = assemble(parts, layout_of(sweep, identity), made, format_.writer)
@@ -77,22 +78,21 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
         sync(out.parent)
         remove_parts(parts.folder)
         written = time.perf_counter()
-    refused = sum(int(sweep.refusals.rows(*chunks.bounds(number)).sum()) for number in missing)
-    rows = sum(stop - start for start, stop in map(chunks.bounds, missing))
     return Finished(
         out,
         sweep,
         summary,
         chunks_before=chunks.count - len(missing),
-        rows_simulated=rows - refused,
+        rows_simulated=sum(waiting.values()),
         compile_time_s=compile_time_s,
         compute_time_s=computed - started,
         write_time_s=written - computed,
     )
 
 
-def _legal_rows(sweep: Sweep, start: int, stop: int) -> Block:
-    """Return the swept values of the scenes among these rows that can be simulated."""
+def _legal_rows(sweep: Sweep, number: int) -> Block:
+    """Return the swept values of the scenes in a chunk that can be simulated."""
+    start, stop = sweep.chunks.bounds(number)
     return sweep.design.rows(start, stop)[~sweep.refusals.rows(start, stop)]
 
 

@@ -42,6 +42,11 @@ class Sweep:
         return row_count(self.design) - self.refusals.count
 
     @property
+    def jumps_wanted(self) -> int:
+        """How many jumps are simulated, where all scenes make theirs."""
+        return self.legal_rows * self.scene.jumps
+
+    @property
     def refused(self) -> str:
         """How many of its scenes cannot be simulated, and why, in a sentence; empty where all can."""
         if not self.refusals.count:

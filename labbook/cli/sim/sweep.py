@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import JsonOption, before_work, emit, progress
+from labbook.cli.common import JsonOption, before_work, counted, emit, progress
 
 
 def register(app: typer.Typer) -> None:
@@ -81,12 +81,7 @@ def sweep(
         planned = planned_sweep(request, step)
     if planned.sweep.refused and not as_json:
         before_work(f"note: {planned.sweep.refused}")
-    with progress("sweeping", planned.sweep.chunks.count, shown=not as_json) as step:
-
-        def advance(chunks: int) -> None:
-            for _ in range(chunks):
-                step("sweeping")
-
+    with counted("sweeping", planned.sweep.jumps_wanted, "jumps", shown=not as_json) as advance:
         done = run_planned(planned, request, advance)
     chosen_for = "The effects were chosen for the scene as it stands, before anything is swept:"
     said = [] if planned.worth is None else ["", chosen_for, *verdict(planned.worth)]

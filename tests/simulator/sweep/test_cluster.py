@@ -18,19 +18,20 @@ from tests.helpers.sweeps import every_byte, sobol_sweep
 def test_a_lost_worker_costs_nothing_but_time(tmp_path: Path) -> None:
     sweep = sobol_sweep(8192)
     here = run_sweep(sweep, tmp_path / "here.nc", Threads())
-    done_chunks = 0
+    done_jumps = 0
     start: Any = distributed.LocalCluster
     with start(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as local:
         victim = next(iter(local.workers.values())).pid
 
-        def advance(chunks: int) -> None:
-            nonlocal done_chunks
-            done_chunks += chunks
-            if done_chunks == 20:
+        def advance(jumps: int) -> None:
+            nonlocal done_jumps
+            done_jumps += jumps
+            if done_jumps == 20 * 128:
                 os.kill(victim, signal.SIGKILL)
 
         with connected(local.scheduler_address) as cluster:
             there = run_sweep(sweep, tmp_path / "cluster.nc", cluster, advance)
-    assert done_chunks == sweep.chunks.count == 64
+    assert done_jumps == 8192
+    assert sweep.chunks.count == 64
     assert there.summary == here.summary
     assert every_byte(tmp_path / "cluster.nc") == every_byte(tmp_path / "here.nc")

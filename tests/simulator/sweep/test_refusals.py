@@ -75,8 +75,9 @@ def test_they_are_the_scenes_that_are_refused_one_by_one() -> None:
 @pytest.mark.parametrize("kind", ["nc", "zarr"])
 def test_the_others_are_simulated_as_if_alone_and_these_marked(kind: str, tmp_path: Path) -> None:
     sweep, out = grid_sweep(*CORNERS), tmp_path / f"out.{kind}"
-    done = run_sweep(sweep, out, Threads())
-    assert done.rows_simulated == sweep.legal_rows == 24 - sweep.refusals.count
+    told: list[int] = []
+    done = run_sweep(sweep, out, Threads(), told.append)
+    assert sum(told) == done.rows_simulated == sweep.legal_rows == 24 - sweep.refusals.count
     assert done.summary.outcomes["refused"] == sweep.refusals.count
     with xarray.open_dataset(out, engine="zarr" if kind == "zarr" else "netcdf4") as found:
         assert found.attrs["refused"] == sweep.refused
