@@ -19,6 +19,7 @@ from simulator.sweep.run import Finished, run_sweep
 from simulator.sweep.sweep import Sweep
 from simulator.sweep.threads import Threads
 from simulator.sweep.words import axes_of, ranges_of
+from simulator.worth.corners import Corners, compared_at_corners
 from simulator.worth.measure import Worth
 
 
@@ -44,17 +45,22 @@ class SweepRequest:
 
 @dataclass(frozen=True, slots=True)
 class PlannedSweep:
-    """A sweep that can be run; `worth` is that of the effects, where the smallest set of them was asked for."""
+    """A sweep that can be run; `worth` is that of the effects, where the smallest set of them was asked for.
+
+    `corners`: how far that set is off at the corners of what is swept, where it leaves anything out.
+    """
 
     sweep: Sweep
     worth: Worth | None
+    corners: Corners | None = None
 
 
 def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> PlannedSweep:
-    """Return the sweep that is asked for; `step` is told of each set of effects tried.
+    """Return the sweep that is asked for; `step` is told of each set of effects tried, and of each corner.
 
     The smallest set of effects is that of the scene as it stands, before anything varies; effects that read a swept
-    parameter stay. Raises `UsageError` where the sweep has no meaning or cannot be simulated.
+    parameter stay. It is compared with all effects at the corners of what is swept. Raises `UsageError` where the sweep
+    has no meaning or cannot be simulated.
     """
     given = load_scene(request.scene)
     auto = auto_of(request.effects, request.within, request.accuracy)
@@ -65,7 +71,11 @@ def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> Pla
             raise UsageError(f"{axis.parameter} is both set and swept: leave out one of --set and --over.")
     sweep = Sweep(scene, design, request.accuracy, importlib.metadata.version("robot-labbook"))
     worth = auto.worth(scene, step, frozenset(name for axis in design.axes for name in readers(axis.parameter)))
-    return PlannedSweep(replace(sweep, scene=with_enough(scene, worth)), worth)
+    if worth is None or not worth.smallest.left_out.effects:
+        return PlannedSweep(sweep, worth)
+    chosen = with_enough(scene, worth)
+    corners = compared_at_corners(scene, chosen, design.axes, worth.accuracy, step)
+    return PlannedSweep(replace(sweep, scene=chosen), worth, corners)
 
 
 def _design(request: SweepRequest, scene: Scene) -> Design:

@@ -114,9 +114,9 @@ def counted(what: str, total: int, unit: str, shown: bool) -> Iterator[Callable[
         yield advance
 
 
-def before_work(line: str) -> None:
+def before_work(lines: Sequence[str]) -> None:
     """Say on the terminal, before long work begins, what its result will say too."""
-    if sys.stderr.isatty():
+    for line in lines if sys.stderr.isatty() else ():
         typer.echo(line, err=True)
 
 

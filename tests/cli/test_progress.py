@@ -48,11 +48,11 @@ def test_a_script_sees_no_bar_and_no_note() -> None:
     with contextlib.redirect_stderr(io.StringIO()) as stream:
         with counted("sweeping", 7, "jumps", shown=True) as advance:
             advance(7)
-        before_work("note: 1 of 2 scenes cannot be simulated.")
+        before_work(["note: 1 of 2 scenes cannot be simulated."])
     assert stream.getvalue() == ""
 
 
 def test_a_person_reads_the_note_before_long_work() -> None:
     with contextlib.redirect_stderr(Terminal()) as terminal:
-        before_work("note: 1 of 2 scenes cannot be simulated.")
+        before_work(["note: 1 of 2 scenes cannot be simulated."])
     assert terminal.getvalue() == "note: 1 of 2 scenes cannot be simulated.\n"

@@ -87,12 +87,26 @@ def test_a_sweep_with_only_the_effects_that_matter_keeps_those_that_read_what_is
 
     found = swept("auto.nc", "gain=300,310", f"auto,{OFF}", "--within", "2%", "--json").json
     assert found["effects_left_out"] == ["short_leg_guard", "drag"]
+    assert found["corners"]["compared"] == 2
+    assert found["corners"]["worst"]["at"]["gain"] in (300.0, 310.0)
+    assert found["corners"]["within"]
     by_hand = swept("hand.nc", "gain=300,310", f"{OFF},-short_leg_guard,-drag", "--json").json
     assert by_hand["effects_left_out"] == []
     assert (tmp_path / "auto.nc").read_bytes() == (tmp_path / "hand.nc").read_bytes()
     shown = swept("drag.nc", "velocity_constant=0.03,0.04", f"auto,{OFF}", "--within", "2%").out
     assert "chosen for the scene as it stands, before anything is swept:\nWithin 2 %, 6 of 7 effects are" in shown
     assert "Left out: short_leg_guard; that changes" in shown
+    assert "Of 2 corners of what is swept, the set is farthest off at velocity_constant = 0.0" in shown
+
+
+def test_a_sweep_that_goes_too_far_for_its_effects_is_warned_of(tmp_path: Path) -> None:
+    words = ("--scene", "force_plate", "--set", "jumps=1", "--effects", f"auto,{OFF}", "--within", "2%")
+    over = ("--over", "gain=300,600", "--over", "initial_height=0,0.45")
+    shown = good(process("sim", "sweep", *words, *over, "--out", "far.nc", at=tmp_path)).out
+    assert "Left out: short_leg_guard, drag; that changes" in shown
+    (line,) = [line for line in shown.splitlines() if line.startswith("warning: of 4 corners of what is swept")]
+    assert "farthest off at gain = 300, initial_height = 0.45, where that changes cost by -" in line
+    assert line.endswith("beyond 2 %: sweep less far, give a smaller --within, or name the effects instead of auto.")
 
 
 @pytest.mark.parametrize(

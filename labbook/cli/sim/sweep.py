@@ -65,7 +65,9 @@ def sweep(
 
     Interrupted or killed, the same command goes on where it was; until the file is whole, FILE.part holds what is done.
     With --effects auto --within 1% the effects are left out that change the scene as it stands, before anything is
-    swept, by at most 1 %; those that read what is swept stay. Farther out in the sweep the others may matter more.
+    swept, by at most 1 %; those that read what is swept stay. Farther out in the sweep the others may matter more: both
+    sets are simulated at the corners of what is swept (at the ends of each range, where they are more than 16), and it
+    is said how far off the worst is and where.
 
     Example: labbook sim sweep --scene sim2 --over b_ad=0:300:31 --over foot_radius=0.02,0.03,0.038 --out sweep.nc
     """
@@ -73,16 +75,20 @@ def sweep(
     from labbook.presenting.effects_worth import verdict
     from labbook.presenting.effects_worth_data import chosen_data
     from labbook.presenting.swept import sweep_data, sweep_lines
+    from labbook.presenting.swept_corners import corners_data, corners_lines
 
     request = SweepRequest(
         scene, tuple(over), out, tuple(sets or ()), effects, accuracy, sobol, seed, scheduler, within
     )
     with progress("checking the sweep", None, shown=not as_json) as step:
         planned = planned_sweep(request, step)
-    if planned.sweep.refused and not as_json:
-        before_work(f"note: {planned.sweep.refused}")
+    corners = corners_lines(planned.corners, planned.worth)
+    refused = [f"note: {planned.sweep.refused}"] if planned.sweep.refused else []
+    if not as_json:
+        before_work([*refused, *corners])
     with counted("sweeping", planned.sweep.jumps_wanted, "jumps", shown=not as_json) as advance:
         done = run_planned(planned, request, advance)
     chosen_for = "The effects were chosen for the scene as it stands, before anything is swept:"
-    said = [] if planned.worth is None else ["", chosen_for, *verdict(planned.worth)]
-    emit({**sweep_data(done), **chosen_data(planned.worth)}, [*sweep_lines(done), *said], as_json)
+    said = [] if planned.worth is None else ["", chosen_for, *verdict(planned.worth), *corners]
+    data = {**sweep_data(done), **chosen_data(planned.worth), **corners_data(planned.corners, planned.worth)}
+    emit(data, [*sweep_lines(done), *said], as_json)
