@@ -95,7 +95,7 @@ def make_tick(composition: Composition, wants_switch: Function, switch: Function
         changed = work[TICK] + 1.0 == work[DECIDED] or (wish > 0.0) != flip
         if changed:
             switch(work)
-        elif active and (work[ACTIVE_DAMPING] > 0.0 or work[SAMPLED_SPEED] > 0.0):
+        elif active and work[ACTIVE_DAMPING] > 0.0:  # a sample that no gain multiplies changes nothing
             set_gains(work, work[PHASE] == EXTENSION, work[NOW + V_FOOT])
             changed = True
         if holds_force:
@@ -163,7 +163,7 @@ def make_must_land(composition: Composition) -> Function:
             return True
         if active:
             moving = work[MODE] == INTRUDING or work[MODE] == CREEPING or work[MODE] == FLIGHT
-            return (moving and work[ACTIVE_DAMPING] > 0.0) or work[SAMPLED_SPEED] > 0.0
+            return work[ACTIVE_DAMPING] > 0.0 and (moving or work[SAMPLED_SPEED] > 0.0)
         return False
 
     return must_land
