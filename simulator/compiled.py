@@ -1,6 +1,6 @@
-"""The two ways in which functions of the simulator are compiled, typed as what they are.
+"""The three ways in which functions of the simulator are compiled, typed as what they are.
 
-With NUMBA_DISABLE_JIT=1 both leave the function as it stands. Divisions are IEEE divisions (no checks in the
+With NUMBA_DISABLE_JIT=1 all leave the function as it stands. Divisions are IEEE divisions (no checks in the
 inner loops), the rounding of every operation is kept (no fastmath: results repeat bit for bit), and other threads
 run meanwhile.
 """
@@ -26,4 +26,13 @@ def compiled(function: F) -> F:
 def inner(function: F) -> F:
     """Compile a function that only compiled functions call: it needs no entry from Python, which halves its time."""
     result: F = _NJIT(no_cpython_wrapper=True, no_cfunc_wrapper=True, **_OPTIONS)(function)
+    return result
+
+
+def inlined(function: F) -> F:
+    """Compile an inner function anew at every call, where it then finds in registers what the caller has just computed.
+
+    It makes the caller longer: for what a step calls again and again.
+    """
+    result: F = _NJIT(no_cpython_wrapper=True, no_cfunc_wrapper=True, forceinline=True, **_OPTIONS)(function)
     return result

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.basics import GRAVITY_M_S2
-from simulator.compiled import inner
+from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.following import make_follow_platform
@@ -126,7 +126,7 @@ def make_rates(composition: Composition) -> Function:
     follows, follow_platform = composition.follows, make_follow_platform(composition)
     emulated, reset_work = composition.has("travel_m"), composition.integrals.get("reset_work", -1)
 
-    @inner
+    @inlined
     def rates_of(mode: int, t: float, work: Row, row: int, stage: int) -> None:
         x_b, v_b = work[row + X_BODY], work[row + V_BODY]
         x_f, v_f = work[row + X_FOOT], work[row + V_FOOT]
