@@ -24,6 +24,7 @@ from simulator.kernel.limits import (
     STOP_AFTER_LIFTOFF,
     STOP_AFTER_TOUCHDOWN,
     TOLERANCE,
+    TOLERANCE_SHARE,
 )
 from simulator.kernel.rows import COLUMN, COLUMNS, COUNTERS
 from simulator.result import JumpResult, ModeChange, SceneResult
@@ -32,8 +33,6 @@ from simulator.trajectory import Recording, trajectory_of
 
 Row = NDArray[np.float64]
 FINEST_ACCURACY, COARSEST_ACCURACY = 1e-13, 0.1
-TOLERANCE_SHARE = 0.5
-"""Local error allowed, relative to the goal for the outputs: measured over random scenes (docs/accuracy.md)."""
 ILL_CONDITIONED_BELOW = 10.0
 ROUNDING = 1e-15
 """Relative error of a step from rounding alone; grown to half the goal, it makes a jump ill-conditioned."""
@@ -122,7 +121,7 @@ def _number(row: Row, name: str) -> float | None:
 
 def _jump(scene: Scene, accuracy: float, row: Row, changes: Row) -> JumpResult:
     values: dict[str, Any] = {name: _number(row, name) for name in COLUMNS[1 : COLUMN["decision_margin"]]}
-    for name in ("decision_margin", "min_leg_length_m", "max_leg_length_m", "capped_time_s"):
+    for name in ("decision_margin", "min_leg_length_m", "max_leg_length_m", "capped_time_s", "energy_at_play_J"):
         values[name] = _number(row, name)
     seconds = values.pop("jump_time_s")
     passive_j = scene["passive_power"] * seconds if "passive_draw" in scene.effects else 0.0

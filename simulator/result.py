@@ -59,6 +59,7 @@ class JumpResult:
     impact_loss_J: float  # noqa: N815
     reset_work_J: float  # noqa: N815
     energy_residual_J: float  # noqa: N815
+    energy_at_play_J: float  # noqa: N815
     decision_margin: float | None
     decision_tick: int | None
     error_growth: float

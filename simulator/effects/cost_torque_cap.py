@@ -14,11 +14,15 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
     torque = at("stall_torque")
 
     @compiled
+    def cost_cap_n(p: NDArray[np.float64], lever_m: float) -> float:
+        return 2.0 * p[torque] / lever_m
+
+    @compiled
     def cost_force_n(p: NDArray[np.float64], lever_m: float, commanded_n: float, applied_n: float) -> float:
-        most = 2.0 * p[torque] / lever_m
+        most = cost_cap_n(p, lever_m)
         return min(max(applied_n, -most), most)
 
-    return {"cost_force_n": cost_force_n}
+    return {"cost_force_n": cost_force_n, "cost_cap_n": cost_cap_n}
 
 
 EFFECT = Effect(

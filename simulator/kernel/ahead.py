@@ -10,8 +10,10 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.interpolant import interpolate
 from simulator.kernel.layout import (
+    ACTIVE_DAMPING,
     ALLOWED,
     BETWEEN,
+    DAMPING,
     FLIGHT,
     FRESH,
     INTRUDING,
@@ -21,6 +23,8 @@ from simulator.kernel.layout import (
     MARGIN_TICK,
     NOW,
     PHASE,
+    SAMPLED_SPEED,
+    SATURATED,
     SHORTEST,
     SPEED_UNIT,
     STEP,
@@ -32,24 +36,76 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
+from simulator.kernel.linear_step import make_is_linear
 
 Row = NDArray[np.float64]
 FRESH_SHARE = 0.2
 """First step after the ground yields or the foot leaves it, in units of the foot's time scale: shorter than an
 intrusion that ends at once."""
 QUIET_SHARE, LONGEST_QUIET_STEP_S = 0.1, 0.02
+STABLE_SHARE = 2.7
+"""Longest step in units of the fastest damping: the method is stable to 3.3."""
 INTRUDING_SHARE, SMOOTH_SHARE = 1.5, 0.7
 """Longest steps of a foot in the ground and otherwise, in the same units: no guard rises and falls unseen inside
 one.
 """
 
 
+def make_damping_rate(composition: Composition) -> Function:
+    """Fastest rate at which dampers change the foot's speed, 1/s: `(work, mode)`; 0 where the foot rests."""
+    foot = composition.position["foot_mass"]
+    damped, held = composition.has("compression_damping_kg_s"), composition.on("held_force")
+    active, linear = composition.has("active_damping_kg_m"), composition.on("linear_active_damping")
+    sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
+    has_quadratic, quadratic = composition.has("quadratic_drag_kg_m"), composition.slot("quadratic_drag_kg_m")
+    has_linear, drag_kg_s = composition.has("linear_drag_kg_s"), composition.slot("linear_drag_kg_s")
+    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
+
+    @inner
+    def of_leg(work: Row, mode: float) -> float:
+        if work[SATURATED] != 0.0 or (held and mode != FLIGHT):
+            return 0.0
+        damping = work[DAMPING] if damped else 0.0
+        if active and sampled and not linear:
+            damping += work[ACTIVE_DAMPING] * work[SAMPLED_SPEED]
+        elif active and not sampled and work[NOW + V_FOOT] < 0.0:
+            sinking = -work[NOW + V_FOOT]
+            damping += work[ACTIVE_DAMPING] * (1.0 if linear else sinking + abs(work[NOW + V_BODY] + sinking))
+        return damping
+
+    @inner
+    def damping_rate(work: Row, mode: float) -> float:
+        if mode != FLIGHT and mode != INTRUDING:
+            return 0.0
+        damping, moved_kg = of_leg(work, mode), work[foot]
+        if mode == INTRUDING:
+            depth_m = -work[NOW + X_FOOT]
+            if has_quadratic:
+                damping += 2.0 * quadratic(work, depth_m) * abs(work[NOW + V_FOOT])
+            if has_linear:
+                damping += drag_kg_s(work)
+            if has_mass:
+                moved_kg += mass(work, depth_m)
+            if heavy:
+                moved_kg += platform_kg(work)
+        return damping / moved_kg
+
+    return damping_rate
+
+
 def make_longest_step(composition: Composition) -> Function:
     """Longest step in a mode whose fastest frequency is `omega` (rad/s), s: `(work, mode, omega)`.
 
-    In flight a leg that has stopped ringing, to what an event is allowed, limits nothing.
+    In flight a leg that has stopped ringing, to what an event is allowed, limits nothing. Where dampers are stiffer
+    than the motion is fast, steps stay within what is stable: a control that finds this limit by errors, step after
+    step, lets every step err by all that is allowed.
     """
-    rest = composition.position["rest_length"]
+    rest, damping_rate, is_linear = (
+        composition.position["rest_length"],
+        make_damping_rate(composition),
+        make_is_linear(composition),
+    )
 
     @inner
     def longest_step(work: Row, mode: float, omega: float) -> float:
@@ -58,7 +114,9 @@ def make_longest_step(composition: Composition) -> Function:
             ringing_m = abs(stretch_m) + abs(work[NOW + V_BODY] - work[NOW + V_FOOT]) / omega
             if ringing_m < QUIET_SHARE * work[ALLOWED] * work[rest]:
                 return min(work[STEP], LONGEST_QUIET_STEP_S)
-        return min(work[STEP], step_share(work, mode) / omega)
+        longest_s = min(work[STEP], step_share(work, mode) / omega)
+        rate = 0.0 if is_linear(mode, work, work[SATURATED] != 0.0) else damping_rate(work, mode)
+        return STABLE_SHARE / rate if rate * longest_s > STABLE_SHARE else longest_s
 
     return longest_step
 

@@ -36,6 +36,7 @@ from simulator.kernel.layout import (
     TRACED,
     TRIAL,
     V_BODY,
+    X_BODY,
     X_FOOT,
 )
 from simulator.kernel.report import make_note_liftoff
@@ -145,6 +146,7 @@ def make_follow(composition: Composition, happen: Function, settle: Function) ->
 def make_touch_down(meet_ground: Function, settle: Function) -> Function:
     """Compose `(work, row)`: a foot on the ground ends the jump only if it was in the air and the body falls."""
     time, speed = COLUMN["next_touchdown_time_s"], COLUMN["next_touchdown_body_velocity_m_s"]
+    apex_height, apex_time, rising = COLUMN["apex_height_m"], COLUMN["apex_time_s"], COLUMN["liftoff_body_velocity_m_s"]
 
     @inner
     def touch_down(work: Row, row: Row) -> int:
@@ -154,6 +156,8 @@ def make_touch_down(meet_ground: Function, settle: Function) -> Function:
                 settle(work)
             return GOES_ON
         row[time], row[speed] = work[TIME], work[NOW + V_BODY]
+        if np.isnan(row[apex_height]) and row[rising] > 0.0:  # it turned within what the landing is allowed
+            row[apex_height], row[apex_time] = work[NOW + X_BODY], work[TIME]
         return TOUCHDOWN
 
     return touch_down

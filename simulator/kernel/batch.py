@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled
+from simulator.compiled import compiled, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.layout import PARAMETERS
-from simulator.kernel.limits import FINEST_TOLERANCE, TOLERANCE
+from simulator.kernel.layout import PARAMETERS, STEP_LIMIT
+from simulator.kernel.limits import FINEST_TOLERANCE, FIXED_STEP_S, TOLERANCE, TOLERANCE_SHARE
 from simulator.kernel.rows import COLUMN
 from simulator.kernel.run import make_run
 from simulator.kernel.working_row import address_of
@@ -18,6 +18,8 @@ Row = NDArray[np.float64]
 Counts = NDArray[np.int64]
 GROWTH_LET_PASS = 3.0
 """Growth of an error that is within what the tolerance has to spare."""
+SPARED = 3.0
+"""Where a book does not close, steps are made finer by this much more than it takes if errors follow the tolerance."""
 MOST_REPEATS = 5
 GROWTH_LOST = 1e15
 """Growth by which rounding alone decides the jump: no step is fine enough."""
@@ -29,12 +31,30 @@ def make_batch(composition: Composition) -> Function:
     `table`, shape (n, declared parameters); `rows`, shape (n, jumps, columns) and `counts`, shape (n,), receive the
     results and how many jumps there are. `changes` and `trace` (see `make_run`) are those of the last scene.
 
-    Where the sampled control lets errors grow (`make_growth`), the scene is simulated again with steps as much finer,
-    and again where the finer jump turns out to let them grow more.
+    A scene is simulated again with finer steps where the sampled control lets errors grow (`make_growth`), and where
+    the energy book of a jump does not close within the accuracy; and again, where the finer one turns out no better.
     """
     run = make_run(composition)
     declared, places = len(composition.parameters), composition.row_size
-    grown, evaluations = COLUMN["error_growth"], COLUMN["rhs_evaluations"]
+    grown, evaluations, ended = COLUMN["error_growth"], COLUMN["rhs_evaluations"], COLUMN["outcome"]
+    residual, at_play = COLUMN["energy_residual_J"], COLUMN["energy_at_play_J"]
+
+    @inner
+    def tolerance_called_for(limits: Row, finer: Row, result: Row, count: int) -> float:
+        growth, excess = 1.0, 0.0
+        for jump in range(count):
+            growth = max(growth, result[jump, grown])
+            if result[jump, ended] != STEP_LIMIT:
+                excess = max(excess, abs(result[jump, residual]) / result[jump, at_play])
+        excess *= TOLERANCE_SHARE / limits[TOLERANCE]
+        called_for = finer[TOLERANCE]
+        if limits[FIXED_STEP_S] > 0.0:
+            return called_for
+        if growth < GROWTH_LOST and growth * finer[TOLERANCE] > GROWTH_LET_PASS * limits[TOLERANCE]:
+            called_for = limits[TOLERANCE] / growth
+        if excess > 1.0:
+            called_for = min(called_for, finer[TOLERANCE] / (SPARED * excess))
+        return max(called_for, min(FINEST_TOLERANCE, finer[TOLERANCE]))
 
     @compiled
     def batch(table: Row, limits: Row, rows: Row, counts: Counts, changes: Row, trace: Row) -> None:
@@ -47,15 +67,13 @@ def make_batch(composition: Composition) -> Function:
             finer[TOLERANCE] = limits[TOLERANCE]
             counts[scene] = run(work, address_of(finer), result, changes, trace)
             for _ in range(MOST_REPEATS):
-                growth, spent = 1.0, result[0, evaluations]
-                for jump in range(counts[scene]):
-                    growth = max(growth, result[jump, grown])
-                let_pass = GROWTH_LET_PASS * limits[TOLERANCE] / finer[TOLERANCE]
-                if growth <= let_pass or growth > GROWTH_LOST or finer[TOLERANCE] <= FINEST_TOLERANCE:
+                called_for = tolerance_called_for(limits, finer, result, counts[scene])
+                if called_for == finer[TOLERANCE]:
                     break
-                finer[TOLERANCE] = max(limits[TOLERANCE] / growth, FINEST_TOLERANCE)
+                finer[TOLERANCE], spent = called_for, result[0, evaluations]
                 changes[:, :] = -1.0
-                trace[:, 1] = 0.0
+                if trace.shape[0] > 0:
+                    trace[:, 1] = 0.0
                 counts[scene] = run(work, address_of(finer), result, changes, trace)
                 result[0, evaluations] += spent
         kept[0] = 0.0  # until here: compiled code frees an array after its last use

@@ -78,6 +78,16 @@ class Composition:
         return self.has("travel_m") and not self.has("platform_mass_kg")
 
     @property
+    def levered(self) -> bool:
+        """Whether anything in force asks for the lever arm of the joint."""
+        return any(self.has(slot) for slot in ("heat_w", "drag_w", "cap_bends", "cost_cap_n"))
+
+    @property
+    def straight_ends_flight(self) -> bool:
+        """Whether a leg that is straight in flight ends the jump: on hard ground, and where its speed is braked."""
+        return self.on("touchdown_impact") or (self.has("drag_w") and self.on("cost_of_whole_jump"))
+
+    @property
     def sleeps_in_flight(self) -> bool:
         """Whether the controller waits for the ground in flight: on grains it does, on hard ground it never looks."""
         return not self.on("touchdown_impact")

@@ -16,11 +16,13 @@ from simulator.kernel.guards import make_foot_margins, make_forces
 from simulator.kernel.layout import (
     ABOVE_PRINT,
     AIRBORNE,
+    BEYOND,
     BOOK,
     CARRIED,
     CLEAR,
     CLEARED,
     COMPRESSION,
+    COST_CAPPED,
     CREEPING,
     DEEPEST,
     FLIGHT,
@@ -39,7 +41,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.leg import make_set_gains
+from simulator.kernel.leg import make_lever, make_set_gains
 from simulator.kernel.motion import make_force_rate
 from simulator.kernel.platform import make_platform
 
@@ -49,17 +51,30 @@ CREEP_PERIODS = 10.0
 CREEP_WINDOW_S = 1e-3
 
 
+@inner
+def sign_beyond(force_n: float, most_n: float) -> float:
+    """Sign of a force that is larger than its cap, 0 where it is not."""
+    return 0.0 if abs(force_n) <= most_n else 1.0 if force_n > 0.0 else -1.0
+
+
 @made_once
 def make_note_saturation(composition: Composition) -> Function:
-    """Note whether the leg's force is at its cap, and with which sign: `(work)`, after gains have changed."""
-    if not composition.has("cap_n"):
+    """Note whether the leg's force is at its cap and at that of the cost, and with which sign: `(work)`, after gains
+    have changed.
+    """
+    capped, cost_capped = composition.has("cap_n"), composition.has("cost_cap_n")
+    if not capped and not cost_capped:
         return inner(lambda work: None)
-    forces = make_forces(composition)
+    forces, lever, cost_cap_n = make_forces(composition), make_lever(composition), composition.slot("cost_cap_n")
 
     @inner
     def note(work: Row) -> None:
-        commanded_n, _, most_n = forces(work, NOW)
-        work[SATURATED] = 0.0 if abs(commanded_n) <= most_n else 1.0 if commanded_n > 0.0 else -1.0
+        commanded_n, applied_n, most_n = forces(work, NOW)
+        if capped:
+            work[SATURATED] = sign_beyond(commanded_n, most_n)
+        if cost_capped:
+            most_n = cost_cap_n(work, lever(work, work[NOW + X_BODY] - work[NOW + X_FOOT]))
+            work[COST_CAPPED] = sign_beyond(applied_n, most_n)
 
     return note
 
@@ -134,6 +149,7 @@ def make_lift_off(composition: Composition) -> Function:
         make_forces(composition),
     )
     emulated, platform = composition.has("travel_m"), make_platform(composition)
+    upper, lower = composition.position["upper_link"], composition.position["lower_link"]
 
     @inner
     def lift_off(work: Row) -> None:
@@ -145,6 +161,8 @@ def make_lift_off(composition: Composition) -> Function:
             work[PHASE] = COMPRESSION
             set_gains(work, False, 0.0)
             note(work)
+        reach_m = work[upper] + work[lower]
+        work[BEYOND] = 1 if work[NOW + X_BODY] - work[NOW + X_FOOT] > reach_m else 0
         work[CLEARED] = ABOVE_PRINT
         if granular and not forces(work, NOW)[1] > work[foot] * GRAVITY_M_S2:
             work[CLEARED] = IN_PRINT  # flight's softer gains let the foot down before it rises

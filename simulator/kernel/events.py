@@ -19,7 +19,9 @@ from simulator.kernel.guards import make_forces
 from simulator.kernel.layout import (
     ABOVE_PRINT,
     AIRBORNE,
+    ALLOWED,
     APEX,
+    BEYOND,
     BOOK,
     BOTTOMED,
     BOTTOMS,
@@ -29,11 +31,14 @@ from simulator.kernel.layout import (
     CLEARED,
     CLEARS,
     COMPRESSION,
+    COST_CAPPED,
+    COST_KINK,
     CREEPING,
     DEEPEST,
     DEPTH,
     EMULATOR,
     EMULATOR_SINCE,
+    EXTENSION,
     FALLS,
     FLIGHT,
     FOLDS,
@@ -82,12 +87,15 @@ def make_stop_foot(composition: Composition) -> Function:
     """Stop the foot at once: `(work)`; what it moved with is lost and booked."""
     foot = composition.position["foot_mass"]
     heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
+    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
 
     @inner
     def stop_foot(work: Row) -> None:
         moved_kg = work[foot]
         if heavy:
             moved_kg += platform_kg(work)
+        if has_mass:
+            moved_kg += mass(work, -work[NOW + X_FOOT])
         lost_j = 0.5 * moved_kg * work[NOW + V_FOOT] * work[NOW + V_FOOT]
         work[BOOK] += lost_j
         work[IMPACT] += lost_j
@@ -117,6 +125,24 @@ def make_rail_turns(composition: Composition) -> Function:
     return rail_turns
 
 
+def make_held_still(composition: Composition) -> Function:
+    """Whether the two phases hold the body where it is, each driving it back over the threshold of the other: `(work)`,
+    after a switch. Without a clock the controller then switches without end, and the foot never leaves the ground.
+    """
+    if composition.on("sampled_control") or composition.on("latched_switching"):
+        return inner(lambda work: False)
+    forces, body = make_forces(composition), composition.position["body_mass"]
+
+    @inner
+    def held_still(work: Row) -> bool:
+        if work[MODE] != JAMMED or abs(work[NOW + V_BODY]) > work[ALLOWED]:
+            return False
+        drive_n = -forces(work, NOW)[1] - work[body] * GRAVITY_M_S2
+        return drive_n < 0.0 if work[PHASE] == EXTENSION else drive_n > 0.0
+
+    return held_still
+
+
 def make_happen(composition: Composition, switch: Function, settle: Function, lift_off: Function) -> Function:
     """Compose `(guard, work, row, stop_after)`.
 
@@ -128,9 +154,10 @@ def make_happen(composition: Composition, switch: Function, settle: Function, li
         make_rail_turns(composition),
     )
     forces, stop_platform = make_forces(composition), make_stop_platform(composition)
+    held_still = make_held_still(composition)
     slides, platform, follows = composition.platform >= 0, composition.platform, composition.follows
     travel, emulated = composition.position.get("platform_travel", -1), composition.has("travel_m")
-    granular = composition.on("hydrostatic_stiffness")
+    granular, straight_ends_flight = composition.on("hydrostatic_stiffness"), composition.straight_ends_flight
     has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
     grain = composition.integrals.get("grain_energy", -1)
     apex_height, apex_time = COLUMN["apex_height_m"], COLUMN["apex_time_s"]
@@ -157,6 +184,8 @@ def make_happen(composition: Composition, switch: Function, settle: Function, li
         if slides and guard == STOPS and work[MODE] == FLIGHT:
             stop_platform(work)
         elif guard == STOPS:
+            if work[NOW + V_FOOT] < 0.0:  # stopped at once, by ground too stiff to follow how
+                stop_foot(work)
             work[NOW + V_FOOT] = 0.0
             work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
             settle(work)
@@ -194,10 +223,15 @@ def make_happen(composition: Composition, switch: Function, settle: Function, li
                 work[SATURATED] = 0.0
             if follows and work[MODE] == CREEPING:
                 settle(work)
+        elif guard == COST_KINK:
+            turned = 1.0 if forces(work, NOW)[1] > 0.0 else -1.0
+            work[COST_CAPPED] = turned if work[COST_CAPPED] == 0.0 else 0.0
         elif guard == FOLDS:
             return LEG_FOLDED
         elif guard == STRAIGHTENS:
-            return LEG_STRAIGHT
+            if work[MODE] != FLIGHT or straight_ends_flight:
+                return LEG_STRAIGHT
+            work[BEYOND] = 1 - work[BEYOND]
         elif guard == SWITCHES:
             switch(work)
             note(work)
@@ -205,6 +239,8 @@ def make_happen(composition: Composition, switch: Function, settle: Function, li
                 work[RELEASE_MISSED] += 1
             if work[MODE] in (JAMMED, CREEPING):
                 settle(work)
+            if held_still(work):
+                return NO_LIFTOFF
         elif guard == RELEASES:
             work[EMULATOR], work[RELEASED] = RELEASE, 1
             work[EMULATOR_SINCE] = work[TIME]

@@ -23,6 +23,7 @@ from simulator.kernel.layout import (
     INTRUDING,
     MODE,
     NOW,
+    STALE,
     STIFFNESS,
     TOLERANCE,
     V_BODY,
@@ -34,6 +35,8 @@ from simulator.kernel.leg import make_command, make_lever
 
 Row = NDArray[np.float64]
 NUDGE_S = 1e-5
+LEAVING = 2.0
+"""A foot that follows does so until its lag is a little larger than one that would begin to."""
 
 
 @inner
@@ -105,7 +108,7 @@ def make_follow_platform(composition: Composition) -> Function:
 
 def make_try_to_follow(composition: Composition) -> Function:
     """Compose `(work)`: let an intruding foot follow, once its speed has settled and where its inertia is too small to
-    be seen at the error allowed.
+    be seen at the error allowed; and no longer where its speed changes so fast that it lags.
     """
     if not composition.follows:
         return inner(lambda work: None)
@@ -115,19 +118,28 @@ def make_try_to_follow(composition: Composition) -> Function:
     per_lift = composition.position["inverse_lift_energy"]
 
     @inner
-    def try_to_follow(work: Row) -> None:
-        if work[MODE] != INTRUDING:
-            return
+    def lag(work: Row, velocity_m_s: float, acceleration_m_s2: float) -> float:
         changing = math.sqrt((stiffness(work, -work[NOW + X_FOOT]) + work[STIFFNESS]) / work[body])
-        settling = work[foot] * changing / (damping(work) + 1e-300)
-        if settling * settling > work[TOLERANCE]:
+        changing = max(changing, abs(acceleration_m_s2) / (abs(velocity_m_s) + 1e-300))
+        return work[foot] * changing / (damping(work) + 1e-300)
+
+    @inner
+    def try_to_follow(work: Row) -> None:
+        if work[MODE] != INTRUDING and work[MODE] != CREEPING:
             return
-        velocity_m_s, _ = follow_platform(work, NOW)
+        velocity_m_s, acceleration_m_s2 = follow_platform(work, NOW)
+        lagging = lag(work, velocity_m_s, acceleration_m_s2)
+        if work[MODE] == CREEPING:
+            if lagging * lagging > LEAVING * work[TOLERANCE]:
+                work[MODE], work[STALE] = INTRUDING, 1
+            return
+        if lagging * lagging > work[TOLERANCE]:
+            return
         apart_m_s = abs(work[NOW + V_FOOT] - velocity_m_s)
         lost = work[foot] * -velocity_m_s * apart_m_s * work[per_lift]  # of the energy that errors are measured by
         settled = apart_m_s < math.sqrt(work[TOLERANCE]) * -velocity_m_s
         if velocity_m_s < 0.0 and settled and lost < work[TOLERANCE]:
-            work[MODE] = CREEPING
+            work[MODE], work[STALE] = CREEPING, 1
             work[NOW + V_FOOT] = velocity_m_s
 
     return try_to_follow

@@ -11,6 +11,7 @@ from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ABOVE_PRINT,
+    BEYOND,
     BOTTOMS,
     CAP_KINK,
     CARRIED,
@@ -18,6 +19,8 @@ from simulator.kernel.layout import (
     CLEARED,
     CLEARS,
     CONE_KINK,
+    COST_CAPPED,
+    COST_KINK,
     CREEPING,
     DEEPEST,
     EMULATOR,
@@ -118,12 +121,13 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
     """Compose `(t, work, row, place)`; guards that cannot fire in the mode read -1."""
     forces, margins, platform = make_forces(composition), make_foot_margins(composition), make_platform(composition)
     capped = composition.has("cap_n")
+    cost_capped, cost_cap_n = composition.has("cost_cap_n"), composition.slot("cost_cap_n")
     kinked, kink_m = composition.has("kink_depth_m"), composition.slot("kink_depth_m")
     emulated, travel_m = composition.has("travel_m"), composition.slot("travel_m")
     continuous, unyielding = not composition.on("sampled_control"), composition.on("touchdown_impact")
     friction, friction_n = composition.has("rail_friction_n"), composition.slot("rail_friction_n")
     force_rate, granular = make_force_rate(composition), composition.on("hydrostatic_stiffness")
-    drags_in_flight = composition.has("drag_w") and composition.on("cost_of_whole_jump")
+    levered, straight_ends_flight = composition.levered, composition.straight_ends_flight
     inset_folded_m, inset_straight_m = HARD_GROUND_INSETS_M if unyielding else (0.0, 0.0)
     at = composition.position
     upper, lower, rest, body, foot = (
@@ -164,8 +168,11 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
                     work[place + CLEARS] = height_m
             work[place + FALLS] = -work[row + V_BODY]
         work[place + FOLDS] = work[lower] - work[upper] + inset_folded_m - length_m
-        if mode != FLIGHT or unyielding or drags_in_flight:
+        if mode != FLIGHT or straight_ends_flight:
             work[place + STRAIGHTENS] = length_m - work[upper] - work[lower] + inset_straight_m
+        elif levered:  # the lever's corner
+            beyond_m = length_m - work[upper] - work[lower]
+            work[place + STRAIGHTENS] = beyond_m if work[BEYOND] == 0 else -beyond_m
         if mode != FLIGHT:
             if unyielding and work[PHASE] == EXTENSION:
                 work[place + FALLS] = -work[row + V_BODY]
@@ -180,8 +187,10 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
                     work[place + LIFTS] = applied_n - work[foot] * (a_f + GRAVITY_M_S2)
             elif follows and mode == CREEPING:
                 resting_n = apply(work, lever(work, length_m), command(work, length_m, work[row + V_BODY], 0.0))
-                work[place + SETTLES] = -margins(work, row, resting_n)[1]
-                work[place + BOTTOMS] = -work[row + X_FOOT] - travel_m(work)
+                beyond_m = -work[row + X_FOOT] - travel_m(work)
+                work[place + BOTTOMS] = beyond_m
+                if beyond_m < 0.0:  # where the platform ends nothing yields, and a foot does not settle but bottoms
+                    work[place + SETTLES] = -margins(work, row, resting_n)[1]
             elif mode == CREEPING:
                 work[place + SETTLES] = force_rate(
                     work, length_m, work[row + V_BODY], -applied_n / work[body] - GRAVITY_M_S2
@@ -196,6 +205,10 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
             sign = work[SATURATED]
             beyond_n = abs(commanded_n) - most_n if sign == 0.0 else most_n - sign * commanded_n
             work[place + CAP_KINK] = beyond_n - KINK * most_n
+        if cost_capped:
+            sign, most_n = work[COST_CAPPED], cost_cap_n(work, lever(work, length_m))
+            beyond_n = abs(applied_n) - most_n if sign == 0.0 else most_n - sign * applied_n
+            work[place + COST_KINK] = beyond_n - KINK * most_n
         if continuous and (not granular or mode != FLIGHT):  # on grains the controller waits for the ground
             work[place + SWITCHES] = wants_switch(work, work[PHASE], row, 1.0, 1.0)
         if emulated and work[EMULATOR] == HOLD and work[PHASE] == EXTENSION and work[RELEASED] == 0:

@@ -92,11 +92,14 @@ error is allowed, and one more than the tick at which a step was cut because of 
     RELEASE_MISSED,
     GUARD_SWITCHES,
     SLIDES,
-) = range(30, 50)
-"""Whole numbers that stay between events: modes, phases, what the next step must know, counts, and
-whether the platform moves on without the foot."""
+    BEYOND,
+    COST_CAPPED,
+) = range(30, 52)
+"""Whole numbers that stay between events: modes, phases, what the next step must know, counts, whether the platform
+moves on without the foot, whether a flying leg is longer than its links, and the sign of the force at the cap of the
+cost."""
 
-KEPT = 50
+KEPT = 52
 """Number of values that stay between events."""
 
 (
@@ -113,31 +116,33 @@ KEPT = 50
     BOTTOMS,
     SETTLES,
     RESTS,
+    COST_KINK,
     FALLS,
     CONE_KINK,
-) = range(15)
-GUARDS, PROMPT = 15, 13
+) = range(16)
+GUARDS, PROMPT = 16, 14
 """Functions of the state whose rise through zero is an event (`simulator.kernel.guards`). The first `PROMPT` of them
 are never positive while their mode lasts: one that is at the start of a step, because two events fell together,
 happens there.
 """
 
-GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = _places(50, 95, GUARDS)
-"""Places of the guards' values at the start of a part of a step, at its end, and at an instant between."""
+GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = _places(52, 116, GUARDS)
+"""Places of the guards' values at the start of the part of a step before, of a part, at its end, and at an instant
+between."""
 
-QUINTICS = 95
+QUINTICS = 116
 """Place of the dense output's coefficients: six for the body, six for the foot, six for a platform that slides."""
 
-NOW, TRIAL, QUARTER, HALF, THREE_QUARTERS, BETWEEN = _places(113, 191, WIDTH)
+NOW, TRIAL, QUARTER, HALF, THREE_QUARTERS, BETWEEN = _places(134, 212, WIDTH)
 """Places of states: at the start of a step, at its end, three inside it, and one interpolated."""
 
-K1, K2, K3, K4, K5, K6, K7 = _places(191, 282, WIDTH)
+K1, K2, K3, K4, K5, K6, K7 = _places(212, 303, WIDTH)
 """Places of rates: those of the stages of a step; the first is its start, the last its end."""
 
-ERROR = 282
+ERROR = 303
 """Place of the estimated error of a step."""
 
-PARAMETERS = 295
+PARAMETERS = 316
 """Place of the first parameter; before it, everything has the same place in every kernel."""
 
 OUTCOMES = (

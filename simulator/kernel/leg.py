@@ -26,9 +26,7 @@ Row = NDArray[np.float64]
 def make_lever(composition: Composition) -> Function:
     """Lever arm of the joint at a leg length, m; 1 where nothing in force asks for it, which compiles to nothing."""
     upper, lower = composition.position["upper_link"], composition.position["lower_link"]
-    if not any(composition.has(slot) for slot in ("heat_w", "drag_w", "cap_bends")) and not composition.on(
-        "cost_torque_cap"
-    ):
+    if not composition.levered:
         return inner(lambda work, leg_length_m: 1.0)
 
     @inner

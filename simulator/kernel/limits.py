@@ -8,6 +8,8 @@ LIMITS = 6
 turned round,
 -1 none. `FIXED_STEP_S`: a step length in place of error control, 0 none: for measuring orders."""
 
+TOLERANCE_SHARE = 0.5
+"""Local error allowed, relative to the goal for the outputs: measured over random scenes (docs/accuracy.md)."""
 STOP_AFTER_LIFTOFF, STOP_AFTER_APEX, STOP_AFTER_TOUCHDOWN = range(3)
 DEEPEST_DIP_M = 2e-3
 """How far below its print a foot that has lifted off may be pressed before contact is looked for again. The published

@@ -170,7 +170,7 @@ def make_rates(composition: Composition) -> Function:
             work[stage + grain] = grain_w
         if emulated:
             work[stage + reset_work] = reset_w
-        powers(mode, work, stage, lever_arm_m, speed_m_s, commanded_n, applied_n)
+        powers(mode, work, stage, lever_arm_m, v_b + sinking, commanded_n, applied_n)
 
     return rates_of
 

@@ -88,7 +88,11 @@ def make_note_liftoff(composition: Composition) -> Function:
 
 
 def make_finish(composition: Composition) -> Function:
-    """Write the rest of the row: `(outcome, work, row)`."""
+    """Write the rest of the row: `(outcome, work, row)`.
+
+    The energy at play is the size of every sum of the book, and a thousandth of what body and foot have at touchdown,
+    from where a leg folded to nothing would lie: where next to nothing is turned over, rounding is not an error.
+    """
     note_stance, note_jump = make_note_cost(composition, "stance"), make_note_cost(composition, "jump")
     places = composition.integrals
     loss, grain = places.get("ground_loss", -1), places.get("grain_energy", -1)
@@ -105,13 +109,14 @@ def make_finish(composition: Composition) -> Function:
         at["reset_work_J"],
         at["energy_residual_J"],
     )
-    margin, tick, growth, shortest, longest, capped = (
+    margin, tick, growth, shortest, longest, capped, at_play = (
         at["decision_margin"],
         at["decision_tick"],
         at["error_growth"],
         at["min_leg_length_m"],
         at["max_leg_length_m"],
         at["capped_time_s"],
+        at["energy_at_play_J"],
     )
     energy, booked = make_energy(composition), make_booked(composition)
     steps, evaluations, counters, changes, duration, depth = (
@@ -138,6 +143,14 @@ def make_finish(composition: Composition) -> Function:
         row[impact_at] = work[IMPACT]
         row[reset_at] = work[NOW + reset] if reset >= 0 else 0.0
         row[residual_at] = energy(work[MODE], work) - work[START_ENERGY] - booked(work)
+        row[at_play] = 1e-3 * work[START_ENERGY] + (
+            abs(row[work_at])
+            + abs(row[loss_at])
+            + abs(row[grain_at])
+            + abs(row[friction_at])
+            + abs(row[impact_at])
+            + abs(row[reset_at])
+        )
         row[margin], row[tick], row[growth] = work[MARGIN], work[MARGIN_TICK], math.exp(work[WORST_GROWTH])
         row[shortest], row[longest], row[capped] = work[SHORTEST], work[LONGEST], work[CAPPED]
         row[steps], row[evaluations] = work[STEPS], work[EVALUATIONS]

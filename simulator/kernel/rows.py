@@ -34,6 +34,7 @@ COLUMNS = (
     "min_leg_length_m",
     "max_leg_length_m",
     "capped_time_s",
+    "energy_at_play_J",
     "steps",
     "rhs_evaluations",
     "bottomed",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,6 +22,7 @@ from simulator.kernel.layout import (
     EVALUATIONS,
     FLIGHT,
     FRESH,
+    INTRUDING,
     K1,
     K7,
     MODE,
@@ -28,14 +31,16 @@ from simulator.kernel.layout import (
     STEP,
     STEPS,
     STIFFNESS,
+    STOPS,
     STRIDE,
     TICK,
     TIME,
     TOLERANCE,
     TRIAL,
+    V_FOOT,
     X_FOOT,
 )
-from simulator.kernel.limits import FIXED_STEP_S, FLIP_TICK, LONGEST_FLIGHT_S, LONGEST_STANCE_S
+from simulator.kernel.limits import FINEST_TOLERANCE, FIXED_STEP_S, FLIP_TICK, LONGEST_FLIGHT_S, LONGEST_STANCE_S
 from simulator.kernel.locate import make_at_once, make_first_event, make_land
 from simulator.kernel.motion import make_rates
 
@@ -44,7 +49,10 @@ STRETCH = 1.01
 """A step that would end just short of a tick goes on to it."""
 SHORTEST_S = 1e-13
 """Below it positions at both ends are equal but for rounding, and a dense output would make speeds of that. What
-happens in so short a step is seen at its end."""
+happens in so short a step is seen at its end, and a foot that the ground would stop within it stops at once."""
+MANY_STEPS = 1000.0
+"""From here on a jump's further steps are allowed ever less, so that errors that add up stay within what is allowed to
+so many steps: a light foot that is held back by stiff dampers takes hundreds of thousands."""
 UNEVENTFUL, TIMED, REJECTED = -1, -2, -3
 """What a step may give beside a guard: no event, the emulator's timer ran out at its end, its error was too large."""
 
@@ -74,6 +82,14 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
     rate = composition.position.get("control_rate", -1)
 
     @inner
+    def stay(event: int, work: Row) -> int:
+        for i in range(size):
+            work[TRIAL + i], work[K7 + i] = work[NOW + i], work[K1 + i]
+        work[STRIDE], work[STALE] = 0.0, 1
+        work[STEPS] += 1
+        return event
+
+    @inner
     def stride(limits: Row, work: Row) -> int:
         mode, t = work[MODE], work[TIME]
         timed_s = timer(work)
@@ -81,16 +97,17 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
         if prompt < 0 and timed_s <= t:
             prompt = TIMED
         if prompt != UNEVENTFUL:
-            for i in range(size):
-                work[TRIAL + i], work[K7 + i] = work[NOW + i], work[K1 + i]
-            work[STRIDE], work[STALE] = 0.0, 1
-            work[STEPS] += 1
-            return prompt
+            return stay(prompt, work)
         if work[STALE] == 1:
             rates_of(mode, t, work, NOW, K1)
             work[EVALUATIONS] += 1
             work[STALE] = 0
         omega = frequency(work, mode, max(-work[NOW + X_FOOT], 0.0), work[STIFFNESS])
+        sinking = -work[NOW + V_FOOT]
+        if mode == INTRUDING and sinking > 0.0 and max(work[K1 + V_FOOT], sinking * omega) * SHORTEST_S > sinking:
+            event, slowing = stay(STOPS, work), max(work[K1 + V_FOOT], 0.0)
+            work[TRIAL + X_FOOT] -= sinking * sinking / (slowing + math.hypot(slowing, sinking * omega))
+            return event
         fixed_s = limits[FIXED_STEP_S]
         h = fixed_s if fixed_s > 0.0 else longest_step(work, mode, omega)
         end_s = min(LONGEST_FLIGHT_S if mode == FLIGHT else LONGEST_STANCE_S, timed_s)
@@ -102,7 +119,10 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
         exact = attempt(t, h, work)
         work[STEPS] += 1
         if fixed_s == 0.0:
-            error = norm(work, mode, h, work[TOLERANCE], omega)
+            tolerance = work[TOLERANCE]
+            if work[STEPS] > MANY_STEPS:
+                tolerance = max(tolerance * MANY_STEPS / work[STEPS], min(tolerance, FINEST_TOLERANCE))
+            error = norm(work, mode, h, tolerance, omega)
             proposal_s = next_step(h, error)
             if not error <= 1.0:
                 work[STEP] = proposal_s
@@ -121,12 +141,14 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
                 guard, after_s, to_end, h = UNEVENTFUL, tick_s, False, tick_s - t
                 attempt(t, h, work)
                 work[STALE], work[DECIDED] = 1, work[TICK] + 1.0
+        seen = guard >= 0
+        if seen:
+            guard, h = land(guard, share, work[ALLOWED], t, h, work)
         if guard >= 0:
-            h = land(guard, share, work[ALLOWED], t, h, work)
             after_s, to_end = t + h, False
         note_leg_lengths(h, work)
         work[TIME], work[STRIDE], work[FRESH] = after_s, h, 0
-        if guard >= 0 or to_end or h <= SHORTEST_S:
+        if seen or to_end or h <= SHORTEST_S:
             work[STALE] = 1
         return TIMED if to_end and after_s == timed_s else guard
 

@@ -56,6 +56,7 @@ OUTPUTS = (
     Output("impact_loss_J", "J", "energy lost at impacts"),
     Output("reset_work_J", "J", "work of the platform's reset"),
     Output("energy_residual_J", "J", "what the energy book cannot account for"),
+    Output("energy_at_play_J", "J", "energy that the book turns over"),
     Output("decision_margin", "1", "distance of the closest decision, in local errors; infinite where none was close"),
     Output("decision_tick", "1", "tick of the closest decision; -1 where there was none", "i4"),
     Output("error_growth", "1", "factor by which the sampled damping lets an error grow"),

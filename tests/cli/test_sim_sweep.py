@@ -68,7 +68,7 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     assert shown[1].startswith("outcomes: touchdown 2; ill-conditioned: ")
     assert any(line.startswith("kg_scale is assumed: ") for line in shown)
     assert not any(line.startswith("set by you") for line in shown)
-    assert shown[-1] == "bed.nc: 42 variables, for xarray.open_dataset('bed.nc')."
+    assert shown[-1] == "bed.nc: 43 variables, for xarray.open_dataset('bed.nc')."
     again = good(labbook(*words, at=tmp_path)).out.splitlines()
     assert "nothing was left to simulate." in again
 

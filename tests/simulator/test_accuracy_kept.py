@@ -17,7 +17,7 @@ from simulator.scene_file import load_scene
 Row = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 JUDGED = 1000
-SCENES = 1700
+SCENES = 1900
 """As many as give `JUDGED` jumps with the flagged and those that end otherwise left out."""
 FINEST = 1e-12
 RANGES = {
@@ -34,6 +34,7 @@ RANGES = {
 }
 STARTS = {
     "sim2": {"initial_velocity": (-2.0, -0.2)},
+    "sim1": {"initial_velocity": (-2.0, -0.2)},
     "bed": {"initial_velocity": (-0.5, 0.0), "initial_height": (0.02, 0.2)},
 }
 OUTPUTS = ("max_depth_m", "liftoff_time_s", "apex_height_m")

@@ -64,7 +64,9 @@ def test_micro_intrusions_on_stiff_ground_under_a_rising_force() -> None:
 
 
 def test_creeping_takes_the_place_of_ringing_that_the_accuracy_does_not_see() -> None:
-    """The finer the accuracy, the longer the foot is followed from one micro-intrusion to the next."""
+    """The finer the accuracy, the longer the foot is followed through micro-intrusions, each ending where its speed
+    but touches 0.
+    """
     crept = _jump(accuracy=1e-4, kg_scale=1e8, initial_velocity=0.0)
     rung = _jump(accuracy=1e-6, kg_scale=1e8, initial_velocity=0.0)
 
@@ -73,7 +75,7 @@ def test_creeping_takes_the_place_of_ringing_that_the_accuracy_does_not_see() ->
 
     assert creeps_from_s(crept) < 0.25 * creeps_from_s(rung)
     assert len(crept.mode_changes) < 30
-    assert len(rung.mode_changes) > 10_000
+    assert rung.steps > 100_000
     assert crept.steps * 1000 < rung.steps
     assert crept.max_depth_m == pytest.approx(rung.max_depth_m, rel=1e-5)
     assert crept.cost_J == pytest.approx(rung.cost_J, rel=4e-5)

@@ -63,7 +63,7 @@ def test_a_force_held_between_ticks_makes_no_jump_that_is_none(gain: float) -> N
 def test_what_follows_a_flagged_jump_is_flagged() -> None:
     """Its start is not better known. At a coarse accuracy one decision of the second jump is close, and no other."""
     scene = PLATE.changed(effects_on=("sampled_control",))
-    jumps = simulate(scene, 1e-4).jumps
+    jumps = simulate(scene, 5e-4).jumps
     close = [(jump.decision_margin or math.inf) < ILL_CONDITIONED_BELOW for jump in jumps]
     assert close.index(True) == 1
     assert sum(close) < 3

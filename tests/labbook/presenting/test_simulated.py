@@ -39,6 +39,7 @@ JUMP = JumpResult(
     impact_loss_J=0.0,
     reset_work_J=0.0,
     energy_residual_J=1e-14,
+    energy_at_play_J=1.0,
     decision_margin=math.inf,
     decision_tick=None,
     error_growth=1.0,

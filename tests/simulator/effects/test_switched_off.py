@@ -32,7 +32,9 @@ from simulator.kernel.motion import make_rates
 
 Row = NDArray[np.float64]
 LEAST = ("hydrostatic_stiffness",)
-SIGNATURE = (numba.float64, numba.float64, numba.float64[::1], numba.int64, numba.int64)
+ADDRESS = numba.types.CPointer(numba.float64)
+"""The kernel's row as its functions get it; an array would bring the counting of references with it."""
+SIGNATURE = (numba.float64, numba.float64, ADDRESS, numba.int64, numba.int64)
 OPCODE = re.compile(r"^  (?:%\S+ = |\"[^\"]*\" = )?(?:tail |musttail |notail )?([a-z]+)\b", re.MULTILINE)
 DEFINITION = re.compile(r"^define [^\n]*\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 
@@ -81,7 +83,7 @@ def rates_by_hand(composition: Composition) -> Function:
 
     def rates(mode: float, t: float, work: Row, row: int, stage: int) -> None:
         x_b, v_b, x_f, v_f = work[row + X_BODY], work[row + V_BODY], work[row + X_FOOT], work[row + V_FOOT]
-        length_m, speed_m_s = x_b - x_f, v_b - v_f
+        length_m = x_b - x_f
         force_n = work[STIFFNESS] * (length_m - work[rest])
         a_b = -force_n * work[per_body] - GRAVITY_M_S2
         sinking, a_f, loss_w = -v_f, 0.0, 0.0
@@ -109,8 +111,8 @@ def rates_by_hand(composition: Composition) -> Function:
         work[stage + X_BODY], work[stage + V_BODY] = v_b, a_b
         work[stage + X_FOOT], work[stage + V_FOOT] = -sinking, a_f
         work[stage + loss] = loss_w
-        work[stage + LEG_WORK] = -force_n * speed_m_s
-        work[stage + MECHANICAL] = -force_n * speed_m_s
+        work[stage + LEG_WORK] = -force_n * (v_b + sinking)
+        work[stage + MECHANICAL] = -force_n * (v_b + sinking)
 
     return rates
 
