@@ -1,31 +1,74 @@
-"""What every function here does with its input first: doubles, one dimension, nothing infinite or missing."""
+"""What every function here does with its input first: real numbers of any type, one dimension, nothing infinite.
+
+Whole numbers above 2^53, `Decimal` and `Fraction` are no doubles; `as_sample` keeps what the doubles leave of them, so
+that decimals at a large offset (NIST's SmLs07 to 09 and NumAcc4) lose none of their digits.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from numbers import Rational, Real
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from data_schema.errors import InputRefused
+from data_schema.errors import InputRefused, unknown_name
+
+Missing = Literal["refuse", "drop"]
+MISSING: tuple[Missing, ...] = ("refuse", "drop")
+"""What to do with values that are NaN: refuse them all, or leave them out and say how many."""
+
+_LARGEST_EXACT = 2**53
+_NO_VALUE = ("NAType", "NaTType", "NoneType")  # pandas' words for a missing value; pandas itself need not be loaded
+
+
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """Finite values as doubles, and what the doubles leave of them."""
+
+    values: NDArray[np.float64]
+    """Nearest doubles, shape (n,)."""
+    rest: NDArray[np.float64] | None
+    """Given values minus doubles, shape (n,); None where the doubles are exact."""
+    missing: int
+    """How many values were left out as NaN."""
+
+
+def as_sample(name: str, values: ArrayLike | Iterable[Decimal | Fraction], missing: Missing = "refuse") -> Sample:
+    """Return real numbers of any type (also of pandas and xarray), shape (n,), as a sample.
+
+    `name` is what the sentence of a refusal calls them. NaN, None, pandas' NA and masked values are missing: refused,
+    or with `missing="drop"` left out and counted. Raises `InputRefused` for infinite values, truth values, text,
+    complex numbers, times and more than one dimension.
+    """
+    if missing not in MISSING:
+        raise unknown_name("way with missing values", missing, MISSING)
+    doubles, rest = _doubles(name, values)
+    if doubles.ndim != 1:
+        raise InputRefused(f"{name} has {doubles.ndim} dimensions where one is allowed: give a plain list of numbers.")
+    finite = np.isfinite(doubles)
+    if finite.all():
+        return Sample(doubles, rest, 0)
+    bad = ~finite if missing == "refuse" else np.isinf(doubles)
+    if bad.any():
+        raise InputRefused(
+            f"{name} holds {int(bad.sum())} of {doubles.size} values that are "
+            f"{'NaN or infinite' if missing == 'refuse' else 'infinite'}, the first at position "
+            f"{int(np.argmax(bad)) + 1}: leave missing values out before calling."
+        )
+    return Sample(doubles[finite], None if rest is None else rest[finite], int(doubles.size - finite.sum()))
 
 
 def as_values(name: str, values: ArrayLike) -> NDArray[np.float64]:
     """Return `values` as float64 of shape (n,); `name` is what the sentence of a refusal calls them.
 
-    Raises `InputRefused` when they are not numbers, not one-dimensional, or some are NaN or infinite.
+    Raises `InputRefused` for what `as_sample` refuses, NaN included.
     """
-    try:
-        array = np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputRefused(f"{name} holds something that is not a number: give real numbers only.") from error
-    if array.ndim != 1:
-        raise InputRefused(f"{name} has {array.ndim} dimensions where one is allowed: give a plain list of numbers.")
-    bad = ~np.isfinite(array)
-    if bad.any():
-        raise InputRefused(
-            f"{name} holds {int(bad.sum())} of {array.size} values that are NaN or infinite, the first at position "
-            f"{int(np.argmax(bad)) + 1}: leave missing values out before calling."
-        )
-    return array
+    return as_sample(name, values).values
 
 
 def as_number(name: str, value: float, *, low: float = -np.inf, above: float = -np.inf) -> float:
@@ -50,3 +93,50 @@ def as_level(name: str, value: float) -> float:
     if not 0.0 < number < 1.0:
         raise InputRefused(f"{name} is {value!r}: give a number between 0 and 1, for example 0.95.")
     return number
+
+
+def _doubles(name: str, values: Any) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    """Return the nearest doubles, NaN for missing values, and what they leave of exact numbers."""
+    no_number = f"{name} holds something that is not a number: give real numbers only."
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError) as error:
+        raise InputRefused(no_number) from error
+    hidden = np.ma.getmaskarray(values) if isinstance(values, np.ma.MaskedArray) else None
+    if array.size == 0 and array.dtype.kind not in "OUSMmbc":
+        return array.astype(np.float64), None
+    if array.dtype.kind == "f":
+        with np.errstate(over="ignore"):  # a long double that is too large becomes infinite and is refused as such
+            doubles, rest = array.astype(np.float64), None
+    elif array.dtype.kind in "iu" and (array.itemsize < 8 or _small(array)):
+        doubles, rest = array.astype(np.float64), None
+    elif array.dtype.kind in "iuO":
+        if array.ndim != 1:
+            return np.empty(array.shape), None
+        doubles, rest = _exact(array.tolist(), no_number)
+    else:
+        raise InputRefused(no_number)
+    if hidden is not None and hidden.any():
+        doubles = np.where(hidden, np.nan, doubles)
+    return doubles, rest
+
+
+def _small(array: NDArray[Any]) -> bool:
+    return int(array.min()) >= -_LARGEST_EXACT and int(array.max()) <= _LARGEST_EXACT
+
+
+def _exact(values: list[Any], no_number: str) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+    doubles, rest = np.empty(len(values)), np.zeros(len(values))
+    for place, value in enumerate(values):
+        if type(value).__name__ in _NO_VALUE:
+            doubles[place] = np.nan
+            continue
+        if isinstance(value, (bool, np.bool_)) or not isinstance(value, (Real, Decimal)):
+            raise InputRefused(no_number)
+        try:
+            doubles[place] = float(value)
+        except OverflowError:
+            doubles[place] = np.inf
+        if isinstance(value, (Rational, Decimal)) and np.isfinite(doubles[place]):
+            rest[place] = float(Fraction(value) - Fraction(float(doubles[place])))
+    return doubles, rest if rest.any() else None

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_values
+from stats.checks import Missing, as_level, as_sample
 from stats.distributions import t_quantile
-from stats.sums import common_shift, moments
-from stats.wording import interval_text, number_text, with_unit
+from stats.error_free import exact_root
+from stats.results import Result
+from stats.sums import finite, moments
+from stats.wording import interval_text, missing_text, number_text, with_unit
 
 
 @dataclass(frozen=True, slots=True)
-class Summary:
+class Summary(Result):
     """One sample in numbers, in the unit of its values."""
 
     n: int
@@ -29,6 +31,8 @@ class Summary:
     ci_high: float | Undefined
     level: float
     """Level of the interval."""
+    missing: int = 0
+    """Values left out because they were NaN."""
 
     def sentence(self, name: str = "mean", unit: str = "") -> str:
         """Return the summary in words: mean, SD, interval, n."""
@@ -39,25 +43,35 @@ class Summary:
             interval = (self.ci_low, self.ci_high)
         return (
             f"{name} {number_text(self.mean)}{with_unit(unit)} (SD {number_text(self.sd)}, "
-            f"{interval_text(interval, self.level)}, n = {self.n})."
+            f"{interval_text(interval, self.level)}, n = {self.n}{missing_text(self.missing)})."
         )
 
 
-def describe(values: ArrayLike, level: float = 0.95) -> Summary:
+def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse") -> Summary:
     """Describe one sample, shape (n,), of any unit; the interval is mean -/+ t(level, n - 1) * sd / sqrt(n).
 
-    Raises `InputRefused` for NaN, infinite or non-numeric values.
+    Raises `InputRefused` for infinite or non-numeric values, and for NaN unless `missing` is "drop".
     """
-    sample = as_values("the sample", values)
+    sample = as_sample("the sample", values, missing)
     level = as_level("level", level)
-    if sample.size == 0:
+    n = sample.values.size
+    if n == 0:
         none = Undefined("there is no value")
-        return Summary(0, none, none, none, none, none, level)
-    about = moments(sample, common_shift(sample))
-    if about.n < 2:
+        return Summary(0, none, none, none, none, none, level, sample.missing)
+    about = moments(sample.values, rest=sample.rest)
+    if n < 2:
         one = Undefined("a single value has no scatter; at least 2 are needed")
-        return Summary(1, about.mean, one, one, one, one, level)
-    sd = math.sqrt(about.variance)
-    se = sd / math.sqrt(about.n)
-    half = t_quantile(level, about.n - 1) * se
-    return Summary(about.n, about.mean, sd, se, about.mean - half, about.mean + half, level)
+        return Summary(1, about.mean, one, one, one, one, level, sample.missing)
+    sd, se = exact_root(about.exact_variance), exact_root(about.exact_variance / n)
+    half = Fraction(t_quantile(level, n - 1)) * se
+    low, high = (finite(end, "an end of the interval") for end in (about.exact_mean - half, about.exact_mean + half))
+    return Summary(
+        n,
+        about.mean,
+        finite(sd, "the standard deviation"),
+        finite(se, "the standard error"),
+        low,
+        high,
+        level,
+        sample.missing,
+    )

@@ -1,16 +1,23 @@
-"""Sums that constants and large offsets cannot spoil: shift by a median, add exactly, correct the second pass.
+"""Moments that neither constants nor offsets nor units can spoil: exact mean, squares to twice double accuracy.
 
-The squares of a constant sample add up to exactly 0, so that "no scatter" can be told from "little scatter"
-(the cases W1 to W4 that give other programs a p-value from 0/0).
+The mean is an exact fraction. Deviations from it are pairs of doubles, scaled by a power of two before they are
+squared (so that 2^-600 or 2^600 as a unit changes nothing), and their squares are added without error. The squares of
+a constant sample are exactly 0, so that "no scatter" can be told from "little scatter" (the cases W1 to W5 that give
+other programs a p-value from 0/0). Tests of several samples take the exact fields and round once, at the end.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from fractions import Fraction
 
 import numpy as np
-from numpy.typing import NDArray
+
+from data_schema.vocabulary import Undefined
+from stats.error_free import Doubles, exact_sum, greatest, ordered_two_sum, scaled, two_product, two_sum
+
+_FEW = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,31 +28,119 @@ class Moments:
     mean: float
     """Mean; of an empty sample the shift itself, which no caller uses."""
     offset: float
-    """Mean minus the shift: differences between samples with one shift are taken here, without cancellation."""
+    """Mean minus the shift."""
     sum_squares: float
-    """Sum of squared deviations from the mean."""
+    """Sum of squared deviations from the mean; 0 or infinite where no double is as small or large."""
+    exact_mean: Fraction = field(default=Fraction(0))
+    """The mean without error."""
+    exact_sum_squares: Fraction = field(default=Fraction(0))
+    """Sum of squared deviations to 30 digits, of any size; 0 only where all values are equal."""
 
     @property
     def variance(self) -> float:
         """Sample variance, for n of at least 2."""
         return self.sum_squares / (self.n - 1)
 
+    @property
+    def exact_variance(self) -> Fraction:
+        """Sample variance to 30 digits, for n of at least 2."""
+        return self.exact_sum_squares / (self.n - 1)
 
-def moments(values: NDArray[np.float64], shift: float) -> Moments:
-    """Return the moments of `values`, shape (n,), taken about `shift` (a median of all samples compared)."""
+    @property
+    def constant(self) -> bool:
+        """Whether all values are equal."""
+        return self.exact_sum_squares == 0
+
+
+@dataclass(frozen=True, slots=True)
+class Deviations:
+    """Deviations from the mean, each the sum of two doubles, divided by 2^exponent so that the largest is about 1."""
+
+    high: Doubles
+    low: Doubles
+    exponent: int
+    mean: Fraction
+    """Mean of the values themselves."""
+
+
+def deviations(values: Doubles, rest: Doubles | None = None) -> Deviations:
+    """Return how far values, shape (n,) with n of at least 1, lie from their mean.
+
+    `rest` is what the doubles leave of values that are no doubles (`stats.checks.Sample`).
+    """
+    if greatest(values) > 2.0**1000:  # their differences could overflow
+        small = deviations(scaled(values, -64), None if rest is None else scaled(rest, -64))
+        return Deviations(small.high, small.low, small.exponent + 64, small.mean * 2**64)
+    total = exact_sum(values) if rest is None else exact_sum(values) + exact_sum(rest)
+    mean = total / values.size
+    middle = float(mean)
+    high, low = two_sum(values, -middle)
+    low = low - float(mean - Fraction(middle))
+    if rest is not None:
+        low = low + rest
+    high, low = ordered_two_sum(high, low)
+    if high[0] == high[-1] and high.min() == high.max() and low.min() == low.max():
+        return Deviations(np.zeros(values.size), np.zeros(values.size), 0, mean)
+    exponent = math.frexp(greatest(high))[1]
+    return Deviations(scaled(high, -exponent), scaled(low, -exponent), exponent, mean)
+
+
+def sum_of_products(a: tuple[Doubles, Doubles], b: tuple[Doubles, Doubles]) -> Fraction:
+    """Return the sum of products of two arrays of pairs (high, low), of magnitude about 1, to 30 digits."""
+    product, error = two_product(a[0], b[0])
+    cross = 2.0 * (a[0] * a[1]) if a is b else a[0] * b[1] + a[1] * b[0]
+    return exact_sum(product) + Fraction(float(np.sum(error + cross)))
+
+
+def moments(values: Doubles, shift: float = 0.0, rest: Doubles | None = None) -> Moments:
+    """Return the moments of finite `values`, shape (n,), and the mean's distance from `shift`.
+
+    `rest` is what the doubles leave of values that are no doubles (`stats.checks.Sample`).
+    """
     n = values.size
     if n == 0:
-        return Moments(0, shift, 0.0, 0.0)
-    shifted = values - shift
-    offset = math.fsum(shifted) / n
-    deviations = shifted - offset
-    left_over = math.fsum(deviations)
-    squares = math.fsum(deviations * deviations) - left_over * left_over / n
-    return Moments(n, shift + offset, offset, max(squares, 0.0))
+        return Moments(0, shift, 0.0, 0.0, Fraction(shift))
+    if n <= _FEW:
+        mean, squares = _moments_of_few(values, rest)
+    else:
+        about = deviations(values, rest)
+        pair = (about.high, about.low)
+        mean, squares = about.mean, sum_of_products(pair, pair) * Fraction(2) ** (2 * about.exponent)
+    return Moments(n, float(mean), to_double(mean - Fraction(shift)), to_double(squares), mean, squares)
 
 
-def common_shift(*samples: NDArray[np.float64]) -> float:
-    """Return the value that the samples are shifted by: the lower median of all of them, itself one of them."""
+def _moments_of_few(values: Doubles, rest: Doubles | None) -> tuple[Fraction, Fraction]:
+    """Return mean and sum of squares in whole numbers of one unit: quicker than arrays where there are few values."""
+    parts = [[x.as_integer_ratio() for x in array.tolist()] for array in (values, rest) if array is not None]
+    unit = max(bottom for part in parts for _, bottom in part)  # all are powers of two
+    counts = [sum(top * (unit // bottom) for top, bottom in pair) for pair in zip(*parts, strict=True)]
+    total = sum(counts)
+    squares = len(counts) * sum(count * count for count in counts) - total * total
+    return Fraction(total, len(counts) * unit), Fraction(squares, len(counts) * unit * unit)
+
+
+def to_double(value: Fraction) -> float:
+    """Return the nearest double; infinite where there is none that large."""
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def finite(value: Fraction, what: str) -> float | Undefined:
+    """Return a number as a double, or that it is too large for one."""
+    number = to_double(value)
+    return number if math.isfinite(number) else Undefined(f"{what} is too large for a double")
+
+
+def finite_pair(low: Fraction, high: Fraction) -> tuple[float, float] | Undefined:
+    """Return the ends of an interval as doubles, or that one is too large."""
+    ends = to_double(low), to_double(high)
+    return ends if all(map(math.isfinite, ends)) else Undefined("an end of the interval is too large for a double")
+
+
+def common_shift(*samples: Doubles) -> float:
+    """Return a value near all samples, one of them: the lower median of all; 0 of no value."""
     pooled = np.concatenate(samples)
     if pooled.size == 0:
         return 0.0

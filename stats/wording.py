@@ -24,10 +24,12 @@ def estimate_texts(values: Sequence[float], se: float) -> list[str]:
     return [f"{value:.{decimals}f}" for value in values]
 
 
-def p_text(p: float | Undefined) -> str:
-    """Return "p = 0.023", "p < 0.0001", or "p undefined"."""
+def p_text(p: float | Undefined, log10_p: float | Undefined | None = None) -> str:
+    """Return "p = 0.023", "p < 0.0001", with its logarithm "p = 10^-2476.7" below 1e-300, or "p undefined"."""
     if isinstance(p, Undefined):
         return "p undefined"
+    if isinstance(log10_p, float) and log10_p < -300.0:
+        return f"p = 10^{log10_p:.1f}"
     return "p < 0.0001" if p < 0.0001 else f"p = {p:.2g}"
 
 
@@ -42,3 +44,8 @@ def interval_text(interval: tuple[float, float] | Undefined, level: float, unit:
 def with_unit(unit: str) -> str:
     """Return the unit with the space that belongs before it."""
     return f" {unit}" if unit else ""
+
+
+def missing_text(*missing: int) -> str:
+    """Return ", 3 missing left out", or nothing where none were."""
+    return f", {sum(missing)} missing left out" if any(missing) else ""

@@ -1,8 +1,14 @@
+import math
+from decimal import Decimal
+from fractions import Fraction
+
 import numpy as np
+import pandas as pd
 import pytest
+import xarray as xr
 
 from data_schema.errors import InputRefused
-from stats.checks import as_level, as_number, as_values
+from stats.checks import as_level, as_number, as_sample, as_values
 
 
 @pytest.mark.parametrize(
@@ -23,6 +29,80 @@ def test_values_that_are_no_sample_are_refused_with_a_sentence(values, sentence)
 def test_any_real_type_becomes_float64():
     for values in (np.array([1, 2], dtype=np.int8), np.array([1, 2], dtype=np.float32), (1, 2), [True, 2]):
         assert as_values("x", values).dtype == np.float64
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [True, False],
+        np.array([True, False]),
+        np.array([1.0, True, "x"], dtype=object),
+        np.array([1.0, True], dtype=object),
+        ["1", "2"],
+        [1 + 2j],
+        np.array(["2020-01-01"], dtype="datetime64[s]"),
+        [[1.0], [1.0, 2.0]],
+        pd.Series([True, False]),
+    ],
+)
+def test_truth_values_text_complex_numbers_and_times_are_no_numbers(values):
+    with pytest.raises(InputRefused, match="not a number"):
+        as_sample("x", values)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [1.0, math.nan, 3.0],
+        [1, None, 3],
+        [Decimal(1), Decimal("NaN"), Decimal(3)],
+        pd.Series([1, pd.NA, 3], dtype="Int64"),
+        pd.Series([1.0, np.nan, 3.0]),
+        np.ma.masked_array([1, 77, 3], mask=[False, True, False]),
+        xr.DataArray(np.array([1.0, np.nan, 3.0], dtype=np.float32)),
+    ],
+)
+def test_missing_values_of_all_kinds_are_refused_or_counted(values):
+    with pytest.raises(InputRefused, match="1 of 3 values that are NaN or infinite, the first at position 2"):
+        as_sample("x", values)
+    found = as_sample("x", values, missing="drop")
+    assert np.array_equal(found.values, [1.0, 3.0])
+    assert (found.rest, found.missing) == (None, 1)
+
+
+def test_infinite_values_are_refused_where_missing_ones_are_dropped():
+    with pytest.raises(InputRefused, match="1 of 3 values that are infinite, the first at position 3"):
+        as_sample("x", [1.0, math.nan, math.inf], missing="drop")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        [2**53 + 1, 2**60 + 7],
+        np.array([2**53 + 1, -(2**62) - 1], dtype=np.int64),
+        np.array([2**64 - 1, 1], dtype=np.uint64),
+        [Decimal("1000000000000.4"), Decimal("0.1"), Decimal("-7e40")],
+        [Fraction(1, 3), Fraction(10**30, 7), 2],
+        [10**200 + 1, 5],
+    ],
+)
+def test_what_doubles_leave_of_exact_numbers_is_kept(values):
+    found = as_sample("x", values)
+    for given, value, rest in zip(values, found.values, found.rest, strict=True):
+        exact = Fraction(given) if not isinstance(given, np.integer) else Fraction(int(given))
+        assert value == float(exact)
+        assert abs(Fraction(float(value)) + Fraction(float(rest)) - exact) <= abs(exact) / 2**105
+
+
+def test_doubles_and_small_integers_leave_nothing():
+    for values in ([0.1, 0.2], [1, 2**53], np.array([1, 2], dtype=np.uint64), [Decimal("0.5")], [], np.empty(0)):
+        assert as_sample("x", values).rest is None
+
+
+@pytest.mark.parametrize("value", [10**400, Decimal("1e400")])
+def test_numbers_too_large_for_a_double_are_infinite(value):
+    with pytest.raises(InputRefused, match="infinite"):
+        as_sample("x", [value, 1])
 
 
 @pytest.mark.parametrize("value", [-1.0, np.nan, np.inf])

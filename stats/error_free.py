@@ -1,0 +1,97 @@
+"""Sums and products of doubles without error: what an operation rounds away is kept as a second double.
+
+`exact_sum` takes whole arrays apart into parts whose sums are exact in any order (the extraction of Rump, Ogita and
+Oishi, "Accurate floating-point summation", 2008), so that a sum depends neither on the order of the values nor on
+their offset, and costs a few passes of numpy.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+Doubles = NDArray[np.float64]
+
+_SPLITTER = 134217729.0  # 2^27 + 1: cuts a double into two halves whose products are exact
+_ROOT_BITS = 120
+
+
+def two_sum(a: Doubles, b: Doubles | float) -> tuple[Doubles, Doubles]:
+    """Return a + b as the rounded sum and its exact error."""
+    total = a + b
+    of_b = total - a
+    return total, (a - (total - of_b)) + (b - of_b)
+
+
+def ordered_two_sum(a: Doubles, b: Doubles) -> tuple[Doubles, Doubles]:
+    """Return a + b as the rounded sum and its exact error, where |a| is at least |b| or a is 0."""
+    total = a + b
+    return total, b - (total - a)
+
+
+def two_product(a: Doubles, b: Doubles) -> tuple[Doubles, Doubles]:
+    """Return a * b as the rounded product and its exact error, for factors of at most 2^500 that do not underflow."""
+    product = a * b
+    high_a, low_a = _halves(a)
+    high_b, low_b = (high_a, low_a) if a is b else _halves(b)
+    return product, low_a * low_b - (((product - high_a * high_b) - low_a * high_b) - high_a * low_b)
+
+
+def _halves(a: Doubles) -> tuple[Doubles, Doubles]:
+    wide = _SPLITTER * a
+    high = wide - (wide - a)
+    return high, a - high
+
+
+def greatest(values: Doubles) -> float:
+    """Return the largest magnitude; 0 of no value."""
+    return max(float(values.max()), -float(values.min())) if values.size else 0.0
+
+
+def exact_sum(values: Doubles) -> Fraction:
+    """Return the sum of finite doubles, shape (n,), without any error."""
+    total, left = Fraction(0), values
+    while True:
+        largest = greatest(left)
+        if largest == 0.0:
+            return total
+        top = math.frexp(largest)[1] + left.size.bit_length() + 1
+        if top > 1023:
+            large = np.abs(left) > 2.0**900
+            return total + 2**128 * exact_sum(left[large] * 2.0**-128) + exact_sum(left[~large])
+        # Rounded to a multiple of the last bit of 2^top, n values add up without leaving 53 bits.
+        big = math.ldexp(1.0, top)
+        part = (big + left) - big
+        total += Fraction(float(part.sum()))
+        left = left - part
+
+
+def exact_root(value: Fraction) -> Fraction:
+    """Return the square root of a number of any size, to 120 bits."""
+    if value <= 0:
+        return Fraction(0)
+    exponent = (value.numerator.bit_length() - value.denominator.bit_length()) // 2
+    shift = 2 * (_ROOT_BITS - exponent)
+    scaled = (value.numerator << shift) if shift >= 0 else value.numerator
+    divisor = value.denominator if shift >= 0 else value.denominator << -shift
+    return Fraction(math.isqrt(scaled // divisor)) / Fraction(2) ** (shift // 2)
+
+
+def scaled(values: Doubles, exponent: int) -> Doubles:
+    """Return values * 2^exponent; in two steps, as the power itself may be no double."""
+    if -1000 < exponent < 1000:
+        return values * math.ldexp(1.0, exponent)
+    half = exponent // 2
+    return values * math.ldexp(1.0, half) * math.ldexp(1.0, exponent - half)
+
+
+def shortened(value: Fraction) -> Fraction:
+    """Return a number of any size to 120 bits, so that what follows need not carry thousands."""
+    excess = value.numerator.bit_length() - value.denominator.bit_length()
+    shift = _ROOT_BITS - excess
+    if shift >= 0:
+        return Fraction((value.numerator << shift) // value.denominator, 1 << shift)
+    return Fraction((value.numerator // (value.denominator << -shift)) << -shift)

@@ -1,0 +1,85 @@
+"""Student's and Welch's t-test of two groups, from their moments.
+
+Statistics are fractions until the end: t, p and the interval are each rounded once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from data_schema.vocabulary import Undefined
+from stats.distributions import t_quantile
+from stats.error_free import exact_root, shortened
+from stats.sums import Moments, finite, finite_pair
+from stats.tails import t_two_sided
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class TTest:
+    """A two-sided t-test of a difference; the interval is in the unit of the values."""
+
+    t: float | Undefined
+    df: float | Undefined
+    p: float | Undefined
+    log10_p: float | Undefined
+    """Decimal logarithm of p, right where p itself is too small for a double."""
+    ci: Interval | Undefined
+    se: float | Undefined
+    """Standard error of the difference."""
+
+
+def student(a: Moments, b: Moments, level: float = 0.95) -> TTest:
+    """Return Student's test of mean(a) - mean(b), with one variance pooled from both groups."""
+    df = a.n + b.n - 2
+    if a.n == 0 or b.n == 0:
+        return _no_test(_empty(a))
+    if df < 1:
+        return _no_test(f"there are {a.n} and {b.n} values and the pooled variance needs at least 3 in all")
+    pooled = (a.exact_sum_squares + b.exact_sum_squares) / df
+    return _t_test(a.exact_mean - b.exact_mean, pooled * (Fraction(1, a.n) + Fraction(1, b.n)), Fraction(df), level)
+
+
+def welch(a: Moments, b: Moments, level: float = 0.95) -> TTest:
+    """Return Welch's test of mean(a) - mean(b), with Welch and Satterthwaite's degrees of freedom."""
+    if a.n == 0 or b.n == 0:
+        return _no_test(_empty(a))
+    small = too_small(a, b)
+    if small is not None:
+        return _no_test(small)
+    part_a, part_b = a.exact_variance / a.n, b.exact_variance / b.n
+    total = part_a + part_b
+    if total == 0:
+        return _no_test("neither group has any scatter")
+    df = shortened(total**2 / (part_a**2 / (a.n - 1) + part_b**2 / (b.n - 1)))
+    return _t_test(a.exact_mean - b.exact_mean, total, df, level)
+
+
+def too_small(a: Moments, b: Moments) -> str | None:
+    """Return why a group has no variance, or None where both have one."""
+    for name, group in (("a", a), ("b", b)):
+        if group.n < 2:
+            return f"group {name} has {group.n} value{'' if group.n == 1 else 's'} and its variance needs at least 2"
+    return None
+
+
+def _t_test(difference: Fraction, se_squared: Fraction, df: Fraction, level: float) -> TTest:
+    if se_squared == 0:
+        return _no_test("neither group has any scatter")
+    se = exact_root(se_squared)
+    t = shortened(difference / se)
+    tail = t_two_sided(t, df)
+    half = Fraction(t_quantile(level, float(df))) * se
+    interval = finite_pair(difference - half, difference + half)
+    return TTest(finite(t, "t"), float(df), tail.p, tail.log10_p, interval, finite(se, "the standard error"))
+
+
+def _no_test(reason: str) -> TTest:
+    none = Undefined(reason)
+    return TTest(none, none, none, none, none, none)
+
+
+def _empty(a: Moments) -> str:
+    return f"group {'a' if a.n == 0 else 'b'} is empty"

@@ -1,0 +1,85 @@
+import json
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+import pandas as pd
+
+from data_schema.vocabulary import RunKind, Undefined
+from stats.results import Result, as_dict, frame_of
+from stats.summary import describe
+from stats.two_sample import compare_two
+from stats.variances import brown_forsythe
+
+
+@dataclass(frozen=True, slots=True)
+class Inner:
+    se: float | Undefined
+
+
+@dataclass(frozen=True, slots=True)
+class Outer(Result):
+    name: str
+    kind: RunKind
+    slope: float | Undefined
+    slope_ci: tuple[float, float] | Undefined
+    df: float
+    inner: Inner
+    parts: tuple[float | Undefined, ...]
+    by_name: dict[str, float]
+    points: np.ndarray
+
+    @property
+    def doubled(self) -> float | Undefined:
+        return Undefined("not asked") if isinstance(self.slope, Undefined) else 2.0 * self.slope
+
+
+FULL = Outer("x", RunKind.IDLE, 1.5, (1.0, 2.0), 7.0, Inner(0.1), (1.0, Undefined("gone")), {"a": 1.0}, np.arange(2))
+BARE = Outer(
+    "y", RunKind.IDLE, Undefined("flat"), Undefined("flat too"), math.inf, Inner(Undefined("one")), (), {}, np.arange(2)
+)
+
+
+def test_plain_data_carry_the_reasons():
+    data = json.loads(BARE.to_json())
+    assert (data["slope"], data["slope_reason"]) == (None, "flat")
+    assert (data["slope_ci"], data["slope_ci_reason"]) == (None, "flat too")
+    assert (data["df"], data["df_reason"]) == (None, "infinite")
+    assert data["inner"] == {"se": None, "se_reason": "one"}
+    assert data["doubled_reason"] == "not asked"
+    full = FULL.to_dict()
+    assert full["doubled"] == 3.0
+    assert full["kind"] == "idle"
+    assert full["parts"] == [1.0, {"value": None, "reason": "gone"}]
+    assert full["points"] == [0, 1]
+    assert "slope_reason" not in full
+    assert json.loads(FULL.to_json()) == full
+
+
+def test_frames_have_one_row_a_result_and_the_same_columns():
+    frame = frame_of([FULL, BARE])
+    assert len(frame) == 2
+    assert list(FULL.to_frame().columns) == list(BARE.to_frame().columns)
+    assert frame["slope"].tolist()[0] == 1.5
+    assert math.isnan(frame["slope"].tolist()[1])
+    assert frame["slope_ci_high"].tolist()[0] == 2.0
+    assert frame["slope_ci_reason"].tolist()[1] == "flat too"
+    assert frame["inner_se_reason"].tolist()[1] == "one"
+    assert frame["slope"].dtype == np.float64
+
+
+def test_every_result_of_two_groups_has_both():
+    for result in (compare_two([1.0, 2.0, 4.0], [3.0, 5.0, 9.0]), describe([]), brown_forsythe({"a": [1.0], "b": []})):
+        row, data = result.to_frame(), json.loads(result.to_json())
+        assert isinstance(row, pd.DataFrame)
+        assert len(row) == 1
+        for name, value in as_dict(result).items():
+            assert data[name] == value
+    both = compare_two([1.0, 2.0, 4.0], [3.0, 5.0, 9.0]).to_dict()
+    assert both["hedges_g_ci"][0] < both["hedges_g"] < both["hedges_g_ci"][1]
+
+
+def test_nothing_is_rounded():
+    third = float(Fraction(1, 3))
+    assert json.loads(describe([0.0, third, 1.0]).to_json())["mean"] == describe([0.0, third, 1.0]).mean
