@@ -1,22 +1,28 @@
-"""One-way analysis of variance (thesis 5.2.1: joules a jump over the active-damping gain)."""
+"""One-way analysis of variance (thesis 5.2.1: joules a jump over the active-damping gain).
+
+It takes all groups to scatter alike; `stats.welch_anova` does not, and stands beside it in reports.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
-from stats.checks import as_values
-from stats.distributions import f_upper_p
-from stats.sums import common_shift, moments
-from stats.wording import number_text, p_text
+from stats.checks import Missing, as_level
+from stats.effect_size import eta_squared_ci, omega_squared_ci
+from stats.groups import Groups, read_groups
+from stats.results import Result
+from stats.tails import f_upper
+from stats.wording import interval_text, missing_text, number_text, p_text
 
 
 @dataclass(frozen=True, slots=True)
-class Anova:
+class Anova(Result):
     """Whether the means of several groups differ by more than their scatter explains."""
 
     groups: tuple[str, ...]
@@ -24,54 +30,126 @@ class Anova:
     group_ns: tuple[int, ...]
     """Their sizes."""
     f: float | Undefined
+    """(SS_between / df_between) / (SS_within / df_within)."""
     df_between: int
     df_within: int
     p: float | Undefined
+    """P(F >= f); 0.0 below 1e-308, where `log10_p` goes on."""
+    log10_p: float | Undefined
+    """Logarithm of p, right at any size."""
     eta_squared: float | Undefined
-    """Share of the total sum of squares that lies between the groups."""
+    """Share of the total sum of squares that lies between the groups; too large on average where n is small."""
+    omega_squared: float | Undefined
+    """The same share with its bias taken off; below 0 where F is below 1."""
+    ss_between: float | Undefined
+    """Sum of squares between the groups, in the values' unit squared."""
+    ss_within: float | Undefined
+    """Sum of squares within the groups, in the values' unit squared."""
+    residual_sd: float | Undefined
+    """Standard deviation within the groups, in the values' unit."""
+    group_means: tuple[float, ...]
+    """Means of `groups`, in the values' unit."""
+    empty_groups: tuple[str, ...]
+    """Names of groups without a value."""
+    level: float
+    """Level of the intervals."""
+    missing: int
+    """How many values were left out as NaN."""
+
+    @property
+    def eta_squared_ci(self) -> tuple[float, float] | Undefined:
+        """Interval of the population's share, from the noncentral F; `eta_squared` itself may lie outside."""
+        return eta_squared_ci(self.f, self.df_between, self.df_within, self.level)
+
+    @property
+    def omega_squared_ci(self) -> tuple[float, float] | Undefined:
+        """The same interval: both estimate one share."""
+        return omega_squared_ci(self.f, self.df_between, self.df_within, self.level)
 
     def sentence(self, what: str = "the groups") -> str:
-        """Return the result in words: F, both degrees of freedom, p, eta squared, n."""
+        """Return the result in words: F, both degrees of freedom, p, eta squared with interval, n."""
         n = sum(self.group_ns)
         if isinstance(self.f, Undefined):
             return f"No one-way ANOVA over {what} ({len(self.groups)} groups, n = {n}): {self.f.reason}."
         return (
             f"One-way ANOVA over {what}: F({self.df_between}, {self.df_within}) = {number_text(self.f)}, "
-            f"{p_text(self.p)}, eta squared {number_text(self.eta_squared, 3)} ({len(self.groups)} groups, n = {n})."
+            f"{p_text(self.p)}, eta squared {number_text(self.eta_squared, 3)} "
+            f"({interval_text(self.eta_squared_ci, self.level)}) "
+            f"({len(self.groups)} groups, n = {n}{missing_text(self.missing)})."
         )
 
 
-def one_way_anova(groups: Mapping[str, ArrayLike]) -> Anova:
-    """Analyse groups of values, each of shape (n_i,), all in one unit; groups without a value are left out.
+def one_way_anova(groups: Mapping[str, ArrayLike], *, level: float = 0.95, missing: Missing = "refuse") -> Anova:
+    """Analyse groups of values, each of shape (n_i,), all in one unit.
 
-    F = (SS_between / (k - 1)) / (SS_within / (n - k)); sums are taken about one common median.
-    Raises `InputRefused` for NaN or infinite values, naming the group.
+    A group without a value leaves the question open: there is no F, only what the other groups are. F and p are those
+    of exact arithmetic on the given values, rounded once, whatever the values have in common.
+    Raises `InputRefused`, naming the group, for infinite values, and for NaN unless `missing` is "drop".
     """
-    samples = {name: as_values(f"group {name!r}", values) for name, values in groups.items()}
-    samples = {name: sample for name, sample in samples.items() if sample.size}
-    sizes = tuple(sample.size for sample in samples.values())
-    df_between, df_within = max(len(samples) - 1, 0), sum(sizes) - len(samples)
-
-    def without(reason: str, eta_squared: float | Undefined | None = None) -> Anova:
-        none = Undefined(reason)
-        return Anova(
-            tuple(samples), sizes, none, df_between, df_within, none, none if eta_squared is None else eta_squared
-        )
-
-    if len(samples) < 2:
-        return without("at least 2 groups with values are needed")
-    shift = common_shift(*samples.values())
-    parts = [moments(sample, shift) for sample in samples.values()]
-    grand = math.fsum(part.n * part.offset for part in parts) / sum(sizes)
-    between = math.fsum(part.n * (part.offset - grand) ** 2 for part in parts)
-    within = math.fsum(part.sum_squares for part in parts)
-    if all(part.offset == parts[0].offset for part in parts):
-        between = 0.0  # equal means, whatever rounding makes of the grand mean
+    level = as_level("level", level)
+    read = read_groups(groups, missing)
+    reason = _why_no_test(read)
+    result = _described(read, level, Undefined(reason or "it has not been computed"))
+    if len(read.filled) < 2:
+        return result
+    between, within = _between(read), read.squares_within
     total = between + within
-    eta_squared = between / total if total > 0.0 else Undefined("all values are equal")
-    if df_within < 1:
-        return without("no group has more than one value, so that nothing measures the scatter", eta_squared)
-    if within == 0.0:
-        return without("no group has any scatter", eta_squared)
-    f = (between / df_between) / (within / df_within)
-    return Anova(tuple(samples), sizes, f, df_between, df_within, f_upper_p(f, df_between, df_within), eta_squared)
+    result = replace(
+        result,
+        eta_squared=float(between / total) if total > 0 else Undefined("all values are equal"),
+        ss_between=read.in_squared_unit(between),
+        ss_within=read.in_squared_unit(within),
+    )
+    if result.df_within > 0:
+        result = replace(result, residual_sd=read.in_unit(math.sqrt(within / result.df_within)))
+    if reason is not None:
+        return result
+    exact_f = (between / result.df_between) / (within / result.df_within)
+    tail = f_upper(exact_f, result.df_between, result.df_within)
+    surplus = result.df_between * (exact_f - 1)
+    return replace(
+        result,
+        f=float(exact_f),
+        p=tail.p,
+        log10_p=tail.log10_p,
+        omega_squared=float(surplus / (surplus + sum(result.group_ns))),
+    )
+
+
+def _between(read: Groups) -> Fraction:
+    """Return the sum of squares between the groups, without error."""
+    both = [(group.n, group.exact_mean) for group in read.filled]
+    grand = sum((n * mean for n, mean in both), Fraction(0)) / sum(read.sizes)
+    return sum((n * (mean - grand) ** 2 for n, mean in both), Fraction(0))
+
+
+def _why_no_test(read: Groups) -> str | None:
+    if len(read.filled) < 2:
+        return "at least 2 groups with values are needed"
+    if read.empty:
+        return f"group {read.empty[0]!r} is empty, and F of the others would answer another question: leave it out"
+    if read.df_within < 1:
+        return "no group has more than one value, so that nothing measures the scatter"
+    return "no group has any scatter" if read.squares_within == 0 else None
+
+
+def _described(read: Groups, level: float, none: Undefined) -> Anova:
+    """Return what is known before any test, everything else undefined."""
+    return Anova(
+        groups=read.names,
+        group_ns=read.sizes,
+        f=none,
+        df_between=max(len(read.filled) - 1, 0),
+        df_within=read.df_within,
+        p=none,
+        log10_p=none,
+        eta_squared=none,
+        omega_squared=none,
+        ss_between=none,
+        ss_within=none,
+        residual_sd=none,
+        group_means=read.means,
+        empty_groups=read.empty,
+        level=level,
+        missing=read.missing,
+    )

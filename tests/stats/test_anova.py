@@ -92,3 +92,63 @@ def test_shift_scale_and_order_leave_f_as_it_is(groups, shift, exponent):
     other = one_way_anova({str(k): (np.array(g) + shift) * 2.0**exponent for k, g in enumerate(reversed(groups))})
     assert other.f == pytest.approx(one.f, rel=1e-11, abs=1e-13)
     assert other.p == pytest.approx(one.p, rel=1e-10)
+
+
+@given(
+    st.lists(st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=6), min_size=2, max_size=4).filter(
+        lambda groups: any(np.ptp(np.array(group) + 1e15) > 0.0 for group in groups)
+    ),
+    st.sampled_from([0.0, 1e3, 1e9, 1e15]),
+)
+def test_f_agrees_with_exact_arithmetic_on_random_values(groups, offset):
+    """Also where F is tiny: differences of rounded means would keep few digits there."""
+    groups = {str(k): np.array(group) + offset for k, group in enumerate(groups)}
+    exact = [[Fraction(float(x)) for x in values] for values in groups.values()]
+    n, k = sum(map(len, exact)), len(exact)
+    grand = sum(map(sum, exact)) / n
+    means = [sum(values) / len(values) for values in exact]
+    between = sum(len(values) * (mean - grand) ** 2 for values, mean in zip(exact, means, strict=True))
+    within = sum((x - mean) ** 2 for values, mean in zip(exact, means, strict=True) for x in values)
+    found = one_way_anova(groups)
+    assert found.f == pytest.approx(float(between / (k - 1) / (within / (n - k))), rel=1e-14, abs=1e-300)
+
+
+@pytest.mark.parametrize("exponent", [-500, 500])
+def test_scale_alone_changes_nothing(exponent):
+    """W7: at 2^-600 other programs give p = 0, at 2^600 p = 1 or no number."""
+    one = one_way_anova(GROUPS)
+    other = one_way_anova({name: np.ldexp(values, exponent) for name, values in GROUPS.items()})
+    assert (other.f, other.p, other.eta_squared_ci) == (one.f, one.p, one.eta_squared_ci)
+    assert other.residual_sd == np.ldexp(one.residual_sd, exponent)
+    assert other.ss_within == np.ldexp(one.ss_within, 2 * exponent)
+    far = one_way_anova({name: np.ldexp(values, 600) for name, values in GROUPS.items()})
+    assert "range of doubles" in far.ss_within.reason
+
+
+def test_an_empty_group_leaves_the_question_open():
+    """W12: other programs report F of the groups that are left, without a word."""
+    found = one_way_anova({**GROUPS, "150": []})
+    assert "group '150' is empty" in found.f.reason
+    assert found.empty_groups == ("150",)
+    assert found.groups == ("0", "50", "100")
+
+
+def test_shares_of_variance_and_their_interval():
+    found = one_way_anova(GROUPS)
+    n, surplus = 9, found.df_between * (found.f - 1.0)
+    assert found.omega_squared == pytest.approx(surplus / (surplus + n))
+    low, high = found.eta_squared_ci
+    assert 0.0 <= low < found.eta_squared < high < 1.0
+    for end, tail in ((low, 0.975), (high, 0.025)):
+        below = scipy.special.ncfdtr(2, 6, n * end / (1.0 - end), found.f)
+        assert below == pytest.approx(tail, rel=1e-9) or (end == 0.0 and below < tail)
+    assert one_way_anova(GROUPS, level=0.9).eta_squared_ci[1] < high
+    assert one_way_anova({"a": [1.0, 3.0], "b": [2.0, 2.5]}).omega_squared < 0.0
+
+
+def test_log10_p_agrees_with_p_and_goes_on_below_all_doubles():
+    found = one_way_anova(GROUPS)
+    assert found.log10_p == pytest.approx(np.log10(found.p), rel=1e-14)
+    far = one_way_anova({"a": np.arange(400) * 1e-9, "b": 1.0 + np.arange(400) * 1e-9})
+    assert far.p == 0.0
+    assert -6500.0 < far.log10_p < -300.0

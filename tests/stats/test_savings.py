@@ -129,3 +129,39 @@ def test_the_interval_covers_the_savings_as_often_as_it_says(shared_df):
     covered = sum(low <= 30.0 <= high for low, high in bounded) + len(found) - len(bounded)  # unbounded ones cover
     few = shared_df is not None and shared_df < ENOUGH_DEGREES  # then intervals are wide rather than too narrow
     assert 0.935 < covered / n < (0.995 if few else 0.968)
+
+
+def test_the_intervals_beside_fiellers():
+    """The delta interval lies about the estimate, the one of the logarithm about the logarithm of the ratio."""
+    found = percent_savings(CONTROL, TREATED)
+    low, high = found.log_ci
+    ratio = 1.0 - found.percent / 100.0
+    assert math.sqrt((1.0 - low / 100.0) * (1.0 - high / 100.0)) == pytest.approx(ratio, rel=1e-12)
+    assert sum(found.delta_ci) / 2.0 == pytest.approx(found.percent, rel=1e-12)
+    assert found.log_ci == pytest.approx(found.percent_ci, abs=0.1)
+    wide = percent_savings([1.0, 100.0, -70.0], [30.0, 31.0, 29.0])
+    assert wide.log_ci[1] < 100.0
+    assert "no logarithm" in percent_savings(CONTROL, [-1.0, -2.0]).log_ci.reason
+    assert percent_savings(CONTROL, TREATED).to_frame()["log_ci_low"].item() == low
+
+
+@pytest.mark.parametrize("exponent", [-600, -500, 500, 600])
+def test_the_unit_changes_nothing(exponent):
+    """W6, W7: squares of values that small or large leave the range of doubles."""
+    one = with_shared(CONTROL, TREATED, 0.7, 4.0)
+    other = with_shared(np.ldexp(CONTROL, exponent), np.ldexp(TREATED, exponent), math.ldexp(0.7, exponent), 4.0)
+    assert (other.percent, other.percent_ci, other.delta_ci) == (one.percent, one.percent_ci, one.delta_ci)
+    assert other.control_mean == math.ldexp(one.control_mean, exponent)
+
+
+def test_small_savings_keep_their_digits():
+    """1 - T / C would leave three digits here."""
+    found = percent_savings([1e9, 1e9 + 2.0], [1e9, 1e9 + 2.0 - 2.0**-10])
+    assert found.percent == pytest.approx(100.0 * 2.0**-11 / (1e9 + 1.0), rel=1e-14)
+
+
+def test_missing_runs_are_refused_or_counted():
+    found = percent_savings([*CONTROL, math.nan], TREATED, missing="drop")
+    assert (found.missing, found.n_control) == (1, 5)
+    assert "1 missing left out" in found.sentence()
+    assert found.percent_ci == percent_savings(CONTROL, TREATED).percent_ci

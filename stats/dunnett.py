@@ -1,0 +1,169 @@
+"""Dunnett's comparisons of several treatments with one control: adjusted p-values and simultaneous intervals.
+
+One pooled standard deviation serves all comparisons, so all groups are taken to scatter alike. Sizes may differ.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused, unknown_name
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_level
+from stats.groups import Groups, read_groups
+from stats.many_to_one import largest_critical, largest_log_upper
+from stats.results import Result
+from stats.wording import missing_text, number_text, p_text, with_unit
+
+Alternative = Literal["two_sided", "greater", "less"]
+ALTERNATIVES: tuple[Alternative, ...] = ("two_sided", "greater", "less")
+"""What the treatment's mean is suspected to be, against the control's."""
+
+_SIGNED: Mapping[Alternative, Callable[[float], float]] = {"two_sided": abs, "greater": float, "less": lambda t: -t}
+"""What of t the largest of the family is taken of."""
+_UNBOUNDED = Undefined("a one-sided comparison has no bound on this side")
+
+
+@dataclass(frozen=True, slots=True)
+class AgainstControl(Result):
+    """One treatment against the control, mean(treatment) - mean(control) in the values' unit."""
+
+    treatment: str
+    n: int
+    difference: float | Undefined
+    ci_low: float | Undefined
+    """Simultaneous: the intervals of all treatments cover together at the family's level."""
+    ci_high: float | Undefined
+    t: float | Undefined
+    """difference over its standard error from the pooled scatter."""
+    p: float | Undefined
+    """Adjusted for all treatments; 0.0 below 1e-308, where `log10_p` goes on."""
+    log10_p: float | Undefined
+
+
+@dataclass(frozen=True, slots=True)
+class Dunnett(Result):
+    """All treatments against one control, in the order given."""
+
+    control: str
+    n_control: int
+    comparisons: tuple[AgainstControl, ...]
+    df: int
+    """Degrees of freedom of the pooled scatter."""
+    critical: float | Undefined
+    """The |t| (or t) that any treatment exceeds with chance 1 - level where none differs from the control."""
+    alternative: Alternative
+    level: float
+    """Simultaneous level of the intervals."""
+    missing: int
+    """How many values were left out as NaN."""
+
+    def sentence(self, unit: str = "") -> str:
+        """Return the comparisons in words: differences with simultaneous intervals, t, adjusted p, n."""
+        shown = [self._one(item, unit) for item in self.comparisons]
+        found = "; ".join(shown) if shown else "no treatment"
+        n = f"n = {self.n_control}{missing_text(self.missing)}"
+        return f"Dunnett against {self.control} ({n}), {100.0 * self.level:g} % simultaneous: {found}."
+
+    def _one(self, item: AgainstControl, unit: str) -> str:
+        text = f"{item.treatment} (n = {item.n}) {number_text(item.difference)}{with_unit(unit)}"
+        if isinstance(item.t, Undefined):
+            return f"{text}, no test, because {item.t.reason}"
+        low = "" if item.ci_low is _UNBOUNDED else f"from {number_text(item.ci_low)}{with_unit(unit)} "
+        high = "" if item.ci_high is _UNBOUNDED else f"to {number_text(item.ci_high)}{with_unit(unit)}"
+        return f"{text} (CI {(low + high).strip()}), t({self.df}) = {number_text(item.t)}, {p_text(item.p)}"
+
+
+def dunnett(
+    control: ArrayLike,
+    treatments: Mapping[str, ArrayLike],
+    *,
+    control_name: str = "the control",
+    alternative: Alternative = "two_sided",
+    level: float = 0.95,
+    missing: Missing = "refuse",
+) -> Dunnett:
+    """Compare treatments with a control, samples of shape (n_i,), all in one unit.
+
+    The same input gives the same digits at every call. Raises `InputRefused`, naming the group, for infinite values,
+    and for NaN unless `missing` is "drop"; `UnknownName` for another alternative.
+    """
+    if alternative not in ALTERNATIVES:
+        raise unknown_name("alternative", alternative, ALTERNATIVES)
+    level = as_level("level", level)
+    if control_name in treatments:
+        raise InputRefused(f"A treatment is called {control_name!r} as the control is: give one of them another name.")
+    read = read_groups({control_name: control, **treatments}, missing)
+    family = _Family(read, control_name, alternative, level)
+    return Dunnett(
+        control=control_name,
+        n_control=family.n_control,
+        comparisons=tuple(family.compare(name) for name in treatments),
+        df=family.df,
+        critical=family.critical,
+        alternative=alternative,
+        level=level,
+        missing=read.missing,
+    )
+
+
+class _Family:
+    """What all comparisons share: the pooled scatter, the sizes, the critical value."""
+
+    def __init__(self, read: Groups, control: str, alternative: Alternative, level: float) -> None:
+        self.read = read
+        self.by_name = {group.name: group for group in read.filled}
+        self.control = self.by_name.get(control)
+        self.n_control = self.control.n if self.control else 0
+        self.treated_ns = tuple(group.n for group in read.filled if group.name != control)
+        self.alternative = alternative
+        self.df = read.df_within
+        self.squares = float(read.squares_within)
+        reason = self._why_no_test()
+        self.critical: float | Undefined = Undefined(reason) if reason else self._critical(1.0 - level)
+
+    def compare(self, name: str) -> AgainstControl:
+        group = self.by_name.get(name)
+        if group is None or self.control is None:
+            none = Undefined(f"group {name!r} is empty" if group is None else "the control is empty")
+            return AgainstControl(name, group.n if group else 0, none, none, none, none, none, none)
+        difference = group.minus(self.control)
+        shown = self.read.in_unit(difference)
+        if isinstance(self.critical, Undefined):
+            none = self.critical
+            return AgainstControl(name, group.n, shown, none, none, none, none, none)
+        se = math.sqrt(self.squares / self.df * (1.0 / group.n + 1.0 / self.n_control))
+        low, high = (self.read.in_unit(difference + side * self.critical * se) for side in (-1.0, 1.0))
+        log_p = self._log_upper(_SIGNED[self.alternative](difference / se))
+        return AgainstControl(
+            treatment=name,
+            n=group.n,
+            difference=shown,
+            ci_low=_UNBOUNDED if self.alternative == "less" else low,
+            ci_high=_UNBOUNDED if self.alternative == "greater" else high,
+            t=difference / se,
+            p=math.exp(log_p),
+            log10_p=log_p / math.log(10.0),
+        )
+
+    def _log_upper(self, c: float) -> float:
+        two_sided = self.alternative == "two_sided"
+        return largest_log_upper(c, self.n_control, self.treated_ns, self.df, two_sided=two_sided)
+
+    def _critical(self, tail: float) -> float:
+        two_sided = self.alternative == "two_sided"
+        return largest_critical(tail, self.n_control, self.treated_ns, self.df, two_sided=two_sided)
+
+    def _why_no_test(self) -> str | None:
+        if self.read.empty:
+            return f"group {self.read.empty[0]!r} is empty, and the family without it would be another: leave it out"
+        if not self.treated_ns:
+            return "there is no treatment"
+        if self.df < 1:
+            return "no group has more than one value, so that nothing measures the scatter"
+        return "no group has any scatter" if self.squares == 0.0 else None

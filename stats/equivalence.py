@@ -1,0 +1,211 @@
+"""Equivalence within bounds: two one-sided t-tests (TOST), the tool for "no loss of jump height".
+
+With raw bounds low < mean(a) - mean(b) < high both one-sided tests ask whether the difference lies beyond a bound.
+Percent bounds are shares of the mean of b, the control. That mean is itself estimated, so a bound of delta is tested
+as the contrast mean(a) - (1 + delta) mean(b) (Sasabuchi), with variance Var(a) + (1 + delta)^2 Var(b): taking the
+control's mean as known would claim too much. The interval beside it holds all delta that such a test does not reject
+(Fieller). Either way it has level 1 - 2 alpha and lies within the bounds just where the tests reject.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused, unknown_name
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_level, as_number
+from stats.contrast import Contrast, contrasts
+from stats.groups import read_groups
+from stats.results import Result
+from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+
+Bounds = Literal["raw", "percent"]
+BOUNDS: tuple[Bounds, ...] = ("raw", "percent")
+"""In the values' unit, or in percent of the control's mean."""
+EquivalenceRoute = Literal["welch", "student"]
+ROUTES: tuple[EquivalenceRoute, ...] = ("welch", "student")
+"""Each group with a scatter of its own, or one pooled."""
+
+_NO_LOW = Undefined("no lower bound was asked for")
+_NO_HIGH = Undefined("no upper bound was asked for")
+
+
+@dataclass(frozen=True, slots=True)
+class Tost(Result):
+    """Two one-sided tests by one way of estimating the scatter."""
+
+    test: str
+    """"Welch" or "Student"."""
+    t_low: float | Undefined
+    """Estimate minus the lower bound, over its standard error; large speaks against a loss."""
+    df_low: float | Undefined
+    p_low: float | Undefined
+    """One-sided p against "at or below the lower bound"."""
+    t_high: float | Undefined
+    """Estimate minus the upper bound, over its standard error; far below 0 speaks against a gain."""
+    df_high: float | Undefined
+    p_high: float | Undefined
+    """One-sided p against "at or above the upper bound"."""
+    p: float | Undefined
+    """The larger of both, or the only one."""
+    log10_p: float | Undefined
+    estimate_ci: tuple[float, float] | Undefined
+    """Two-sided interval of level 1 - 2 alpha, in the unit of the bounds."""
+    equivalent: bool | Undefined
+    """Whether p is at most alpha."""
+
+
+@dataclass(frozen=True, slots=True)
+class Equivalence(Result):
+    """Group a against group b, the control, and bounds that matter."""
+
+    n_a: int
+    n_b: int
+    mean_a: float | Undefined
+    mean_b: float | Undefined
+    bounds: Bounds
+    """Unit of bounds, estimate and interval: that of the values, or percent of the control's mean."""
+    low: float | Undefined
+    high: float | Undefined
+    estimate: float | Undefined
+    """mean(a) - mean(b), or 100 (mean(a) / mean(b) - 1)."""
+    route: EquivalenceRoute
+    """Which of both tests is reported."""
+    alpha: float
+    p: float | Undefined
+    """Of the test reported."""
+    log10_p: float | Undefined
+    estimate_ci: tuple[float, float] | Undefined
+    """Of the test reported, level 1 - 2 alpha: 90 % at alpha = 0.05."""
+    equivalent: bool | Undefined
+    """Whether the test reported shows that the means differ by less than the bounds."""
+    welch: Tost
+    student: Tost
+    missing: int
+    """How many values were left out as NaN."""
+
+    def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
+        """Return the result in words: estimate with interval, bounds, t at each bound, p, n."""
+        if isinstance(self.estimate, Undefined):
+            return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.estimate.reason}."
+        unit = unit if self.bounds == "raw" else f"% of {b}'s mean"
+        estimate = f"{a} (n = {self.n_a}) minus {b} (n = {self.n_b}) is {number_text(self.estimate)}{with_unit(unit)}"
+        if isinstance(self.equivalent, Undefined):
+            return f"{estimate}; no test whether it {self._claim(unit)}, because {self.equivalent.reason}."
+        chosen = self.welch if self.route == "welch" else self.student
+        tests = [
+            f"t({number_text(df)}) = {number_text(t)}"
+            for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
+            if not isinstance(t, Undefined)
+        ]
+        return (
+            f"{estimate} ({interval_text(self.estimate_ci, 1.0 - 2.0 * self.alpha)}) and "
+            f"{'is shown to' if self.equivalent else 'is not shown to'} {self._claim(unit)}, "
+            f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p)}{missing_text(self.missing)}."
+        )
+
+    def _claim(self, unit: str) -> str:
+        if isinstance(self.high, Undefined):
+            return f"lie above {number_text(self.low)}{with_unit(unit)} (non-inferiority)"
+        if isinstance(self.low, Undefined):
+            return f"lie below {number_text(self.high)}{with_unit(unit)} (non-superiority)"
+        return f"lie within {number_text(self.low)} to {number_text(self.high)}{with_unit(unit)} (equivalence)"
+
+
+def equivalence(
+    a: ArrayLike,
+    b: ArrayLike,
+    low: float | None,
+    high: float | None,
+    *,
+    bounds: Bounds = "raw",
+    route: EquivalenceRoute = "welch",
+    alpha: float = 0.05,
+    missing: Missing = "refuse",
+) -> Equivalence:
+    """Test whether the means of two independent samples, shapes (n_a,) and (n_b,), differ by less than the bounds.
+
+    `low` alone (with `high` None) is non-inferiority, `high` alone its mirror image. Percent bounds are in percent of
+    mean(b), which must be positive; how they are tested stands at the top of this module.
+    Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", for bounds that are none, in the
+    wrong order or at most -100 percent, or alpha from 0.5.
+    """
+    if bounds not in BOUNDS:
+        raise unknown_name("unit of bounds", bounds, BOUNDS)
+    if route not in ROUTES:
+        raise unknown_name("route", route, ROUTES)
+    low, high = _checked(low, high, lowest=-100.0 if bounds == "percent" else -math.inf)
+    if as_level("alpha", alpha) >= 0.5:
+        raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5, for example 0.05.")
+    read = read_groups({"a": a, "b": b}, missing)
+    percent = bounds == "percent"
+    pair = contrasts(read, percent=percent)
+    unit = 0.01 if percent else 1.0
+    found = {
+        test: _tost(name, contrast, low, high, unit, alpha)
+        for (test, name), contrast in zip((("welch", "Welch"), ("student", "Student")), pair.by_test, strict=True)
+    }
+    means = dict(zip(read.names, read.means, strict=True))
+    sizes = dict(zip(read.names, read.sizes, strict=True))
+    chosen = found[route]
+    return Equivalence(
+        n_a=sizes.get("a", 0),
+        n_b=sizes.get("b", 0),
+        mean_a=means.get("a", Undefined("group a is empty")),
+        mean_b=means.get("b", Undefined("group b is empty")),
+        bounds=bounds,
+        low=_NO_LOW if low is None else low,
+        high=_NO_HIGH if high is None else high,
+        estimate=pair.estimate if isinstance(pair.estimate, Undefined) else pair.estimate / unit,
+        route=route,
+        alpha=alpha,
+        p=chosen.p,
+        log10_p=chosen.log10_p,
+        estimate_ci=chosen.estimate_ci,
+        equivalent=chosen.equivalent,
+        welch=found["welch"],
+        student=found["student"],
+        missing=read.missing,
+    )
+
+
+def _checked(low: float | None, high: float | None, lowest: float) -> tuple[float | None, float | None]:
+    if low is None and high is None:
+        raise InputRefused("Neither bound is given: give low, high or both.")
+    low = None if low is None else as_number("low", low, above=lowest)
+    high = None if high is None else as_number("high", high, above=lowest)
+    if low is not None and high is not None and low >= high:
+        raise InputRefused(f"The bounds are {low!r} to {high!r}: give the lower one first.")
+    return low, high
+
+
+def _tost(
+    name: str, contrast: Contrast | Undefined, low: float | None, high: float | None, unit: float, alpha: float
+) -> Tost:
+    if isinstance(contrast, Undefined):
+        none = contrast
+        return Tost(name, none, none, none, none, none, none, none, none, none, none)
+    tests = {}
+    for side, bound in (("low", low), ("high", high)):
+        if bound is not None:
+            tests[side] = contrast.test(bound * unit, above=side == "low")
+    worst = max(tests.values(), key=lambda one: one.log10_p)
+    ends = contrast.interval(1.0 - 2.0 * alpha)
+    at_low, at_high = tests.get("low"), tests.get("high")
+    return Tost(
+        test=name,
+        t_low=at_low.t if at_low else _NO_LOW,
+        df_low=at_low.df if at_low else _NO_LOW,
+        p_low=at_low.p if at_low else _NO_LOW,
+        t_high=at_high.t if at_high else _NO_HIGH,
+        df_high=at_high.df if at_high else _NO_HIGH,
+        p_high=at_high.p if at_high else _NO_HIGH,
+        p=worst.p,
+        log10_p=worst.log10_p,
+        estimate_ci=ends if isinstance(ends, Undefined) else (ends[0] / unit, ends[1] / unit),
+        equivalent=worst.p <= alpha,
+    )

@@ -1,0 +1,123 @@
+"""Several groups made ready for comparison: exact moments, scaled by one power of two.
+
+What tells groups apart are differences of means, which stay exact here until they are asked for. Where a comparison
+goes on in doubles its squares must not leave their range, so all moments are in units of 2**exponent, which changes no
+digit and no ratio.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from numpy.typing import ArrayLike
+
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_sample
+from stats.sums import Moments, moments, to_double
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """One group in scaled units."""
+
+    name: str
+    n: int
+    exact_mean: Fraction
+    exact_sum_squares: Fraction
+    """Sum of squared deviations from the group's own mean; exactly 0 for constants."""
+    mean: float
+    variance: float
+    """Sample variance, 0 for a single value, which has none."""
+
+    @property
+    def mean_variance(self) -> float:
+        """Squared standard error of the mean, for n of at least 2."""
+        return self.variance / self.n
+
+    @property
+    def constant(self) -> bool:
+        """Whether all values are equal."""
+        return self.exact_sum_squares == 0
+
+    def minus(self, other: Group) -> float:
+        """Return the difference of the two means, rounded once."""
+        return float(self.exact_mean - other.exact_mean)
+
+
+@dataclass(frozen=True, slots=True)
+class Groups:
+    """All groups that hold values, and what leads back to their unit."""
+
+    filled: tuple[Group, ...]
+    empty: tuple[str, ...]
+    """Names of groups without a value."""
+    exponent: int
+    """Scaled numbers times 2**exponent are in the values' unit."""
+    missing: int
+    """How many values were left out as NaN."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the groups that hold values."""
+        return tuple(group.name for group in self.filled)
+
+    @property
+    def sizes(self) -> tuple[int, ...]:
+        """Their numbers of values."""
+        return tuple(group.n for group in self.filled)
+
+    @property
+    def means(self) -> tuple[float, ...]:
+        """Their means in the values' unit."""
+        return tuple(float(group.exact_mean * Fraction(2) ** self.exponent) for group in self.filled)
+
+    @property
+    def df_within(self) -> int:
+        """Degrees of freedom of the scatter within all groups."""
+        return sum(self.sizes) - len(self.filled)
+
+    @property
+    def squares_within(self) -> Fraction:
+        """Sum of squares within all groups, in scaled units."""
+        return sum((group.exact_sum_squares for group in self.filled), Fraction(0))
+
+    def in_unit(self, scaled: float) -> float:
+        """Return a mean or a difference in the values' unit."""
+        return math.ldexp(scaled, self.exponent)
+
+    def in_squared_unit(self, scaled: Fraction) -> float | Undefined:
+        """Return a sum of squares in the values' unit squared, if doubles reach so far."""
+        found = to_double(scaled * Fraction(4) ** self.exponent)
+        lost = math.isinf(found) or (found == 0.0 and scaled != 0)
+        return Undefined("it lies outside the range of doubles") if lost else found
+
+
+def read_groups(samples: Mapping[str, ArrayLike], missing: Missing = "refuse") -> Groups:
+    """Check and summarise samples of shape (n_i,) in one unit; raises `InputRefused` naming the group."""
+    checked = {name: as_sample(f"group {name!r}", values, missing) for name, values in samples.items()}
+    found = {name: moments(sample.values, rest=sample.rest) for name, sample in checked.items() if sample.values.size}
+    exponent = _exponent(list(found.values()))
+    unit = Fraction(2) ** exponent
+    return Groups(
+        filled=tuple(_group(name, one, unit) for name, one in found.items()),
+        empty=tuple(name for name in checked if name not in found),
+        exponent=exponent,
+        missing=sum(sample.missing for sample in checked.values()),
+    )
+
+
+def _exponent(found: list[Moments]) -> int:
+    """Return e so that neither a scatter nor a distance between means is above 2**e by much; 0 where there are none."""
+    squares = [one.exact_sum_squares for one in found]
+    squares += [(one.exact_mean - found[0].exact_mean) ** 2 for one in found[1:]]
+    largest = max(squares, default=Fraction(0))
+    return (largest.numerator.bit_length() - largest.denominator.bit_length()) // 2 if largest else 0
+
+
+def _group(name: str, one: Moments, unit: Fraction) -> Group:
+    squares = one.exact_sum_squares / unit**2
+    mean = one.exact_mean / unit
+    return Group(name, one.n, mean, squares, float(mean), float(squares / (one.n - 1)) if one.n > 1 else 0.0)

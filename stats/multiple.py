@@ -1,0 +1,98 @@
+"""Several tests of one family: Holm's p-values, which keep the chance of any false alarm at alpha.
+
+Holm's method asks nothing about how the tests depend on each other and rejects whatever Bonferroni's does, and more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import as_level
+from stats.results import Result
+from stats.wording import p_text
+
+
+@dataclass(frozen=True, slots=True)
+class HolmFamily(Result):
+    """A named family of tests with adjusted p-values, in the order given."""
+
+    family: str
+    """What the tests have in common, in words."""
+    names: tuple[str, ...]
+    p: tuple[float | Undefined, ...]
+    """The p-values as given."""
+    adjusted_p: tuple[float | Undefined, ...]
+    """Holm's p-values, each to be compared with alpha; at most 1."""
+    adjusted_log10_p: tuple[float | Undefined, ...]
+    """Their logarithms, right also where p is below all doubles if log10_p was given."""
+    rejected: tuple[bool | Undefined, ...]
+    """Whether the adjusted p is at most alpha."""
+    alpha: float
+    """The chance allowed of rejecting any true hypothesis of the family."""
+
+    def sentence(self) -> str:
+        """Return the family in words: how many tests, which are rejected, with adjusted p."""
+        shown = [
+            f"{name} ({p_text(p)})"
+            for name, p, rejected in zip(self.names, self.adjusted_p, self.rejected, strict=True)
+            if rejected is True
+        ]
+        found = ", ".join(shown) if shown else "none"
+        missing = sum(isinstance(p, Undefined) for p in self.p)
+        undefined = f", {missing} of them undefined and counted all the same" if missing else ""
+        count = f"{len(self.names)} test{'' if len(self.names) == 1 else 's'}"
+        return f"Family {self.family} ({count}{undefined}), adjusted by Holm at {self.alpha:g}: {found} rejected."
+
+
+def holm(
+    p_values: Mapping[str, float | Undefined],
+    family: str,
+    *,
+    log10_p: Mapping[str, float | Undefined] | None = None,
+    alpha: float = 0.05,
+) -> HolmFamily:
+    """Adjust the p-values of a family by Holm's step-down method.
+
+    The smallest of m is multiplied by m, the next by m - 1 and so on; none becomes smaller than one before it. A test
+    whose p is undefined belongs to the family still: it counts in m. `log10_p` is needed only where p underflows to 0.
+    Raises `InputRefused` for a p outside 0 to 1, or a p of 0 whose logarithm is not given.
+    """
+    alpha = as_level("alpha", alpha)
+    logs: dict[str, float | Undefined] = {}
+    for name, p in p_values.items():
+        given = None if log10_p is None else log10_p.get(name)
+        logs[name] = p if isinstance(p, Undefined) else _log10(name, float(p), given)
+    defined = sorted((log, name) for name, log in logs.items() if not isinstance(log, Undefined))
+    adjusted_p: dict[str, float | Undefined] = {}
+    adjusted_log: dict[str, float | Undefined] = {}
+    worst_p, worst_log = 0.0, -math.inf
+    for place, (log, name) in enumerate(defined):
+        factor = len(p_values) - place
+        p = p_values[name]
+        worst_p = max(worst_p, min(1.0, factor * (0.0 if isinstance(p, Undefined) else float(p))))
+        worst_log = max(worst_log, min(0.0, math.log10(factor) + log))
+        adjusted_p[name], adjusted_log[name] = worst_p, worst_log
+    adjusted = tuple(adjusted_p.get(name, p) for name, p in p_values.items())
+    return HolmFamily(
+        family=family,
+        names=tuple(p_values),
+        p=tuple(p_values.values()),
+        adjusted_p=adjusted,
+        adjusted_log10_p=tuple(adjusted_log.get(name, p) for name, p in p_values.items()),
+        rejected=tuple(p if isinstance(p, Undefined) else p <= alpha for p in adjusted),
+        alpha=alpha,
+    )
+
+
+def _log10(name: str, p: float, given: float | Undefined | None) -> float:
+    if not 0.0 <= p <= 1.0:
+        raise InputRefused(f"The p-value of {name!r} is {p!r}: give a number from 0 to 1.")
+    if isinstance(given, float | int):
+        return float(given)
+    if p == 0.0:
+        raise InputRefused(f"The p-value of {name!r} is 0, below all doubles: give its logarithm as log10_p too.")
+    return math.log10(p)

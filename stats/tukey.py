@@ -1,0 +1,166 @@
+"""All pairs of several groups at once: Tukey and Kramer for equal scatter, Games and Howell for unequal.
+
+Both compare each difference of means with the studentized range, so that the chance of any false alarm among all pairs
+is alpha: exactly for Tukey at equal n, less at unequal n (Kramer), nearly for Games and Howell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from data_schema.errors import unknown_name
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_level
+from stats.groups import Group, Groups, read_groups
+from stats.results import Result
+from stats.studentized_range import range_critical, range_log_upper
+from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+
+Variances = Literal["equal", "unequal"]
+VARIANCES: tuple[Variances, ...] = ("equal", "unequal")
+"""Tukey and Kramer with one pooled variance, or Games and Howell with each pair's own."""
+
+
+@dataclass(frozen=True, slots=True)
+class PairDifference(Result):
+    """One pair of groups among all, mean(a) - mean(b) in the values' unit."""
+
+    a: str
+    b: str
+    n_a: int
+    n_b: int
+    difference: float
+    difference_ci: tuple[float, float] | Undefined
+    """Simultaneous: all intervals of the family cover together at its level."""
+    q: float | Undefined
+    """The studentized range: |difference| over its standard error, times the square root of 2."""
+    df: float | Undefined
+    p: float | Undefined
+    """Adjusted for all pairs; 0.0 below 1e-308, where `log10_p` goes on."""
+    log10_p: float | Undefined
+
+
+@dataclass(frozen=True, slots=True)
+class AllPairs(Result):
+    """Every pair of groups, in the order given."""
+
+    method: str
+    """"Tukey" (equal n), "Tukey-Kramer" or "Games-Howell"."""
+    groups: tuple[str, ...]
+    """Names of the groups that hold values, as given."""
+    group_ns: tuple[int, ...]
+    pairs: tuple[PairDifference, ...]
+    level: float
+    """Simultaneous level of the intervals."""
+    missing: int
+    """How many values were left out as NaN."""
+
+    def sentence(self, unit: str = "") -> str:
+        """Return the pairs in words: each difference with its simultaneous interval and adjusted p."""
+        sizes = f"{len(self.groups)} groups, n = {sum(self.group_ns)}{missing_text(self.missing)}"
+        if not self.pairs:
+            return f"No pairs to compare ({sizes})."
+        shown = [
+            f"{pair.a} minus {pair.b} {number_text(pair.difference)}{with_unit(unit)} "
+            f"({interval_text(pair.difference_ci, self.level, unit)}, q({len(self.groups)}, {number_text(pair.df)}) = "
+            f"{number_text(pair.q)}, {p_text(pair.p)})"
+            for pair in self.pairs
+        ]
+        return f"All pairs by {self.method}, simultaneous ({sizes}): {'; '.join(shown)}."
+
+
+def compare_all_pairs(
+    groups: Mapping[str, ArrayLike],
+    *,
+    variances: Variances = "equal",
+    level: float = 0.95,
+    missing: Missing = "refuse",
+) -> AllPairs:
+    """Compare all pairs of groups of values, each of shape (n_i,), all in one unit.
+
+    Raises `InputRefused`, naming the group, for infinite values, and for NaN unless `missing` is "drop"; `UnknownName`
+    for other variances.
+    """
+    if variances not in VARIANCES:
+        raise unknown_name("assumption on variances", variances, VARIANCES)
+    level = as_level("level", level)
+    read = read_groups(groups, missing)
+    error_of = _pooled_error(read) if variances == "equal" else _own_error
+    k = len(read.filled)
+    criticals: dict[float, float] = {}
+    pairs = []
+    for a, b in combinations(read.filled, 2):
+        error = Undefined(_empty(read)) if read.empty else error_of(a, b)
+        if isinstance(error, Undefined):
+            pairs.append(_untested(read, a, b, error))
+            continue
+        if error.df not in criticals:
+            criticals[error.df] = range_critical(1.0 - level, k, error.df)
+        pairs.append(_tested(read, a, b, error, criticals[error.df]))
+    tukey = "Tukey" if len(set(read.sizes)) < 2 else "Tukey-Kramer"
+    method = tukey if variances == "equal" else "Games-Howell"
+    return AllPairs(method, read.names, read.sizes, tuple(pairs), level, read.missing)
+
+
+@dataclass(frozen=True, slots=True)
+class _Error:
+    """The squared standard error of a difference of means in scaled units, and its degrees of freedom."""
+
+    squared: float
+    df: float
+
+
+def _empty(read: Groups) -> str:
+    return f"group {read.empty[0]!r} is empty, and the family without it would be another: leave it out"
+
+
+def _pooled_error(read: Groups) -> Callable[[Group, Group], _Error | Undefined]:
+    df, squares = read.df_within, float(read.squares_within)
+
+    def error(a: Group, b: Group) -> _Error | Undefined:
+        if df < 1:
+            return Undefined("no group has more than one value, so that nothing measures the scatter")
+        if squares == 0.0:
+            return Undefined("no group has any scatter")
+        return _Error(squares / df * (1.0 / a.n + 1.0 / b.n), float(df))
+
+    return error
+
+
+def _own_error(a: Group, b: Group) -> _Error | Undefined:
+    for group in (a, b):
+        if group.n < 2:
+            return Undefined(f"group {group.name!r} has a single value, and its variance needs at least 2")
+    squared = a.mean_variance + b.mean_variance
+    if squared == 0.0:
+        return Undefined("neither group has any scatter")
+    shares = ((group.mean_variance / squared) ** 2 / (group.n - 1) for group in (a, b))
+    return _Error(squared, 1.0 / math.fsum(shares))
+
+
+def _untested(read: Groups, a: Group, b: Group, why: Undefined) -> PairDifference:
+    return PairDifference(a.name, b.name, a.n, b.n, read.in_unit(a.minus(b)), why, why, why, why, why)
+
+
+def _tested(read: Groups, a: Group, b: Group, error: _Error, critical: float) -> PairDifference:
+    difference, se = a.minus(b), math.sqrt(error.squared / 2.0)
+    q, half = abs(difference) / se, critical * se
+    log_p = range_log_upper(q, len(read.filled), error.df)
+    return PairDifference(
+        a=a.name,
+        b=b.name,
+        n_a=a.n,
+        n_b=b.n,
+        difference=read.in_unit(difference),
+        difference_ci=(read.in_unit(difference - half), read.in_unit(difference + half)),
+        q=q,
+        df=error.df,
+        p=math.exp(log_p),
+        log10_p=log_p / math.log(10.0),
+    )

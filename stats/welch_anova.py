@@ -1,0 +1,127 @@
+"""Welch's one-way analysis of variance: groups need not scatter alike.
+
+Each mean counts with its weight w = n / s^2, W the sum of the weights. With k groups,
+
+    A = sum over pairs of w_i w_j (m_i - m_j)^2 / (W (k - 1)),    L = sum of (1 - w_i / W)^2 / (n_i - 1),
+    F = A / (1 + 2 (k - 2) L / (k^2 - 1)),    df_between = k - 1,    df_within = (k^2 - 1) / (3 L).
+
+A single group without scatter has an infinite weight, and all of this has a limit: only pairs with that group are left
+in A, each with the other's weight, and its share w_i / W is 1. Two such groups have none: where they differ F is
+infinite, where they agree df_within depends on how their variances vanish.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+from numpy.typing import ArrayLike
+
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing
+from stats.groups import Group, read_groups
+from stats.results import Result
+from stats.tails import f_upper
+from stats.wording import missing_text, number_text, p_text
+
+
+@dataclass(frozen=True, slots=True)
+class WelchAnova(Result):
+    """Whether the means of several groups differ, each group with a scatter of its own."""
+
+    groups: tuple[str, ...]
+    """Names of the groups that hold values, as given."""
+    group_ns: tuple[int, ...]
+    """Their sizes."""
+    f: float | Undefined
+    df_between: int
+    df_within: float | Undefined
+    """Not whole in general."""
+    p: float | Undefined
+    """P(F >= f); 0.0 below 1e-308, where `log10_p` goes on."""
+    log10_p: float | Undefined
+    constant_group: str
+    """Name of the one group without scatter, for which the limit was taken; empty where all groups scatter."""
+    empty_groups: tuple[str, ...]
+    """Names of groups without a value."""
+    missing: int
+    """How many values were left out as NaN."""
+
+    def sentence(self, what: str = "the groups") -> str:
+        """Return the result in words: F, both degrees of freedom, p, n."""
+        n = sum(self.group_ns)
+        if isinstance(self.f, Undefined):
+            return f"No Welch ANOVA over {what} ({len(self.groups)} groups, n = {n}): {self.f.reason}."
+        limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
+        return (
+            f"Welch ANOVA over {what}: F({self.df_between}, {number_text(self.df_within)}) = {number_text(self.f)}, "
+            f"{p_text(self.p)} ({len(self.groups)} groups, n = {n}{missing_text(self.missing)}{limit})."
+        )
+
+
+def welch_anova(groups: Mapping[str, ArrayLike], *, missing: Missing = "refuse") -> WelchAnova:
+    """Analyse groups of values, each of shape (n_i,), all in one unit, by Welch's F.
+
+    Raises `InputRefused`, naming the group, for infinite values, and for NaN unless `missing` is "drop".
+    """
+    read = read_groups(groups, missing)
+    reason = _why_no_test(read.filled, read.empty)
+    none = Undefined(reason or "it has not been computed")
+    result = WelchAnova(
+        groups=read.names,
+        group_ns=read.sizes,
+        f=none,
+        df_between=max(len(read.filled) - 1, 0),
+        df_within=none,
+        p=none,
+        log10_p=none,
+        constant_group=next((group.name for group in read.filled if group.n > 1 and group.constant), ""),
+        empty_groups=read.empty,
+        missing=read.missing,
+    )
+    if reason is not None:
+        return result
+    k = len(read.filled)
+    shares = _shares(read.filled)
+    distances = math.fsum(
+        _pair_weight(one, two, shares) * one.minus(two) ** 2 for one, two in combinations(read.filled, 2)
+    )
+    doubt = math.fsum((1.0 - shares[group.name]) ** 2 / (group.n - 1) for group in read.filled)
+    f = distances / (k - 1) / (1.0 + 2.0 * (k - 2) * doubt / (k * k - 1))
+    df_within = (k * k - 1) / (3.0 * doubt)
+    tail = f_upper(f, k - 1, df_within)
+    return replace(result, f=f, df_within=df_within, p=tail.p, log10_p=tail.log10_p)
+
+
+def _shares(groups: Sequence[Group]) -> dict[str, float]:
+    """Return w_i / W by name: through ratios of variances, so that none is divided by 0 but the limit's."""
+    smallest = min(group.mean_variance for group in groups)
+    if smallest == 0.0:
+        return {group.name: float(group.constant) for group in groups}
+    weights = {group.name: smallest / group.mean_variance for group in groups}
+    total = math.fsum(weights.values())
+    return {name: weight / total for name, weight in weights.items()}
+
+
+def _pair_weight(one: Group, two: Group, shares: Mapping[str, float]) -> float:
+    """Return w_i w_j / W: the weight of the group that scatters more times the share of the other."""
+    more, less = (one, two) if one.mean_variance >= two.mean_variance else (two, one)
+    return shares[less.name] / more.mean_variance
+
+
+def _why_no_test(groups: Sequence[Group], empty: Sequence[str]) -> str | None:
+    if len(groups) < 2:
+        return "at least 2 groups with values are needed"
+    if empty:
+        return f"group {empty[0]!r} is empty, and F of the others would answer another question: leave it out"
+    single = next((group for group in groups if group.n < 2), None)
+    if single is not None:
+        return f"group {single.name!r} has a single value, and its variance needs at least 2"
+    constant = [group for group in groups if group.constant]
+    if len(constant) == len(groups):
+        return "no group has any scatter"
+    if len(constant) > 1:
+        return f"groups {constant[0].name!r} and {constant[1].name!r} have no scatter, and with two such F has no limit"
+    return None

@@ -1,0 +1,47 @@
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.groups import read_groups
+
+
+def test_means_are_exact_and_differences_rounded_once():
+    read = read_groups({"a": [1e15 + 0.125, 1e15, 1e15], "b": [1e15, 1e15, 1e15 + 0.25]})
+    a, b = read.filled
+    exact = (Fraction(1, 8) - Fraction(1, 4)) / 3
+    assert read.in_unit(a.minus(b)) == float(exact)
+    assert read.means == (1e15, 1e15 + 0.125)
+    assert (read.names, read.sizes, read.df_within) == (("a", "b"), (3, 3), 4)
+
+
+@pytest.mark.parametrize("exponent", [-900, -600, 0, 600, 1000])
+def test_moments_do_not_depend_on_the_unit(exponent):
+    values = {"a": [3.0, 1.0, 4.0], "b": [1.0, 5.0]}
+    one, other = read_groups(values), read_groups({k: np.ldexp(v, exponent) for k, v in values.items()})
+    assert other.exponent == one.exponent + exponent
+    assert other.filled == one.filled
+    assert other.means == tuple(math.ldexp(mean, exponent) for mean in one.means)
+
+
+def test_squares_beyond_all_doubles_say_so():
+    read = read_groups({"a": np.ldexp([1.0, 2.0], -600), "b": np.ldexp([1.0, 3.0], -600)})
+    assert isinstance(read.in_squared_unit(read.squares_within), Undefined)
+    assert read.in_squared_unit(Fraction(0)) == 0.0
+
+
+def test_constants_and_groups_without_values():
+    read = read_groups({"a": [0.1] * 3, "b": [], "c": [0.1] * 7})
+    assert read.empty == ("b",)
+    assert all(group.constant and group.variance == 0.0 for group in read.filled)
+    assert read.filled[0].minus(read.filled[1]) == 0.0
+    assert read_groups({}).df_within == 0
+
+
+def test_missing_values_are_refused_or_counted():
+    with pytest.raises(InputRefused, match="group 'b'"):
+        read_groups({"a": [1.0], "b": [math.nan]})
+    assert read_groups({"a": [1.0, 2.0], "b": [math.nan, 3.0]}, "drop").missing == 1
