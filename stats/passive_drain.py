@@ -17,6 +17,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number, as_values
 from stats.distributions import t_quantile
+from stats.regression import fit_linear
 from stats.sums import common_shift, moments
 from stats.wording import estimate_texts, number_text
 
@@ -124,7 +125,7 @@ class PassiveDrain:
 def fit_passive_drain(
     duration_s: ArrayLike, charge_mah: ArrayLike, resolution_mah: float = 0.0
 ) -> PassiveDrain | Undefined:
-    """Fit charge over duration on idle runs, both of shape (n,), by least squares with the duration centred.
+    """Fit charge over duration on idle runs, both of shape (n,), by least squares.
 
     A charger that counts in steps of `resolution_mah` rounds every charge, standard deviation step / sqrt(12): runs
     that happen to lie closer to the line than that do not make the line better known.
@@ -147,27 +148,24 @@ def fit_passive_drain(
     if of_duration.sum_squares == 0.0:
         return Undefined("all idle runs have one duration and a line needs at least 2")
 
-    from_mean = durations - of_duration.mean
-    charge_from_mean = charges - of_charge.mean
-    slope = math.fsum(from_mean * charge_from_mean) / of_duration.sum_squares
-    residuals = charge_from_mean - slope * from_mean
-    residual_squares = math.fsum(residuals * residuals)
-    df = n - 2
+    fit = fit_linear(charges, {"duration": durations})
+    df = fit.df
     rounding_mah = as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
-    residual_variance = max(residual_squares / df, rounding_mah * rounding_mah)
+    residual_sd_mah = max(0.0 if isinstance(fit.residual_sd, Undefined) else fit.residual_sd, rounding_mah)
+    residual_variance = residual_sd_mah * residual_sd_mah
     slope_variance = residual_variance / of_duration.sum_squares
     mean = of_duration.mean
     r_squared: float | Undefined = Undefined("all charges are equal")
     if of_charge.sum_squares > 0.0:
-        r_squared = 1.0 - residual_squares / of_charge.sum_squares
+        r_squared = fit.r_squared
     return PassiveDrain(
-        slope_mah_s=slope,
-        intercept_mah=of_charge.mean - slope * mean,
+        slope_mah_s=fit.coefficients[1],
+        intercept_mah=fit.coefficients[0],
         covariance=(
             (residual_variance / n + mean * mean * slope_variance, -mean * slope_variance),
             (-mean * slope_variance, slope_variance),
         ),
-        residual_sd_mah=math.sqrt(residual_variance),
+        residual_sd_mah=residual_sd_mah,
         r_squared=r_squared,
         df=df,
         n=n,

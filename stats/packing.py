@@ -1,0 +1,175 @@
+"""How densely grains lie: the volume fraction of a bed, and that of a bed without walls (thesis 5.1.2).
+
+The thesis poured its beads into five flasks, measured the water that fills the gaps, and extrapolated the fraction over
+grain size / container radius to 0, where no grain touches a wall: 0.61 loose, 0.63 compacted.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import as_number, as_values
+from stats.regression import fit_linear
+from stats.wording import estimate_texts, number_text
+
+DENSEST = math.pi / math.sqrt(18.0)
+"""0.7405: no packing of equal spheres is denser (Hales 2005)."""
+MINIMUM_CONTAINERS = 3
+"""Two containers fix a line and leave nothing to measure its uncertainty with."""
+
+
+@dataclass(frozen=True, slots=True)
+class PackingFraction:
+    """Share of a volume that grains fill."""
+
+    fraction: float
+    se: float
+    """Standard error from those of the measurements, to first order, as if independent."""
+    error_terms: tuple[tuple[str, float], ...]
+    """What each measurement's standard error contributes: name and size."""
+    denser_than_spheres: bool
+    """Whether it exceeds 0.7405, which equal spheres cannot: a measurement is off, or the grains differ in size."""
+
+    def sentence(self) -> str:
+        """Return the fraction in words, with its standard error and the largest cause of it."""
+        text = f"The volume fraction is {estimate_texts([self.fraction], self.se)[0]}"
+        if self.se > 0.0:
+            name, _ = max(self.error_terms, key=lambda term: abs(term[1]))
+            text += f" (standard error {number_text(self.se, 2)}, most of it from the {name})"
+        return f"{text}, more than equal spheres can fill." if self.denser_than_spheres else f"{text}."
+
+
+@dataclass(frozen=True, slots=True)
+class UnboundedPacking:
+    """Line through fractions in containers of several sizes, read where the wall is infinitely far away."""
+
+    fraction: float
+    """At grain size / container radius = 0."""
+    se: float
+    ci: tuple[float, float]
+    level: float
+    wall_effect: float
+    """Change of the fraction per unit of grain size / container radius."""
+    wall_effect_se: float
+    r_squared: float | Undefined
+    df: int
+    n: int
+
+    def sentence(self) -> str:
+        """Return the fraction without walls in words, with interval, R squared and n."""
+        texts = estimate_texts([self.fraction, *self.ci], self.se)
+        return (
+            f"Without walls the volume fraction is {texts[0]} ({100.0 * self.level:g} % CI {texts[1]} to {texts[2]}; "
+            f"line over grain size / container radius, R squared {number_text(self.r_squared, 3)}, df = {self.df}, "
+            f"n = {self.n} measurements)."
+        )
+
+
+def fraction_from_mass(
+    mass_kg: float,
+    grain_density_kg_m3: float,
+    volume_m3: float,
+    *,
+    mass_se_kg: float = 0.0,
+    grain_density_se_kg_m3: float = 0.0,
+    volume_se_m3: float = 0.0,
+) -> PackingFraction:
+    """Return mass / (density of a grain * volume of the bed); raises `InputRefused` for a fraction above 1."""
+    return _quotient(
+        {"mass": (mass_kg, mass_se_kg)},
+        {"grain density": (grain_density_kg_m3, grain_density_se_kg_m3), "volume": (volume_m3, volume_se_m3)},
+    )
+
+
+def fraction_from_height(
+    mass_kg: float,
+    grain_density_kg_m3: float,
+    base_area_m2: float,
+    height_m: float,
+    *,
+    mass_se_kg: float = 0.0,
+    grain_density_se_kg_m3: float = 0.0,
+    base_area_se_m2: float = 0.0,
+    height_se_m: float = 0.0,
+) -> PackingFraction:
+    """Return the fraction of a bed with straight walls, filled to a height, as `fraction_from_mass` does."""
+    return _quotient(
+        {"mass": (mass_kg, mass_se_kg)},
+        {
+            "grain density": (grain_density_kg_m3, grain_density_se_kg_m3),
+            "base area": (base_area_m2, base_area_se_m2),
+            "height": (height_m, height_se_m),
+        },
+    )
+
+
+def fraction_from_water(
+    container_m3: float, water_m3: float, *, container_se_m3: float = 0.0, water_se_m3: float = 0.0
+) -> PackingFraction:
+    """Return 1 - water / container: the water fills what the grains leave of a full container (thesis 5.1.2)."""
+    container = as_number("the container's volume", container_m3, above=0.0)
+    water = as_number("the water's volume", water_m3, low=0.0)
+    if water > container:
+        raise InputRefused(f"{water:g} m^3 of water in a container of {container:g} m^3: check which is which.")
+    terms = {
+        "water": as_number("the water's standard error", water_se_m3, low=0.0) / container,
+        "container": as_number("the container's standard error", container_se_m3, low=0.0)
+        * (water / container)
+        / container,
+    }
+    return _fraction((container - water) / container, terms)
+
+
+def unbounded_fraction(
+    container_radius_m: ArrayLike, fraction: ArrayLike, grain_size_m: float, *, level: float = 0.95
+) -> UnboundedPacking | Undefined:
+    """Extrapolate fractions in containers of radius R, both of shape (n,), to R = infinity over grain size / R.
+
+    `Undefined` with fewer than 3 measurements. Raises `InputRefused` for a single radius, lengths that differ, or
+    radii and sizes that are not positive.
+    """
+    radii, fractions = as_values("the radii", container_radius_m), as_values("the fractions", fraction)
+    grain = as_number("the grain size", grain_size_m, above=0.0)
+    if radii.size and float(radii.min()) <= 0.0:
+        raise InputRefused(f"a container's radius is {float(radii.min()):g} m: give radii greater than 0.")
+    if min(radii.size, fractions.size) < MINIMUM_CONTAINERS:
+        return Undefined(f"the line needs at least {MINIMUM_CONTAINERS} measurements and there are {fractions.size}")
+    fit = fit_linear(fractions, {"grain size / radius": np.divide(grain, radii)}, level=level)
+    if isinstance(fit.standard_errors, Undefined) or isinstance(fit.ci, Undefined):
+        return Undefined("the line has no scatter that could be measured")
+    return UnboundedPacking(
+        fraction=fit.coefficients[0],
+        se=fit.standard_errors[0],
+        ci=fit.ci[0],
+        level=fit.level,
+        wall_effect=fit.coefficients[1],
+        wall_effect_se=fit.standard_errors[1],
+        r_squared=fit.r_squared,
+        df=fit.df,
+        n=fit.n,
+    )
+
+
+_Measured = dict[str, tuple[float, float]]
+
+
+def _quotient(above: _Measured, below: _Measured) -> PackingFraction:
+    """Return a product over a product; relative errors add in squares."""
+    value, relative = 1.0, {}
+    for name, (measured, se) in {**above, **below}.items():
+        number = as_number(f"the {name}", measured, above=0.0)
+        relative[name] = as_number(f"the standard error of the {name}", se, low=0.0) / number
+        value = value * number if name in above else value / number
+    return _fraction(value, {name: share * value for name, share in relative.items()})
+
+
+def _fraction(value: float, terms: dict[str, float]) -> PackingFraction:
+    if value > 1.0:
+        raise InputRefused(f"the grains would fill {value:.3g} of the volume: check the units of what was measured.")
+    return PackingFraction(value, math.hypot(*terms.values()), tuple(terms.items()), value > DENSEST)

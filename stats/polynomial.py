@@ -1,0 +1,181 @@
+"""Polynomials of one variable, in powers formed with twice the digits about the middle of its range.
+
+Powers rounded to doubles cap Filip's data at 8 digits, whatever solves them; numpy's polyfit has none of the standard
+errors right there. The fit of the centred powers is carried back to the caller's powers in exact arithmetic.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import as_level, as_number
+from stats.columns import Column, as_column
+from stats.distributions import t_quantile
+from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double, split, two_product, two_sum
+from stats.fit import INTERCEPT, Fit, Response, Scaled, fit_fields
+from stats.least_squares import Design, Factor, factorise, solve
+
+HIGHEST_DEGREE = 20
+"""Beyond it the powers' condition exceeds what refinement in double-double answers for."""
+
+
+@dataclass(frozen=True, slots=True)
+class PolynomialFit(Fit):
+    """response = sum of coefficients[k] * x**k; the coefficient of x**k is named "x^k"."""
+
+    degree: int
+    centre: float
+    """Middle of the range of x."""
+    half_range: float
+    """The fit is evaluated in u = (x - centre) / half_range, between -1 and 1."""
+    chebyshev_coefficients: tuple[float, ...]
+    """Of the Chebyshev polynomials T_k(u), where nothing cancels."""
+    chebyshev_covariance: tuple[tuple[float, ...], ...] | Undefined
+    lowest: float
+    highest: float
+    """Range of x."""
+
+    def at(self, x: float, level: float = 0.95) -> Response:
+        """Return the fitted response at x; raises `InputRefused` for an x that is not finite."""
+        place = as_number("x", x)
+        level = as_level("level", level)
+        u = (place - self.centre) / self.half_range
+        waves = [1.0, u]
+        for _ in range(2, self.degree + 1):
+            waves.append(2.0 * u * waves[-1] - waves[-2])
+        value = math.fsum(c * wave for c, wave in zip(self.chebyshev_coefficients, waves, strict=True))
+        extrapolated = not self.lowest <= place <= self.highest
+        if isinstance(self.chebyshev_covariance, Undefined):
+            none = self.chebyshev_covariance
+            return Response(value, none, none, level, self.df, extrapolated)
+        se = math.sqrt(max(float(waves @ np.array(self.chebyshev_covariance) @ waves), 0.0))
+        half = t_quantile(level, self.df) * se
+        return Response(value, se, (value - half, value + half), level, self.df, extrapolated)
+
+
+def fit_polynomial(x: ArrayLike, y: ArrayLike, degree: int, *, level: float = 0.95) -> PolynomialFit:
+    """Fit y over x, both of shape (n,), by a polynomial of the given degree (1 to 20) with an intercept.
+
+    `x` may be numbers of any real type or time stamps (then in seconds, time stamps since 1970 UTC).
+    Raises `InputRefused` for NaN or infinite values, lengths that differ, another degree, or fewer different x than
+    coefficients.
+    """
+    level = as_level("level", level)
+    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= HIGHEST_DEGREE:
+        raise InputRefused(f"the degree is {degree!r}: give a whole number from 1 to {HIGHEST_DEGREE}.")
+    degree, n, p = int(degree), int(np.size(y)), int(degree) + 1
+    if np.shape(x) != np.shape(y) or n < p:
+        raise InputRefused(
+            f"x has the shape {np.shape(x)} and y has {np.shape(y)}: give one y for each x, and at least {p} for "
+            f"degree {degree}."
+        )
+    column, response = as_column("x", x, at_middle=True), as_column("y", y)
+    if column.constant:
+        raise _too_few(1, degree)
+    stretch = 1.0 / float(np.abs(column.high).max())
+    design = _design(column, stretch, degree)
+    factor = factorise(design)
+    if not isinstance(factor, Factor):
+        different = np.unique(np.stack(column.pair), axis=1).shape[1]
+        if different < p:
+            raise _too_few(different, degree)
+        raise InputRefused(
+            f"the powers of x up to {degree} are collinear to the last digit on these values: choose a lower degree."
+        )
+    solution = solve(design, factor, response.pair)
+    fixed = [fixed_point(*pair) for pair in zip(*(part.tolist() for part in solution.coefficients), strict=True)]
+    fixed[0] += fixed_point(response.centre_scaled)
+    back = _back(column.centre_scaled, stretch, degree)
+    ticks = column.ticks_per_unit
+    units = tuple((ticks**power, response.exponent - power * column.exponent) for power in range(p))
+    scaled = Scaled(
+        coefficients=[
+            nearest_double(sum(weight * value for weight, value in zip(row, fixed, strict=True)) >> FRACTION_BITS)
+            for row in back
+        ],
+        fitted=solution.coefficients[0][1:] @ design.high[1:],
+        residuals=solution.residuals,
+        response_exponent=response.exponent,
+        rows=factor.carried(np.array([[nearest_double(weight) if weight else 0.0 for weight in row] for row in back])),
+        units=units,
+        condition=factor.condition,
+    )
+    names = (INTERCEPT, "x", *(f"x^{power}" for power in range(2, p)))[:p]
+    fields = fit_fields(names, scaled, intercept=True, level=level)
+    sd = fields["residual_sd"]
+    covariance: tuple[tuple[float, ...], ...] | Undefined
+    if isinstance(sd, Undefined):
+        covariance = sd
+    else:
+        rows = sd * factor.inverse
+        covariance = tuple(tuple(row) for row in (rows @ rows.T).tolist())
+    return PolynomialFit(
+        **fields,
+        degree=degree,
+        centre=column.centre / ticks,
+        half_range=math.ldexp(1.0 / stretch, column.exponent) / ticks,
+        chebyshev_coefficients=tuple(nearest_double(value, response.exponent) for value in fixed),
+        chebyshev_covariance=covariance,
+        lowest=column.lowest,
+        highest=column.highest,
+    )
+
+
+def _too_few(different: int, degree: int) -> InputRefused:
+    return InputRefused(
+        f"x has {different} different value{'s' if different != 1 else ''}, which do not fix the {degree + 1} "
+        f"coefficients of degree {degree}: choose a lower degree."
+    )
+
+
+def _design(column: Column, stretch: float, degree: int) -> Design:
+    """Return T_0(u) to T_degree(u), u = stretch * column, by 2 u T_k - T_(k - 1) in double-double."""
+    high, low = column.pair
+    factor = np.array(stretch)
+    product, error = two_product(high, split(high), factor, split(factor))
+    u = two_sum(product, error + low * stretch)
+    waves = [(np.ones_like(high), np.zeros_like(high)), u]
+    for _ in range(2, degree + 1):
+        last, before = multiply(u, waves[-1]), waves[-2]
+        total, error = two_sum(2.0 * last[0], -before[0])
+        waves.append(two_sum(total, error + (2.0 * last[1] - before[1])))
+    rows, lower = np.array([wave[0] for wave in waves]), np.array([wave[1] for wave in waves[1:]])
+    return Design(rows, lower if lower.any() else None, True, np.sqrt((rows * rows).sum(axis=1)))
+
+
+@lru_cache(maxsize=HIGHEST_DEGREE)
+def _chebyshev(degree: int) -> list[list[int]]:
+    """Return row k: the whole-number coefficients of T_k in powers of its argument."""
+    rows = [[1] + [0] * degree, [0, 1] + [0] * (degree - 1)]
+    for _ in range(2, degree + 1):
+        doubled = [0, *(2 * value for value in rows[-1][:-1])]
+        rows.append([a - b for a, b in zip(doubled, rows[-2], strict=True)])
+    return rows
+
+
+def _back(centre: float, stretch: float, degree: int) -> list[list[int]]:
+    """Return what makes coefficients of powers of x from those of T_k(stretch * (x - centre)), in fixed point."""
+    step, scale = -fixed_point(centre), fixed_point(stretch)
+    powers, scales = [1 << FRACTION_BITS], [1 << FRACTION_BITS]
+    for _ in range(degree):
+        powers.append(powers[-1] * step >> FRACTION_BITS)
+        scales.append(scales[-1] * scale >> FRACTION_BITS)
+    shift = [
+        [math.comb(i, j) * powers[i - j] * scales[i] >> FRACTION_BITS for i in range(j, degree + 1)]
+        for j in range(degree + 1)
+    ]
+    # T_k has powers of one parity, up to k.
+    return [
+        [
+            sum(weight * wave[i] for i, weight in enumerate(row, j) if i <= k and (k - i) % 2 == 0)
+            for k, wave in enumerate(_chebyshev(degree))
+        ]
+        for j, row in enumerate(shift)
+    ]

@@ -1,0 +1,184 @@
+"""Linear regression whose digits hold: on time stamps, on offsets, on nearly collinear columns.
+
+What the data do not fix is refused with the names of the columns; a plain solver returns the numbers of least norm
+instead, which look like any others (W20).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused, unknown_name
+from data_schema.vocabulary import Undefined
+from stats.checks import as_level, as_number
+from stats.columns import Column, as_column
+from stats.distributions import t_quantile
+from stats.double_double import FRACTION_BITS, fixed_point, nearest_double
+from stats.fit import INTERCEPT, Fit, Response, Scaled, fit_fields
+from stats.least_squares import Design, Factor, factorise, solve
+
+
+@dataclass(frozen=True, slots=True)
+class LinearFit(Fit):
+    """response = intercept + sum of coefficient * column."""
+
+    intercept: bool
+    vif: tuple[float, ...]
+    """Variance inflation of each column, without the intercept: 1 / (1 - R squared on the other columns)."""
+    means: tuple[float, ...]
+    """Of each column (0 without an intercept); the fit is evaluated from there, where nothing cancels."""
+    response_mean: float
+    lowest: tuple[float, ...]
+    highest: tuple[float, ...]
+    """Range of each column."""
+
+    def at(self, values: Mapping[str, float], level: float = 0.95) -> Response:
+        """Return the fitted response where each column has the value given.
+
+        Raises `UnknownName` for a name that is no column, `InputRefused` where one is missing or not finite.
+        """
+        columns = self.names[1:] if self.intercept else self.names
+        for name in values:
+            if name not in columns:
+                raise unknown_name("column", name, columns)
+        missing = [name for name in columns if name not in values]
+        if missing:
+            raise InputRefused(f"no value was given for {_named(missing)}: give one for each column.")
+        place = np.array([as_number(f"the value of {name!r}", values[name]) for name in columns])
+        extrapolated = bool(((place < self.lowest) | (place > self.highest)).any())
+        step = place - np.array(self.means)
+        skip = 1 if self.intercept else 0
+        value = self.response_mean + math.fsum(step * np.array(self.coefficients[skip:]))
+        if isinstance(self.covariance, Undefined) or isinstance(self.residual_sd, Undefined):
+            none = self.covariance if isinstance(self.covariance, Undefined) else Undefined("the fit has no scatter")
+            return Response(value, none, none, as_level("level", level), self.df, extrapolated)
+        slopes = np.array(self.covariance)[skip:, skip:]
+        level_variance = self.residual_sd**2 / self.n if self.intercept else 0.0
+        se = math.sqrt(max(level_variance + float(step @ slopes @ step), 0.0))
+        half = t_quantile(as_level("level", level), self.df) * se
+        return Response(value, se, (value - half, value + half), level, self.df, extrapolated)
+
+
+def fit_linear(
+    y: ArrayLike, columns: Mapping[str, ArrayLike], *, intercept: bool = True, level: float = 0.95
+) -> LinearFit:
+    """Fit y, shape (n,), as a sum of named columns, each of shape (n,), by least squares.
+
+    Columns may be numbers of any real type, whole numbers and decimals (kept exact), or time stamps and durations of
+    numpy (in seconds, time stamps since 1970 UTC). The numbers are those of exact arithmetic on the input.
+    Raises `InputRefused`, naming the columns, for NaN or infinite values, lengths that differ, fewer values than
+    coefficients, a constant column beside an intercept, a column of zeros, and columns that are collinear.
+    """
+    level = as_level("level", level)
+    n = _check(y, columns, intercept)
+    response = as_column("y", y, centred=intercept)
+    regressors = {
+        name: as_column(f"the column {name!r}", values, centred=intercept) for name, values in columns.items()
+    }
+    _check_identifiable(regressors, intercept)
+    given = list(regressors.values())
+    names = (INTERCEPT, *columns) if intercept else tuple(columns)
+    p = len(names)
+    design = _design(given, n, intercept)
+    factor = factorise(design)
+    if not isinstance(factor, Factor):
+        raise InputRefused(
+            f"the columns {_named([names[row] for row in factor])} are collinear to the last digit, so that their "
+            "coefficients are not identifiable: leave one of them out."
+        )
+    solution = solve(design, factor, response.pair)
+    middle = solution.coefficients
+    fixed = [fixed_point(*pair) for pair in zip(*(part.tolist() for part in middle), strict=True)]
+    back = np.eye(p)
+    units = [(column.ticks_per_unit, response.exponent - column.exponent) for column in given]
+    response_mean, off_centre = 0.0, [0.0] * len(given)
+    if intercept:
+        off_centre = [float(column.high.sum()) / n for column in given]
+        # Only the intercept is a sum in the caller's terms: it is taken with all digits.
+        back[0, 1:] = [-column.centre_scaled for column in given]
+        units.insert(0, (1.0, response.exponent))
+        fixed[0] += fixed_point(response.centre_scaled)
+        response_mean = nearest_double(_along(fixed, off_centre), response.exponent)
+        fixed[0] = _along(fixed, [-column.centre_scaled for column in given])
+    skip = int(intercept)
+    scaled = Scaled(
+        coefficients=[nearest_double(value) for value in fixed],
+        fitted=middle[0][skip:] @ design.high[skip:],
+        residuals=solution.residuals,
+        response_exponent=response.exponent,
+        rows=factor.carried(back),
+        units=tuple(units),
+        condition=factor.condition,
+    )
+    return LinearFit(
+        **fit_fields(names, scaled, intercept=intercept, level=level),
+        intercept=intercept,
+        vif=tuple(((factor.norms[skip:] / factor.distances[skip:]) ** 2).tolist()),
+        means=tuple(_mean(column, off) for column, off in zip(given, off_centre, strict=True)),
+        response_mean=response_mean,
+        lowest=tuple(column.lowest for column in given),
+        highest=tuple(column.highest for column in given),
+    )
+
+
+def _check(y: ArrayLike, columns: Mapping[str, ArrayLike], intercept: bool) -> int:
+    """Return the number of values, after what does not fit together was refused."""
+    n, p = int(np.size(y)), len(columns) + intercept
+    if not columns or n < p:
+        raise InputRefused(
+            f"{p} coefficients were asked of {n} values of y: give at least one column and no fewer values than "
+            "coefficients."
+        )
+    for name, values in columns.items():
+        if np.shape(values) != np.shape(y):
+            raise InputRefused(
+                f"the column {name!r} has the shape {np.shape(values)} and y has {np.shape(y)}: give one value of "
+                "each column for each of y."
+            )
+    if intercept and INTERCEPT in columns:
+        raise InputRefused(f"a column is named {INTERCEPT!r}, as the constant that is fitted: name it otherwise.")
+    return n
+
+
+def _check_identifiable(columns: Mapping[str, Column], intercept: bool) -> None:
+    for name, column in columns.items():
+        if column.constant and (intercept or not column.high.any()):
+            what = "is constant beside an intercept" if intercept else "holds only zeros"
+            raise InputRefused(f"the column {name!r} {what}: its coefficient is not identifiable, leave it out.")
+
+
+def _design(columns: list[Column], n: int, intercept: bool) -> Design:
+    high = [column.high for column in columns]
+    low = [column.low for column in columns]
+    if intercept:
+        high.insert(0, np.ones(n))
+    # What rounding did to a column is a share of its values, not of what centring left of them.
+    sizes = [
+        math.sqrt(float(column.high @ column.high) + (0.0 if column.exact else n * column.centre_scaled**2))
+        for column in columns
+    ]
+    rows = np.array(high)
+    lower = None
+    if any(part is not None for part in low):
+        lower = np.array([np.zeros(n) if part is None else part for part in low])
+    return Design(rows, lower, intercept, np.array(([0.0] if intercept else []) + sizes))
+
+
+def _along(fixed: list[int], steps: list[float]) -> int:
+    """Return fixed[0] + the sum of fixed[j] * steps[j - 1]."""
+    products = (value * fixed_point(step) for value, step in zip(fixed[1:], steps, strict=True))
+    return fixed[0] + (sum(products) >> FRACTION_BITS)
+
+
+def _mean(column: Column, off_centre: float) -> float:
+    return (column.centre + math.ldexp(off_centre, column.exponent)) / column.ticks_per_unit
+
+
+def _named(names: list[str]) -> str:
+    quoted = [repr(name) for name in names]
+    return quoted[0] if len(quoted) == 1 else f"{', '.join(quoted[:-1])} and {quoted[-1]}"

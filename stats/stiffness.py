@@ -1,0 +1,186 @@
+"""What a commanded virtual spring really is: a plane through force over position and velocity (thesis 4.2.6).
+
+Physical stiffness and damping of several gains then lie on a line each, k = 2.56 gain + 67.36 N/m and
+d = 3.32 gain + 19.67 kg/s on the thesis's leg (5.1.1), with which gains become physical units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import as_level, as_number, as_values
+from stats.double_double import Floats
+from stats.fit import Response
+from stats.regression import LinearFit, fit_linear
+from stats.wording import estimate_texts, number_text
+
+MINIMUM_POINTS = 250
+"""Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
+MINIMUM_GAINS = 3
+"""Two gains fix a line and leave nothing to measure its uncertainty with."""
+
+
+@dataclass(frozen=True, slots=True)
+class ForcePoints:
+    """Points of one trajectory, half way between its samples; arrays of shape (n - 1,)."""
+
+    displacement_m: Floats
+    velocity_m_s: Floats
+    force_n: Floats
+
+
+@dataclass(frozen=True, slots=True)
+class Stiffness:
+    """force = stiffness * displacement + damping * velocity + force_at_zero."""
+
+    stiffness_n_m: float
+    stiffness_se: float
+    stiffness_ci: tuple[float, float]
+    damping_kg_s: float
+    damping_se: float
+    damping_ci: tuple[float, float]
+    force_at_zero_n: float
+    """Where displacement and velocity are 0; without gravity's share removed, minus the weight."""
+    force_at_zero_se: float
+    level: float
+    residual_sd_n: float
+    r_squared: float | Undefined
+    residual_lag1: float | Undefined
+    """Correlation of neighbouring residuals r. The standard errors assume 0; near 1 they are too small, by about
+    sqrt((1 + r) / (1 - r))."""
+    condition: float
+    df: int
+    n: int
+
+    def sentence(self, what: str = "The leg") -> str:
+        """Return stiffness and damping in words, with intervals, R squared and n."""
+        k = estimate_texts([self.stiffness_n_m, *self.stiffness_ci], self.stiffness_se)
+        d = estimate_texts([self.damping_kg_s, *self.damping_ci], self.damping_se)
+        name = f"{100.0 * self.level:g} % CI"
+        return (
+            f"{what} is a spring of {k[0]} N/m ({name} {k[1]} to {k[2]} N/m) with damping {d[0]} kg/s "
+            f"({name} {d[1]} to {d[2]} kg/s): plane fit, R squared {number_text(self.r_squared)}, "
+            f"residual SD {number_text(self.residual_sd_n)} N, df = {self.df}, n = {self.n} points."
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class GainLine:
+    """Physical coefficient = slope * gain + offset."""
+
+    slope: float
+    """N/m (or kg/s) per unit of gain."""
+    slope_se: float
+    slope_ci: tuple[float, float]
+    offset: float
+    """At gain 0: what the mechanism has of its own."""
+    offset_se: float
+    offset_ci: tuple[float, float]
+    fit: LinearFit
+
+    def at(self, gain: float, level: float = 0.95) -> Response:
+        """Return the physical coefficient that a gain stands for, with the line's uncertainty there."""
+        return self.fit.at({"gain": gain}, level)
+
+    def sentence(self, what: str = "the coefficient", unit: str = "") -> str:
+        """Return the line in words: both coefficients with intervals and p, R squared, residual SD, n."""
+        return self.fit.sentence(what, unit)
+
+
+def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: ArrayLike, mass_kg: float) -> ForcePoints:
+    """Return the spring's force along one trajectory: minus the total mass times the rate of change of velocity.
+
+    Displacement is positive the way the spring is compressed, velocity its rate of change; all of shape (n,). The
+    force belongs between two samples, and so do the displacement and velocity returned: means of neighbours.
+    Taken at the samples instead, the lag of half an interval would turn stiffness into damping (and damping into
+    stiffness): 1.7 ms times k, 1 kg/s for 600 N/m at 300 Hz. Call it for each trajectory and put the points together.
+    Raises `InputRefused` for fewer than 2 samples, lengths that differ, time that does not increase, or a mass of 0.
+    """
+    time, position = as_values("the times", time_s), as_values("the displacements", displacement_m)
+    velocity = as_values("the velocities", velocity_m_s)
+    mass = as_number("the mass", mass_kg, above=0.0)
+    if not time.size == position.size == velocity.size or time.size < 2:
+        raise InputRefused(
+            f"there are {time.size} times, {position.size} displacements and {velocity.size} velocities: give one of "
+            "each for at least 2 samples."
+        )
+    steps = np.diff(time)
+    if (steps <= 0.0).any():
+        raise InputRefused("time does not increase from sample to sample: give one trajectory in order of time.")
+    return ForcePoints(
+        displacement_m=0.5 * (position[1:] + position[:-1]),
+        velocity_m_s=0.5 * (velocity[1:] + velocity[:-1]),
+        force_n=-mass * np.diff(velocity) / steps,
+    )
+
+
+def fit_stiffness(
+    displacement_m: ArrayLike, velocity_m_s: ArrayLike, force_n: ArrayLike, *, level: float = 0.95
+) -> Stiffness | Undefined:
+    """Fit the plane force = k * displacement + d * velocity + F0 to points of shape (n,), whatever their offset.
+
+    `Undefined` with fewer than 250 points. Raises `InputRefused`, naming the column, where displacement and velocity
+    do not fix both coefficients: one of them constant, or one a multiple of the other.
+    """
+    force = as_values("the forces", force_n)
+    level = as_level("level", level)
+    if force.size < MINIMUM_POINTS:
+        return Undefined(f"the plane needs at least {MINIMUM_POINTS} points and there are {force.size}")
+    fit = fit_linear(force, {"displacement": displacement_m, "velocity": velocity_m_s}, level=level)
+    if isinstance(fit.standard_errors, Undefined) or isinstance(fit.ci, Undefined):
+        return Undefined("the plane has no scatter that could be measured")
+    columns = [np.asarray(values, dtype=np.float64) for values in (displacement_m, velocity_m_s)]
+    residuals = force - fit.response_mean
+    for column, mean, slope in zip(columns, fit.means, fit.coefficients[1:], strict=True):
+        residuals = residuals - slope * (column - mean)
+    return Stiffness(
+        stiffness_n_m=fit.coefficients[1],
+        stiffness_se=fit.standard_errors[1],
+        stiffness_ci=fit.ci[1],
+        damping_kg_s=fit.coefficients[2],
+        damping_se=fit.standard_errors[2],
+        damping_ci=fit.ci[2],
+        force_at_zero_n=fit.coefficients[0],
+        force_at_zero_se=fit.standard_errors[0],
+        level=level,
+        residual_sd_n=0.0 if isinstance(fit.residual_sd, Undefined) else fit.residual_sd,
+        r_squared=fit.r_squared,
+        residual_lag1=_lag1(residuals, exact=fit.ss_residual == 0.0),
+        condition=fit.condition,
+        df=fit.df,
+        n=fit.n,
+    )
+
+
+def fit_gain_line(gain: ArrayLike, coefficient: ArrayLike, *, level: float = 0.95) -> GainLine | Undefined:
+    """Fit physical stiffness (N/m) or damping (kg/s) of several conditions over their gains, both of shape (n,).
+
+    `Undefined` with fewer than 3 conditions. Raises `InputRefused` for a single gain or lengths that differ.
+    """
+    gains = as_values("the gains", gain)
+    if gains.size < MINIMUM_GAINS:
+        return Undefined(f"the line needs at least {MINIMUM_GAINS} conditions and there are {gains.size}")
+    fit = fit_linear(coefficient, {"gain": gains}, level=level)
+    if isinstance(fit.standard_errors, Undefined) or isinstance(fit.ci, Undefined):
+        return Undefined("the line has no scatter that could be measured")
+    return GainLine(
+        slope=fit.coefficients[1],
+        slope_se=fit.standard_errors[1],
+        slope_ci=fit.ci[1],
+        offset=fit.coefficients[0],
+        offset_se=fit.standard_errors[0],
+        offset_ci=fit.ci[0],
+        fit=fit,
+    )
+
+
+def _lag1(residuals: Floats, *, exact: bool) -> float | Undefined:
+    squares = float(residuals @ residuals)
+    if exact or squares == 0.0:
+        return Undefined("the fit is exact")
+    return float(residuals[1:] @ residuals[:-1]) / squares

@@ -1,0 +1,129 @@
+"""W16 and W18 to W20 of what other programs get wrong, each with the wrong answer."""
+
+import numpy as np
+import pytest
+
+from data_schema.errors import InputRefused
+from stats.regression import fit_linear
+from tests.helpers.exact_fit import assert_exact, exact_fit, relative_error, root
+
+
+def drain(n=26):
+    """Seconds since switching on, and a battery's charge as logged: slope -3.0e-4 a second."""
+    rng = np.random.default_rng(16)
+    seconds = np.arange(n) * 60
+    return seconds, 4.2 - 3.0e-4 * seconds + rng.normal(0.0, 2e-3, n)
+
+
+EPOCH_S = 1_700_000_000
+TIMES = {
+    "seconds": (lambda s: (EPOCH_S + s).astype(np.float64), 1),
+    "whole seconds": (lambda s: EPOCH_S + s, 1),
+    "milliseconds": (lambda s: 1000 * (EPOCH_S + s), 1000),
+    "nanoseconds": (lambda s: 10**9 * (EPOCH_S + s), 10**9),
+    "Python integers": (lambda s: [10**18 * (EPOCH_S + int(one)) for one in s], 10**18),
+    "datetime64[ns]": (lambda s: (10**9 * (EPOCH_S + s)).astype("datetime64[ns]"), 1),
+    "datetime64[ms]": (lambda s: (1000 * (EPOCH_S + s)).astype("datetime64[ms]"), 1),
+    "datetime64[m]": (lambda s: ((EPOCH_S - EPOCH_S % 60 + s) // 60).astype("datetime64[m]"), 1),
+    "timedelta64[us]": (lambda s: (10**6 * s).astype("timedelta64[us]"), 1),
+}
+
+
+@pytest.mark.parametrize("unit", TIMES)
+def test_w16_time_stamps_cost_a_slope_no_digit(unit):
+    """Others: np.linalg.lstsq, statsmodels' pinv and pingouin return 7e-9; polyfit's standard error is 21 to 350
+    times too small; statsmodels' QR has two digits of it, nan at 100 Hz, a singular matrix at ns."""
+    seconds, charge = drain()
+    truth = exact_fit(charge, [seconds])
+    stamps, per_second = TIMES[unit]
+    fit = fit_linear(charge, {"time": stamps(seconds)})
+    assert relative_error(fit.coefficients[1] * per_second, truth.coefficients[1]) < 1e-14
+    assert relative_error(fit.standard_errors[1] * per_second, root(truth.variances[1])) < 1e-12
+    assert fit.coefficients[1] * per_second != pytest.approx(7e-9, rel=0.5)
+    assert fit.condition == pytest.approx(1.0, abs=1e-6)
+
+
+def test_w16_at_a_hundred_hertz_in_nanoseconds():
+    ticks = 10**9 * EPOCH_S + np.arange(500) * 10**7
+    charge = 4.2 - 3.0e-13 * (ticks - ticks[0]) + np.random.default_rng(3).normal(0.0, 1e-3, 500)
+    truth = exact_fit(charge, [ticks])
+    fit = fit_linear(charge, {"time": ticks})
+    assert relative_error(fit.coefficients[0], truth.coefficients[0]) < 1e-14
+    assert relative_error(fit.coefficients[1], truth.coefficients[1]) < 1e-14
+    assert relative_error(fit.standard_errors[0], root(truth.variances[0])) < 1e-12
+    assert relative_error(fit.standard_errors[1], root(truth.variances[1])) < 1e-12
+
+
+def plane(offset=0.0, x_unit=1.0, n=300):
+    rng = np.random.default_rng(18)
+    x, v = rng.uniform(-0.02, 0.02, n), rng.uniform(-1.0, 1.0, n)
+    return offset + x_unit * x, v, 20000.0 * x + 15.0 * v + rng.normal(0.0, 2.0, n)
+
+
+def test_w18_a_plane_far_from_the_origin():
+    """Position offset 1e6. Others: lstsq and pingouin return F0 = 0.02 and 5 digits of k, the normal equations
+    k = -137781, statsmodels 2.8 digits of F0."""
+    x, v, force = plane(offset=1e6)
+    truth = exact_fit(force, [x, v])
+    fit = fit_linear(force, {"x": x, "v": v})
+    for number in range(3):
+        assert relative_error(fit.coefficients[number], truth.coefficients[number]) < 1e-14
+        assert relative_error(fit.standard_errors[number], root(truth.variances[number])) < 1e-12
+    assert abs(fit.coefficients[0]) > 1e9
+    assert fit.coefficients[1] == pytest.approx(20000.0, rel=0.01)
+
+
+def test_w19_columns_of_very_different_size():
+    """x in nm, v in m/s. Others: sklearn returns a damping of 2.5e-22 for 15."""
+    x, v, force = plane(x_unit=1e9)
+    truth = exact_fit(force, [x, v])
+    fit = fit_linear(force, {"x": x, "v": v})
+    for number in range(3):
+        assert relative_error(fit.coefficients[number], truth.coefficients[number]) < 1e-14
+    assert fit.coefficients[2] == pytest.approx(15.0, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "sentence", "wrong"),
+    [
+        (lambda x, v: 0.0 * v, "the column 'v' is constant", "d = 0 as if measured"),
+        (lambda x, v: 0.0 * v + 0.1, "the column 'v' is constant", "d = 10.05 for true 15"),
+        (lambda x, v: -5.0 * x, "the columns 'x' and 'v' are collinear", "k = 766, d = -3832 for 20000, 15"),
+        (lambda x, v: -5.0 * (x - 1e3) + 0.3, "the columns 'x' and 'v' are collinear", "statsmodels' QR: -1.6e16"),
+    ],
+)
+def test_w20_what_the_data_do_not_fix_is_refused_by_name(velocity, sentence, wrong):
+    """Others return the numbers of least norm (`wrong`), or what rounding left, and mostly say nothing."""
+    x, v, force = plane()
+    with pytest.raises(InputRefused, match=sentence):
+        fit_linear(force, {"x": x, "v": velocity(x, v)})
+
+
+def test_only_the_columns_that_are_collinear_are_named():
+    rng = np.random.default_rng(1)
+    a, b, c = rng.normal(size=(3, 40)) + 1e4
+    with pytest.raises(InputRefused, match="the columns 'a', 'c' and 'sum' are collinear"):
+        fit_linear(rng.normal(size=40), {"a": a, "b": b, "c": c, "sum": 0.1 * a + 3.0 * c})
+    with pytest.raises(InputRefused, match="the columns 'a' and 'again' are collinear"):
+        fit_linear(rng.normal(size=40), {"a": a, "b": b, "again": a / 3.0}, intercept=False)
+    # Without an intercept, a constant column is one.
+    assert fit_linear(a, {"one": np.full(40, 2.0)}, intercept=False).coefficients[0] == pytest.approx(a.mean() / 2.0)
+    with pytest.raises(InputRefused, match="the column 'b' holds only zeros"):
+        fit_linear(a, {"b": np.zeros(40)}, intercept=False)
+
+
+def test_a_column_that_varies_by_its_last_digit_is_taken_at_its_word():
+    x = np.where(np.arange(20) % 3 == 0, 1.0, np.nextafter(1.0, 2.0))
+    y = np.random.default_rng(2).normal(size=20)
+    assert_exact(fit_linear(y, {"x": x}), exact_fit(y, [x]))
+    far = 1e15 + np.arange(20) % 4
+    assert_exact(fit_linear(y, {"x": far}), exact_fit(y, [far]))
+
+
+def test_dummies_of_all_levels_are_collinear_with_the_intercept():
+    levels = {f"level {k}": np.arange(30) % 3 == k for k in range(3)}
+    y = np.random.default_rng(3).normal(size=30)
+    with pytest.raises(InputRefused, match="'level 0', 'level 1' and 'level 2' are collinear"):
+        fit_linear(y, levels)
+    means = fit_linear(y, levels, intercept=False)
+    assert means.coefficients == pytest.approx([y[k::3].mean() for k in range(3)], rel=1e-13)
