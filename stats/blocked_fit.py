@@ -1,0 +1,233 @@
+"""The mixed model of conditions over days, fitted and put into numbers of the values' own unit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from data_schema.vocabulary import Undefined
+from stats.blocked_result import ConditionMean, Contrast
+from stats.cells import Cells, Floats, rows_of
+from stats.distributions import f_upper_p, t_quantile, t_two_sided_p
+from stats.reml import DAY, RUN, Profile, RemlModel, minimise
+from stats.satterthwaite import Satterthwaite
+from stats.strata import Strata, negligible
+
+FAR = 1e12
+"""Variance of days over that of values that stands for infinite: only comparisons within days count."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """A design to be fitted: its cells, what it can tell, the names of its conditions, the level of intervals."""
+
+    cells: Cells
+    strata: Strata
+    with_runs: bool
+    names: tuple[str, ...]
+    level: float
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """The parts of `BlockedByDay` that come from the mixed model."""
+
+    conditions: tuple[ConditionMean, ...]
+    contrasts: tuple[Contrast, ...]
+    day_variance: float | Undefined
+    run_variance: float | Undefined
+    residual_variance: float | Undefined
+    singular: bool | Undefined
+    reml_criterion: float | Undefined
+    f: float | Undefined
+    df_within: float | Undefined
+    p: float | Undefined
+
+
+def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
+    """Fit the design by REML; `days_of` holds the number of days of each condition."""
+    cells, strata = design.cells, design.strata
+    model = RemlModel(cells)
+    free = (strata.day > 0 and not strata.day_is_value, design.with_runs and strata.run > 0)
+    squares = _residual_squares(cells, free)
+    untested = _untested(design, squares)
+    if untested is not None:
+        gamma = np.array([FAR if each else 0.0 for each in free])
+        return _without(design, days_of, model.estimates(gamma).of(np.eye(len(design.names))), untested)
+    total = cells.sum_squares + float(cells.size @ cells.mean**2)
+    gamma = minimise(model, free, 100.0 * (1.0 + total / (squares / strata.residual)))
+    profile = model.at(gamma)
+    doubt = Satterthwaite(profile, gamma, model.degrees)
+    unknown = _unknown_variance(design, free)
+    conditions = [_mean(design, profile, doubt, place, days_of[place], unknown) for place in range(len(design.names))]
+    contrasts = [_contrast(design, profile, doubt, place) for place in range(1, len(design.names))]
+    lacking = next((each.p for each in contrasts if isinstance(each.p, Undefined)), None)
+    if len(design.names) < 2:
+        lacking = Undefined("there is one condition only")
+    f, df, p = _f_test(cells, doubt) if lacking is None else (lacking, lacking, lacking)
+    variance = profile.residual_variance
+    return Fit(
+        conditions=tuple(conditions),
+        contrasts=tuple(contrasts),
+        day_variance=_squared(gamma[DAY] * variance, cells) if free[DAY] else _no_day_variance(design),
+        run_variance=_squared(gamma[RUN] * variance, cells) if free[RUN] else _no_run_variance(),
+        residual_variance=_squared(variance, cells),
+        singular=any(each and value == 0.0 for each, value in zip(free, gamma, strict=True)),
+        reml_criterion=profile.deviance + 2.0 * model.degrees * cells.exponent * math.log(2.0),
+        f=f,
+        df_within=df,
+        p=p,
+    )
+
+
+def _f_test(cells: Cells, doubt: Satterthwaite) -> tuple[float, float, float] | tuple[Undefined, Undefined, Undefined]:
+    found = doubt.f_test(_type_one_contrasts(cells))
+    if found is None:
+        none = Undefined("days differ too much more than values for comparisons within and between them to be joined")
+        return none, none, none
+    return *found, f_upper_p(found[0], cells.n_conditions - 1, found[1])
+
+
+def _squared(variance: float, cells: Cells) -> float | Undefined:
+    try:
+        return math.ldexp(variance, 2 * cells.exponent)
+    except OverflowError:
+        return Undefined("the variance is too large for a double: give the values in a larger unit")
+
+
+def _residual_squares(cells: Cells, free: tuple[bool, bool]) -> float:
+    """Return the sum of squares that conditions and the terms of the model leave over."""
+    block = cells.run if free[RUN] else cells.day if free[DAY] else np.zeros_like(cells.day)
+    between, within = rows_of(cells, np.eye(cells.n_conditions), block)
+    rows = within if any(free) else np.concatenate([between, within])
+    solution = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
+    left = rows[:, -1] - rows[:, :-1] @ solution
+    return cells.sum_squares + float(left @ left)
+
+
+def _untested(design: Fitted, squares: float) -> Undefined | None:
+    if design.strata.residual < 1:
+        return Undefined("no degree of freedom is left to measure the scatter of the values by")
+    if squares <= negligible(design.cells):
+        return Undefined("the values do not scatter at all within days")
+    return None
+
+
+def _unknown_variance(design: Fitted, free: tuple[bool, bool]) -> Undefined | None:
+    """Return why a mean, unlike a difference, has no standard error for other days and runs."""
+    if design.strata.day_is_value:
+        return None
+    if not free[DAY]:
+        return _no_day_variance(design)
+    return _no_run_variance() if design.with_runs and not free[RUN] else None
+
+
+def _no_day_variance(design: Fitted) -> Undefined:
+    if design.strata.day_is_value:
+        return Undefined("every day holds one value, whose scatter is the days' and the values' together")
+    if design.strata.n_days == 1:
+        return Undefined("there is one day only, which tells nothing about other days")
+    return Undefined("each group of conditions had one day of its own, so that nothing measures how days differ")
+
+
+def _no_run_variance() -> Undefined:
+    return Undefined("the scatter between runs cannot be told from that of days, values or conditions in this design")
+
+
+def _untellable(design: Fitted, place: int) -> Undefined | None:
+    """Return why a condition cannot be compared with the control, or None."""
+    strata, names = design.strata, design.names
+    if strata.day_is_value:
+        return None
+    apart = strata.by_day[place] != strata.by_day[0]
+    if apart and strata.day == 0:
+        return Undefined(
+            f"{names[place]} and {names[0]} were measured on one day each, so that their difference cannot be told "
+            "from a difference between days"
+        )
+    if design.with_runs and not apart and strata.by_run[place] != strata.by_run[0] and strata.run == 0:
+        return Undefined(
+            f"{names[place]} and {names[0]} had one run each, so that their difference cannot be told from a "
+            "difference between runs"
+        )
+    return None
+
+
+def _mean(
+    design: Fitted, profile: Profile, doubt: Satterthwaite, place: int, n_days: int, unknown: Undefined | None
+) -> ConditionMean:
+    cells = design.cells
+    weights = np.eye(len(design.names))[place]
+    estimate = float(profile.estimates.of(weights))
+    n = int(cells.size[cells.condition == place].sum())
+    middle = _in_unit(cells, estimate)
+    if unknown is not None:
+        return ConditionMean(design.names[place], n, n_days, middle, unknown, unknown, unknown)
+    se = math.sqrt(profile.residual_variance * profile.estimates.variance(weights))
+    df = doubt.df(weights)
+    half = t_quantile(design.level, df) * se
+    ends = (_in_unit(cells, estimate - half), _in_unit(cells, estimate + half))
+    return ConditionMean(design.names[place], n, n_days, middle, math.ldexp(se, cells.exponent), df, ends)
+
+
+def _in_unit(cells: Cells, scaled: float) -> float:
+    return math.ldexp(cells.shift, cells.shift_exponent) + math.ldexp(scaled, cells.exponent)
+
+
+def _contrast(design: Fitted, profile: Profile, doubt: Satterthwaite, place: int) -> Contrast:
+    exponent, names = design.cells.exponent, design.names
+    weights = np.eye(len(names))[place] - np.eye(len(names))[0]
+    difference = float(profile.estimates.of(weights))
+    none = _untellable(design, place)
+    if none is not None:
+        return Contrast(names[place], names[0], math.ldexp(difference, exponent), none, none, none, none, none)
+    se = math.sqrt(profile.residual_variance * profile.estimates.variance(weights))
+    df = doubt.df(weights)
+    half = t_quantile(design.level, df) * se
+    t = difference / se
+    return Contrast(
+        condition=names[place],
+        control=names[0],
+        difference=math.ldexp(difference, exponent),
+        se=math.ldexp(se, exponent),
+        df=df,
+        t=t,
+        p=t_two_sided_p(t, df),
+        interval=(math.ldexp(difference - half, exponent), math.ldexp(difference + half, exponent)),
+    )
+
+
+def _type_one_contrasts(cells: Cells) -> Floats:
+    """Return lmerTest's contrasts of one factor, shape (k - 1, k): Doolittle's rows of the cross products."""
+    k = cells.n_conditions
+    counts = np.bincount(cells.condition, weights=cells.size)
+    cross = np.diag(counts[1:]) - np.outer(counts[1:], counts[1:]) / counts.sum()
+    lower = np.linalg.cholesky(cross)
+    upper = (lower / np.diag(lower)).T
+    return np.asarray(upper @ np.column_stack([-np.ones(k - 1), np.eye(k - 1)]))
+
+
+def _without(design: Fitted, days_of: list[int], means: Floats, none: Undefined) -> Fit:
+    """Return the means and differences of a design that allows no test."""
+    cells = design.cells
+    counts = np.bincount(cells.condition, weights=cells.size)
+    return Fit(
+        conditions=tuple(
+            ConditionMean(name, int(n), days, _in_unit(cells, float(mean)), none, none, none)
+            for name, n, days, mean in zip(design.names, counts, days_of, means, strict=True)
+        ),
+        contrasts=tuple(
+            Contrast(name, design.names[0], math.ldexp(float(mean - means[0]), cells.exponent), *(none,) * 5)
+            for name, mean in zip(design.names[1:], means[1:], strict=True)
+        ),
+        day_variance=none,
+        run_variance=none,
+        residual_variance=none,
+        singular=none,
+        reml_criterion=none,
+        f=none,
+        df_within=none,
+        p=none,
+    )

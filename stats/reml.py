@@ -1,0 +1,250 @@
+"""Restricted maximum likelihood for y ~ condition + (1 | day) + (1 | day:run), by a solver of its own.
+
+The unknowns are gamma, the variances of days and of runs in residual variances (theta of lme4 squared); means and the
+residual variance are profiled out. Rows are turned by orthogonal matrices until their covariance is diagonal, so that
+nothing is inverted and nothing cancels, however large the days' variance is.
+Gradient and Hessian of the deviance are exact:
+
+    dD/dg_i       = tr M_ii - nu w_i'w_i / S
+    d2D/dg_i dg_j = -|M_ij|^2 + nu (2 w_i'M_ij w_j / S - w_i'w_i w_j'w_j / S^2)
+
+with M_ij = Z_i'PZ_j, w_i = Z_i'Py, S = y'Py, nu = n - k.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from stats.cells import Cells, Floats, parts_of, reflector, rows_of
+
+DAY, RUN = 0, 1
+"""Places of the two variances in gamma."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimates:
+    """Generalised least squares at one gamma, in a basis that keeps comparisons apart from the level of days.
+
+    So the variance of a comparison within days does not come out as a difference of two large variances.
+    """
+
+    basis: Floats
+    """Means of the conditions by coefficient, shape (k, k)."""
+    coefficients: Floats
+    """Shape (k,), scaled."""
+    inverse: Floats
+    """Inverse of the triangle of the whitened design, shape (k, k)."""
+
+    def of(self, weights: Floats) -> Floats:
+        """Return weighted sums of the conditions' means; `weights` has shape (..., k)."""
+        return np.asarray(weights @ self.basis @ self.coefficients)
+
+    def root(self, weights: Floats) -> Floats:
+        """Return a root A of the covariance AA' of weighted sums, in units of the residual standard deviation."""
+        return np.asarray(weights @ self.basis @ self.inverse)
+
+    def variance(self, weights: Floats) -> float:
+        """Return the variance of one weighted sum, weights of shape (k,), in units of the residual variance."""
+        root = self.root(weights)
+        return float(root @ root)
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """The deviance with means and residual variance profiled out, and what follows from it, at one gamma."""
+
+    deviance: float
+    """REML criterion, -2 log restricted likelihood, in the scaled unit."""
+    gradient: Floats
+    """By gamma, shape (2,)."""
+    hessian: Floats
+    """Shape (2, 2)."""
+    residual_variance: float
+    estimates: Estimates
+    reach: tuple[Floats, Floats]
+    """How days and runs reach into the estimates: Z_i' and Q, both whitened."""
+    pulls: tuple[float, float]
+    """w_i'w_i: minus the derivative of S by gamma."""
+
+    def slope(self, place: int, weights: Floats) -> float:
+        """Return the derivative of `estimates.variance(weights)` by one gamma."""
+        part = self.reach[place] @ self.estimates.root(weights)
+        return float(part @ part)
+
+
+def basis_of(cells: Cells) -> Floats:
+    """Return columns that compare conditions within runs, then within days, then the parts that share no day.
+
+    Its determinant is 1 or -1, so that the deviance is that of any coding by indicators (lme4's).
+    """
+    by_day, by_run = parts_of(cells.condition, cells.day), parts_of(cells.condition, cells.run)
+    first_in_run = [int(np.argmax(by_run == part)) for part in by_run]
+    first_in_day = [int(np.argmax(by_day == part)) for part in by_day]
+    places = np.arange(cells.n_conditions)
+    within_runs = [places == place for place in places if first_in_run[place] != place]
+    firsts = [place for place in places if first_in_run[place] == place]
+    within_days = [by_run == by_run[place] for place in firsts if first_in_day[place] != place]
+    rest = [by_day == by_day[place] for place in firsts if first_in_day[place] == place]
+    return np.column_stack([*within_runs, *within_days, *rest]).astype(np.float64)
+
+
+class RemlModel:
+    """The deviance of one design as a function of gamma."""
+
+    def __init__(self, cells: Cells) -> None:
+        self.degrees = cells.n - cells.n_conditions
+        self._basis = basis_of(cells)
+        self._run_rows, within = rows_of(cells, self._basis, cells.run)
+        self._inner = np.linalg.qr(within)[1] if within.size else within  # the same at every gamma
+        self._run_size = np.bincount(cells.run, weights=cells.size)
+        first = np.unique(cells.run, return_index=True)[1]
+        day_of_run = cells.day[first]
+        self._runs_of_day = [np.flatnonzero(day_of_run == day) for day in range(int(cells.day.max()) + 1)]
+        self._within_cells = cells.sum_squares
+        self.group_size = np.array([cells.n / len(self._runs_of_day), cells.n / self._run_size.size])
+        """Mean number of values a day and a run, shape (2,): the natural units of 1 / gamma."""
+
+    def _whitened(self, gamma: Floats) -> tuple[Floats, tuple[Floats, Floats], float]:
+        """Return the rows between runs and the effects of days and runs at unit variance, and log det V."""
+        runs, days = self._run_size.size, len(self._runs_of_day)
+        spread = 1.0 + gamma[RUN] * self._run_size
+        log_det = float(np.log1p(gamma[RUN] * self._run_size).sum())
+        root = np.sqrt(self._run_size / spread)
+        rows = self._run_rows / np.sqrt(spread)[:, None]
+        if runs == days:  # nothing to turn
+            shrinks = 1.0 / np.sqrt(1.0 + gamma[DAY] * root**2)
+            log_det += float(np.log1p(gamma[DAY] * root**2).sum())
+            effect = np.diag(root * shrinks)
+            return np.concatenate([self._inner, rows * shrinks[:, None]]), (effect, effect), log_det
+        of_day, of_run = np.zeros((runs, days)), np.diag(root)
+        for day, members in enumerate(self._runs_of_day):
+            turn = reflector(root[members])
+            rows[members] = turn @ rows[members]
+            of_run[np.ix_(members, members)] = turn * root[members]
+            total = float(root[members] @ root[members])
+            shrink = 1.0 / math.sqrt(1.0 + gamma[DAY] * total)
+            rows[members[0]] *= shrink
+            of_run[members[0]] *= shrink
+            of_day[members[0], day] = math.sqrt(total) * shrink
+            log_det += math.log1p(gamma[DAY] * total)
+        return np.concatenate([self._inner, rows]), (of_day, of_run), log_det
+
+    def estimates(self, gamma: Floats) -> Estimates:
+        """Return the conditions' means at gamma of shape (2,)."""
+        rows = self._whitened(gamma)[0]
+        q, r = np.linalg.qr(rows[:, :-1])
+        inverse = np.linalg.solve(r, np.eye(r.shape[0]))
+        return Estimates(self._basis, inverse @ (q.T @ rows[:, -1]), inverse)
+
+    def _solved(self, rows: Floats) -> tuple[Floats, Floats, Floats, Floats, float]:
+        """Return Q, R, Q'y, what is left of y, and S of whitened rows."""
+        y = rows[:, -1]
+        q, r = np.linalg.qr(rows[:, :-1])
+        along = q.T @ y
+        residual = y - q @ along
+        residual -= q @ (q.T @ residual)
+        return q, r, along, residual, self._within_cells + float(residual @ residual)
+
+    def _deviance(self, log_det: float, r: Floats, squares: float) -> float:
+        log_det += 2.0 * float(np.log(np.abs(np.diag(r))).sum())
+        return log_det + self.degrees * (1.0 + math.log(2.0 * math.pi * squares / self.degrees))
+
+    def deviance(self, gamma: Floats) -> float:
+        """Return the deviance without its derivatives."""
+        rows, _effects, log_det = self._whitened(gamma)
+        _q, r, _along, _residual, squares = self._solved(rows)
+        return self._deviance(log_det, r, squares)
+
+    def at(self, gamma: Floats) -> Profile:
+        """Return the deviance and its derivatives at gamma of shape (2,), both at least 0."""
+        rows, effects, log_det = self._whitened(gamma)
+        q, r, along, residual, squares = self._solved(rows)
+        nu = self.degrees
+        outer = slice(self._inner.shape[0], None)
+        inverse = np.linalg.solve(r, np.eye(r.shape[0]))
+        reach = [effect.T @ q[outer] for effect in effects]
+        pull = [effect.T @ residual[outer] for effect in effects]
+        force = [float(w @ w) for w in pull]
+        gradient, hessian = np.zeros(2), np.zeros((2, 2))
+        for i, j in ((DAY, DAY), (DAY, RUN), (RUN, RUN)):
+            m = effects[i].T @ effects[j] - reach[i] @ reach[j].T
+            curve = 2.0 * float(pull[i] @ m @ pull[j]) / squares - (force[i] / squares) * (force[j] / squares)
+            hessian[i, j] = hessian[j, i] = nu * curve - float(np.sum(m * m))
+            if i == j:
+                gradient[i] = float(np.trace(m)) - nu * force[i] / squares
+        return Profile(
+            deviance=self._deviance(log_det, r, squares),
+            gradient=gradient,
+            hessian=hessian,
+            residual_variance=squares / nu,
+            estimates=Estimates(self._basis, np.asarray(inverse @ along), np.asarray(inverse)),
+            reach=(reach[0], reach[1]),
+            pulls=(force[0], force[1]),
+        )
+
+
+STEPS = 100
+SMALL_STEP = 1e-13
+"""Change of log(1 + gamma * group size) at which the search ends; Newton's last step squares the one before."""
+
+
+def minimise(model: RemlModel, free: tuple[bool, bool], largest: float) -> Floats:
+    """Return the gamma, shape (2,), of the lowest deviance; what is not `free` stays 0, as lme4 leaves out a term.
+
+    The search runs in eta = log(1 + gamma * group size), smooth at the boundary gamma = 0 and logarithmic far from it:
+    from every local minimum of a grid up to `largest`, by Newton steps, held at 0 where the deviance rises from there.
+    """
+    allowed = np.array(free)
+    top = math.log1p(largest)
+    count = 10 if allowed.sum() == 1 else 7
+    axis = top * np.linspace(0.0, 1.0, count) ** 1.5
+    axes = [axis if each else np.zeros(1) for each in free]
+    grid = np.array([[model.deviance(_gamma(model, np.array([a, b]))) for b in axes[1]] for a in axes[0]])
+    ends = [
+        _descend(model, np.array([axes[0][i], axes[1][j]]), allowed, 2.0 * top + 10.0)
+        for i, j in product(range(grid.shape[0]), range(grid.shape[1]))
+        if grid[i, j] <= grid[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2].min()
+    ]
+    return _gamma(model, min(ends, key=lambda end: model.deviance(_gamma(model, end))) if len(ends) > 1 else ends[0])
+
+
+def _gamma(model: RemlModel, eta: Floats) -> Floats:
+    return np.asarray(np.expm1(eta) / model.group_size)
+
+
+def _descend(model: RemlModel, eta: Floats, allowed: np.typing.NDArray[np.bool_], top: float) -> Floats:
+    here = model.at(_gamma(model, eta))
+    for _ in range(STEPS):
+        stretch = np.exp(eta) / model.group_size
+        gradient = here.gradient * stretch
+        hessian = here.hessian * np.outer(stretch, stretch) + np.diag(gradient)
+        moving = allowed & ~((eta == 0.0) & (gradient >= 0.0))
+        if not moving.any():
+            break
+        step = _newton_step(gradient[moving], hessian[np.ix_(moving, moving)])
+        slack = 1e-12 * model.degrees * (1.0 + abs(here.deviance) / model.degrees)
+        factor = 1.0
+        while True:
+            trial = eta.copy()
+            trial[moving] = np.clip(eta[moving] + factor * step, 0.0, top)
+            there = model.at(_gamma(model, trial))
+            if there.deviance <= here.deviance + slack or factor < 1e-6:
+                break
+            factor /= 2.0
+        change = float(np.max(np.abs(trial - eta)))
+        eta, here = trial, there
+        if change <= SMALL_STEP * (1.0 + float(np.max(eta))):
+            break
+    return eta
+
+
+def _newton_step(gradient: Floats, hessian: Floats) -> Floats:
+    """Return Newton's step with curvatures made positive, no longer than 2 (a factor of 7 in gamma)."""
+    curves, directions = np.linalg.eigh(hessian)
+    floor = 1e-8 * max(float(np.max(np.abs(curves))), float(np.max(np.abs(gradient))), 1e-300)
+    step = -directions @ ((directions.T @ gradient) / np.maximum(np.abs(curves), floor))
+    return np.asarray(step * min(1.0, 2.0 / max(float(np.max(np.abs(step))), 1e-300)))

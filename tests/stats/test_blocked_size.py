@@ -1,0 +1,75 @@
+"""How often conditions that do not differ are said to: over days that differ, by simulation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from stats.blocked import blocked_by_day
+from stats.blocked_result import ExactTest
+from stats.two_sample import compare_two
+
+
+def crossed(conditions: int, days: int, times: int) -> tuple[np.ndarray, np.ndarray]:
+    condition = np.tile(np.repeat(np.arange(conditions), times), days)
+    return condition, np.repeat(np.arange(days), conditions * times)
+
+
+def rejections(days: int, times: int, day_sd: float, own_days: bool, studies: int, holes: float = 0.0) -> list[float]:
+    """Shares of studies without an effect that the mixed model, the exact test and a t-test of all values reject."""
+    rng = np.random.default_rng([days, times, round(10 * day_sd), own_days, round(10 * holes)])
+    condition, day = crossed(2, days, times)
+    kept = np.concatenate([np.arange(2 * times), 2 * times + np.flatnonzero(rng.random(day.size - 2 * times) >= holes)])
+    condition, day = condition[kept], day[kept]
+    if own_days:
+        day = 2 * day + condition
+    found = []
+    for _ in range(studies):
+        values = rng.normal(size=day.size) + rng.normal(0.0, day_sd, day.max() + 1)[day]
+        result = blocked_by_day(values, condition, day)
+        pooled = compare_two(values[condition == 0], values[condition == 1], route="student")
+        exact = result.exact.p if isinstance(result.exact, ExactTest) else 1.0
+        found.append((result.p < 0.05, exact < 0.05, pooled.p < 0.05))
+    return [float(share) for share in np.mean(found, axis=0)]
+
+
+def error(share: float, studies: int) -> float:
+    """Three standard errors of a simulated share."""
+    return 3.0 * (share * (1.0 - share) / studies) ** 0.5
+
+
+@pytest.mark.parametrize(("days", "times"), [(1, 5), (2, 3), (6, 3)])
+def test_the_exact_test_holds_its_level(days, times):
+    mixed, exact, _pooled = rejections(days, times, 1.0, False, 100)
+    assert exact == pytest.approx(0.05, abs=error(0.05, 100))
+    assert mixed == pytest.approx(0.05, abs=error(0.05, 100) + 0.01)
+
+
+def test_trials_pooled_over_days_err_where_day_means_do_not():
+    """A t-test over all values of conditions on days of their own: 27 to 54 of 100 studies err without any effect."""
+    mixed, exact, pooled = rejections(3, 10, 1.0, True, 100)
+    assert pooled > 0.27 - error(0.27, 100)
+    assert exact == pytest.approx(0.05, abs=error(0.05, 100))
+    assert mixed == pytest.approx(0.05, abs=error(0.05, 100) + 0.01)
+
+
+SIZES = [
+    (2, 3, 0.0, False, 0.0, 0.0575),
+    (2, 3, 1.0, False, 0.4, 0.0580),
+    (3, 3, 0.0, False, 0.4, 0.0645),
+    (6, 3, 0.0, False, 0.0, 0.0640),
+    (6, 3, 1.0, False, 0.4, 0.0510),
+    (2, 10, 0.0, True, 0.0, 0.0380),
+    (3, 10, 0.3, True, 0.0, 0.0445),
+    (6, 10, 1.0, True, 0.0, 0.0570),
+]
+"""Days, values of a condition a day, SD of days in SDs of values, days of their own, share left out; size measured of
+the mixed model at 0.05, 2000 studies. Where days do not differ REML sets their variance to 0 in half of the studies."""
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize(("days", "times", "day_sd", "own_days", "holes", "mixed_size"), SIZES)
+def test_sizes_as_recorded(days, times, day_sd, own_days, holes, mixed_size):
+    mixed, exact, _pooled = rejections(days, times, day_sd, own_days, 2000, holes)
+    assert mixed == pytest.approx(mixed_size, abs=error(mixed_size, 2000))
+    assert exact == pytest.approx(0.05, abs=error(0.05, 2000))

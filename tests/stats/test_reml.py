@@ -1,0 +1,72 @@
+"""The solver: exact in balanced designs, its derivatives those of the deviance."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy import special
+
+from stats.blocked import blocked_by_day
+from stats.blocked_result import ExactTest
+from stats.cells import cells_of
+from stats.reml import RemlModel
+
+
+def crossed(conditions: int, days: int, times: int) -> tuple[np.ndarray, np.ndarray]:
+    condition = np.tile(np.repeat(np.arange(conditions), times), days)
+    return condition, np.repeat(np.arange(days), conditions * times)
+
+
+def by_hand(values: np.ndarray, conditions: int, days: int, times: int) -> tuple[float, float, float, int]:
+    """Mean squares of conditions, days and the rest of a complete design, in exact arithmetic."""
+    table = [[[Fraction(float(x)) for x in cell] for cell in day] for day in values.reshape(days, conditions, times)]
+    grand = sum(x for day in table for cell in day for x in cell) / (days * conditions * times)
+    of_day = [sum(x for cell in day for x in cell) / (conditions * times) for day in table]
+    of_condition = [sum(x for day in table for x in day[c]) / (days * times) for c in range(conditions)]
+    between_days = sum((m - grand) ** 2 for m in of_day) * conditions * times
+    between = sum((m - grand) ** 2 for m in of_condition) * days * times
+    rest = sum((x - grand) ** 2 for day in table for cell in day for x in cell) - between_days - between
+    df = days * conditions * times - days - conditions + 1
+    return float(between / (conditions - 1)), float(between_days / (days - 1)), float(rest / df), df
+
+
+@pytest.mark.parametrize("day_sd", [0.5, 30.0, 1e6])
+@pytest.mark.parametrize("offset", [0.0, 1e9])
+def test_a_balanced_design_has_its_exact_f(day_sd, offset):
+    """lmerTest puts the 54 degrees of freedom of such a design at 54.00016 for days a thousand times the scatter."""
+    rng = np.random.default_rng(5)
+    condition, day = crossed(3, 4, 5)
+    values = np.round(rng.normal(size=60) + rng.normal(0.0, day_sd, 4)[day], 4) + offset
+    between, between_days, rest, df = by_hand(values, 3, 4, 5)
+    found = blocked_by_day(values, condition, day)
+    assert between_days > rest
+    assert (found.f, found.df_within) == pytest.approx((between / rest, df), rel=1e-9)
+    assert found.p == pytest.approx(float(special.fdtrc(2, df, between / rest)), rel=1e-8)
+    assert found.residual_variance == pytest.approx(rest, rel=1e-9)
+    assert found.day_variance == pytest.approx((between_days - rest) / 15, rel=1e-9)
+    assert isinstance(found.exact, ExactTest)
+    assert (found.exact.f, found.exact.df_within, found.exact.unit) == (
+        pytest.approx(between / rest, rel=1e-12),
+        df,
+        "value",
+    )
+    assert [c.t for c in found.exact.contrasts] == pytest.approx([c.t for c in found.contrasts], rel=1e-8)
+
+
+def test_the_derivatives_are_those_of_the_deviance():
+    rng = np.random.default_rng(8)
+    day, run, condition = np.repeat(np.arange(4), 12), np.repeat(np.arange(12), 4), rng.integers(0, 3, 48)
+    kept = rng.random(48) < 0.8
+    model = RemlModel(cells_of(rng.normal(size=48)[kept], condition[kept], day[kept], run[kept]))
+    here, step = np.array([0.3, 0.8]), 1e-5
+    found = model.at(here)
+    for i in range(2):
+        aside = np.eye(2)[i] * step
+        after, before = model.at(here + aside), model.at(here - aside)
+        assert found.gradient[i] == pytest.approx((after.deviance - before.deviance) / (2 * step), rel=1e-7)
+        assert found.hessian[i] == pytest.approx((after.gradient - before.gradient) / (2 * step), rel=1e-7)
+        for weights in np.eye(3) - np.eye(3)[0]:
+            change = after.estimates.variance(weights) - before.estimates.variance(weights)
+            assert found.slope(i, weights) == pytest.approx(change / (2 * step), rel=1e-7)
