@@ -20,6 +20,7 @@ from simulator.kernel.limits import (
     JUMPS_WANTED,
     LIMITS,
     MOST_STEPS,
+    REPEATS,
     STOP_AFTER,
     STOP_AFTER_LIFTOFF,
     STOP_AFTER_TOUCHDOWN,
@@ -37,6 +38,7 @@ ILL_CONDITIONED_BELOW = 10.0
 ROUNDING = 1e-15
 """Relative error of a step from rounding alone; grown to half the goal, it makes a jump ill-conditioned."""
 MOST_STEPS_A_JUMP = 2_000_000
+MOST_REPEATS = 5
 _KEPT_CHANGES = 4096
 _RECORDED_STEPS = 100_000
 
@@ -81,7 +83,7 @@ def limits_for(accuracy: float, stop_after: int = STOP_AFTER_TOUCHDOWN, fixed_st
         )
     limits = np.zeros(LIMITS)
     limits[TOLERANCE] = accuracy * TOLERANCE_SHARE
-    limits[STOP_AFTER], limits[JUMPS_WANTED] = stop_after, 1
+    limits[STOP_AFTER], limits[JUMPS_WANTED], limits[REPEATS] = stop_after, 1, MOST_REPEATS
     limits[MOST_STEPS], limits[FLIP_TICK], limits[FIXED_STEP_S] = MOST_STEPS_A_JUMP, -1, fixed_step_s
     return limits
 

@@ -121,8 +121,8 @@ def as_lines(result: SceneResult) -> list[str]:
         *_notes(result),
         *set_by_user_line(scene),
         *_assumed(scene),
-        f"{abs(jump.energy_residual_J):.1e} of the {jump.energy_at_play_J:.3g} J that the energy book turns over "
-        "are not accounted for.",
+        f"{abs(jump.energy_residual_J):.1e} J are not accounted for, of {jump.energy_at_play_J:.3g} J that the energy "
+        "book turns over.",
         _effort(result),
     ]
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.contact import make_note_saturation
+from simulator.kernel.contact import make_creep_on, make_note_saturation
 from simulator.kernel.emulator import make_advance
 from simulator.kernel.events import GOES_ON
 from simulator.kernel.following import make_try_to_follow
@@ -119,7 +119,7 @@ def make_record(composition: Composition) -> Function:
 def make_follow(composition: Composition, happen: Function, settle: Function) -> Function:
     """Compose `(event, work, row, stop_after)`: go to the end of the step, and do what happens there."""
     size, advance = composition.state_size, make_advance(composition)
-    try_to_follow = make_try_to_follow(composition)
+    try_to_follow, creep_on = make_try_to_follow(composition), make_creep_on(composition)
 
     @inner
     def follow(event: int, work: Row, row: Row, stop_after: float) -> int:
@@ -138,6 +138,7 @@ def make_follow(composition: Composition, happen: Function, settle: Function) ->
                 settle(work)
         else:
             try_to_follow(work)
+            creep_on(work)
         return GOES_ON
 
     return follow

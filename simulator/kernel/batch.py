@@ -9,7 +9,7 @@ from simulator.compiled import compiled, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import PARAMETERS, STEP_LIMIT
-from simulator.kernel.limits import FINEST_TOLERANCE, FIXED_STEP_S, TOLERANCE, TOLERANCE_SHARE
+from simulator.kernel.limits import FINEST_TOLERANCE, FIXED_STEP_S, REPEATS, TOLERANCE, TOLERANCE_SHARE
 from simulator.kernel.rows import COLUMN
 from simulator.kernel.run import make_run
 from simulator.kernel.working_row import address_of
@@ -20,7 +20,6 @@ GROWTH_LET_PASS = 3.0
 """Growth of an error that is within what the tolerance has to spare."""
 SPARED = 3.0
 """Where a book does not close, steps are made finer by this much more than it takes if errors follow the tolerance."""
-MOST_REPEATS = 5
 GROWTH_LOST = 1e15
 """Growth by which rounding alone decides the jump: no step is fine enough."""
 
@@ -66,7 +65,7 @@ def make_batch(composition: Composition) -> Function:
             result = rows[scene]
             finer[TOLERANCE] = limits[TOLERANCE]
             counts[scene] = run(work, address_of(finer), result, changes, trace)
-            for _ in range(MOST_REPEATS):
+            for _ in range(int(limits[REPEATS])):
                 called_for = tolerance_called_for(limits, finer, result, counts[scene])
                 if called_for == finer[TOLERANCE]:
                     break
@@ -74,6 +73,7 @@ def make_batch(composition: Composition) -> Function:
                 changes[:, :] = -1.0
                 if trace.shape[0] > 0:
                     trace[:, 1] = 0.0
+                result[:, :] = np.nan
                 counts[scene] = run(work, address_of(finer), result, changes, trace)
                 result[0, evaluations] += spent
         kept[0] = 0.0  # until here: compiled code frees an array after its last use

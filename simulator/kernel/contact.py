@@ -15,6 +15,7 @@ from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.guards import make_foot_margins, make_forces
 from simulator.kernel.layout import (
     ABOVE_PRINT,
+    ACTIVE_DAMPING,
     AIRBORNE,
     BEYOND,
     BOOK,
@@ -24,6 +25,7 @@ from simulator.kernel.layout import (
     COMPRESSION,
     COST_CAPPED,
     CREEPING,
+    DAMPING,
     DEEPEST,
     FLIGHT,
     IMPACT,
@@ -34,6 +36,7 @@ from simulator.kernel.layout import (
     NOW,
     PHASE,
     SATURATED,
+    STALE,
     TIME,
     TOLERANCE,
     V_BODY,
@@ -79,11 +82,13 @@ def make_note_saturation(composition: Composition) -> Function:
     return note
 
 
+@made_once
 def make_creeps(composition: Composition) -> Function:
-    """Whether a foot that starts to yield creeps instead of ringing: `(work, a_b, yielding_n)`.
+    """Whether a foot that starts to yield creeps instead of ringing, and goes on to: `(work, a_b, yielding_n)`.
 
     The ringing that creeping leaves out has the amplitude (yielding + force rate / omega) / K'; it must be far faster
-    than a millisecond, and smaller than the local error allowed, relative to the depth.
+    than a millisecond, and smaller than the local error allowed, relative to the depth. What the foot's own speed adds
+    to the forces, which creeping leaves out too, must be as small beside what the ground holds.
     """
     if not composition.has("resistance_n") or composition.has("travel_m"):
         return inner(lambda work, a_b, yielding_n: False)
@@ -91,6 +96,20 @@ def make_creeps(composition: Composition) -> Function:
     force_rate = make_force_rate(composition)
     foot = composition.position["foot_mass"]
     has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    has_drag, drag_kg_m = composition.has("quadratic_drag_kg_m"), composition.slot("quadratic_drag_kg_m")
+    resistance_n = composition.slots["resistance_n"]
+    damped, active = composition.has("compression_damping_kg_s"), composition.has("active_damping_kg_m")
+
+    @inner
+    def own_force_n(work: Row, depth_m: float, sinking_m_s: float) -> float:
+        force_n = 0.0
+        if damped:
+            force_n += work[DAMPING] * sinking_m_s
+        if active:
+            force_n += work[ACTIVE_DAMPING] * (1.0 + abs(work[NOW + V_BODY]) + sinking_m_s) * sinking_m_s
+        if has_drag:
+            force_n += drag_kg_m(work, depth_m) * sinking_m_s * sinking_m_s
+        return force_n
 
     @inner
     def creeps(work: Row, a_b: float, yielding_n: float) -> bool:
@@ -105,9 +124,29 @@ def make_creeps(composition: Composition) -> Function:
         rising_n_s = -force_rate(work, work[NOW + X_BODY] - work[NOW + X_FOOT], work[NOW + V_BODY], a_b)
         if rising_n_s <= 0.0:
             return False
+        if own_force_n(work, depth_m, rising_n_s / give_n_m) > work[TOLERANCE] * resistance_n(work, depth_m):
+            return False
         return (yielding_n + rising_n_s / omega) / give_n_m < work[TOLERANCE] * depth_m
 
     return creeps
+
+
+def make_creep_on(composition: Composition) -> Function:
+    """Let a foot that creeps through grains do so only as long as it may: `(work)`."""
+    if not composition.has("resistance_n") or composition.has("travel_m"):
+        return inner(lambda work: None)
+    creeps, forces, margins = make_creeps(composition), make_forces(composition), make_foot_margins(composition)
+    body = composition.position["body_mass"]
+
+    @inner
+    def creep_on(work: Row) -> None:
+        if work[MODE] == CREEPING:
+            applied_n = forces(work, NOW)[1]
+            yielding_n = margins(work, NOW, applied_n)[1]
+            if not creeps(work, -applied_n / work[body] - GRAVITY_M_S2, abs(yielding_n)):
+                work[MODE], work[STALE] = INTRUDING, 1
+
+    return creep_on
 
 
 def make_settle(composition: Composition, lift_off: Function) -> Function:

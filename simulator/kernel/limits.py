@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-TOLERANCE, STOP_AFTER, JUMPS_WANTED, MOST_STEPS, FLIP_TICK, FIXED_STEP_S = range(6)
-LIMITS = 6
+TOLERANCE, STOP_AFTER, JUMPS_WANTED, MOST_STEPS, FLIP_TICK, FIXED_STEP_S, REPEATS = range(7)
+LIMITS = 7
 """`TOLERANCE`: local error allowed, relative. `STOP_AFTER`: see below. `FLIP_TICK`: the tick whose decision is
 turned round,
--1 none. `FIXED_STEP_S`: a step length in place of error control, 0 none: for measuring orders."""
+-1 none. `FIXED_STEP_S`: a step length in place of error control, 0 none: for measuring orders.
+`REPEATS`: how often a scene may be simulated again with finer steps."""
 
 TOLERANCE_SHARE = 0.5
 """Local error allowed, relative to the goal for the outputs: measured over random scenes (docs/accuracy.md)."""

@@ -144,6 +144,12 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
         seen = guard >= 0
         if seen:
             guard, h = land(guard, share, work[ALLOWED], t, h, work)
+        if sampled and seen and guard < 0 and not (sleeps and mode == FLIGHT):
+            tick_s = deciding_tick(h, after_s, work, limits[FLIP_TICK])
+            if tick_s < np.inf:
+                after_s, to_end, h = tick_s, False, tick_s - t
+                attempt(t, h, work)
+                work[DECIDED] = work[TICK] + 1.0
         if guard >= 0:
             after_s, to_end = t + h, False
         note_leg_lengths(h, work)

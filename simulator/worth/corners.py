@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -80,7 +81,7 @@ def _corners(axes: Sequence[Axis]) -> Iterator[tuple[End, ...]]:
     """Yield every combination of the axes' ends, or each end alone where they would be too many."""
     places = [dict.fromkeys((int(axis.values.argmin()), int(axis.values.argmax()))) for axis in axes]
     ends = [tuple(_end(axis, place) for place in both) for axis, both in zip(axes, places, strict=True)]
-    if 2 ** len(axes) <= MOST_CORNERS:
+    if math.prod(len(both) for both in ends) <= MOST_CORNERS:
         yield from itertools.product(*ends)
     else:
         yield from ((end,) for both in ends for end in both)

@@ -190,7 +190,7 @@ def energy_at_play_j(made: Made) -> Row:
 
 def open_book(made: Made, accuracy: float) -> Flags:
     """Scenes of which a jump's energy book does not close within the accuracy, shape (scenes,)."""
-    share = np.abs(made.column("energy_residual_J")) / energy_at_play_j(made)
+    share = np.abs(made.column("energy_residual_J")) / made.column("energy_at_play_J")
     return np.asarray((made.made & ~(share <= accuracy)).any(axis=1))
 
 

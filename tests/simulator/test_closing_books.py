@@ -4,9 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
 import pytest
 
-from simulator.jump import simulate
+from simulator.jump import limits_for, parameter_row, simulate
+from simulator.kernel.build import kernel_for
+from simulator.kernel.limits import REPEATS
+from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene
 
@@ -78,6 +82,20 @@ CASES = {
         ("active_damping", "cost_of_whole_jump", "leg_damping", "motor_heat"),
     ),
 }
+
+
+@pytest.mark.parametrize("accuracy", ACCURACIES)
+@pytest.mark.parametrize("name", [name for name in CASES if not name.startswith("two thousand")])
+def test_it_closes_at_the_first_run(name: str, accuracy: float) -> None:
+    """Not only because the scene is simulated again where it does not."""
+    case = CASES[name]
+    scene = load_scene(case.base).changed(case.values, case.on, case.off, jumps=1)
+    kernel = kernel_for(scene.effects)
+    limits, rows, counts = limits_for(accuracy), np.zeros((1, 1, len(COLUMNS))), np.zeros(1, np.int64)
+    limits[REPEATS] = 0
+    table = parameter_row(kernel, scene)[np.newaxis]
+    kernel.batch(table, limits, rows, counts, np.zeros((0, 4)), np.zeros((0, 0)))
+    assert abs(rows[0, 0, COLUMN["energy_residual_J"]]) < accuracy * rows[0, 0, COLUMN["energy_at_play_J"]]
 
 
 def turned_over_j(jump: JumpResult) -> float:
