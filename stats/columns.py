@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused
 from stats.checks import as_values
-from stats.double_double import Floats, Pair, times_power_of_two, two_sum
+from stats.double_double import Floats, Pair
+from stats.error_free import scaled, two_sum
 
 _TICKS_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15, "as": 1e18}
 
@@ -89,7 +90,7 @@ def _of_floats(name: str, values: Floats, centred: bool, at_middle: bool) -> Col
     if abs(before) < 300:
         before = 0  # the sum cannot overflow: spare the pass
     else:
-        values = times_power_of_two(values, -before)
+        values = scaled(values, -before)
     centre = 0.0
     if centred:
         low, high = math.ldexp(lowest, -before), math.ldexp(highest, -before)
@@ -171,8 +172,8 @@ def _scaled(
         low = None
     shift = math.frexp(max(-float(high.min()), float(high.max())))[1]
     if shift:
-        high = times_power_of_two(high, -shift)
-        low = None if low is None else times_power_of_two(low, -shift)
+        high = scaled(high, -shift)
+        low = None if low is None else scaled(low, -shift)
     return Column(
         name,
         high,

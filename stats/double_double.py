@@ -1,7 +1,7 @@
 """Sums and products with twice the digits of a double, on whole arrays: a value is a pair `high + low`.
 
-Error-free transformations: Knuth's sum, Dekker's product with Veltkamp's split, and Rump, Ogita and Oishi's extraction
-for sums over an axis. Values must stay between about 1e-140 and 1e140, or be 0: callers scale by powers of two.
+They rest on the transformations of `stats.error_free`, and on the same extraction for sums over an axis. Values must
+stay between about 1e-140 and 1e140, or be 0: callers scale by powers of two.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from stats.error_free import two_product, two_sum
+
 Floats = NDArray[np.float64]
 Pair = tuple[Floats, Floats]
 """High and low part of the same shape; `low` is at most half a unit in the last place of `high`."""
@@ -18,49 +20,10 @@ Pair = tuple[Floats, Floats]
 FRACTION_BITS = 320
 """Bits after the point of `fixed_point`."""
 
-_SPLITTER = 134217729.0  # 2**27 + 1
-
-
-def two_sum(a: Floats, b: Floats | float) -> Pair:
-    """Return a + b exactly, as a pair; `a` is an array at least as large as `b`."""
-    total = np.asarray(a + b)
-    part = np.asarray(total - a)
-    rest = np.asarray(total - part)
-    # In place from here on: memory is what large arrays wait for.
-    np.subtract(a, rest, out=rest)
-    np.subtract(b, part, out=part)
-    rest += part
-    return total, rest
-
-
-def split(a: Floats) -> Pair:
-    """Return two halves of at most 26 bits that add up to `a`: products of halves are exact."""
-    high = np.asarray(_SPLITTER * a)
-    low = np.asarray(high - a)
-    high -= low
-    np.subtract(a, high, out=low)
-    return high, low
-
-
-def two_product(a: Floats, halves_a: Pair, b: Floats, halves_b: Pair) -> Pair:
-    """Return a * b exactly, as a pair; the halves come from `split`."""
-    product = np.asarray(a * b)
-    high_a, low_a = halves_a
-    high_b, low_b = halves_b
-    error = np.asarray(high_a * high_b)
-    error -= product
-    part = np.asarray(low_a * high_b)
-    error += part
-    np.multiply(high_a, low_b, out=part)
-    error += part
-    np.multiply(low_a, low_b, out=part)
-    error += part
-    return product, error
-
 
 def multiply(a: Pair, b: Pair) -> Pair:
     """Return the product of two pairs, to about 31 digits."""
-    product, error = two_product(a[0], split(a[0]), b[0], split(b[0]))
+    product, error = two_product(a[0], b[0])
     return two_sum(product, error + (a[0] * b[1] + a[1] * b[0]))
 
 
@@ -79,12 +42,6 @@ def sum_pairs(high: Floats, low: Floats) -> Pair:
     second = (grid + rest) - grid
     total, error = two_sum(first.sum(axis=-1), second.sum(axis=-1))
     return two_sum(total, error + ((rest - second) + low).sum(axis=-1))
-
-
-def times_power_of_two(values: Floats, exponent: int) -> Floats:
-    """Return values * 2**exponent; a product, where it can be one, is much faster than `ldexp`."""
-    scaled: Floats = values * math.ldexp(1.0, exponent) if abs(exponent) < 1000 else np.ldexp(values, exponent)
-    return scaled
 
 
 def fixed_point(high: float, low: float = 0.0) -> int:

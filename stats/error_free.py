@@ -20,10 +20,15 @@ _ROOT_BITS = 120
 
 
 def two_sum(a: Doubles, b: Doubles | float) -> tuple[Doubles, Doubles]:
-    """Return a + b as the rounded sum and its exact error."""
-    total = a + b
-    of_b = total - a
-    return total, (a - (total - of_b)) + (b - of_b)
+    """Return a + b as the rounded sum and its exact error; `a` is an array at least as large as `b`."""
+    total = np.asarray(a + b)
+    part = np.asarray(total - a)
+    rest = np.asarray(total - part)
+    # In place from here on: memory is what large arrays wait for.
+    np.subtract(a, rest, out=rest)
+    np.subtract(b, part, out=part)
+    rest += part
+    return total, rest
 
 
 def ordered_two_sum(a: Doubles, b: Doubles) -> tuple[Doubles, Doubles]:
@@ -34,16 +39,30 @@ def ordered_two_sum(a: Doubles, b: Doubles) -> tuple[Doubles, Doubles]:
 
 def two_product(a: Doubles, b: Doubles) -> tuple[Doubles, Doubles]:
     """Return a * b as the rounded product and its exact error, for factors of at most 2^500 that do not underflow."""
-    product = a * b
-    high_a, low_a = _halves(a)
-    high_b, low_b = (high_a, low_a) if a is b else _halves(b)
-    return product, low_a * low_b - (((product - high_a * high_b) - low_a * high_b) - high_a * low_b)
+    halves_a = split(a)
+    return product_of_halves(a, halves_a, b, halves_a if a is b else split(b))
 
 
-def _halves(a: Doubles) -> tuple[Doubles, Doubles]:
-    wide = _SPLITTER * a
-    high = wide - (wide - a)
-    return high, a - high
+def split(a: Doubles) -> tuple[Doubles, Doubles]:
+    """Return two halves of at most 26 bits that add up to `a`: products of halves are exact."""
+    high = np.asarray(_SPLITTER * a)
+    low = np.asarray(high - a)
+    high -= low
+    np.subtract(a, high, out=low)
+    return high, low
+
+
+def product_of_halves(
+    a: Doubles, halves_a: tuple[Doubles, Doubles], b: Doubles, halves_b: tuple[Doubles, Doubles]
+) -> tuple[Doubles, Doubles]:
+    """Return a * b as `two_product`, for factors that come again and are split already."""
+    product = np.asarray(a * b)
+    (high_a, low_a), (high_b, low_b) = halves_a, halves_b
+    error = np.asarray(high_a * high_b)
+    error -= product
+    for one, other in ((low_a, high_b), (high_a, low_b), (low_a, low_b)):
+        error += one * other
+    return product, error
 
 
 def greatest(values: Doubles) -> float:

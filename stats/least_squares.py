@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stats.double_double import Floats, Pair, multiply, split, sum_pairs, two_product, two_sum
+from stats.double_double import Floats, Pair, multiply, sum_pairs
+from stats.error_free import product_of_halves, split, two_sum
 
 _EPS = float(np.finfo(np.float64).eps)
 _STEPS = 12
@@ -81,7 +82,7 @@ class Factor:
         if self.rotation is None:
             return back @ self.inverse
         left, right = back[:, np.newaxis], self.plain.T[np.newaxis]
-        product: Floats = sum_pairs(*two_product(left, split(left), right, split(right)))[0] @ self.rotation
+        product: Floats = sum_pairs(*product_of_halves(left, split(left), right, split(right)))[0] @ self.rotation
         return product
 
 
@@ -159,7 +160,7 @@ def _residuals(design: Design, response: Pair, coefficients: Pair) -> tuple[Floa
         rows = design.high[first:, block]
         rows_low = None if design.low is None else design.low[:, block]
         halves = split(rows)
-        products, errors = two_product(rows, halves, factor, halves_of_factor)
+        products, errors = product_of_halves(rows, halves, factor, halves_of_factor)
         if refined:
             errors += rows * factor_low
         if rows_low is not None:
@@ -183,7 +184,7 @@ def _residuals(design: Design, response: Pair, coefficients: Pair) -> tuple[Floa
 
 def _products(rows: Floats, rows_low: Floats | None, halves: Pair, vector: Pair, ones: int) -> Pair:
     """Return the scalar product of every row, and of `ones` rows of ones before them, with a vector of pairs."""
-    products, errors = two_product(rows, halves, vector[0], split(vector[0]))
+    products, errors = product_of_halves(rows, halves, vector[0], split(vector[0]))
     errors += rows * vector[1]
     if rows_low is not None:
         errors += rows_low * vector[0]

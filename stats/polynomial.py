@@ -18,7 +18,8 @@ from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number
 from stats.columns import Column, as_column
 from stats.distributions import t_quantile
-from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double, split, two_product, two_sum
+from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double
+from stats.error_free import product_of_halves, split, two_sum
 from stats.fit import INTERCEPT, Fit, Response, Scaled, fit_fields
 from stats.least_squares import Design, Factor, factorise, solve
 
@@ -139,7 +140,7 @@ def _design(column: Column, stretch: float, degree: int) -> Design:
     """Return T_0(u) to T_degree(u), u = stretch * column, by 2 u T_k - T_(k - 1) in double-double."""
     high, low = column.pair
     factor = np.array(stretch)
-    product, error = two_product(high, split(high), factor, split(factor))
+    product, error = product_of_halves(high, split(high), factor, split(factor))
     u = two_sum(product, error + low * stretch)
     waves = [(np.ones_like(high), np.zeros_like(high)), u]
     for _ in range(2, degree + 1):

@@ -18,7 +18,8 @@ from scipy import special
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number, as_values
-from stats.power_integrals import NODES, TINY, WEIGHTS, f_beyond, t_beyond, within_both
+from stats.noncentral import f_tails, t_tails
+from stats.owens_q import NODES, TINY, WEIGHTS, within_both
 from stats.wording import number_text
 
 LARGEST_N = 1_000_000
@@ -60,8 +61,8 @@ def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.0
         return Power(test, sizes, alpha, Undefined("there are too few values for a pooled variance"))
     ncp = difference / (sd * math.sqrt(1.0 / sizes[0] + 1.0 / sizes[1]))
     critical = -float(special.stdtrit(df, alpha / sides))
-    power = t_beyond(critical, df, ncp)
-    return Power(test, sizes, alpha, min(1.0, power + (t_beyond(critical, df, -ncp) if sides == 2 else 0.0)))
+    power = t_tails(critical, df, ncp)[1]
+    return Power(test, sizes, alpha, min(1.0, power + (t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0)))
 
 
 def power_welch(
@@ -88,7 +89,7 @@ def power_welch(
         both = part_a + part_b
         welch_df = 1.0 / ((part_a / both) ** 2 / df_a + (part_b / both) ** 2 / df_b)
         critical = -float(special.stdtrit(welch_df, alpha / sides)) * math.sqrt(both / (true_a + true_b))
-        total += weight * (t_beyond(critical, df, ncp) + (t_beyond(critical, df, -ncp) if sides == 2 else 0.0))
+        total += weight * (t_tails(critical, df, ncp)[1] + (t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0))
     return Power(test, sizes, alpha, min(1.0, total))
 
 
@@ -123,7 +124,7 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     ncp = n * float(np.sum((truth - truth.mean()) ** 2)) / sd**2
     df_within = k * (n - 1)
     critical = float(special.fdtri(k - 1, df_within, 1.0 - alpha))
-    return Power(test, sizes, alpha, f_beyond(critical, k - 1, df_within, ncp))
+    return Power(test, sizes, alpha, f_tails(critical, k - 1, df_within, ncp)[1])
 
 
 def power_equivalence(

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import as_values
-from stats.double_double import Floats, times_power_of_two
+from stats.double_double import Floats
+from stats.error_free import scaled
 from stats.wording import number_text, with_unit
 
 QUARTILES: dict[str, Callable[[int, float], float]] = {
@@ -70,10 +71,10 @@ def rmse_over_iqr(measured: ArrayLike, predicted: ArrayLike, *, definition: str 
             "measurement, and at least one."
         )
     exponent = math.frexp(max(float(np.abs(truth).max()), float(np.abs(guess).max())))[1] + 1
-    truth, guess = times_power_of_two(truth, -exponent), times_power_of_two(guess, -exponent)
+    truth, guess = scaled(truth, -exponent), scaled(guess, -exponent)
     differences = guess - truth
     largest = math.frexp(float(np.abs(differences).max()))[1]
-    differences = times_power_of_two(differences, -largest)
+    differences = scaled(differences, -largest)
     rmse = math.sqrt(math.fsum(differences * differences) / truth.size)
     ordered = np.sort(truth)
     low, high = (_quantile(ordered, share, definition) for share in (0.25, 0.75))

@@ -37,6 +37,7 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.linear_step import make_is_linear
+from simulator.kernel.moved_mass import make_moved_mass
 
 Row = NDArray[np.float64]
 FRESH_SHARE = 0.2
@@ -59,8 +60,7 @@ def make_damping_rate(composition: Composition) -> Function:
     sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
     has_quadratic, quadratic = composition.has("quadratic_drag_kg_m"), composition.slot("quadratic_drag_kg_m")
     has_linear, drag_kg_s = composition.has("linear_drag_kg_s"), composition.slot("linear_drag_kg_s")
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
-    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
+    moved_mass_kg = make_moved_mass(composition)
 
     @inner
     def of_leg(work: Row, mode: float) -> float:
@@ -85,10 +85,7 @@ def make_damping_rate(composition: Composition) -> Function:
                 damping += 2.0 * quadratic(work, depth_m) * abs(work[NOW + V_FOOT])
             if has_linear:
                 damping += drag_kg_s(work)
-            if has_mass:
-                moved_kg += mass(work, depth_m)
-            if heavy:
-                moved_kg += platform_kg(work)
+            moved_kg = moved_mass_kg(work, depth_m)
         return damping / moved_kg
 
     return damping_rate

@@ -32,6 +32,7 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.linear_step import make_is_linear, make_linear_step
+from simulator.kernel.moved_mass import make_moved_mass
 from simulator.kernel.runge_kutta import make_runge_kutta
 
 Row = NDArray[np.float64]
@@ -81,24 +82,18 @@ def make_sample_nodes(composition: Composition) -> Function:
 
 
 def make_frequency(composition: Composition) -> Function:
-    """Fastest frequency of the foot in its mode, rad/s: `(p, mode, depth_m, stiffness_n_m, damping)`."""
+    """Fastest frequency of the foot in its mode, rad/s: `(work, mode, depth_m, stiffness_n_m)`."""
     foot, body = composition.position["foot_mass"], composition.position["body_mass"]
     has_ground, slope = composition.has("resistance_n"), composition.slot("resistance_slope_n_m")
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
-    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
+    moved_mass_kg = make_moved_mass(composition)
 
     @inner
     def frequency(work: Row, mode: int, depth_m: float, stiffness_n_m: float) -> float:
-        moved_kg, spring_n_m = work[foot], stiffness_n_m
         if mode == FLIGHT:
-            return math.sqrt(spring_n_m / moved_kg + spring_n_m / work[body])
+            return math.sqrt(stiffness_n_m / work[foot] + stiffness_n_m / work[body])
         if has_ground and mode == INTRUDING:
-            if has_mass:
-                moved_kg += mass(work, depth_m)
-            if heavy:
-                moved_kg += platform_kg(work)
-            return math.sqrt((spring_n_m + slope(work, depth_m)) / moved_kg)
-        return math.sqrt(spring_n_m / work[body])
+            return math.sqrt((stiffness_n_m + slope(work, depth_m)) / moved_mass_kg(work, depth_m))
+        return math.sqrt(stiffness_n_m / work[body])
 
     return frequency
 

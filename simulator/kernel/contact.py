@@ -46,6 +46,7 @@ from simulator.kernel.layout import (
 )
 from simulator.kernel.leg import make_lever, make_set_gains
 from simulator.kernel.motion import make_force_rate
+from simulator.kernel.moved_mass import make_moved_mass
 from simulator.kernel.platform import make_platform
 
 Row = NDArray[np.float64]
@@ -94,11 +95,11 @@ def make_creeps(composition: Composition) -> Function:
         return inner(lambda work, a_b, yielding_n: False)
     slope = composition.slots["resistance_slope_n_m"]
     force_rate = make_force_rate(composition)
-    foot = composition.position["foot_mass"]
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    moved_mass_kg = make_moved_mass(composition)
     has_drag, drag_kg_m = composition.has("quadratic_drag_kg_m"), composition.slot("quadratic_drag_kg_m")
     resistance_n = composition.slots["resistance_n"]
     damped, active = composition.has("compression_damping_kg_s"), composition.has("active_damping_kg_m")
+    linear = composition.on("linear_active_damping")
 
     @inner
     def own_force_n(work: Row, depth_m: float, sinking_m_s: float) -> float:
@@ -106,7 +107,8 @@ def make_creeps(composition: Composition) -> Function:
         if damped:
             force_n += work[DAMPING] * sinking_m_s
         if active:
-            force_n += work[ACTIVE_DAMPING] * (1.0 + abs(work[NOW + V_BODY]) + sinking_m_s) * sinking_m_s
+            leg_speed_m_s = abs(work[NOW + V_BODY]) + sinking_m_s
+            force_n += work[ACTIVE_DAMPING] * sinking_m_s * (1.0 if linear else leg_speed_m_s)
         if has_drag:
             force_n += drag_kg_m(work, depth_m) * sinking_m_s * sinking_m_s
         return force_n
@@ -114,11 +116,8 @@ def make_creeps(composition: Composition) -> Function:
     @inner
     def creeps(work: Row, a_b: float, yielding_n: float) -> bool:
         depth_m = -work[NOW + X_FOOT]
-        moved_kg = work[foot]
-        if has_mass:
-            moved_kg += mass(work, depth_m)
         give_n_m = slope(work, depth_m)
-        omega = math.sqrt(give_n_m / moved_kg)
+        omega = math.sqrt(give_n_m / moved_mass_kg(work, depth_m))
         if omega * CREEP_WINDOW_S < 2.0 * math.pi * CREEP_PERIODS:
             return False
         rising_n_s = -force_rate(work, work[NOW + X_BODY] - work[NOW + X_FOOT], work[NOW + V_BODY], a_b)

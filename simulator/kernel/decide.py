@@ -39,6 +39,7 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.leg import make_set_gains
+from simulator.kernel.moved_mass import make_moved_mass
 
 Row = NDArray[np.float64]
 LARGEST_GROWTH = 700.0
@@ -118,10 +119,8 @@ def make_growth(composition: Composition) -> Function:
     active = composition.has("active_damping_kg_m") and composition.on("sampled_control")
     if not active or composition.on("continuous_foot_speed") or not composition.has("quadratic_drag_kg_m"):
         return inner(lambda work: None)
-    foot, rate = composition.position["foot_mass"], composition.position["control_rate"]
+    moved_mass_kg, rate = make_moved_mass(composition), composition.position["control_rate"]
     quadratic = composition.slots["quadratic_drag_kg_m"]
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
-    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
     has_linear, drag_kg_s = composition.has("linear_drag_kg_s"), composition.slot("linear_drag_kg_s")
     linear = composition.on("linear_active_damping")
 
@@ -130,18 +129,13 @@ def make_growth(composition: Composition) -> Function:
         if work[ACTIVE_DAMPING] == 0.0 or work[MODE] != INTRUDING:
             return
         depth_m, sinking = -work[NOW + X_FOOT], -work[NOW + V_FOOT]
-        moved_kg = work[foot]
-        if has_mass:
-            moved_kg += mass(work, depth_m)
-        if heavy:
-            moved_kg += platform_kg(work)
         sampled_kg_s = work[ACTIVE_DAMPING] * (1.0 if linear else work[NOW + V_BODY] + sinking)
         at_once_kg_s = 2.0 * quadratic(work, depth_m) * sinking + work[DAMPING] + 1e-9
         if has_linear:
             at_once_kg_s += drag_kg_s(work)
         if not linear:
             at_once_kg_s += work[ACTIVE_DAMPING] * sinking
-        kept = math.exp(-at_once_kg_s / (work[rate] * moved_kg))
+        kept = math.exp(-at_once_kg_s / (work[rate] * moved_mass_kg(work, depth_m)))
         factor = kept - sampled_kg_s / at_once_kg_s * (1.0 - kept)
         work[GROWTH] = max(0.0, work[GROWTH] + math.log(max(abs(factor), 1e-3)))
         work[WORST_GROWTH] = max(work[WORST_GROWTH], min(work[GROWTH], LARGEST_GROWTH))

@@ -76,6 +76,7 @@ from simulator.kernel.layout import (
     YIELDS,
 )
 from simulator.kernel.limits import STOP_AFTER_APEX
+from simulator.kernel.moved_mass import make_moved_mass
 from simulator.kernel.platform import make_stop_platform
 from simulator.kernel.rows import COLUMN
 
@@ -85,18 +86,11 @@ GOES_ON = -1
 
 def make_stop_foot(composition: Composition) -> Function:
     """Stop the foot at once: `(work)`; what it moved with is lost and booked."""
-    foot = composition.position["foot_mass"]
-    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    moved_mass_kg = make_moved_mass(composition)
 
     @inner
     def stop_foot(work: Row) -> None:
-        moved_kg = work[foot]
-        if heavy:
-            moved_kg += platform_kg(work)
-        if has_mass:
-            moved_kg += mass(work, -work[NOW + X_FOOT])
-        lost_j = 0.5 * moved_kg * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+        lost_j = 0.5 * moved_mass_kg(work, -work[NOW + X_FOOT]) * work[NOW + V_FOOT] * work[NOW + V_FOOT]
         work[BOOK] += lost_j
         work[IMPACT] += lost_j
         work[NOW + V_FOOT] = 0.0

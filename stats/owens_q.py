@@ -1,7 +1,7 @@
-"""Chances of tests under an effect, by Gauss-Legendre integration over the estimated standard deviation.
+"""Chance that both one-sided tests of equivalence reject (Owen's Q), by Gauss-Legendre integration.
 
-With U = sqrt(chi^2_nu / nu), a standard error estimated with nu degrees of freedom in units of the true one, chances of
-t-tests are integrals of normal probabilities over the density of U. One rule serves power and equivalence (Owen's Q).
+With U = sqrt(chi^2_nu / nu), a standard error estimated with nu degrees of freedom in units of the true one, it is the
+integral of a normal probability over the density of U.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ REACH = 9.0
 """Standard deviations beyond which a normal probability is 0 or 1 to double precision."""
 
 
-def spread_nodes(df: float, breaks: Floats, width: float) -> tuple[Floats, Floats]:
+def _spread_nodes(df: float, breaks: Floats, width: float) -> tuple[Floats, Floats]:
     """Return nodes u and weights (density of U included) for integrands that change near `breaks`, over `width`."""
     low = math.sqrt(2.0 * float(special.gammaincinv(df / 2.0, TINY)) / df)
     high = math.sqrt(2.0 * float(special.gammainccinv(df / 2.0, TINY)) / df)
@@ -41,30 +41,9 @@ def spread_nodes(df: float, breaks: Floats, width: float) -> tuple[Floats, Float
     return u, weights * np.exp(log_density)
 
 
-def t_beyond(critical: float, df: float, ncp: float) -> float:
-    """Return P(T > critical) for the noncentral t distribution."""
-    if critical == 0.0:
-        return float(special.ndtr(ncp))
-    width = 1.0 / abs(critical)
-    u, weights = spread_nodes(df, np.array([ncp / critical]), width)
-    return min(1.0, float(weights @ special.ndtr(ncp - critical * u)))
-
-
 def within_both(low: float, high: float, critical: float, df: float) -> float:
     """Return P(low + critical U <= Z <= high - critical U): both one-sided tests reject (Owen's Q function)."""
     last = (high - low) / (2.0 * critical)
-    u, weights = spread_nodes(df, np.array([-low / critical, high / critical, last]), 1.0 / critical)
+    u, weights = _spread_nodes(df, np.array([-low / critical, high / critical, last]), 1.0 / critical)
     inside = special.ndtr(high - critical * u) - special.ndtr(low + critical * u)
     return min(1.0, float(weights @ np.where(u < last, inside, 0.0)))
-
-
-def f_beyond(critical: float, df_between: float, df_within: float, ncp: float) -> float:
-    """Return P(F > critical) for the noncentral F distribution: a Poisson mixture of incomplete beta functions."""
-    if ncp == 0.0:
-        return float(special.fdtrc(df_between, df_within, critical))
-    half = ncp / 2.0
-    around = 12.0 * math.sqrt(half) + 80.0
-    count = np.arange(max(0.0, math.floor(half - around)), math.ceil(half + around) + 1.0)
-    poisson = np.exp(count * math.log(half) - half - special.gammaln(count + 1.0))
-    x = df_within / (df_within + df_between * critical)
-    return min(1.0, math.fsum(poisson * special.betainc(df_within / 2.0, df_between / 2.0 + count, x)))
