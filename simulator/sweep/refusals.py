@@ -62,7 +62,7 @@ def refusals_of(scene: Scene, design: Design) -> Refusals:
             fault = rule.fault({**plain, **point})
             if fault is not None:
                 flags[place] = True
-                first = first or f"{_where(point)}, where {fault}"
+                first = first or f"{_where(point)}: {fault}"
         if first:
             broken.append(Broken(concerned, flags, first))
     return Refusals(design, tuple(broken), _count(design, tuple(broken)))

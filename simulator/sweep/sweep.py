@@ -54,7 +54,7 @@ class Sweep:
         be = "is" if self.refusals.count == 1 else "are"
         return (
             f"{self.refusals.count} of {row_count(self.design)} scenes cannot be simulated and {be} marked {REFUSED}, "
-            f"as where the sweep comes to {self.refusals.first}"
+            f"the first at {self.refusals.first}"
         )
 
     @property

@@ -29,16 +29,16 @@ CORNERS = ("upper_link=0.12,0.22", "b_ad=0,100", "lower_link=0.2,0.3", "rest_len
     ("over", "count", "said"),
     [
         (["kg_scale=0.01,1"], "1 of 2 scenes cannot be simulated and is marked refused", "K < m_a g"),
-        (["kg_scale=0.01,1"], "1 of 2", "the sweep comes to kg_scale = 0.01, where "),
+        (["kg_scale=0.01,1"], "1 of 2", "the first at kg_scale = 0.01: "),
         (
             ["rest_length=0.2:0.31:12"],
             "2 of 12 scenes cannot be simulated and are",
-            "the sweep comes to rest_length = 0.3, where rest_length = 0.3 m is out of",
+            "the first at rest_length = 0.3: rest_length = 0.3 m is out of",
         ),
         (
             ["upper_link=0.1,0.2", "lower_link=0.2,0.3"],
             "1 of 4",
-            "comes to upper_link = 0.2, lower_link = 0.2, where upper_link = 0.2 m is not shorter",
+            "the first at upper_link = 0.2, lower_link = 0.2: upper_link = 0.2 m is not shorter",
         ),
     ],
 )
