@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
-from data_schema.vocabulary import FactorKind, StudyKind
+from data_schema.vocabulary import FactorKind, ReasonCode, StudyKind
 
 
 class Detector(StrEnum):
@@ -164,6 +164,52 @@ class SimulationSettings:
     levels: Mapping[str, Mapping[str, Mapping[str, float]]]
 
 
+class Outcome(StrEnum):
+    """The quantity that a study was made for."""
+
+    JOULES = "joules"
+    APEX = "apex"
+
+
+class Family(StrEnum):
+    """The comparisons that are tested together: every level with the control, or all levels pooled, group by group."""
+
+    EACH = "each"
+    POOLED = "pooled"
+
+
+class UnitOfAnalysis(StrEnum):
+    """What counts as one independent observation: a run, or the mean of a day's runs."""
+
+    RUN = "run"
+    DAY = "day"
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """The differences of apex height that are too small to matter: metres, or percent of the control's mean."""
+
+    low: float
+    high: float
+    percent: bool
+
+
+@dataclass(frozen=True, slots=True)
+class AnalysisSettings:
+    """`[analysis]`: what was decided about the analysis before anything was measured.
+
+    `exclusions` are the reasons for which a person may leave out a jump or a run; `apex_bounds` is None where no bounds
+    were set.
+    """
+
+    primary_outcome: Outcome = Outcome.JOULES
+    family: Family = Family.POOLED
+    alpha: float = 0.05
+    apex_bounds: Bounds | None = None
+    exclusions: tuple[ReasonCode, ...] = tuple(ReasonCode)
+    unit_of_analysis: UnitOfAnalysis = UnitOfAnalysis.RUN
+
+
 @dataclass(frozen=True, slots=True)
 class Configuration:
     """All of `labbook.toml`; `people` goes from name to initials, `text` is the file as it was, with that of a scene of
@@ -180,6 +226,7 @@ class Configuration:
     files: FileSettings
     profiles: Mapping[str, ProfileSettings]
     simulation: SimulationSettings | None
+    analysis: AnalysisSettings | None
     database_url: str | None
     store_path: str | None
     text: str

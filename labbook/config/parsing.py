@@ -15,6 +15,7 @@ from pathlib import Path
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import StudyKind
+from labbook.config.analysis import read_analysis
 from labbook.config.factors import read_factors, read_gains
 from labbook.config.model import (
     BatterySettings,
@@ -61,6 +62,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         files=_files(top.table("files")),
         profiles={name: _profile(table) for name, table in top.tables("profiles")},
         simulation=simulation,
+        analysis=read_analysis(top),
         database_url=_database(top.table("database")),
         store_path=_store(top.table("store")),
         text=text,

@@ -93,6 +93,17 @@ capacity_mah = 6600
 # The run's name in a file's name, without folder: a regular expression with the group (?P<run>...).
 run_pattern = '^(?P<run>r\\d+)'
 
+# What is decided about the analysis before the first run: the book keeps it, and the report calls exploratory whatever
+# departs from it. Comparisons of the primary outcome are corrected over the family: each (level against the control) or
+# pooled. Apexes within the bounds count as no loss of height. exclusions: for which reasons jumps may be left out.
+#[analysis]
+#primary_outcome = "joules"
+#family = "pooled"
+#alpha = 0.05
+#apex_bounds_percent = [-3, 3]
+#exclusions = ["touched_by_hand", "misfire", "sensor_fault", "wrong_apex", "dropped_packet"]
+#unit_of_analysis = "run"
+
 # What the simulator predicts each condition with: the report shows it beside what was measured. `factors` says which
 # parameter a factor's physical value is; parameters without a source are varied by this part, for the error. A scene of
 # your own is a file beside this one: scene = "own.toml".
