@@ -55,6 +55,10 @@ idle_minutes = [20, 24.5]
 scene = "bed"
 factors = { foot = "foot_radius", b_ad_gain = "b_ad" }
 
+[analysis]
+primary_outcome = "joules"
+alpha = 0.05
+
 [gains.b_ad_gain]
 symbol = "d"
 slope = 3.32
@@ -103,7 +107,7 @@ path = "/mnt/lab/book"
 OPTIONAL = {
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "run_pattern", "time", "columns"),
-    *("rate_hz", "url", "path", "factors"),
+    *("rate_hz", "url", "path", "factors", "primary_outcome", "alpha"),
 }
 KEY_LINES = [line for line in SAMPLE.splitlines() if re.match(r"[a-z_0-9]+ = ", line)]
 
