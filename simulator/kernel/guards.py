@@ -157,7 +157,7 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
                 work[place + TOUCHES] = -height_m
             elif granular and work[CLEARED] == IN_PRINT:
                 work[place + TOUCHES] = min(work[DEEPEST] - DEEPEST_DIP_M - height_m, -work[row + V_FOOT])
-                work[place + CLEARS] = height_m - work[DEEPEST]
+                work[place + CLEARS] = min(height_m - work[DEEPEST], work[row + V_FOOT])
             elif slides and work[SLIDES] == 1:
                 work[place + TOUCHES] = work[row + platform_place] - height_m
                 work[place + STOPS] = work[row + platform_place + 1]

@@ -54,6 +54,31 @@ def test_the_published_dip_of_nine_tenths_of_a_millimetre_is_let_pass() -> None:
     assert largest_dip_m(SCENES["sim1, none"], 1e-7) == pytest.approx(0.875e-3, abs=1e-6)
 
 
+def test_a_foot_that_dips_as_it_lifts_off_has_not_cleared_its_print() -> None:
+    """At lift-off it stands in its print to the last digit: rounding must not say that it is out of it."""
+    scene = SIM1.changed(
+        {
+            "k_compression": 279.75637865530973,
+            "k_extension": 1222.352369169063,
+            "b_compression": 6.013399016973324,
+            "b_extension": 19.772970675141707,
+            "b_ad": 23.732707491427973,
+            "foot_radius": 0.03656603196486795,
+            "kg_scale": 8.527944046988168,
+            "bg_scale": 2.4841587626966017,
+            "body_mass": 1.0511917919460596,
+            "foot_mass": 0.22552978236616894,
+            "initial_velocity": -0.24921551486047622,
+        }
+    )
+    fine = simulate(scene, 1e-12).jump
+    for accuracy in (1e-4, 1e-6, 1e-8):
+        jump = simulate(scene, accuracy).jump
+        assert [change.after for change in jump.mode_changes].count("flight") == 1
+        assert jump.cost_J == pytest.approx(fine.cost_J, rel=accuracy)
+        assert jump.apex_height_m == pytest.approx(fine.apex_height_m, rel=accuracy)
+
+
 @pytest.mark.parametrize("initial_velocity", [-0.6, -1.4, -2.0])
 def test_drag_is_not_counted_while_the_leg_is_past_straight(initial_velocity: float) -> None:
     """The joint's speed has a pole where the leg is straight; on grains the cost of flight is not asked for."""
