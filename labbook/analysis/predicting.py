@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 ALGORITHM = Algorithm(
     "prediction",
-    10,
+    11,
     (
         "labbook.analysis.predicting",
         "labbook.analysis.condition_scenes",

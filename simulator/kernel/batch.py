@@ -19,7 +19,8 @@ Counts = NDArray[np.int64]
 GROWTH_LET_PASS = 3.0
 """Growth of an error that is within what the tolerance has to spare."""
 SPARED = 3.0
-"""Where a book does not close, steps are made finer by this much more than it takes if errors follow the tolerance."""
+"""Where a book does not close, steps are made finer by this much more than it takes if errors follow the tolerance; by
+its square where it does not close again, and so on: steps that something else limits change at a far finer one only."""
 GROWTH_LOST = 1e15
 """Growth by which rounding alone decides the jump: no step is fine enough."""
 
@@ -39,7 +40,7 @@ def make_batch(composition: Composition) -> Function:
     residual, at_play = COLUMN["energy_residual_J"], COLUMN["energy_at_play_J"]
 
     @inner
-    def tolerance_called_for(limits: Row, finer: Row, result: Row, count: int) -> float:
+    def tolerance_called_for(limits: Row, finer: Row, result: Row, count: int, repeat: int) -> float:
         growth, excess = 1.0, 0.0
         for jump in range(count):
             growth = max(growth, result[jump, grown])
@@ -52,7 +53,7 @@ def make_batch(composition: Composition) -> Function:
         if growth < GROWTH_LOST and growth * finer[TOLERANCE] > GROWTH_LET_PASS * limits[TOLERANCE]:
             called_for = limits[TOLERANCE] / growth
         if excess > 1.0:
-            called_for = min(called_for, finer[TOLERANCE] / (SPARED * excess))
+            called_for = min(called_for, finer[TOLERANCE] / (SPARED ** (repeat + 1) * excess))
         return max(called_for, min(FINEST_TOLERANCE, finer[TOLERANCE]))
 
     @compiled
@@ -65,8 +66,8 @@ def make_batch(composition: Composition) -> Function:
             result = rows[scene]
             finer[TOLERANCE] = limits[TOLERANCE]
             counts[scene] = run(work, address_of(finer), result, changes, trace)
-            for _ in range(int(limits[REPEATS])):
-                called_for = tolerance_called_for(limits, finer, result, counts[scene])
+            for repeat in range(int(limits[REPEATS])):
+                called_for = tolerance_called_for(limits, finer, result, counts[scene], repeat)
                 if called_for == finer[TOLERANCE]:
                     break
                 finer[TOLERANCE], spent = called_for, result[0, evaluations]

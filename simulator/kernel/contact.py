@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
+from simulator.kernel.body import make_body_acceleration
 from simulator.kernel.book import make_energy
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.guards import make_foot_margins, make_forces
@@ -135,14 +136,14 @@ def make_creep_on(composition: Composition) -> Function:
     if not composition.has("resistance_n") or composition.has("travel_m"):
         return inner(lambda work: None)
     creeps, forces, margins = make_creeps(composition), make_forces(composition), make_foot_margins(composition)
-    body = composition.position["body_mass"]
+    accelerate = make_body_acceleration(composition)
 
     @inner
     def creep_on(work: Row) -> None:
         if work[MODE] == CREEPING:
             applied_n = forces(work, NOW)[1]
             yielding_n = margins(work, NOW, applied_n)[1]
-            if not creeps(work, -applied_n / work[body] - GRAVITY_M_S2, abs(yielding_n)):
+            if not creeps(work, accelerate(work, applied_n), abs(yielding_n)):
                 work[MODE], work[STALE] = INTRUDING, 1
 
     return creep_on
@@ -151,7 +152,7 @@ def make_creep_on(composition: Composition) -> Function:
 def make_settle(composition: Composition, lift_off: Function) -> Function:
     """Decide what a foot at rest does: `(work)` lifts it, lets the ground yield, or holds it."""
     forces, margins, creeps = make_forces(composition), make_foot_margins(composition), make_creeps(composition)
-    body, follows = composition.position["body_mass"], composition.follows
+    accelerate, follows = make_body_acceleration(composition), composition.follows
 
     @inner
     def settle(work: Row) -> None:
@@ -164,7 +165,7 @@ def make_settle(composition: Composition, lift_off: Function) -> Function:
         work[MODE] = JAMMED
         if lifting_n > 0.0:
             lift_off(work)
-        elif (yielding_n > 0.0 or crept) and creeps(work, -applied_n / work[body] - GRAVITY_M_S2, abs(yielding_n)):
+        elif (yielding_n > 0.0 or crept) and creeps(work, accelerate(work, applied_n), abs(yielding_n)):
             work[MODE] = CREEPING
         elif yielding_n > 0.0:
             work[MODE] = INTRUDING

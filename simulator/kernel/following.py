@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
+from simulator.kernel.body import make_body_acceleration
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     CREEPING,
@@ -86,7 +87,7 @@ def make_follow_platform(composition: Composition) -> Function:
         return inner(lambda work, row: (0.0, 0.0))
     speed, command, lever = make_speed(composition), make_command(composition), make_lever(composition)
     has_cap, cap_n = composition.has("cap_n"), composition.slot("cap_n")
-    foot, per_body = composition.position["foot_mass"], composition.position["inverse_body_mass"]
+    foot, accelerate = composition.position["foot_mass"], make_body_acceleration(composition)
 
     @inner
     def follow_platform(work: Row, row: int) -> tuple[float, float]:
@@ -96,7 +97,7 @@ def make_follow_platform(composition: Composition) -> Function:
         if has_cap:
             most_n = cap_n(work, lever(work, x_b - x_f))
             force_n = min(max(force_n, -most_n), most_n)
-        a_b = -force_n * work[per_body] - GRAVITY_M_S2
+        a_b = accelerate(work, force_n)
         moved_m, faster_m_s = NUDGE_S * v_b, NUDGE_S * a_b
         later = speed(work, x_b + moved_m, v_b + faster_m_s, x_f - NUDGE_S * sinking, 0.0)
         before = speed(work, x_b - moved_m, v_b - faster_m_s, x_f + NUDGE_S * sinking, 0.0)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
+from simulator.kernel.body import make_body_acceleration
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ABOVE_PRINT,
@@ -142,7 +143,7 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
     follows, lever = composition.follows, make_lever(composition)
     command, apply = make_command(composition), make_apply(composition)
     slides, platform_place = composition.platform >= 0, composition.platform
-    ground = make_ground(composition)
+    ground, accelerate = make_ground(composition), make_body_acceleration(composition)
 
     @inner
     def guards(t: float, work: Row, row: int, place: int) -> None:
@@ -192,9 +193,7 @@ def make_guards(composition: Composition, wants_switch: Function) -> Function:
                 if beyond_m < 0.0:  # where the platform ends nothing yields, and a foot does not settle but bottoms
                     work[place + SETTLES] = -margins(work, row, resting_n)[1]
             elif mode == CREEPING:
-                work[place + SETTLES] = force_rate(
-                    work, length_m, work[row + V_BODY], -applied_n / work[body] - GRAVITY_M_S2
-                )
+                work[place + SETTLES] = force_rate(work, length_m, work[row + V_BODY], accelerate(work, applied_n))
             else:
                 lifting_n, yielding_n = margins(work, row, applied_n)
                 if mode == JAMMED:

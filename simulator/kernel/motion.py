@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
+from simulator.kernel.body import make_body_acceleration
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.following import make_follow_platform
 from simulator.kernel.layout import (
@@ -113,7 +114,7 @@ def make_rates(composition: Composition) -> Function:
     The state is at the place `row`; the rates are written at the place `stage`, every one of them.
     """
     foot = composition.position["foot_mass"]
-    per_body, per_foot = composition.position["inverse_body_mass"], composition.position["inverse_foot_mass"]
+    per_foot, accelerate = composition.position["inverse_foot_mass"], make_body_acceleration(composition)
     lever, command, apply = make_lever(composition), make_command(composition), make_apply(composition)
     powers, ground, creep = make_powers(composition), make_ground(composition), make_creep(composition)
     has_friction = composition.has("rail_friction_n")
@@ -138,12 +139,10 @@ def make_rates(composition: Composition) -> Function:
         lever_arm_m = lever(work, length_m)
         commanded_n = command(work, length_m, speed_m_s, v_f)
         applied_n = apply(work, lever_arm_m, commanded_n)
-        a_b = -applied_n * work[per_body] - GRAVITY_M_S2
+        a_b = accelerate(work, applied_n)
         sinking, a_f, loss_w, grain_w, reset_w = -v_f, 0.0, 0.0, 0.0, 0.0
         if has_friction:
-            sign = work[RAIL]
-            a_b = 0.0 if sign == 0.0 else a_b - sign * friction_n(work) * work[per_body]
-            work[stage + friction] = friction_n(work) * sign * v_b
+            work[stage + friction] = friction_n(work) * work[RAIL] * v_b
         if slides:
             loss_w = slide(work, row, stage)
         if mode == FLIGHT:
