@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.ahead import make_deciding_tick, make_longest_step, nodes_within, note_leg_lengths
+from simulator.kernel.ahead import make_deciding_tick, make_longest_step, nodes_within, note_extremes
 from simulator.kernel.attempt import make_attempt, make_error_norm, make_frequency, make_sample_nodes, next_step
 from simulator.kernel.composition import Composition
 from simulator.kernel.decide import make_must_land
@@ -152,7 +152,7 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
                 work[DECIDED] = work[TICK] + 1.0
         if guard >= 0:
             after_s, to_end = t + h, False
-        note_leg_lengths(h, work)
+        note_extremes(h, work)
         work[TIME], work[STRIDE], work[FRESH] = after_s, h, 0
         if seen or to_end or h <= SHORTEST_S:
             work[STALE] = 1
