@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 ALGORITHM = Algorithm(
     "prediction",
-    9,
+    10,
     (
         "labbook.analysis.predicting",
         "labbook.analysis.condition_scenes",
