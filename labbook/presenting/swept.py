@@ -61,9 +61,9 @@ def _warnings(done: Finished) -> list[str]:
     under, unclosed = (_jumps(done.summary.flagged[flag]) for flag in ("under_surface", "open_book"))
     said = {
         "under_surface": f"warning: in {under} the body gets under the surface of the grains, which act on the foot "
-        "alone, so that no robot jumps like this: they are marked under_surface.",
+        "alone, so that no robot jumps like this (under_surface in the file).",
         "open_book": f"warning: in {unclosed} the energy book does not close within the accuracy, and the numbers may "
-        "be off by more than was asked for: they are marked open_book.",
+        "be off by more than was asked for (open_book in the file).",
     }
     return [sentence for flag, sentence in said.items() if done.summary.flagged[flag]]
 
