@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
@@ -39,6 +40,7 @@ ROUNDING = 1e-15
 """Relative error of a step from rounding alone; grown to half the goal, it makes a jump ill-conditioned."""
 MOST_STEPS_A_JUMP = 2_000_000
 MOST_REPEATS = 5
+_SURE = ("min_leg_length_m", "max_leg_length_m", "min_body_height_m", "capped_time_s", "energy_at_play_J")
 _KEPT_CHANGES = 4096
 _RECORDED_STEPS = 100_000
 
@@ -123,8 +125,9 @@ def _number(row: Row, name: str) -> float | None:
 
 def _jump(scene: Scene, accuracy: float, row: Row, changes: Row) -> JumpResult:
     values: dict[str, Any] = {name: _number(row, name) for name in COLUMNS[1 : COLUMN["decision_margin"]]}
-    for name in ("decision_margin", "min_leg_length_m", "max_leg_length_m", "capped_time_s", "energy_at_play_J"):
-        values[name] = _number(row, name)
+    for name in _SURE:
+        values[name] = float(row[COLUMN[name]])
+    values["decision_margin"] = _number(row, "decision_margin")
     seconds = values.pop("jump_time_s")
     passive_j = scene["passive_power"] * seconds if "passive_draw" in scene.effects else 0.0
     span = "jump" if "cost_of_whole_jump" in scene.effects else "stance"
@@ -142,14 +145,27 @@ def _jump(scene: Scene, accuracy: float, row: Row, changes: Row) -> JumpResult:
         ),
         steps=int(row[COLUMN["steps"]]),
         rhs_evaluations=int(row[COLUMN["rhs_evaluations"]]),
+        repeats=int(row[COLUMN["repeats"]]),
         error_growth=growth,
         ill_conditioned=bool(ill_conditioned(np.inf if margin is None else margin, growth, accuracy)),
+        under_surface=bool(under_surface(values["min_body_height_m"], scene.effects)),
+        open_book=bool(open_book(values["energy_residual_J"], values["energy_at_play_J"], accuracy)),
     )
 
 
 def ill_conditioned(decision_margin: Any, error_growth: Any, accuracy: float) -> Any:
     """Whether jumps hang on a decision, or on rounding that has grown; numbers or arrays of one shape."""
     return np.less(decision_margin, ILL_CONDITIONED_BELOW) | np.greater(error_growth * ROUNDING, 0.5 * accuracy)
+
+
+def under_surface(min_body_height_m: Any, effects: Collection[str]) -> Any:
+    """Whether the body gets under the surface of grains, which act on the foot alone; a number or an array of them."""
+    return np.less(min_body_height_m, 0.0) & ("hydrostatic_stiffness" in effects)
+
+
+def open_book(energy_residual_j: Any, energy_at_play_j: Any, accuracy: float) -> Any:
+    """Whether energy books do not close within the accuracy; numbers or arrays of one shape."""
+    return np.greater(np.abs(energy_residual_j), accuracy * energy_at_play_j)
 
 
 def _with_other_branch(

@@ -25,7 +25,6 @@ from simulator.kernel.composition import Composition, compose
 from simulator.kernel.contact import make_lift_off
 from simulator.kernel.controller import make_wants_switch
 from simulator.kernel.decide import make_switch, make_tick
-from simulator.kernel.guards import make_forces
 from simulator.kernel.layout import (
     APEX,
     DEEPEST,
@@ -51,6 +50,7 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.limits import LONGEST_FLIGHT_S, LONGEST_STANCE_S
+from simulator.kernel.margins import make_forces
 from simulator.kernel.motion import make_rates
 from simulator.kernel.report import make_note_cost, make_note_liftoff
 from simulator.kernel.rows import COLUMN, COLUMNS

@@ -31,6 +31,10 @@ class JumpResult:
     the local error; below 10 the jump is `ill_conditioned`, and `other_branch` is the jump had that decision fallen
     otherwise. So it is where the sampled damping lets errors grow (`error_growth`) until even rounding takes a share
     of the accuracy.
+
+    The scene was simulated `repeats` times again, with finer steps, because errors grow or the energy book of a jump
+    did not close within the accuracy; `open_book` says of a jump that it still does not. `under_surface`: the body gets
+    under the surface of the grains, which act on the foot alone.
     """
 
     outcome: str
@@ -65,12 +69,16 @@ class JumpResult:
     error_growth: float
     min_leg_length_m: float
     max_leg_length_m: float
+    min_body_height_m: float
     capped_time_s: float
     counters: dict[str, int]
     mode_changes: tuple[ModeChange, ...]
     steps: int
     rhs_evaluations: int
+    repeats: int = 0
     ill_conditioned: bool = False
+    under_surface: bool = False
+    open_book: bool = False
     other_branch: JumpResult | None = None
 
 

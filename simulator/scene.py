@@ -147,7 +147,9 @@ def _check_value(name: str, number: object) -> None:
     parameter = all_parameters()[name]
     unit = "" if parameter.unit == "1" else f" {parameter.unit}"
     allowed = f"{parameter.low:g} to {parameter.high:g}{unit}"
-    if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
+    if isinstance(number, bool) or not isinstance(number, int | float):
+        raise UsageError(f"{name} = {number!r} is not a number: give one from {allowed}.")
+    if not math.isfinite(number):
         raise UsageError(f"{name} = {number!r} is not a finite number: give one from {allowed}.")
     if not parameter.low <= number <= parameter.high:
         raise UsageError(f"{name} = {number:g}{unit} is outside what can be simulated: give {allowed}.")

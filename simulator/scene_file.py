@@ -17,14 +17,16 @@ there, so that the effects can be switched on.
 
 from __future__ import annotations
 
+import difflib
 import importlib.resources
 import json
+import math
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import get_args
 
-from data_schema.errors import InputRefused, LabbookError, unknown_name
+from data_schema.errors import InputRefused, LabbookError, UnknownName, unknown_name
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
 from simulator.parameter import Part
@@ -32,7 +34,12 @@ from simulator.scene import Scene, Value
 
 PARTS: tuple[str, ...] = get_args(Part)
 _TOP = ("title", "description", "jumps", "effects")
-_KEYS = ("value", "source", "assumed", "set_by_user")
+_KEYS = ("value", "source", "assumed")
+_SET_BY_USER = "set_by_user"
+"""Key that only `write_scene` gives a value: a person names the source, or why there is none."""
+_ALIKE = 0.75
+"""How much alike an unknown key and a known one are, of 1, where the one was most likely meant to be the other."""
+_KINDS = ((bool, "true or false"), (str, "text"), (list, "a list"), (dict, "a table"))
 _SUFFIX = ".toml"
 _SHIPPED = importlib.resources.files("simulator") / "scenes"
 
@@ -61,6 +68,11 @@ def load_scene(name_or_path: str | Path) -> Scene:
     except FileNotFoundError as error:
         shipped = ", ".join(shipped_scenes())
         raise InputRefused(f"there is no scene file {path}: check the path, or take one of {shipped}.") from error
+    except IsADirectoryError as error:
+        raise InputRefused(f"{path} is a folder: give a scene file in it.") from error
+    except OSError as error:
+        said = (error.strerror or str(error)).lower()
+        raise InputRefused(f"the scene file {path} cannot be read ({said}): check its path and permissions.") from error
     return parse_scene(text, path.stem, str(path))
 
 
@@ -99,7 +111,7 @@ def _origin(value: Value) -> str:
 def _scene(top: Mapping[str, object], name: str) -> Scene:
     for key in top:
         if key not in _TOP and key not in PARTS:
-            raise unknown_name("key of a scene file", key, (*_TOP, *PARTS))
+            raise _unknown_key(key)
     title, description, effects = (top.get(key, "") for key in ("title", "description", "effects"))
     jumps = top.get("jumps", 1)
     if not isinstance(title, str) or not title:
@@ -110,6 +122,9 @@ def _scene(top: Mapping[str, object], name: str) -> Scene:
         raise InputRefused(f"jumps = {jumps!r} is not a whole number: write for example jumps = 1.")
     if not isinstance(effects, list) or not all(isinstance(effect, str) for effect in effects):
         raise InputRefused('effects is missing or no list of names: write for example effects = ["rigid_ground"].')
+    for effect in effects:
+        if effects.count(effect) > 1:
+            raise InputRefused(f"effects names {effect} {_times(effects.count(effect))}: name it once.")
     values: dict[str, Value] = {}
     for part in PARTS:
         table = top.get(part, {})
@@ -136,16 +151,39 @@ def _value(part: str, name: str, item: object) -> Value:
     if not isinstance(item, dict) or "value" not in item:
         raise InputRefused(f"{name} is not given with its value and source: {form}")
     for key in item:
-        if key not in _KEYS:
+        if key not in (*_KEYS, _SET_BY_USER):
             raise unknown_name(f"key of {name}", key, _KEYS)
-    source, why, is_set = item.get("source", ""), item.get("assumed", ""), item.get("set_by_user", False)
+    source, why, is_set = item.get("source", ""), item.get("assumed", ""), item.get(_SET_BY_USER, False)
     of_their_kinds = isinstance(source, str) and isinstance(why, str) and isinstance(is_set, bool)
     if not of_their_kinds or [bool(source), bool(why), is_set].count(True) != 1:
         raise InputRefused(f"{name} has to have either a source or a reason why it is assumed: {form}")
-    number = item["value"]
-    if isinstance(number, int) and not isinstance(number, bool) and abs(number) < 10**300:
-        number = float(number)
-    return Value(number, source, why, is_set)
+    return Value(_number_in(name, item["value"]), source, why, is_set)
+
+
+def _number_in(name: str, found: object) -> float:
+    """Return a value as a number; infinite where it is too large for one, as a scene then says."""
+    if isinstance(found, bool) or not isinstance(found, int | float):
+        kind = next((kind for of, kind in _KINDS if isinstance(found, of)), "a date or a time")
+        raise InputRefused(f"the value of {name} is {kind} and no number: write value = and digits, without quotes.")
+    try:
+        return float(found)
+    except OverflowError:
+        return math.inf if found > 0 else -math.inf
+
+
+def _unknown_key(key: str) -> LabbookError:
+    """Return the refusal of a key at the top of a file: a parameter in no table, a slip, or what has no place there."""
+    parameter = all_parameters().get(key)
+    if parameter is not None:
+        return InputRefused(f"{key} stands above all tables: move it to [{parameter.part}].")
+    tables = [f"[{part}]" for part in PARTS]
+    close = difflib.get_close_matches(key.lower(), (*_TOP, *PARTS), n=1, cutoff=_ALIKE)
+    hint = f"did you mean {close[0]!r}?" if close else f"allowed are {', '.join((*_TOP, *tables))}."
+    return UnknownName(f"{key!r} is not a known key of a scene file: {hint}")
+
+
+def _times(count: int) -> str:
+    return "twice" if count == 2 else f"{count} times"
 
 
 def _text(words: str) -> str:

@@ -42,10 +42,19 @@ class EffectsTask:
     timings: bool
 
     @property
+    def sets(self) -> tuple[frozenset[str], ...]:
+        """The effects that are left out, alone and in pairs."""
+        return sets_to_leave_out(measured_scene(self.scene))
+
+    @property
+    def kernels(self) -> int:
+        """Number of timed kernels: of the full scene, of the smallest set, and where asked for without each effect."""
+        return 2 + (sum(len(left_out) == 1 for left_out in self.sets) if self.timings else 0)
+
+    @property
     def steps(self) -> int:
-        """Number of simulated and compiled sets, the search counted as one."""
-        sets = sets_to_leave_out(measured_scene(self.scene))
-        return len(sets) + 3 + (sum(len(left_out) == 1 for left_out in sets) if self.timings else 0)
+        """Number of simulated sets and of timed kernels, the search counted as one."""
+        return len(self.sets) + 1 + self.kernels
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 ALGORITHM = Algorithm(
     "prediction",
-    11,
+    12,
     (
         "labbook.analysis.predicting",
         "labbook.analysis.condition_scenes",

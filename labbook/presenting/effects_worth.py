@@ -20,6 +20,15 @@ STEP_LIMIT = "step_limit"
 _ILL_CONDITIONED = "is ill-conditioned, and less accurate than asked for: see labbook sim run."
 
 
+def ahead(sets: int, kernels: int) -> str:
+    """Say what will be done, before minutes go by in which nothing is said."""
+    tried = "1 set" if sets == 1 else f"{sets} sets"
+    return (
+        f"simulating without {tried} of effects, then compiling {kernels} kernels to time them: 10 to 30 s each, "
+        "unless they were compiled before."
+    )
+
+
 def heading(scene: Scene, worth: Worth) -> list[str]:
     """Say what is compared with what."""
     jumps = worth.scene.jumps

@@ -8,11 +8,11 @@ from dataclasses import asdict
 from typing import Any
 
 from labbook.presenting.durations import time_text
+from labbook.presenting.jump_warnings import times, warnings
 from labbook.presenting.mode_names import mode_name
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
-from simulator.ill_conditioned import close_decision, grown_rounding
-from simulator.jump import ILL_CONDITIONED_BELOW
+from simulator.ill_conditioned import grown_rounding
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 
@@ -42,10 +42,11 @@ ROWS = (
     ("next touchdown", "next_touchdown_time_s", "s after touchdown"),
     ("deepest foot", "max_depth_m", "m below the surface"),
     ("apex of the body", "apex_height_m", "m above the surface"),
-    ("body at lift-off", "liftoff_body_height_m", "m"),
-    ("body at lift-off", "liftoff_body_velocity_m_s", "m/s"),
-    ("foot at lift-off", "liftoff_foot_velocity_m_s", "m/s"),
-    ("body at next touchdown", "next_touchdown_body_velocity_m_s", "m/s"),
+    ("lowest body", "min_body_height_m", "m above the surface"),
+    ("body height at lift-off", "liftoff_body_height_m", "m above the surface"),
+    ("body velocity at lift-off", "liftoff_body_velocity_m_s", "m/s"),
+    ("foot velocity at lift-off", "liftoff_foot_velocity_m_s", "m/s"),
+    ("body velocity at next touchdown", "next_touchdown_body_velocity_m_s", "m/s"),
     ("shortest leg", "min_leg_length_m", "m"),
     ("longest leg", "max_leg_length_m", "m"),
     ("force capped for", "capped_time_s", "s"),
@@ -113,7 +114,7 @@ def as_lines(result: SceneResult) -> list[str]:
     return [
         f"{scene.name}: {scene.title}",
         f"{outcome_text(jump.outcome, which)}.",
-        *_warnings(result),
+        *warnings(result),
         "",
         *_table(result),
         *(_all_jumps(result) if many else []),
@@ -174,36 +175,13 @@ def _number(value: float | None, digits: int) -> str:
     return "-" if value is None else f"{value:.{digits}g}"
 
 
-def _warnings(result: SceneResult) -> list[str]:
-    """Say why the last jump is ill-conditioned: for itself, or because it follows one that is."""
-    jump, said = result.jump, []
-    if close_decision(jump):
-        where = "" if jump.decision_tick is None else f" at tick {jump.decision_tick}"
-        shown = "only the branch taken was simulated" if jump.other_branch is None else "both branches are shown"
-        said.append(
-            f"warning: this jump hangs on a knife's edge. A decision of the controller{where} is only "
-            f"{jump.decision_margin:.2g} local errors away from falling otherwise (under {ILL_CONDITIONED_BELOW:g} is "
-            f"ill-conditioned); {shown}."
-        )
-    rounding = grown_rounding(jump, result.accuracy)
-    if rounding:
-        said.append(
-            f"warning: errors grow in this jump. The sampled active damping multiplies them by up to "
-            f"{jump.error_growth:.2g}, so that rounding alone leaves an error of about {100.0 * rounding:.2g} %, "
-            "however fine the accuracy asked for."
-        )
-    if jump.ill_conditioned and not said:
-        first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)
-        said.append(f"warning: this jump follows jump {first}, which is ill-conditioned, and is known no better.")
-    return said
-
-
 def _all_jumps(result: SceneResult) -> list[str]:
     apexes = [jump.apex_height_m for jump in result.jumps if jump.apex_height_m is not None]
     total = sum(jump.cost_J for jump in result.jumps)
     heights = f", apexes of {min(apexes):.4g} to {max(apexes):.4g} m" if apexes else ""
-    edges = sum(jump.ill_conditioned for jump in result.jumps)
+    edges, unclosed = (sum(getattr(jump, flag) for jump in result.jumps) for flag in ("ill_conditioned", "open_book"))
     flagged = f", {edges} of them ill-conditioned" if edges else ""
+    flagged += f", {unclosed} with an energy book that does not close" if unclosed else ""
     return ["", f"{_jumps_text(result)}{flagged}: {total:.6g} J{heights}."]
 
 
@@ -226,14 +204,10 @@ def _notes(result: SceneResult) -> list[str]:
     if any(counted.values()):
         notes.append(
             "note: "
-            + ", ".join(f"{name.replace('_', ' ')} {_times(count)}" for name, count in counted.items() if count)
+            + ", ".join(f"{name.replace('_', ' ')} {times(count)}" for name, count in counted.items() if count)
             + (f" in {_jumps_text(result)}." if scene.jumps > 1 else ".")
         )
     return notes
-
-
-def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
 
 
 def set_by_user_line(scene: Scene) -> list[str]:

@@ -18,18 +18,18 @@ def corners_lines(corners: Corners | None, worth: Worth | None) -> list[str]:
 
 
 def corners_line(corners: Corners, worth: Worth) -> str:
-    """Say where the set is farthest off and by how much; a warning where that is beyond the tolerance."""
+    """Say where the set is farthest off and by how much; beyond the tolerance it is a warning with what to do."""
     worst = corners.worst
     if worst is None:
         return "warning: at no corner of what is swept can all effects be simulated, and the set was not checked there."
     left_out = f" ({corners.refused} more cannot be simulated)" if corners.refused else ""
     where = f"Of {len(corners.compared)} corners of what is swept{left_out}, the set is farthest off at {_at(worst)}"
-    changed = _changed(worst.difference, worth)
+    found = f"{where}: there {_changed(worst.difference, worth)}."
     if worst.difference.within(worth.tolerance):
-        return f"{where}: {changed}."
+        return found
     return (
-        f"warning: {where[0].lower()}{where[1:]}, where {changed}, beyond {percent(worth.tolerance)}: sweep less far, "
-        "give a smaller --within, or name the effects instead of auto."
+        f"warning: the chosen set of effects does not stay within {percent(worth.tolerance)} in all of this sweep. "
+        f"{found} Sweep less far, give a smaller --within, or name the effects instead of auto."
     )
 
 
@@ -61,7 +61,7 @@ def _changed(difference: Difference, worth: Worth) -> str:
     ended = _ended(difference)
     if ended is not None:
         return f"the jump ends otherwise than with all effects ({ended})"
-    return f"that changes {difference_text(difference, worth)}"
+    return f"it changes {difference_text(difference, worth)}"
 
 
 def _at(corner: Corner) -> str:

@@ -21,8 +21,8 @@ from simulator.kernel.contact import make_lift_off, make_settle
 from simulator.kernel.controller import make_wants_switch
 from simulator.kernel.decide import make_must_land, make_switch, make_tick
 from simulator.kernel.emulator import make_timer
-from simulator.kernel.events import make_happen
 from simulator.kernel.guards import make_guards
+from simulator.kernel.happen import make_happen
 from simulator.kernel.landing import make_meet_ground
 from simulator.kernel.layout import (
     BOTTOMS,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import inner
+from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
 from simulator.kernel.interpolant import interpolate
@@ -19,6 +19,7 @@ from simulator.kernel.layout import (
     INTRUDING,
     LENGTH_UNIT,
     LONGEST,
+    LOWEST,
     MARGIN,
     MARGIN_TICK,
     NOW,
@@ -50,6 +51,8 @@ INTRUDING_SHARE, SMOOTH_SHARE = 1.5, 0.7
 """Longest steps of a foot in the ground and otherwise, in the same units: no guard rises and falls unseen inside
 one.
 """
+LEG_TURNS, BODY_TURNS = 30, 20
+"""Times a step is halved to find where leg or body turns; heights there err by the square of what is left."""
 
 
 def make_damping_rate(composition: Composition) -> Function:
@@ -159,21 +162,37 @@ def make_deciding_tick(composition: Composition, wants_switch: Function) -> Func
     return deciding_tick
 
 
+@inlined
+def turn(h: float, before: float, foot: float, rounds: int, work: Row) -> None:
+    """Put the motion into `BETWEEN` where a speed that has changed its sign within the step is 0, by halving the step.
+
+    It is that of the body, or of the leg's length where the foot's speed counts too: `foot` is 0 or 1.
+    """
+    low, high = 0.0, 1.0
+    for _ in range(rounds):
+        share = 0.5 * (low + high)
+        interpolate(h, share, work, BETWEEN)
+        if before * (work[BETWEEN + V_BODY] - foot * work[BETWEEN + V_FOOT]) > 0.0:
+            low = share
+        else:
+            high = share
+
+
 @inner
-def note_leg_lengths(h: float, work: Row) -> None:
-    """Keep the shortest and the longest leg; inside a step they are where the leg's speed changes its sign."""
+def note_extremes(h: float, work: Row) -> None:
+    """Keep the lowest body, the shortest and the longest leg; inside a step they are where a speed changes its sign.
+
+    The body is lowest where it turns, or as the jump begins or ends.
+    """
     length_m = work[TRIAL + X_BODY] - work[TRIAL + X_FOOT]
     work[SHORTEST], work[LONGEST] = min(work[SHORTEST], length_m), max(work[LONGEST], length_m)
+    falling = work[NOW + V_BODY]
+    if falling < 0.0 and work[TRIAL + V_BODY] >= 0.0:
+        turn(h, falling, 0.0, BODY_TURNS, work)
+        work[LOWEST] = min(work[LOWEST], work[BETWEEN + X_BODY])
     before = work[NOW + V_BODY] - work[NOW + V_FOOT]
     after = work[TRIAL + V_BODY] - work[TRIAL + V_FOOT]
     if before * after < 0.0:
-        low, high = 0.0, 1.0
-        for _ in range(30):
-            share = 0.5 * (low + high)
-            interpolate(h, share, work, BETWEEN)
-            if before * (work[BETWEEN + V_BODY] - work[BETWEEN + V_FOOT]) > 0.0:
-                low = share
-            else:
-                high = share
+        turn(h, before, 1.0, LEG_TURNS, work)
         length_m = work[BETWEEN + X_BODY] - work[BETWEEN + X_FOOT]
         work[SHORTEST], work[LONGEST] = min(work[SHORTEST], length_m), max(work[LONGEST], length_m)

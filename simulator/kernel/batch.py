@@ -33,11 +33,12 @@ def make_batch(composition: Composition) -> Function:
 
     A scene is simulated again with finer steps where the sampled control lets errors grow (`make_growth`), and where
     the energy book of a jump does not close within the accuracy; and again, where the finer one turns out no better.
+    The rows are those of the last time, and say how often it was.
     """
     run = make_run(composition)
     declared, places = len(composition.parameters), composition.row_size
     grown, evaluations, ended = COLUMN["error_growth"], COLUMN["rhs_evaluations"], COLUMN["outcome"]
-    residual, at_play = COLUMN["energy_residual_J"], COLUMN["energy_at_play_J"]
+    residual, at_play, repeats = COLUMN["energy_residual_J"], COLUMN["energy_at_play_J"], COLUMN["repeats"]
 
     @inner
     def tolerance_called_for(limits: Row, finer: Row, result: Row, count: int, repeat: int) -> float:
@@ -66,6 +67,7 @@ def make_batch(composition: Composition) -> Function:
             result = rows[scene]
             finer[TOLERANCE] = limits[TOLERANCE]
             counts[scene] = run(work, address_of(finer), result, changes, trace)
+            result[: counts[scene], repeats] = 0.0
             for repeat in range(int(limits[REPEATS])):
                 called_for = tolerance_called_for(limits, finer, result, counts[scene], repeat)
                 if called_for == finer[TOLERANCE]:
@@ -77,6 +79,7 @@ def make_batch(composition: Composition) -> Function:
                 result[:, :] = np.nan
                 counts[scene] = run(work, address_of(finer), result, changes, trace)
                 result[0, evaluations] += spent
+                result[: counts[scene], repeats] = repeat + 1.0
         kept[0] = 0.0  # until here: compiled code frees an array after its last use
 
     return batch

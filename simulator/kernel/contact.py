@@ -13,7 +13,6 @@ from simulator.effects.effect import Function
 from simulator.kernel.body import make_body_acceleration
 from simulator.kernel.book import make_energy
 from simulator.kernel.composition import Composition, made_once
-from simulator.kernel.guards import make_foot_margins, make_forces
 from simulator.kernel.layout import (
     ABOVE_PRINT,
     ACTIVE_DAMPING,
@@ -46,6 +45,7 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.leg import make_lever, make_set_gains
+from simulator.kernel.margins import make_foot_margins, make_forces
 from simulator.kernel.motion import make_force_rate
 from simulator.kernel.moved_mass import make_moved_mass
 from simulator.kernel.platform import make_platform

@@ -51,6 +51,7 @@ HOLD, RELEASE, RESET, ENGAGE = range(4)
     START_ENERGY,
     SHORTEST,
     LONGEST,
+    LOWEST,
     DEPTH,
     CAPPED,
     MARGIN,
@@ -66,7 +67,7 @@ HOLD, RELEASE, RESET, ENGAGE = range(4)
     SPEED_UNIT,
     ALLOWED,
     DECIDED,
-) = range(30)
+) = range(31)
 """Numbers that stay between events: gains, the lowest point of the foot, the sign of the rail's friction, timers,
 sudden losses (J), extremes, the smallest decision margin, the clock since touchdown (s), the step to try next, what
 error is allowed, and one more than the tick at which a step was cut because of a decision."""
@@ -94,12 +95,12 @@ error is allowed, and one more than the tick at which a step was cut because of 
     SLIDES,
     BEYOND,
     COST_CAPPED,
-) = range(30, 52)
+) = range(31, 53)
 """Whole numbers that stay between events: modes, phases, what the next step must know, counts, whether the platform
 moves on without the foot, whether a flying leg is longer than its links, and the sign of the force at the cap of the
 cost."""
 
-KEPT = 52
+KEPT = 53
 """Number of values that stay between events."""
 
 (
@@ -126,23 +127,25 @@ are never positive while their mode lasts: one that is at the start of a step, b
 happens there.
 """
 
-GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = _places(52, 116, GUARDS)
+GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = _places(KEPT, KEPT + 4 * GUARDS, GUARDS)
 """Places of the guards' values at the start of the part of a step before, of a part, at its end, and at an instant
 between."""
 
-QUINTICS = 116
+QUINTICS = KEPT + 4 * GUARDS
 """Place of the dense output's coefficients: six for the body, six for the foot, six for a platform that slides."""
 
-NOW, TRIAL, QUARTER, HALF, THREE_QUARTERS, BETWEEN = _places(134, 212, WIDTH)
+_STATES = QUINTICS + 18
+NOW, TRIAL, QUARTER, HALF, THREE_QUARTERS, BETWEEN = _places(_STATES, _STATES + 6 * WIDTH, WIDTH)
 """Places of states: at the start of a step, at its end, three inside it, and one interpolated."""
 
-K1, K2, K3, K4, K5, K6, K7 = _places(212, 303, WIDTH)
+_RATES = _STATES + 6 * WIDTH
+K1, K2, K3, K4, K5, K6, K7 = _places(_RATES, _RATES + 7 * WIDTH, WIDTH)
 """Places of rates: those of the stages of a step; the first is its start, the last its end."""
 
-ERROR = 303
+ERROR = _RATES + 7 * WIDTH
 """Place of the estimated error of a step."""
 
-PARAMETERS = 316
+PARAMETERS = ERROR + WIDTH
 """Place of the first parameter; before it, everything has the same place in every kernel."""
 
 OUTCOMES = (

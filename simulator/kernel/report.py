@@ -21,6 +21,7 @@ from simulator.kernel.layout import (
     IMPACT,
     LEG_WORK,
     LONGEST,
+    LOWEST,
     MARGIN,
     MARGIN_TICK,
     MECHANICAL,
@@ -109,12 +110,13 @@ def make_finish(composition: Composition) -> Function:
         at["reset_work_J"],
         at["energy_residual_J"],
     )
-    margin, tick, growth, shortest, longest, capped, at_play = (
+    margin, tick, growth, shortest, longest, lowest, capped, at_play = (
         at["decision_margin"],
         at["decision_tick"],
         at["error_growth"],
         at["min_leg_length_m"],
         at["max_leg_length_m"],
+        at["min_body_height_m"],
         at["capped_time_s"],
         at["energy_at_play_J"],
     )
@@ -153,6 +155,7 @@ def make_finish(composition: Composition) -> Function:
         )
         row[margin], row[tick], row[growth] = work[MARGIN], work[MARGIN_TICK], math.exp(work[WORST_GROWTH])
         row[shortest], row[longest], row[capped] = work[SHORTEST], work[LONGEST], work[CAPPED]
+        row[lowest] = min(work[LOWEST], work[NOW + X_BODY])
         row[steps], row[evaluations] = work[STEPS], work[EVALUATIONS]
         row[counters] = work[BOTTOMED]
         row[counters + 1] = work[TOUCHED_DURING_RESET]

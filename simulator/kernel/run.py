@@ -15,7 +15,8 @@ from simulator.kernel.composition import Composition
 from simulator.kernel.contact import make_lift_off, make_settle
 from simulator.kernel.controller import make_wants_switch
 from simulator.kernel.decide import make_switch, make_tick
-from simulator.kernel.events import GOES_ON, make_happen
+from simulator.kernel.events import GOES_ON
+from simulator.kernel.happen import make_happen
 from simulator.kernel.landing import make_meet_ground
 from simulator.kernel.layout import (
     AIRBORNE,

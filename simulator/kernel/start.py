@@ -34,6 +34,7 @@ from simulator.kernel.layout import (
     KEPT,
     LEG_WORK,
     LONGEST,
+    LOWEST,
     MARGIN,
     MARGIN_TICK,
     MODE,
@@ -112,7 +113,7 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[MARGIN], work[MARGIN_TICK], work[DECIDED] = np.inf, -1.0, 0.0
         work[GROWTH], work[WORST_GROWTH] = 0.0, 0.0
         work[SHORTEST] = work[NOW + X_BODY] - work[NOW + X_FOOT]
-        work[LONGEST] = work[SHORTEST]
+        work[LONGEST], work[LOWEST] = work[SHORTEST], work[NOW + X_BODY]
         work[TICK], work[AIRBORNE], work[STEPS], work[EVALUATIONS], work[EVENTS] = 0, 0, 0, 0, 0
         work[BOTTOMED], work[TOUCHED_DURING_RESET], work[TOUCHED_BEFORE_HOLD] = 0, 0, 0
         work[RELEASE_MISSED], work[GUARD_SWITCHES] = 0, 0

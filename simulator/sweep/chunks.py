@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from simulator.jump import ill_conditioned, limits_for
+from simulator.jump import ill_conditioned, limits_for, open_book, under_surface
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
@@ -142,6 +142,9 @@ def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w:
     block[:, :, PLACE["cost_J"]] = heat + mechanical + drag + passive_j
     flags = ill_conditioned(block[:, :, PLACE["decision_margin"]], block[:, :, PLACE["error_growth"]], recipe.accuracy)
     block[:, :, PLACE["ill_conditioned"]] = np.logical_or.accumulate(flags, axis=1)
+    block[:, :, PLACE["under_surface"]] = under_surface(block[:, :, PLACE["min_body_height_m"]], recipe.effects)
+    residual_j, at_play_j = block[:, :, PLACE["energy_residual_J"]], block[:, :, PLACE["energy_at_play_J"]]
+    block[:, :, PLACE["open_book"]] = open_book(residual_j, at_play_j, recipe.accuracy)
     block[np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]] = _NOT_MADE
     return block
 

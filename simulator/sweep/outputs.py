@@ -27,7 +27,7 @@ class Output:
 
 
 OUTCOME_FLAGS = ((REFUSED_FLAG, REFUSED), (NOT_MADE_FLAG, NOT_MADE), *enumerate(OUTCOMES))
-_NO = (NOT_MADE_FLAG, NOT_MADE)
+_YES_OR_NO = ((NOT_MADE_FLAG, NOT_MADE), (0, "no"), (1, "yes"))
 _REACHED = "; NaN where not reached, outcome tells why"
 
 OUTPUTS = (
@@ -62,9 +62,11 @@ OUTPUTS = (
     Output("error_growth", "1", "factor by which the sampled damping lets an error grow"),
     Output("min_leg_length_m", "m", "shortest length of the leg"),
     Output("max_leg_length_m", "m", "longest length of the leg"),
+    Output("min_body_height_m", "m", "lowest height of the body above the undisturbed surface"),
     Output("capped_time_s", "s", "time during which the leg's force was capped"),
     Output("steps", "1", "steps taken", "i4"),
     Output("rhs_evaluations", "1", "evaluations of the right-hand side", "i4"),
+    Output("repeats", "1", "times the scene was simulated again with finer steps", "i4"),
     Output("bottomed", "1", "times the platform came to the end of its travel", "i4"),
     Output("touched_during_reset", "1", "touchdowns while the platform was reset", "i4"),
     Output("touched_before_hold", "1", "touchdowns before the ratchet held", "i4"),
@@ -73,15 +75,13 @@ OUTPUTS = (
     Output("mode_changes", "1", "changes of the contact mode", "i4"),
     Output("passive_J", "J", "passive draw of the electronics from touchdown to the jump's end"),
     Output("cost_J", "J", "cost of the jump: heat, mechanical, drag and passive draw"),
-    Output(
-        "ill_conditioned",
-        "1",
-        "whether the jump hangs on a decision or on rounding",
-        "i1",
-        (_NO, (0, "no"), (1, "yes")),
-    ),
+    Output("ill_conditioned", "1", "whether the jump hangs on a decision or on rounding", "i1", _YES_OR_NO),
+    Output("under_surface", "1", "whether the body gets under the surface of the grains", "i1", _YES_OR_NO),
+    Output("open_book", "1", "whether the energy book does not close within the accuracy", "i1", _YES_OR_NO),
 )
 """In the order of a chunk's columns: those of the kernel first, then what is computed from them."""
 
+FLAGS = ("ill_conditioned", "under_surface", "open_book")
+"""What may be remarked of a jump: a sweep counts the jumps."""
 PLACE = {output.name: place for place, output in enumerate(OUTPUTS)}
 FROM_KERNEL = tuple(output.name for output in OUTPUTS if output.name in COLUMN)

@@ -16,7 +16,7 @@ from simulator.sweep.disk import sync
 from simulator.sweep.formats import Format, format_of
 from simulator.sweep.identity import Identity, differences, identity_of
 from simulator.sweep.layout import IDENTITY, layout_of
-from simulator.sweep.outputs import OUTPUTS
+from simulator.sweep.outputs import NOT_MADE_FLAG, OUTPUTS, PLACE
 from simulator.sweep.parts import opened_parts, part_folder, remove_parts
 from simulator.sweep.sweep import Sweep
 
@@ -25,7 +25,7 @@ from simulator.sweep.sweep import Sweep
 class Finished:
     """A sweep that is done. `chunks_before` of its chunks were done by earlier runs; all where the file was there.
 
-    `rows_simulated`: how many scenes this run simulated. `compute_time_s`: simulating and keeping the chunks;
+    `jumps_made`: how many jumps this run made. `compute_time_s`: simulating and keeping the chunks;
     `write_time_s`: making the file of them.
     """
 
@@ -33,7 +33,7 @@ class Finished:
     sweep: Sweep
     summary: Summary
     chunks_before: int
-    rows_simulated: int = 0
+    jumps_made: int = 0
     compile_time_s: float = 0.0
     compute_time_s: float = 0.0
     write_time_s: float = 0.0
@@ -66,15 +66,18 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
         waiting = {number: int((~sweep.refusals.rows(*chunks.bounds(number))).sum()) for number in missing}
         advance(sweep.jumps_wanted - sum(waiting.values()) * sweep.scene.jumps)
 
+        made: list[int] = []
+
         def keep(number: int, block: Block) -> None:
+            made.append(int((block[:, :, PLACE["outcome"]] != NOT_MADE_FLAG).sum()))
             parts.keep(number, with_refused(block, sweep.refusals.rows(*chunks.bounds(number))))
 
         for number in compute.run(recipe, lambda number: _legal_rows(sweep, number), missing, keep):
             advance(waiting[number] * sweep.scene.jumps)
         computed = time.perf_counter()
-        made = parts.folder / f".result{out.suffix}"
-        summary = assemble(parts, layout_of(sweep, identity), made, format_.writer)
-        made.rename(out)
+        result = parts.folder / f".result{out.suffix}"
+        summary = assemble(parts, layout_of(sweep, identity), result, format_.writer)
+        result.rename(out)
         sync(out.parent)
         remove_parts(parts.folder)
         written = time.perf_counter()
@@ -83,7 +86,7 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
         sweep,
         summary,
         chunks_before=chunks.count - len(missing),
-        rows_simulated=sum(waiting.values()),
+        jumps_made=sum(made),
         compile_time_s=compile_time_s,
         compute_time_s=computed - started,
         write_time_s=written - computed,

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import itertools
+import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from simulator.scene_file import load_scene, write_scene
-from tests.cli.shell import good, labbook, process, refused
+from tests.cli.shell import Answer, good, labbook, process, refused
 
 KEYS = {
     *("scene", "effects", "accuracy", "within", "jumps_measured", "full", "alone", "pairs", "stay", "smallest_set"),
@@ -23,6 +25,13 @@ SWEEP = ("--scene", "sim2", "--over", "b_ad=0,1", "--out", "a.nc")
 @pytest.fixture(autouse=True)
 def _nothing_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_DISABLE_JIT", "1")
+
+
+def after_its_announcement(answer: Answer) -> Answer:
+    """What a command gave back after the line that says what it will do."""
+    first, _, rest = answer.err.partition("\n")
+    assert re.fullmatch(r"simulating without \d+ sets of effects, then compiling 2 kernels to time them: .*\.", first)
+    return replace(answer, err=rest)
 
 
 def test_data_for_programs(tmp_path: Path) -> None:
@@ -47,7 +56,9 @@ def test_data_for_programs(tmp_path: Path) -> None:
 
 
 def test_tables_and_sentences_for_people(tmp_path: Path) -> None:
-    shown = good(process("sim", "effects", *PLATE, "--within", "2%", "--pairs", at=tmp_path)).out
+    answer = process("sim", "effects", *PLATE, "--within", "2%", "--pairs", at=tmp_path)
+    assert answer.err.startswith("simulating without 15 sets of effects, then compiling 2 kernels ")
+    shown = good(after_its_announcement(answer)).out
     for said in (
         "All 7 effects, jump 10 of 12: cost ",
         "leg_straight in jump 1",
@@ -104,9 +115,10 @@ def test_a_sweep_that_goes_too_far_for_its_effects_is_warned_of(tmp_path: Path) 
     over = ("--over", "gain=300,600", "--over", "initial_height=0,0.45")
     shown = good(process("sim", "sweep", *words, *over, "--out", "far.nc", at=tmp_path)).out
     assert "Left out: short_leg_guard, drag; that changes" in shown
-    (line,) = [line for line in shown.splitlines() if line.startswith("warning: of 4 corners of what is swept")]
-    assert "farthest off at gain = 300, initial_height = 0.45, where that changes cost by -" in line
-    assert line.endswith("beyond 2 %: sweep less far, give a smaller --within, or name the effects instead of auto.")
+    start = "warning: the chosen set of effects does not stay within 2 % in all of this sweep. Of 4 corners of what is "
+    (line,) = [line for line in shown.splitlines() if line.startswith(start)]
+    assert "farthest off at gain = 300, initial_height = 0.45: there it changes cost by -" in line
+    assert line.endswith("depth by 0. Sweep less far, give a smaller --within, or name the effects instead of auto.")
 
 
 @pytest.mark.parametrize(
@@ -120,7 +132,6 @@ def test_a_sweep_that_goes_too_far_for_its_effects_is_warned_of(tmp_path: Path) 
         (["effects", "--scene", "sim2", "--effects", "auto"], "leave auto out of --effects"),
         (["effects", "--scene", "sim2", "--effects", "+dragg"], "did you mean 'drag'?"),
         (["effects"], "--scene"),
-        (["effects", "--scene", "sim2", "--set", "k_extension=100"], "ends in no_liftoff, before an apex"),
         (["run", "--scene", "sim2", "--effects", "auto"], "add --within"),
         (["run", "--scene", "sim2", "--within", "1%"], "add --effects auto"),
         (["run", "--scene", "sim2", "--effects", "+drag", "--within", "1%"], "add --effects auto"),
@@ -132,3 +143,8 @@ def test_a_sweep_that_goes_too_far_for_its_effects_is_warned_of(tmp_path: Path) 
 )
 def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:
     refused(labbook("sim", *words, at=tmp_path), 2, said)
+
+
+def test_a_scene_that_does_not_jump_is_refused(tmp_path: Path) -> None:
+    answer = labbook("sim", "effects", "--scene", "sim2", "--set", "k_extension=100", at=tmp_path)
+    refused(after_its_announcement(answer), 2, "ends in no_liftoff, before an apex")

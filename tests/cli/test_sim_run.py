@@ -147,3 +147,13 @@ def test_in_a_process_of_its_own_without_a_book(tmp_path: Path) -> None:
     first = good(process("sim", "run", "--scene", "sim2", "--json", at=tmp_path)).json
     again = good(process("sim", "run", "--scene", "sim2", "--json", at=tmp_path)).json
     assert again["jumps"] == first["jumps"]
+
+
+def test_a_jump_under_the_grains_is_warned_of(tmp_path: Path) -> None:
+    sets = ["foot_radius=0.0073", "kg_scale=1", "k_extension=5254"]
+    assert simulated(tmp_path, "sim2", sets)["under_surface"]
+    assert not simulated(tmp_path, "sim2", [])["under_surface"]
+    words = [word for item in sets for word in ("--set", item)]
+    shown = good(labbook("sim", "run", "--scene", "sim2", *words, at=tmp_path)).out
+    (warning,) = [line for line in shown.splitlines() if line.startswith("warning: ")]
+    assert "deeper than the longest leg (0.3 m), and the body gets 0.33" in warning

@@ -15,7 +15,7 @@ from tests.cli.shell import good, labbook, process, refused
 
 KEYS = {
     *("out", "scene", "dims", "jumps", "accuracy", "sampling", "outcomes", "ill_conditioned", "assumed"),
-    *("set_by_user", "refused"),
+    *("set_by_user", "refused", "under_surface", "open_book"),
     *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
     "effects_left_out",
 }
@@ -68,9 +68,20 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     assert shown[1].startswith("outcomes: touchdown 2; ill-conditioned: ")
     assert any(line.startswith("kg_scale is assumed: ") for line in shown)
     assert not any(line.startswith("set by you") for line in shown)
-    assert shown[-1] == "bed.nc: 43 variables, for xarray.open_dataset('bed.nc')."
+    assert shown[-1] == "bed.nc: 47 variables, for xarray.open_dataset('bed.nc')."
     again = good(labbook(*words, at=tmp_path)).out.splitlines()
     assert "nothing was left to simulate." in again
+
+
+def test_one_jump_is_one_and_a_jump_under_the_grains_is_counted(tmp_path: Path) -> None:
+    words = ("--scene", "sim2", "--set", "kg_scale=1", "--set", "k_extension=5254", "--over", "foot_radius=0.0073")
+    shown = good(labbook("sim", "sweep", *words, "--out", "one.nc", at=tmp_path)).out.splitlines()
+    assert shown[0] == "sim2: 1 jump over foot_radius (1), grid."
+    assert shown[2].startswith(
+        "warning: in 1 jump the body gets under the surface of the grains, which act on the foot "
+    )
+    with xarray.open_dataset(tmp_path / "one.nc") as dataset:
+        assert dataset["under_surface"].item() == dataset.attrs["under_surface_count"] == 1
 
 
 @pytest.mark.parametrize(
@@ -104,6 +115,7 @@ def test_a_corner_that_cannot_be_is_told_of_and_left_out(tmp_path: Path) -> None
     words = ("--over", "kg_scale=0.01,1", "--over", "b_ad=0,100")
     found = swept(tmp_path, *words)
     assert found["outcomes"] == {"refused": 2, "touchdown": 2}
+    assert (found["jumps"], found["dims"]) == (2, {"kg_scale": 2, "b_ad": 2})
     assert found["refused"]["scenes"] == 2
     assert "K < m_a g" in found["refused"]["why"]
     assert swept(tmp_path, *words)["refused"] == found["refused"]

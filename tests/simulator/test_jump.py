@@ -167,3 +167,41 @@ def test_a_jump_that_does_not_come_off_has_a_name(
     assert all(jump.outcome == "touchdown" for jump in result.jumps[:-1])
     if outcome != "carried":
         assert len(result.jumps) < jumps or jumps == 1
+
+
+SUNK = {"foot_radius": 0.0073, "kg_scale": 1.0, "k_extension": 5254.0}
+
+
+def test_a_body_that_gets_under_the_grains_is_marked() -> None:
+    jump = simulate(load_scene("sim2").changed(SUNK)).jump
+    assert jump.outcome == "touchdown"
+    assert jump.under_surface
+    assert jump.max_depth_m > 0.3
+    assert jump.apex_height_m is not None
+    assert jump.min_body_height_m < jump.apex_height_m < 0.0
+    above = simulate(load_scene("sim2").changed({**SUNK, "kg_scale": 1.95})).jump
+    assert not above.under_surface
+    assert 0.0 < above.min_body_height_m < 0.02
+
+
+@pytest.mark.parametrize("name", shipped_scenes())
+def test_the_lowest_body_is_that_of_the_motion(name: str) -> None:
+    """The samples are half a millisecond apart: the body is then at most v^2 / 2a above where it turns."""
+    scene = load_scene(name)
+    result = simulate(scene.changed(jumps=min(scene.jumps, 2)), 1e-9, trajectory=True)
+    assert result.trajectory is not None
+    heights, numbers = (result.trajectory[name].to_numpy() for name in ("body_height", "jump"))
+    for number, jump in enumerate(result.jumps):
+        lowest_m = heights[numbers == number].min()
+        assert lowest_m - 5e-6 < jump.min_body_height_m <= lowest_m
+        assert not jump.under_surface
+
+
+def test_a_book_that_stays_open_is_marked() -> None:
+    """Rounding in a foot of ten milligrams takes more than the finest accuracy allows."""
+    scene = load_scene("sim2").changed({"foot_mass": 1e-5})
+    jump = simulate(scene, FINEST_ACCURACY).jump
+    assert jump.repeats > 0
+    assert jump.open_book
+    assert abs(jump.energy_residual_J) > FINEST_ACCURACY * jump.energy_at_play_J
+    assert not simulate(scene, 1e-9).jump.open_book

@@ -114,10 +114,42 @@ def edited(old: str, new: str) -> str:
         ('  "motor_heat",', '  "motor_heats",', "'motor_heats' is not a known effect: did you mean 'motor_heat'?"),
         ('  "motor_heat",', "  3,", "effects is missing or no list of names"),
         ("body_mass = {", "body_mas = {", "'body_mas' is not a known parameter: did you mean 'body_mass'?"),
+        (
+            "jumps = 1",
+            'author = "x"',
+            "'author' is not a known key of a scene file: allowed are title, description, jumps",
+        ),
+        ("jumps = 1", "foot_radius = 0.03", "foot_radius stands above all tables: move it to [ground]."),
+        ('  "motor_heat",', '  "motor_heat", "motor_heat",', "effects names motor_heat twice: name it once."),
         ("[robot]", "[robots]", "'robots' is not a known key of a scene file: did you mean 'robot'?"),
         ("[start]\n", "[start]\nbody_mass = 1\n", "body_mass stands in [start]: move it to [robot]."),
         ("body_mass = { value = 1.75,", "body_mass = { valu = 1.75,", "body_mass is not given with its value and"),
-        ("body_mass = { value = 1.75,", 'body_mass = { value = "1.75",', "body_mass = '1.75' is not a finite number"),
+        (
+            "body_mass = { value = 1.75,",
+            'body_mass = { value = "1.75",',
+            "the value of body_mass is text and no number",
+        ),
+        (
+            "body_mass = { value = 1.75,",
+            "body_mass = { value = true,",
+            "the value of body_mass is true or false and no",
+        ),
+        (
+            "body_mass = { value = 1.75,",
+            "body_mass = { value = [1.75],",
+            "the value of body_mass is a list and no number",
+        ),
+        ("body_mass = { value = 1.75,", "body_mass = { value = {},", "the value of body_mass is a table and no number"),
+        (
+            "body_mass = { value = 1.75,",
+            "body_mass = { value = 12:30:00,",
+            "is a date or a time and no number: write value =",
+        ),
+        (
+            "body_mass = { value = 1.75,",
+            f"body_mass = {{ value = -1{'0' * 400},",
+            "body_mass = -inf is not a finite number",
+        ),
         ("body_mass = { value = 1.75,", "body_mass = { value = nan,", "body_mass = nan is not a finite number"),
         ("body_mass = { value = 1.75,", 'body_mass = { value = 1.75, assumed = "x",', "either a source or a reason"),
         ("body_mass = { value = 1.75,", 'body_mass = { value = 1.75, sourc = "x",', "did you mean 'source'?"),
@@ -138,6 +170,14 @@ def test_refused_files(old: str, new: str, said: str, tmp_path: Path) -> None:
     assert str(refusal.value).startswith(str(file))
     assert said in str(refusal.value)
     assert is_sentence(str(refusal.value))
+
+
+def test_a_key_that_only_programs_write_is_not_offered_to_people() -> None:
+    with pytest.raises(
+        InputRefused, match=r"'set' is not a known key of body_mass: allowed are [^:]*'value'\.$"
+    ) as refusal:
+        parse_scene(edited("body_mass = { value = 1.75,", "body_mass = { value = 1.75, set = 1,"), "own")
+    assert "set_by_user" not in str(refusal.value)
 
 
 def test_a_value_that_was_set_is_written_as_such_and_never_with_a_source() -> None:
@@ -166,3 +206,8 @@ def test_unknown_scenes_and_files(tmp_path: Path) -> None:
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(InputRefused, match="is not text in UTF-8"):
         load_scene(binary)
+    (tmp_path / "folder.toml").mkdir()
+    with pytest.raises(InputRefused, match=r"folder\.toml is a folder: give a scene file in it\.$"):
+        load_scene(tmp_path / "folder.toml")
+    with pytest.raises(InputRefused, match=r"own\.toml/sim2\.toml cannot be read \(not a directory\): check its path"):
+        load_scene(binary / "sim2.toml")

@@ -50,6 +50,8 @@ def effects(
     from labbook.presenting.effects_worth_data import time_data, times_data, worth_data
 
     task = effects_task(EffectsRequest(scene, within, tuple(sets or ()), switched, accuracy, timings))
+    if not as_json:
+        typer.echo(shown.ahead(len(task.sets), task.kernels), err=True)
     with progress("effects", task.steps, shown=not as_json) as step:
         done = measure_effects(task, step)
     data = {

@@ -45,6 +45,7 @@ JUMP = JumpResult(
     error_growth=1.0,
     min_leg_length_m=0.15,
     max_leg_length_m=0.309,
+    min_body_height_m=0.071,
     capped_time_s=0.02,
     counters={"guard_switch": 0},
     mode_changes=(ModeChange(0.1, "intruding", "jammed"),),
@@ -62,6 +63,14 @@ def test_every_line_is_a_number_of_the_result() -> None:
         item.name for item in fields(JumpResult)
     }
     assert set(layout.OUTCOMES) <= set(OUTCOMES)
+
+
+def test_no_two_lines_have_the_same_name() -> None:
+    names = [name for name, _, _ in ROWS]
+    assert len(set(names)) == len(names)
+    shown = [" ".join(line.split()) for line in as_lines(result())]
+    assert "body height at lift-off 0.19 m above the surface" in shown
+    assert "body velocity at lift-off 1.638227 m/s" in shown
 
 
 def test_the_table_has_as_many_digits_as_the_accuracy_is_worth() -> None:

@@ -6,11 +6,13 @@ from pathlib import Path
 
 from labbook.presenting.swept import sweep_data, sweep_lines
 from simulator.sweep.assemble import Summary
+from simulator.sweep.outputs import FLAGS
 from simulator.sweep.run import Finished
 from tests.helpers.sweeps import sobol_sweep
 
 SWEEP = sobol_sweep(300)
-SUMMARY = Summary({"touchdown": 300}, 0)
+NONE = dict.fromkeys(FLAGS, 0)
+SUMMARY = Summary({"touchdown": 300}, NONE)
 
 
 def test_a_sweep_that_went_on_says_how_many_jumps_were_there() -> None:
@@ -32,3 +34,21 @@ def test_nothing_was_left() -> None:
     done = Finished(Path("a.nc"), SWEEP, SUMMARY, SWEEP.chunks.count)
     assert "nothing was left to simulate." in sweep_lines(done)
     assert sweep_data(done)["jump_time_us"] is None
+
+
+def test_only_jumps_that_were_made_are_counted() -> None:
+    some = Summary({"refused": 290, "not_made": 9, "touchdown": 1}, NONE)
+    done = Finished(Path("a.nc"), SWEEP, some, 0, 1, compute_time_s=1e-3)
+    assert sweep_data(done)["jumps"] == 1
+    assert sweep_data(done)["jump_time_us"] == 1000.0
+    assert sweep_lines(done)[0].startswith("sim2: 1 jump over ")
+
+
+def test_jumps_that_are_not_to_be_trusted_are_warned_of() -> None:
+    assert not any(line.startswith("warning") for line in sweep_lines(Finished(Path("a.nc"), SWEEP, SUMMARY, 0)))
+    flagged = Summary({"touchdown": 300}, {"ill_conditioned": 0, "under_surface": 2, "open_book": 1})
+    lines = sweep_lines(Finished(Path("a.nc"), SWEEP, flagged, 0))
+    assert [line[:57] for line in lines if line.startswith("warning: ")] == [
+        "warning: in 2 jumps the body gets under the surface of th",
+        "warning: in 1 jump the energy book does not close within ",
+    ]

@@ -21,19 +21,21 @@ def said(*corners: Corner, refused: int = 0) -> str:
 
 def test_within_the_tolerance() -> None:
     assert said(NEAR, NEAR) == (
-        "Of 2 corners of what is swept, the set is farthest off at b_ad = 0, gain = 300: that changes cost by +0.1 %, "
-        "apex by -0.2 %, depth by 0."
+        "Of 2 corners of what is swept, the set is farthest off at b_ad = 0, gain = 300: there it changes cost by "
+        "+0.1 %, apex by -0.2 %, depth by 0."
     )
 
 
 def test_beyond_the_tolerance_is_a_warning_with_what_to_do() -> None:
     line = said(NEAR, FAR, refused=1)
-    assert line.startswith(
-        "warning: of 2 corners of what is swept (1 more cannot be simulated), the set is farthest off at b_ad = 300, "
-        "gain = 600, where that changes cost by +1.2 %, "
+    assert line == (
+        "warning: the chosen set of effects does not stay within 1 % in all of this sweep. Of 2 corners of what is "
+        "swept (1 more cannot be simulated), the set is farthest off at b_ad = 300, gain = 600: there it changes "
+        "cost by +1.2 %, apex by -0.2 %, depth by 0. Sweep less far, give a smaller --within, or name the effects "
+        "instead of auto."
     )
-    assert "beyond 1 %: sweep less far" in line
-    assert ", where the jump ends otherwise than with all effects (leg_folded), beyond 1 %: " in said(FAR, FOLDS)
+    ends = "gain = 900: there the jump ends otherwise than with all effects (leg_folded). Sweep less far, give"
+    assert ends in said(FAR, FOLDS)
 
 
 def test_no_corner_and_no_set() -> None:

@@ -7,6 +7,7 @@ import math
 import os
 import subprocess
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,14 +16,17 @@ import pytest
 from data_schema.errors import UsageError
 from simulator.jump import simulate
 from simulator.kernel.layout import OUTCOMES
+from simulator.kernel.limits import MOST_STEPS, REPEATS
 from simulator.kernel.rows import COLUMNS
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene
 from simulator.sweep.chunks import Recipe, chunks_for, recipe_for, simulate_rows
-from simulator.sweep.design import row_count
-from simulator.sweep.outputs import OUTPUTS, PLACE
+from simulator.sweep.design import Grid, row_count
+from simulator.sweep.outputs import FLAGS, OUTPUTS, PLACE
 from simulator.sweep.sweep import Sweep
 from tests.helpers.sweeps import grid_sweep, sobol_sweep
+
+SUNK = {"foot_radius": 0.0073, "k_extension": 5254.0}
 
 
 def recipe_of(sweep: Sweep) -> Recipe:
@@ -49,7 +53,7 @@ def test_every_column_of_the_kernel_is_an_output() -> None:
     names = [output.name for output in OUTPUTS]
     assert len(set(names)) == len(names)
     assert set(COLUMNS) <= set(names)
-    assert set(names) - set(COLUMNS) == {"passive_J", "cost_J", "ill_conditioned"}
+    assert set(names) - set(COLUMNS) == {"passive_J", "cost_J", *FLAGS}
 
 
 def test_the_numbers_are_those_of_single_simulations() -> None:
@@ -59,6 +63,32 @@ def test_the_numbers_are_those_of_single_simulations() -> None:
     for row, values in zip(block[:, 0], sweep.design.rows(0, 8).tolist(), strict=True):
         scene = sweep.scene.changed(dict(zip(("b_ad", "k_extension", "foot_radius"), values, strict=True)))
         assert_same_jump(row, simulate(scene, 1e-6).jump)
+
+
+def test_bodies_under_the_surface_are_marked() -> None:
+    sweep = grid_sweep("foot_radius=0.0073", "k_extension=5254", "kg_scale=1,1.95", accuracy=1e-6)
+    block = simulate_rows(recipe_of(sweep), sweep.design.rows(0, 2))
+    assert block[:, 0, PLACE["under_surface"]].tolist() == [1.0, 0.0]
+    assert_same_jump(block[0, 0], simulate(sweep.scene.changed({**SUNK, "kg_scale": 1.0}), 1e-6).jump)
+
+
+def simulated_again(limits: Mapping[int, float]) -> dict[str, float]:
+    """The outputs of a scene of which the energy book does not close at the first run."""
+    values = {"body_mass": 0.07638, "foot_mass": 0.0008137, "kg_scale": 3018.0, "force_cap": 2.068e5}
+    recipe = recipe_for(load_scene("sim2").changed(values), Grid(()), 1e-6)
+    for place, limit in limits.items():
+        recipe.limits[place] = limit
+    return dict(zip(PLACE, simulate_rows(recipe, np.zeros((1, 0)))[0, 0].tolist(), strict=True))
+
+
+def test_what_is_simulated_again_says_so_and_whether_that_was_enough() -> None:
+    closed, unclosed = simulated_again({}), simulated_again({REPEATS: 0})
+    assert (unclosed["repeats"], unclosed["open_book"]) == (0, 1)
+    assert (closed["repeats"], closed["open_book"]) == (1, 0)
+    assert closed["steps"] > unclosed["steps"]
+    too_many = simulated_again({MOST_STEPS: unclosed["steps"] + 1})
+    assert OUTCOMES[int(too_many["outcome"])] == "step_limit"
+    assert too_many["repeats"] > 0
 
 
 def test_scenes_with_several_jumps_and_with_jumps_that_are_not_made() -> None:

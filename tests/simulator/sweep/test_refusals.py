@@ -77,7 +77,7 @@ def test_the_others_are_simulated_as_if_alone_and_these_marked(kind: str, tmp_pa
     sweep, out = grid_sweep(*CORNERS), tmp_path / f"out.{kind}"
     told: list[int] = []
     done = run_sweep(sweep, out, Threads(), told.append)
-    assert sum(told) == done.rows_simulated == sweep.legal_rows == 24 - sweep.refusals.count
+    assert sum(told) == done.jumps_made == sweep.legal_rows == 24 - sweep.refusals.count
     assert done.summary.outcomes["refused"] == sweep.refusals.count
     with xarray.open_dataset(out, engine="zarr" if kind == "zarr" else "netcdf4") as found:
         assert found.attrs["refused"] == sweep.refused

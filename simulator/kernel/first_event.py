@@ -1,0 +1,166 @@
+"""When within a step the first event happens, by the dense output at a few nodes of the step."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inlined, inner
+from simulator.effects.effect import Function
+from simulator.kernel.layout import (
+    BETWEEN,
+    GUARDS,
+    GUARDS_AFTER,
+    GUARDS_BEFORE,
+    GUARDS_BETWEEN,
+    GUARDS_EARLIER,
+    QUARTER,
+    TRIAL,
+    WIDTH,
+)
+
+Row = NDArray[np.float64]
+CLOSE = 1e-9
+"""Share of a step to which the dense output's instant is refined before steps are taken to it."""
+CLIMBS = 4
+"""Parabolas by which a peak between nodes is looked for."""
+NEVER = 2.0
+"""A share of a step beyond its end."""
+
+
+def make_value(guards: Function, interpolate: Function) -> Function:
+    """Compose `(guard, share, t, h, work)`: a guard's value at a share of the step, by the dense output."""
+
+    @inner
+    def value(guard: int, share: float, t: float, h: float, work: Row) -> float:
+        interpolate(h, share, work, BETWEEN)
+        guards(t + share * h, work, BETWEEN, GUARDS_BETWEEN)
+        return work[GUARDS_BETWEEN + guard]
+
+    return value
+
+
+def make_refine(value: Function) -> Function:
+    """Compose `(guard, low, high, g_low, g_high, t, h, work)`: the share at which a guard rises between two others."""
+
+    @inner
+    def refine(
+        guard: int, low: float, high: float, g_low: float, g_high: float, t: float, h: float, work: Row
+    ) -> float:
+        for _ in range(12):
+            middle = high - g_high * (high - low) / (g_high - g_low)
+            if not low < middle:  # the root is at the lower end, as where a guard starts at zero
+                return min(high, low + CLOSE)
+            if not middle < high:
+                break
+            g = value(guard, middle, t, h, work)
+            if g > 0.0:
+                close = high - middle < CLOSE
+                high, g_high, g_low = middle, g, 0.5 * g_low
+            else:
+                close = middle - low < CLOSE
+                low, g_low, g_high = middle, g, 0.5 * g_high
+            if close:
+                break
+        return high
+
+    return refine
+
+
+@inner
+def peaks(guard: int, work: Row) -> bool:
+    """Whether a parabola through the guard's values at the last three nodes, none positive, rises over zero."""
+    earlier, before, after = work[GUARDS_EARLIER + guard], work[GUARDS_BEFORE + guard], work[GUARDS_AFTER + guard]
+    rise, bend = after - earlier, 2.0 * before - earlier - after
+    over = rise * rise + 8.0 * bend * before > 0.0 and abs(rise) < 2.0 * bend
+    return over and earlier <= 0.0 and before <= 0.0 and after <= 0.0
+
+
+def make_rises_to_peak(value: Function, refine: Function) -> Function:
+    """Compose `(guard, middle, width, t, h, work)`: the share at which a guard that peaks rises, or `NEVER`."""
+
+    @inner
+    def rises_to_peak(guard: int, middle: float, width: float, t: float, h: float, work: Row) -> float:
+        low, high = middle - width, middle + width
+        g_low, g_middle, g_high = (
+            work[GUARDS_EARLIER + guard],
+            work[GUARDS_BEFORE + guard],
+            work[GUARDS_AFTER + guard],
+        )
+        for _ in range(CLIMBS):
+            up, down = (middle - low) * (g_middle - g_high), (high - middle) * (g_middle - g_low)
+            if not up + down > 0.0:
+                break
+            peak = middle - 0.5 * ((middle - low) * up - (high - middle) * down) / (up + down)
+            if not (low < peak < high and peak != middle):
+                break
+            g = value(guard, peak, t, h, work)
+            if peak < middle:
+                high, middle, g_high, g_middle = middle, peak, g_middle, g
+            else:
+                low, middle, g_low, g_middle = middle, peak, g_middle, g
+            if g > 0.0:
+                return refine(guard, low, middle, g_low, g, t, h, work)
+        return NEVER
+
+    return rises_to_peak
+
+
+@inlined
+def candidates(twice: bool, work: Row) -> int:
+    """Count the guards that may rise since the node before; counted rather than looked for, which takes no branches."""
+    found = 0
+    for guard in range(GUARDS):
+        found += 1 if work[GUARDS_BEFORE + guard] <= 0.0 and work[GUARDS_AFTER + guard] > 0.0 else 0
+    if twice:
+        for guard in range(GUARDS):
+            found += 1 if peaks(guard, work) else 0
+    return found
+
+
+def make_earliest(refine: Function, rises_to_peak: Function) -> Function:
+    """Compose `(low, high, twice, t, h, work)`: the guard that rises first between two nodes (-1: none), and when."""
+
+    @inner
+    def earliest(low: float, high: float, twice: bool, t: float, h: float, work: Row) -> tuple[int, float]:
+        found, share = -1, NEVER
+        for guard in range(GUARDS):
+            g_low, g_high, instant = work[GUARDS_BEFORE + guard], work[GUARDS_AFTER + guard], NEVER
+            if g_low <= 0.0 and g_high > 0.0:
+                instant = refine(guard, low, high, g_low, g_high, t, h, work)
+            elif twice and peaks(guard, work):
+                instant = rises_to_peak(guard, low, high - low, t, h, work)
+            if instant < share:
+                found, share = guard, instant
+        return found, share
+
+    return earliest
+
+
+def make_first_event(guards: Function, interpolate: Function) -> Function:
+    """Compose the search for the first guard that rises through zero: `(t, h, nodes, work)`, after `at_once`.
+
+    It looks at 1, 2 or 4 nodes of the step, and where a parabola through three of them rises over zero. Returns the
+    guard (-1: none) and its instant as a share of the step.
+    """
+    value = make_value(guards, interpolate)
+    refine = make_refine(value)
+    earliest = make_earliest(refine, make_rises_to_peak(value, refine))
+
+    @inner
+    def first_event(t: float, h: float, nodes: int, work: Row) -> tuple[int, float]:
+        quarters, twice = 4 // nodes, False
+        for node in range(quarters, 5, quarters):
+            low, high = 0.25 * (node - quarters), 0.25 * node
+            guards(t + high * h, work, TRIAL if node == 4 else QUARTER + WIDTH * (node - 1), GUARDS_AFTER)
+            if candidates(twice, work) > 0:
+                found, share = earliest(low, high, twice, t, h, work)
+                if found >= 0:
+                    return found, share
+            twice = not twice
+            for guard in range(GUARDS):
+                work[GUARDS_EARLIER + guard] = work[GUARDS_BEFORE + guard]
+                work[GUARDS_BEFORE + guard] = work[GUARDS_AFTER + guard]
+        return -1, 1.0
+
+    return first_event
