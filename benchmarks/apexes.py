@@ -37,13 +37,13 @@ def measure(say: Callable[[str], None]) -> Section:
     count = -(-SAMPLES // size)
     logs = [drawn[number % DIFFERENT] for number in range(count)]
     say(f"{ROUNDS} rounds of {count} logs")
-    works = {
+    works: dict[str, Callable[[object], object]] = {
         ROBUST: partial(_side_by_side, "robust", logs),
         PUBLISHED: partial(_side_by_side, "published", logs),
         ALONE: partial(_one_after_another, "robust", logs),
         PEAKS: partial(_peaks, logs),
     }
-    times = in_turns({name: Work(lambda _none, run=run: run()) for name, run in works.items()}, ROUNDS, warm_ups=0)
+    times = in_turns({name: Work(run) for name, run in works.items()}, ROUNDS, warm_ups=0)
     jumps = sum(len(detect(log, "robust", REST_LENGTH_M).found.with_apex) for log in drawn) / DIFFERENT
     peaks = _peaks(drawn) / DIFFERENT
     return Section(
@@ -67,18 +67,18 @@ def _log(number: int) -> Log:
     return Log(log.time_ms / 1e3, log.channels[f"{BODY_HEIGHT} [m]"], log.channels[f"{LEG_LENGTH} [m]"], gaps=())
 
 
-def _side_by_side(detector: str, logs: list[Log]) -> None:
+def _side_by_side(detector: str, logs: list[Log], _prepared: object) -> None:
     with ThreadPoolExecutor(LOGS_AT_ONCE) as pool:
         for _found in pool.map(lambda log: detect(log, detector, REST_LENGTH_M), logs):
             pass
 
 
-def _one_after_another(detector: str, logs: list[Log]) -> None:
+def _one_after_another(detector: str, logs: list[Log], _prepared: object) -> None:
     for log in logs:
         detect(log, detector, REST_LENGTH_M)
 
 
-def _peaks(logs: list[Log]) -> int:
+def _peaks(logs: list[Log], _prepared: object = None) -> int:
     average = np.full(10, 0.1)
     return sum(scipy.signal.find_peaks(np.convolve(log.body_height_m, average, "valid"))[0].size for log in logs)
 
