@@ -6,6 +6,7 @@ programs are asked there only, so that nothing here fails when one of them mends
 
 import math
 import warnings
+from pathlib import Path
 
 import mpmath
 import pytest
@@ -23,6 +24,23 @@ def test_all_cases_are_there_and_each_names_a_wrong_answer():
     assert list(WEAKNESSES) == [f"W{number}" for number in range(1, 28)]
     for case in WEAKNESSES.values():
         assert any(question.others for question in case.questions), case.name
+
+
+def written() -> dict[str, str]:
+    """The table's cells of labbook in the document, by case and question."""
+    text = (Path(__file__).parents[2] / "docs" / "statistics.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("| W")]
+    return {row[0]: row[2] for row in rows}
+
+
+def test_the_document_shows_labbooks_answers_of_today():
+    """The truth and the other programs beside them are from when it was last written."""
+    now = {
+        f"{case.name} {question.what}": ours(question.ours).text(question.digits)
+        for case in WEAKNESSES.values()
+        for question in case.questions
+    }
+    assert written() == now
 
 
 @pytest.mark.parametrize("name", WEAKNESSES)

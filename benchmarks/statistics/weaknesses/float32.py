@@ -130,6 +130,7 @@ CASES = (
                     statsmodels("anova_oneway", lambda: sm_oneway(FLOATS, "equal").statistic, 5.89),
                     pg("anova", lambda: _pingouin("anova"), 14.97),
                 ),
+                digits=4,
             ),
             Question(
                 "Welch's F",
@@ -140,6 +141,7 @@ CASES = (
                     statsmodels("anova_oneway", lambda: sm_oneway(FLOATS).statistic, 5.22),
                     pg("welch_anova", lambda: _pingouin("welch_anova"), 11.56),
                 ),
+                digits=4,
             ),
             Question(
                 "Tukey's p of a and b",

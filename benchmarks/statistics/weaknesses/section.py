@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from benchmarks.document import table_text
 from benchmarks.section import Table
+from benchmarks.statistics.prose import WIDTH, filled, table_lines
 from benchmarks.statistics.weaknesses.answers import Answer, Verdict, ours, recorded_text, theirs, verdict
 from benchmarks.statistics.weaknesses.case import NoNumber, Peer, Question, Weakness
 from benchmarks.statistics.weaknesses.registry import WEAKNESSES
@@ -45,9 +46,9 @@ def section(cases: Iterable[Weakness] = tuple(WEAKNESSES.values())) -> list[str]
     """Return the section's lines of Markdown, with every program asked anew."""
     counts: Counter[Verdict] = Counter()
     rows: list[tuple[str, ...]] = []
-    given = []
+    given: list[str] = []
     for case in cases:
-        given.append(f"- {case.name}, {case.title}: {case.data}.")
+        given += textwrap.wrap(f"- {case.name}, {case.title}: {case.data}.", WIDTH, subsequent_indent="  ")
         for question in case.questions:
             found = [_asked(peer, question) for peer in question.others]
             counts.update(one.verdict for one in found)
@@ -56,11 +57,14 @@ def section(cases: Iterable[Weakness] = tuple(WEAKNESSES.values())) -> list[str]
     return [
         "## Where other programs err",
         "",
-        f"Measured with {', '.join(map(_version, LIBRARIES))}. Of {sum(counts.values())} answers: {told}. A wrong "
-        "answer that is not the one recorded is marked; where a program has mended its fault the table says so. "
-        "“silent?” names the programs whose wrong answer came without a warning or an exception.",
+        *filled(
+            f"Measured with {', '.join(map(_version, LIBRARIES))}. Of {sum(counts.values())} answers: {told}. An "
+            "answer that is not the wrong one recorded is marked, also where a program has mended its fault. “–” "
+            "stands where none was asked. “silent?” names the programs whose wrong answer came without a warning or "
+            "an exception."
+        ),
         "",
-        *table_text(Table(("case", "truth", "labbook", *COLUMNS, "silent?"), tuple(rows), "")).splitlines(),
+        *table_lines(Table(("case", "truth", "labbook", *COLUMNS, "silent?"), tuple(rows), "")),
         "",
         "The values:",
         "",

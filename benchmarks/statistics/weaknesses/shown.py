@@ -57,6 +57,7 @@ def _quartiles(definition: str) -> Question:
         Number(lambda: iqr(definition), "definition"),
         lambda: rmse_over_iqr(EIGHT, EIGHT, definition=definition).iqr,
         () if definition == "linear" else others,
+        digits=4,
     )
 
 
