@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from benchmarks import (
+    apexes,
     campaign,
     channel_back,
     help_start,
@@ -26,6 +27,7 @@ BENCHMARKS: dict[str, Benchmark] = {
         help_start.BENCHMARK,
         stance.BENCHMARK,
         sweep_million.BENCHMARK,
+        apexes.BENCHMARK,
         *campaign.BENCHMARKS,
     )
 }
