@@ -20,6 +20,7 @@ _ENOUGH = 1 << (_BITS - 64)
 _MOST_STEPS = 200_000
 _SMALL_SHARE, _FEW_TERMS = _ONE // 10, 30 * _ONE
 _LAST_TERM = 1 << (_BITS - 120)
+_LITTLE = (0, 1, -8, 1)  # 2^-8 as mpmath holds numbers inside
 _PLAIN = (1e-290, 0.5)  # between these the logarithm of the double is as good
 
 Exact = float | Fraction
@@ -67,7 +68,9 @@ def f_two_sided(f: Exact, df_numerator: Exact, df_denominator: Exact) -> Tail:
 
     smaller = _f_upper(f, df_numerator, df_denominator)
     if libmp.mpf_gt(smaller, libmp.fhalf):
-        smaller = _f_upper(1 / Fraction(f), df_denominator, df_numerator)
+        smaller = libmp.mpf_sub(libmp.fone, smaller, _BITS)
+        if libmp.mpf_lt(smaller, _LITTLE):  # too little is left of its digits
+            smaller = _f_upper(1 / Fraction(f), df_denominator, df_numerator)
     return _as_tail(libmp.mpf_shift(smaller, 1)) if libmp.mpf_lt(smaller, libmp.fhalf) else Tail(1.0, 0.0)
 
 
