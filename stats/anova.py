@@ -32,7 +32,9 @@ class Anova(Result):
     f: float | Undefined
     """(SS_between / df_between) / (SS_within / df_within)."""
     df_between: int
+    """Number of groups minus 1."""
     df_within: int
+    """Number of values minus number of groups."""
     p: float | Undefined
     """P(F >= f); 0.0 below 1e-308, where `log10_p` goes on."""
     log10_p: float | Undefined
@@ -73,7 +75,7 @@ class Anova(Result):
             return f"No one-way ANOVA over {what} ({len(self.groups)} groups, n = {n}): {self.f.reason}."
         return (
             f"One-way ANOVA over {what}: F({self.df_between}, {self.df_within}) = {number_text(self.f)}, "
-            f"{p_text(self.p)}, eta squared {number_text(self.eta_squared, 3)} "
+            f"{p_text(self.p, self.log10_p)}, eta squared {number_text(self.eta_squared, 3)} "
             f"({interval_text(self.eta_squared_ci, self.level)}) "
             f"({len(self.groups)} groups, n = {n}{missing_text(self.missing)})."
         )

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.vocabulary import Undefined
-from stats.checks import as_number
+from stats.checks import as_count, as_number
+from stats.results import Result
 from stats.wording import number_text
 
 CAUCHY_SCALE = math.sqrt(0.5)
@@ -30,26 +31,28 @@ DEEP = 90.0
 
 
 @dataclass(frozen=True, slots=True)
-class BayesFactor:
+class BayesFactor(Result):
     """How much better the data are predicted by some effect than by none."""
 
     log10_bf: float | Undefined
     """Decimal logarithm of the Bayes factor of the alternative; negative values speak for no effect."""
     t: float
+    """Student's t, as given."""
     n_a: int
+    """Number of values of the first group."""
     n_b: int
-    """Sizes of the groups; 0 for one sample."""
+    """Number of values of the second group; 0 for one sample."""
     cauchy_scale: float
     """Scale of the prior of the effect in standard deviations."""
 
     def sentence(self) -> str:
         """Return the Bayes factor in words, as a power of ten where it is large."""
+        n = f"n = {self.n_a} and {self.n_b}" if self.n_b else f"n = {self.n_a}"
         if isinstance(self.log10_bf, Undefined):
-            return f"No Bayes factor: {self.log10_bf.reason}."
+            return f"No Bayes factor ({n}): {self.log10_bf.reason}."
         side = "an effect" if self.log10_bf >= 0.0 else "no effect"
         size = abs(self.log10_bf)
         text = f"{10.0 ** (size % 1.0):.2g}e{math.floor(size)}" if size >= 6.0 else number_text(10.0**size, 3)
-        n = f"n = {self.n_a} and {self.n_b}" if self.n_b else f"n = {self.n_a}"
         return (
             f"The data are {text} times as likely under {side} (JZS Bayes factor, scale {self.cauchy_scale:.3g}; {n})."
         )
@@ -61,7 +64,7 @@ def bayes_factor(t: float, n_a: int, n_b: int = 0, cauchy_scale: float = CAUCHY_
     Raises `InputRefused` for a t that is not finite, sizes below 0 or a scale that is not positive.
     """
     t = as_number("t", t)
-    n_a, n_b = int(as_number("n_a", n_a, low=0)), int(as_number("n_b", n_b, low=0))
+    n_a, n_b = as_count("n_a", n_a), as_count("n_b", n_b)
     r = as_number("the Cauchy scale", cauchy_scale, above=0.0)
     df = n_a + n_b - 2 if n_b else n_a - 1
     if df < 1 or n_a < 1:

@@ -8,21 +8,18 @@ takes the few days for infinitely many (p = 0.001 in place of 0.0035 for three d
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.blocked_fit import Fitted, fit_by_day
 from stats.blocked_result import BlockedByDay
 from stats.cells import Codes, cells_of
-from stats.checks import as_level, as_values
+from stats.checks import Missing, as_level, as_sample
+from stats.complete import Labels, as_labels, complete_rows
 from stats.exact_by_day import exact_test
 from stats.strata import Strata, strata_of
-
-Labels = Sequence[object] | ArrayLike
 
 
 def blocked_by_day(
@@ -33,36 +30,44 @@ def blocked_by_day(
     *,
     control: object = None,
     level: float = 0.95,
+    missing: Missing = "refuse",
 ) -> BlockedByDay:
     """Compare the conditions of values of shape (n,), each with the labels of its condition, its day and its run.
 
     Runs are numbered within days: run 1 of Monday is not run 1 of Tuesday. `control` is the condition that the others
     are compared with, by default the first in order (numbers by size, words by alphabet). Agrees with lmerTest's
-    Satterthwaite tests; where the design has an exact F-test, that stands beside them. Conditions of one day each
-    get no p. Raises `InputRefused` for NaN, infinite values or labels of another length, `UnknownName` for an unknown
+    Satterthwaite tests; where contrasts differ in their degrees of freedom, lmerTest's overall F-test depends on the
+    order of the conditions and stands apart from the one that does not. Where the design has an exact F-test, that
+    stands beside them. Conditions of one day each get no p. Raises `InputRefused` for infinite values, labels of
+    another length, and, unless `missing` is "drop", for values or labels that are missing; `UnknownName` for an unknown
     control.
     """
     level = as_level("level", level)
-    numbers = as_values("values", values)
+    columns = [values, as_labels("condition", condition, missing), as_labels("day", day, missing)]
+    columns += [] if run is None else [as_labels("run", run, missing)]
+    (kept, conditions, days, *runs), left_out = complete_rows(columns, missing)
+    sample = as_sample("values", kept)
+    numbers = sample.values
     if numbers.size == 0:
         raise InputRefused("there are no values to compare: give at least one.")
-    condition_names, condition_codes = _coded("condition", condition, numbers.size)
-    day_names, day_codes = _coded("day", day, numbers.size)
+    condition_names, condition_codes = _coded("condition", conditions, numbers.size)
+    day_names, day_codes = _coded("day", days, numbers.size)
     if control is not None:
         condition_names, condition_codes = _control_first(str(control), condition_names, condition_codes)
     run_codes, n_runs = day_codes, 0
-    if run is not None:
-        _names, within_day = _coded("run", run, numbers.size)
+    if runs:
+        _names, within_day = _coded("run", runs[0], numbers.size)
         pairs = np.stack([day_codes, within_day])
         run_codes = np.unique(pairs, axis=1, return_inverse=True)[1].ravel()
         n_runs = int(run_codes.max()) + 1
     notes = _merged(n_runs, len(day_names), numbers.size)
     with_runs = n_runs > 0 and not notes
-    cells = cells_of(numbers, condition_codes, day_codes, run_codes if with_runs else day_codes)
+    cells = cells_of(sample, condition_codes, day_codes, run_codes if with_runs else day_codes)
     strata = strata_of(cells)
     fitted = Fitted(cells, strata, with_runs, condition_names, level)
     days_of = [np.unique(day_codes[condition_codes == k]).size for k in range(len(condition_names))]
     result = fit_by_day(fitted, days_of)
+    overall = result.overall
     return BlockedByDay(
         n=numbers.size,
         n_days=len(day_names),
@@ -75,19 +80,22 @@ def blocked_by_day(
         residual_variance=result.residual_variance,
         singular=result.singular,
         reml_criterion=result.reml_criterion,
-        f=result.f,
+        f=overall if isinstance(overall, Undefined) else overall.f,
         df_between=len(condition_names) - 1,
-        df_within=result.df_within,
-        p=result.p,
+        df_within=overall if isinstance(overall, Undefined) else overall.df_within,
+        p=overall if isinstance(overall, Undefined) else overall.tail.p,
+        log10_p=overall if isinstance(overall, Undefined) else overall.tail.log10_p,
         exact=exact_test(cells, strata, with_runs, condition_names, level),
         confounding=_confounding(strata, condition_names, days_of),
         notes=notes,
+        lmertest_df_within=overall if isinstance(overall, Undefined) else overall.lmertest_df_within,
+        missing=left_out,
     )
 
 
-def _coded(name: str, labels: Labels, n: int) -> tuple[tuple[str, ...], Codes]:
+def _coded(name: str, labels: NDArray[np.object_], n: int) -> tuple[tuple[str, ...], Codes]:
     """Return the distinct labels in order (numbers by size where all are numbers) and the number of each value's."""
-    words = [str(label) for label in np.asarray(labels, dtype=object).ravel()]
+    words = [str(label) for label in labels]
     if len(words) != n:
         raise InputRefused(f"there are {n} values and {len(words)} labels of {name}: give one label for each value.")
     names = sorted(set(words))

@@ -9,11 +9,12 @@ import numpy as np
 
 from data_schema.vocabulary import Undefined
 from stats.blocked_result import ConditionMean, Contrast
-from stats.cells import Cells, Floats, rows_of
-from stats.distributions import f_upper_p, t_quantile, t_two_sided_p
+from stats.cells import Cells, Floats, reflector, rows_of
+from stats.distributions import t_quantile
 from stats.reml import DAY, RUN, Profile, RemlModel, minimise
 from stats.satterthwaite import Satterthwaite
 from stats.strata import Strata, negligible
+from stats.tails import Tail, f_upper, t_two_sided
 
 FAR = 1e12
 """Variance of days over that of values that stands for infinite: only comparisons within days count."""
@@ -31,6 +32,16 @@ class Fitted:
 
 
 @dataclass(frozen=True, slots=True)
+class Overall:
+    """The F-test of all conditions being equal; fields as those of `BlockedByDay`."""
+
+    f: float
+    df_within: float
+    lmertest_df_within: float
+    tail: Tail
+
+
+@dataclass(frozen=True, slots=True)
 class Fit:
     """The parts of `BlockedByDay` that come from the mixed model."""
 
@@ -41,9 +52,8 @@ class Fit:
     residual_variance: float | Undefined
     singular: bool | Undefined
     reml_criterion: float | Undefined
-    f: float | Undefined
-    df_within: float | Undefined
-    p: float | Undefined
+    overall: Overall | Undefined
+    """Of all conditions being equal."""
 
 
 def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
@@ -66,7 +76,7 @@ def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
     lacking = next((each.p for each in contrasts if isinstance(each.p, Undefined)), None)
     if len(design.names) < 2:
         lacking = Undefined("there is one condition only")
-    f, df, p = _f_test(cells, doubt) if lacking is None else (lacking, lacking, lacking)
+    overall = _f_test(cells, doubt) if lacking is None else lacking
     variance = profile.residual_variance
     return Fit(
         conditions=tuple(conditions),
@@ -76,18 +86,17 @@ def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
         residual_variance=_squared(variance, cells),
         singular=any(each and value == 0.0 for each, value in zip(free, gamma, strict=True)),
         reml_criterion=profile.deviance + 2.0 * model.degrees * cells.exponent * math.log(2.0),
-        f=f,
-        df_within=df,
-        p=p,
+        overall=overall,
     )
 
 
-def _f_test(cells: Cells, doubt: Satterthwaite) -> tuple[float, float, float] | tuple[Undefined, Undefined, Undefined]:
-    found = doubt.f_test(_type_one_contrasts(cells))
-    if found is None:
-        none = Undefined("days differ too much more than values for comparisons within and between them to be joined")
-        return none, none, none
-    return *found, f_upper_p(found[0], cells.n_conditions - 1, found[1])
+def _f_test(cells: Cells, doubt: Satterthwaite) -> Overall | Undefined:
+    k = cells.n_conditions
+    # Rows at right angles to the mean of all and to each other: another order of conditions only turns them.
+    found, by_type_one = doubt.f_test(reflector(np.ones(k))[1:]), doubt.f_test(_type_one_contrasts(cells))
+    if found is None or by_type_one is None:
+        return Undefined("days differ too much more than values for comparisons within and between them to be joined")
+    return Overall(*found, by_type_one[1], f_upper(found[0], k - 1, found[1]))
 
 
 def _squared(variance: float, cells: Cells) -> float | Undefined:
@@ -182,11 +191,12 @@ def _contrast(design: Fitted, profile: Profile, doubt: Satterthwaite, place: int
     difference = float(profile.estimates.of(weights))
     none = _untellable(design, place)
     if none is not None:
-        return Contrast(names[place], names[0], math.ldexp(difference, exponent), none, none, none, none, none)
+        return Contrast(names[place], names[0], math.ldexp(difference, exponent), *(none,) * 6)
     se = math.sqrt(profile.residual_variance * profile.estimates.variance(weights))
     df = doubt.df(weights)
     half = t_quantile(design.level, df) * se
     t = difference / se
+    tail = t_two_sided(t, df)
     return Contrast(
         condition=names[place],
         control=names[0],
@@ -194,7 +204,8 @@ def _contrast(design: Fitted, profile: Profile, doubt: Satterthwaite, place: int
         se=math.ldexp(se, exponent),
         df=df,
         t=t,
-        p=t_two_sided_p(t, df),
+        p=tail.p,
+        log10_p=tail.log10_p,
         interval=(math.ldexp(difference - half, exponent), math.ldexp(difference + half, exponent)),
     )
 
@@ -219,7 +230,7 @@ def _without(design: Fitted, days_of: list[int], means: Floats, none: Undefined)
             for name, n, days, mean in zip(design.names, counts, days_of, means, strict=True)
         ),
         contrasts=tuple(
-            Contrast(name, design.names[0], math.ldexp(float(mean - means[0]), cells.exponent), *(none,) * 5)
+            Contrast(name, design.names[0], math.ldexp(float(mean - means[0]), cells.exponent), *(none,) * 6)
             for name, mean in zip(design.names[1:], means[1:], strict=True)
         ),
         day_variance=none,
@@ -227,7 +238,5 @@ def _without(design: Fitted, days_of: list[int], means: Floats, none: Undefined)
         residual_variance=none,
         singular=none,
         reml_criterion=none,
-        f=none,
-        df_within=none,
-        p=none,
+        overall=none,
     )

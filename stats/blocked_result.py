@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from data_schema.vocabulary import Undefined
-from stats.wording import interval_text, number_text, p_text, with_unit
+from stats.results import Result
+from stats.tails import Tail, f_upper
+from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
 
 Interval = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class ConditionMean:
+class ConditionMean(Result):
     """A condition as the model estimates it, in the unit of the values."""
 
     condition: str
+    """Its label."""
     n: int
     """Number of values."""
     n_days: int
@@ -26,25 +29,45 @@ class ConditionMean:
     df: float | Undefined
     """Degrees of freedom after Satterthwaite."""
     interval: Interval | Undefined
+    """Student's interval of the estimate."""
 
 
 @dataclass(frozen=True, slots=True)
-class Contrast:
+class Contrast(Result):
     """A condition minus the control, in the unit of the values."""
 
     condition: str
+    """Label of the condition."""
     control: str
+    """Label of the condition that it is compared with."""
     difference: float
+    """Condition minus control."""
     se: float | Undefined
+    """Standard error of the difference."""
     df: float | Undefined
+    """Degrees of freedom after Satterthwaite, or those of the exact test."""
     t: float | Undefined
+    """Difference over its standard error."""
     p: float | Undefined
     """Two-sided, for this comparison alone."""
+    log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
     interval: Interval | Undefined
+    """Student's interval of the difference."""
+
+    def sentence(self, level: float, unit: str = "") -> str:
+        """Return the difference in words, with its interval of that level and its test, or why there is none."""
+        text = (
+            f"{self.condition} minus {self.control} is {number_text(self.difference)}{with_unit(unit)} "
+            f"({interval_text(self.interval, level, unit)})"
+        )
+        if isinstance(self.t, Undefined):
+            return f"{text}; no test, because {self.t.reason}."
+        return f"{text}, t({number_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
 
 
 @dataclass(frozen=True, slots=True)
-class ExactTest:
+class ExactTest(Result):
     """Analysis of variance whose size is exact under the model, whatever the days' variance."""
 
     unit: str
@@ -55,20 +78,29 @@ class ExactTest:
     """Whether every block holds every condition equally often; the mixed model then has the same F, unless its days'
     variance is estimated as 0 and days are pooled with values."""
     f: float
+    """Mean square between the conditions over that of the scatter."""
     df_between: int
+    """Number of conditions minus 1."""
     df_within: int
+    """Degrees of freedom of the scatter."""
     p: float
+    """P(F >= f)."""
+    log10_p: float
+    """Decimal logarithm of p, right at any size."""
     contrasts: tuple[Contrast, ...]
     """Differences to the control from the same mean square."""
 
 
 @dataclass(frozen=True, slots=True)
-class BlockedByDay:
+class BlockedByDay(Result):
     """Conditions compared by y ~ condition + (1 | day) [+ (1 | day:run)], fitted by REML."""
 
     n: int
+    """Number of values."""
     n_days: int
+    """Number of days."""
     n_runs: int | Undefined
+    """Number of runs, those of all days together."""
     level: float
     """Level of the intervals."""
     conditions: tuple[ConditionMean, ...]
@@ -80,6 +112,7 @@ class BlockedByDay:
     run_variance: float | Undefined
     """Variance between the runs of a day, unit of the values squared."""
     residual_variance: float | Undefined
+    """Variance within runs (or days), unit of the values squared."""
     singular: bool | Undefined
     """Whether a variance is estimated as 0."""
     reml_criterion: float | Undefined
@@ -87,15 +120,42 @@ class BlockedByDay:
     f: float | Undefined
     """F of all conditions being equal, from the mixed model."""
     df_between: int
+    """Number of conditions minus 1."""
     df_within: float | Undefined
-    """Denominator's degrees of freedom after Satterthwaite (Fai and Cornelius where several differ)."""
+    """Denominator's degrees of freedom after Satterthwaite; where several differ, joined as Fai and Cornelius do over
+    the uncorrelated contrasts of an orthonormal basis, which knows no order of the conditions."""
     p: float | Undefined
+    """P(F >= f)."""
+    log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
     exact: ExactTest | Undefined
     """The exact F-test, where the design has one."""
     confounding: str
     """Which conditions share no day and what follows; empty where all are joined by shared days."""
     notes: tuple[str, ...]
     """What the design could not tell, and what was therefore left out of the model."""
+    lmertest_df_within: float | Undefined
+    """As lmerTest's `anova` gives it, from contrasts that depend on the order of the conditions; equal to `df_within`
+    where all contrasts have the same degrees of freedom, as in every balanced design."""
+    missing: int
+    """How many values were left out because they or a label were missing."""
+
+    @property
+    def lmertest_p(self) -> float | Undefined:
+        """P(F >= f) with lmerTest's degrees of freedom."""
+        tail = self._lmertest_tail()
+        return tail if isinstance(tail, Undefined) else tail.p
+
+    @property
+    def lmertest_log10_p(self) -> float | Undefined:
+        """Decimal logarithm of `lmertest_p`, right at any size."""
+        tail = self._lmertest_tail()
+        return tail if isinstance(tail, Undefined) else tail.log10_p
+
+    def _lmertest_tail(self) -> Tail | Undefined:
+        if isinstance(self.f, Undefined) or isinstance(self.lmertest_df_within, Undefined):
+            return self.f if isinstance(self.f, Undefined) else Undefined("it has no degrees of freedom")
+        return f_upper(self.f, self.df_between, self.lmertest_df_within)
 
     def sentence(self, unit: str = "") -> str:
         """Return the test, the differences to the control and what the design cannot tell, in words.
@@ -103,14 +163,15 @@ class BlockedByDay:
         The exact test comes first where the design is balanced, and the differences are then its own.
         """
         days = f"{self.n_days} day{'' if self.n_days == 1 else 's'}"
-        where = f"{len(self.conditions)} condition{'' if len(self.conditions) == 1 else 's'}, {days}, n = {self.n}"
+        conditions = f"{len(self.conditions)} condition{'' if len(self.conditions) == 1 else 's'}"
+        where = f"{conditions}, {days}, n = {self.n}{missing_text(self.missing)}"
         exact = self.exact if isinstance(self.exact, ExactTest) else None
         contrasts = self.contrasts
         mixed = ""
         if not isinstance(self.f, Undefined):
             mixed = (
                 f"with day as a random effect F({self.df_between}, {number_text(self.df_within)}) = "
-                f"{number_text(self.f)}, {p_text(self.p)} (REML, Satterthwaite)"
+                f"{number_text(self.f)}, {p_text(self.p, self.log10_p)} (REML, Satterthwaite)"
             )
         if exact is not None and (exact.balanced or not mixed):
             contrasts = exact.contrasts
@@ -120,7 +181,7 @@ class BlockedByDay:
         else:
             reason = self.f.reason if isinstance(self.f, Undefined) else ""
             text = f"No test of the conditions with day as a random effect ({where}): {reason}."
-        parts = [text, *(contrast_sentence(each, self.level, unit) for each in contrasts)]
+        parts = [text, *(each.sentence(self.level, unit) for each in contrasts)]
         parts += [self.confounding] if self.confounding else []
         return " ".join([*parts, *self.notes])
 
@@ -128,17 +189,6 @@ class BlockedByDay:
 def _exact_text(exact: ExactTest) -> str:
     held = "" if exact.block == "nothing" else f", {exact.block} held fixed"
     return (
-        f"F({exact.df_between}, {exact.df_within}) = {number_text(exact.f)}, {p_text(exact.p)} "
+        f"F({exact.df_between}, {exact.df_within}) = {number_text(exact.f)}, {p_text(exact.p, exact.log10_p)} "
         f"(exact test on {exact.unit}s{held})"
     )
-
-
-def contrast_sentence(contrast: Contrast, level: float, unit: str = "") -> str:
-    """Return one difference in words, with its interval and test or why there is none."""
-    text = (
-        f"{contrast.condition} minus {contrast.control} is {number_text(contrast.difference)}{with_unit(unit)} "
-        f"({interval_text(contrast.interval, level, unit)})"
-    )
-    if isinstance(contrast.t, Undefined):
-        return f"{text}; no test, because {contrast.t.reason}."
-    return f"{text}, t({number_text(contrast.df)}) = {number_text(contrast.t)}, {p_text(contrast.p)}."

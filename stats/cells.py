@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stats.checks import Sample
 from stats.sums import common_shift, moments
 
 Floats = NDArray[np.float64]
@@ -59,12 +60,15 @@ class Cells:
         return np.asarray(np.eye(self.n_conditions)[self.condition])
 
 
-def cells_of(values: Floats, condition: Codes, day: Codes, run: Codes) -> Cells:
+def cells_of(sample: Sample, condition: Codes, day: Codes, run: Codes) -> Cells:
     """Return the cells of values of shape (n,) with the numbers of their conditions, days and runs."""
+    values = sample.values
     outer = math.frexp(float(np.max(np.abs(values))))[1]
     scaled = np.ldexp(values, -outer)
     shift = common_shift(scaled)
     scaled = scaled - shift
+    if sample.rest is not None:
+        scaled = scaled + np.ldexp(sample.rest, -outer)
     inner = math.frexp(float(np.max(np.abs(scaled))))[1]
     scaled = np.ldexp(scaled, -inner)
     keys, member = np.unique(np.stack([day, run, condition]), axis=1, return_inverse=True)

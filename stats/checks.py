@@ -23,7 +23,8 @@ MISSING: tuple[Missing, ...] = ("refuse", "drop")
 """What to do with values that are NaN: refuse them all, or leave them out and say how many."""
 
 _LARGEST_EXACT = 2**53
-_NO_VALUE = ("NAType", "NaTType", "NoneType")  # pandas' words for a missing value; pandas itself need not be loaded
+NO_VALUE = ("NAType", "NaTType", "NoneType")
+"""Types of a missing value, by name: pandas itself need not be loaded."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +77,7 @@ def as_number(name: str, value: float, *, low: float = -np.inf, above: float = -
 
     Raises `InputRefused` otherwise.
     """
-    number = float(value)
+    number = _one(name, value)
     if not np.isfinite(number) or number < low or number <= above:
         allowed = "a finite number"
         if low > -np.inf:
@@ -89,10 +90,29 @@ def as_number(name: str, value: float, *, low: float = -np.inf, above: float = -
 
 def as_level(name: str, value: float) -> float:
     """Return a probability strictly between 0 and 1; raises `InputRefused` otherwise."""
-    number = float(value)
+    number = _one(name, value)
     if not 0.0 < number < 1.0:
         raise InputRefused(f"{name} is {value!r}: give a number between 0 and 1, for example 0.95.")
     return number
+
+
+def as_count(name: str, value: float, least: int = 0) -> int:
+    """Return one whole number that is at least `least`; raises `InputRefused` otherwise."""
+    number = _one(name, value)
+    if not np.isfinite(number) or number != int(number) or number < least:
+        raise InputRefused(f"{name} is {value!r}: give a whole number of at least {least}.")
+    return int(value)
+
+
+def _one(name: str, value: Any) -> float:
+    if isinstance(value, bool | np.bool_ | str):
+        raise InputRefused(f"{name} is {value!r}: give a number.")
+    try:
+        return float(value)
+    except OverflowError:
+        return np.inf
+    except (TypeError, ValueError) as error:
+        raise InputRefused(f"{name} is {value!r}: give a number.") from error
 
 
 def _doubles(name: str, values: Any) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
@@ -128,7 +148,7 @@ def _small(array: NDArray[Any]) -> bool:
 def _exact(values: list[Any], no_number: str) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     doubles, rest = np.empty(len(values)), np.zeros(len(values))
     for place, value in enumerate(values):
-        if type(value).__name__ in _NO_VALUE:
+        if type(value).__name__ in NO_VALUE:
             doubles[place] = np.nan
             continue
         if isinstance(value, (bool, np.bool_)) or not isinstance(value, (Real, Decimal)):

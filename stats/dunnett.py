@@ -34,16 +34,21 @@ class AgainstControl(Result):
     """One treatment against the control, mean(treatment) - mean(control) in the values' unit."""
 
     treatment: str
+    """Its name, as given."""
     n: int
+    """Number of its values."""
     difference: float | Undefined
+    """Treatment minus control."""
     ci_low: float | Undefined
     """Simultaneous: the intervals of all treatments cover together at the family's level."""
     ci_high: float | Undefined
+    """The other end."""
     t: float | Undefined
     """difference over its standard error from the pooled scatter."""
     p: float | Undefined
     """Adjusted for all treatments; 0.0 below 1e-308, where `log10_p` goes on."""
     log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,13 +56,17 @@ class Dunnett(Result):
     """All treatments against one control, in the order given."""
 
     control: str
+    """Name of the control."""
     n_control: int
+    """Number of its values."""
     comparisons: tuple[AgainstControl, ...]
+    """One a treatment, in the order given."""
     df: int
     """Degrees of freedom of the pooled scatter."""
     critical: float | Undefined
     """The |t| (or t) that any treatment exceeds with chance 1 - level where none differs from the control."""
     alternative: Alternative
+    """What was suspected of the treatments: a name of `ALTERNATIVES`."""
     level: float
     """Simultaneous level of the intervals."""
     missing: int
@@ -76,7 +85,9 @@ class Dunnett(Result):
             return f"{text}, no test, because {item.t.reason}"
         low = "" if item.ci_low is _UNBOUNDED else f"from {number_text(item.ci_low)}{with_unit(unit)} "
         high = "" if item.ci_high is _UNBOUNDED else f"to {number_text(item.ci_high)}{with_unit(unit)}"
-        return f"{text} (CI {(low + high).strip()}), t({self.df}) = {number_text(item.t)}, {p_text(item.p)}"
+        return (
+            f"{text} (CI {(low + high).strip()}), t({self.df}) = {number_text(item.t)}, {p_text(item.p, item.log10_p)}"
+        )
 
 
 def dunnett(

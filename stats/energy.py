@@ -15,8 +15,11 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import Undefined
-from stats.checks import as_number, as_values
+from stats.checks import Missing, as_number, as_values
+from stats.complete import complete_rows
+from stats.results import Result
 from stats.summary import describe
+from stats.wording import missing_text, number_text, with_unit
 
 
 def joules_per_jump(
@@ -43,10 +46,11 @@ def joules_per_mah(reference_voltage_v: float, jumps_made: float) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class BudgetTerm:
+class BudgetTerm(Result):
     """One source of uncertainty of joules a jump, as standard errors in joules."""
 
     name: str
+    """What errs."""
     one_run_j: float | Undefined
     """Standard error that it gives a single run."""
     mean_j: float | Undefined
@@ -60,19 +64,36 @@ class BudgetTerm:
 
 
 @dataclass(frozen=True, slots=True)
-class EnergyBudget:
+class EnergyBudget(Result):
     """Uncertainty budget of joules a jump in one condition."""
 
     n: int
     """Runs."""
     mean_j: float
+    """Mean of the runs, in joules a jump."""
     terms: tuple[BudgetTerm, ...]
     """Scatter between runs, drain fit, charger resolution, reference voltage, in this order."""
     total_one_run_j: float | Undefined
+    """Scatter and shared terms of a single run, added in quadrature."""
     total_mean_j: float | Undefined
     """Scatter and shared terms together, added in quadrature."""
     joules_per_mah: float
     """What one mAh at the charger is worth in joules a jump (mean over the runs)."""
+    missing: int = 0
+    """Runs left out because a value was NaN."""
+
+    def sentence(self) -> str:
+        """Return the budget in words: mean, its standard error, what each term adds to it, n."""
+        terms = [
+            f"{term.name} {number_text(term.mean_j, 2)}{with_unit('' if isinstance(term.mean_j, Undefined) else 'J')}"
+            f"{' (assumed)' if term.assumed else ''}{' (in the scatter)' if term.in_scatter else ''}"
+            for term in self.terms
+        ]
+        unit = "" if isinstance(self.total_mean_j, Undefined) else "J"
+        return (
+            f"The mean is {number_text(self.mean_j)} J a jump, standard error {number_text(self.total_mean_j, 2)}"
+            f"{with_unit(unit)} ({', '.join(terms)}; n = {self.n}{missing_text(self.missing)})."
+        )
 
 
 def energy_budget(
@@ -85,6 +106,7 @@ def energy_budget(
     resolution_mah: float,
     voltage_relative_se: float = 0.0,
     voltage_assumed: bool = True,
+    missing: Missing = "refuse",
 ) -> EnergyBudget:
     """Return the budget of one condition from its runs' joules a jump and jumps made, both of shape (n,).
 
@@ -92,8 +114,10 @@ def energy_budget(
     (`stats.shared_error`; the same at equal durations and jumps). A charger that counts in steps of `resolution_mah`
     errs by at most half a step, standard deviation step / sqrt(12); it differs from run to run, so the scatter holds it
     already. The voltage's relative standard error shifts all joules by one factor.
-    Raises `InputRefused` for NaN or infinite values, lengths that differ, counts that are not positive, or no run.
+    Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop" (which leaves out runs), lengths that
+    differ, counts that are not positive, or no run.
     """
+    (joules, jumps_made), left_out = complete_rows([joules, jumps_made], missing)
     values, counts = as_values("the joules", joules), as_values("jumps made", jumps_made)
     if values.size != counts.size:
         raise InputRefused(f"there are {values.size} joules and {counts.size} counts: give one count for each run.")
@@ -129,6 +153,7 @@ def energy_budget(
         total_one_run_j=_in_quadrature(about.sd, of_run, voltage),
         total_mean_j=_in_quadrature(about.se, of_mean, voltage),
         joules_per_mah=worth,
+        missing=left_out,
     )
 
 

@@ -43,16 +43,23 @@ class Tost(Result):
     t_low: float | Undefined
     """Estimate minus the lower bound, over its standard error; large speaks against a loss."""
     df_low: float | Undefined
+    """Degrees of freedom of `t_low`."""
     p_low: float | Undefined
     """One-sided p against "at or below the lower bound"."""
+    log10_p_low: float | Undefined
+    """Its decimal logarithm."""
     t_high: float | Undefined
     """Estimate minus the upper bound, over its standard error; far below 0 speaks against a gain."""
     df_high: float | Undefined
+    """Degrees of freedom of `t_high`."""
     p_high: float | Undefined
     """One-sided p against "at or above the upper bound"."""
+    log10_p_high: float | Undefined
+    """Its decimal logarithm."""
     p: float | Undefined
     """The larger of both, or the only one."""
     log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
     estimate_ci: tuple[float, float] | Undefined
     """Two-sided interval of level 1 - 2 alpha, in the unit of the bounds."""
     equivalent: bool | Undefined
@@ -64,27 +71,37 @@ class Equivalence(Result):
     """Group a against group b, the control, and bounds that matter."""
 
     n_a: int
+    """Number of values of group a."""
     n_b: int
+    """Number of values of group b."""
     mean_a: float | Undefined
+    """Mean of group a, in the unit of the values."""
     mean_b: float | Undefined
+    """Mean of group b, in the unit of the values."""
     bounds: Bounds
     """Unit of bounds, estimate and interval: that of the values, or percent of the control's mean."""
     low: float | Undefined
+    """Lower bound of what does not matter, in the unit that `bounds` names."""
     high: float | Undefined
+    """Upper bound of what does not matter, in the unit that `bounds` names."""
     estimate: float | Undefined
     """mean(a) - mean(b), or 100 (mean(a) / mean(b) - 1)."""
     route: EquivalenceRoute
     """Which of both tests is reported."""
     alpha: float
+    """Level of each one-sided test."""
     p: float | Undefined
     """Of the test reported."""
     log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
     estimate_ci: tuple[float, float] | Undefined
     """Of the test reported, level 1 - 2 alpha: 90 % at alpha = 0.05."""
     equivalent: bool | Undefined
     """Whether the test reported shows that the means differ by less than the bounds."""
     welch: Tost
+    """Both tests with each group's own scatter."""
     student: Tost
+    """Both tests with one scatter pooled from both groups."""
     missing: int
     """How many values were left out as NaN."""
 
@@ -105,7 +122,7 @@ class Equivalence(Result):
         return (
             f"{estimate} ({interval_text(self.estimate_ci, 1.0 - 2.0 * self.alpha)}) and "
             f"{'is shown to' if self.equivalent else 'is not shown to'} {self._claim(unit)}, "
-            f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p)}{missing_text(self.missing)}."
+            f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p)}{missing_text(self.missing)}."
         )
 
     def _claim(self, unit: str) -> str:
@@ -188,7 +205,7 @@ def _tost(
 ) -> Tost:
     if isinstance(contrast, Undefined):
         none = contrast
-        return Tost(name, none, none, none, none, none, none, none, none, none, none)
+        return Tost(name, *(none,) * 12)
     tests = {}
     for side, bound in (("low", low), ("high", high)):
         if bound is not None:
@@ -201,9 +218,11 @@ def _tost(
         t_low=at_low.t if at_low else _NO_LOW,
         df_low=at_low.df if at_low else _NO_LOW,
         p_low=at_low.p if at_low else _NO_LOW,
+        log10_p_low=at_low.log10_p if at_low else _NO_LOW,
         t_high=at_high.t if at_high else _NO_HIGH,
         df_high=at_high.df if at_high else _NO_HIGH,
         p_high=at_high.p if at_high else _NO_HIGH,
+        log10_p_high=at_high.log10_p if at_high else _NO_HIGH,
         p=worst.p,
         log10_p=worst.log10_p,
         estimate_ci=ends if isinstance(ends, Undefined) else (ends[0] / unit, ends[1] / unit),

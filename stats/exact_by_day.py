@@ -16,8 +16,9 @@ import numpy as np
 from data_schema.vocabulary import Undefined
 from stats.blocked_result import Contrast, ExactTest
 from stats.cells import Cells, Codes
-from stats.distributions import f_upper_p, t_quantile, t_two_sided_p
+from stats.distributions import t_quantile
 from stats.strata import Strata, fixed_blocks, units_of
+from stats.tails import f_upper, t_two_sided
 
 
 def exact_test(
@@ -40,6 +41,7 @@ def exact_test(
         difference = float(found.differences[place])
         half = t_quantile(level, found.df) * se
         t = difference / se
+        tail = t_two_sided(t, found.df)
         contrasts.append(
             Contrast(
                 condition=name,
@@ -48,13 +50,15 @@ def exact_test(
                 se=math.ldexp(se, units.exponent),
                 df=float(found.df),
                 t=t,
-                p=t_two_sided_p(t, found.df),
+                p=tail.p,
+                log10_p=tail.log10_p,
                 interval=(
                     math.ldexp(difference - half, units.exponent),
                     math.ldexp(difference + half, units.exponent),
                 ),
             )
         )
+    overall = f_upper(found.f, between, found.df)
     return ExactTest(
         unit=unit_name,
         block=block_name,
@@ -62,7 +66,8 @@ def exact_test(
         f=found.f,
         df_between=between,
         df_within=found.df,
-        p=f_upper_p(found.f, between, found.df),
+        p=overall.p,
+        log10_p=overall.log10_p,
         contrasts=tuple(contrasts),
     )
 

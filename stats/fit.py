@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypedDict
 
 import numpy as np
@@ -13,7 +13,9 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.distributions import f_upper_p, t_quantile, t_two_sided_p
 from stats.double_double import Floats
-from stats.wording import interval_text, number_text, p_text, with_unit
+from stats.results import Result
+from stats.tails import f_upper, t_two_sided
+from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
 
 INTERCEPT = "intercept"
 _EXACT = Undefined("the fit is exact, so that nothing measures the scatter")
@@ -22,7 +24,7 @@ _LARGEST_EXPONENT = 400
 
 
 @dataclass(frozen=True, slots=True)
-class Response:
+class Response(Result):
     """The fitted response at one place."""
 
     value: float
@@ -30,34 +32,49 @@ class Response:
     se: float | Undefined
     """Standard error of the mean response there, not of one more measurement."""
     ci: tuple[float, float] | Undefined
+    """Student's interval of the mean response."""
     level: float
+    """Level of the interval."""
     df: int
+    """Degrees of freedom of the fit."""
     extrapolated: bool
     """Whether a value lies outside its column's range."""
 
+    def sentence(self, response: str = "the response", unit: str = "") -> str:
+        """Return the response in words, with its interval, degrees of freedom, and whether it is extrapolated."""
+        beyond = ", outside the range that was fitted" if self.extrapolated else ""
+        return (
+            f"{response} is {number_text(self.value)}{with_unit(unit)} there "
+            f"({interval_text(self.ci, self.level, unit)}, df = {self.df}{beyond})."
+        )
+
 
 @dataclass(frozen=True, slots=True)
-class Fit:
+class Fit(Result):
     """A least-squares fit; a coefficient's unit is that of the response over that of its column."""
 
     names: tuple[str, ...]
     """Of the coefficients: "intercept" first where there is one."""
     coefficients: tuple[float, ...]
+    """In the order of `names`, shape (p,)."""
     standard_errors: tuple[float, ...] | Undefined
     """0 where the fit is exact."""
     ci: tuple[tuple[float, float], ...] | Undefined
     """Student's interval of each coefficient."""
     level: float
+    """Level of the intervals."""
     t: tuple[float, ...] | Undefined
     """Coefficient over standard error; undefined for an exact fit."""
     p: tuple[float, ...] | Undefined
     """Two-sided, of each coefficient being 0."""
     covariance: tuple[tuple[float, ...], ...] | Undefined
+    """Of the coefficients, shape (p, p), in the products of their units."""
     r_squared: float | Undefined
     """About the mean with an intercept, about 0 without."""
     f: float | Undefined
     """Of all coefficients but the intercept being 0, with `df_model` and `df`."""
     f_p: float | Undefined
+    """P(F >= f)."""
     residual_sd: float | Undefined
     """sqrt(SS_residual / df), in the unit of the response."""
     ss_residual: float | Undefined
@@ -65,27 +82,46 @@ class Fit:
     condition: float
     """2-norm condition of the centred columns scaled to one length: digits lost to the design, about its log10."""
     df_model: int
+    """Number of coefficients without the intercept."""
     df: int
     """n minus the number of coefficients."""
     n: int
+    """Number of values."""
+    missing: int = field(default=0, kw_only=True)
+    """Rows left out because a value in them was NaN."""
+
+    @property
+    def log10_p(self) -> tuple[float, ...] | Undefined:
+        """Decimal logarithms of `p`, shape (p,), right at any size."""
+        return self.t if isinstance(self.t, Undefined) else tuple(t_two_sided(t, self.df).log10_p for t in self.t)
+
+    @property
+    def f_log10_p(self) -> float | Undefined:
+        """Decimal logarithm of `f_p`, right at any size."""
+        return self.f if isinstance(self.f, Undefined) else f_upper(self.f, self.df_model, self.df).log10_p
 
     def sentence(self, response: str = "the response", unit: str = "") -> str:
         """Return the fit in words: each coefficient with interval, t, df and p; R squared, residual SD, n."""
-        parts = []
+        parts, logs = [], self.log10_p
         for row, (name, value) in enumerate(zip(self.names, self.coefficients, strict=True)):
             text = f"{name} {number_text(value, 6)}"
             inside = []
             if not isinstance(self.ci, Undefined):
                 inside.append(interval_text(self.ci[row], self.level))
             if not isinstance(self.t, Undefined) and not isinstance(self.p, Undefined):
-                inside.append(f"t({self.df}) = {number_text(self.t[row])}, {p_text(self.p[row])}")
+                log10_p = logs if isinstance(logs, Undefined) else logs[row]
+                inside.append(f"t({self.df}) = {number_text(self.t[row])}, {p_text(self.p[row], log10_p)}")
             parts.append(f"{text} ({', '.join(inside)})" if inside else text)
         about = [f"R squared {number_text(self.r_squared, 6)}"]
+        if not isinstance(self.f, Undefined):
+            test = f"F({self.df_model}, {self.df}) = {number_text(self.f)}"
+            about.append(f"{test}, {p_text(self.f_p, self.f_log10_p)}")
         if isinstance(self.residual_sd, Undefined):
             about.append(f"no standard errors, because {self.residual_sd.reason}")
         else:
             about.append(f"residual SD {number_text(self.residual_sd)}{with_unit(unit)}")
-        return f"Least squares of {response}: {'; '.join(parts)}; {', '.join(about)}, n = {self.n}."
+        n = f"n = {self.n}{missing_text(self.missing)}"
+        return f"Least squares of {response}: {'; '.join(parts)}; {', '.join(about)}, {n}."
 
 
 class FitFields(TypedDict):

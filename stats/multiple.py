@@ -23,8 +23,11 @@ class HolmFamily(Result):
     family: str
     """What the tests have in common, in words."""
     names: tuple[str, ...]
+    """Of the tests, in the order given."""
     p: tuple[float | Undefined, ...]
     """The p-values as given."""
+    log10_p: tuple[float | Undefined, ...]
+    """Their logarithms, as given where p is below all doubles."""
     adjusted_p: tuple[float | Undefined, ...]
     """Holm's p-values, each to be compared with alpha; at most 1."""
     adjusted_log10_p: tuple[float | Undefined, ...]
@@ -37,8 +40,10 @@ class HolmFamily(Result):
     def sentence(self) -> str:
         """Return the family in words: how many tests, which are rejected, with adjusted p."""
         shown = [
-            f"{name} ({p_text(p)})"
-            for name, p, rejected in zip(self.names, self.adjusted_p, self.rejected, strict=True)
+            f"{name} ({p_text(p, log10_p)})"
+            for name, p, log10_p, rejected in zip(
+                self.names, self.adjusted_p, self.adjusted_log10_p, self.rejected, strict=True
+            )
             if rejected is True
         ]
         found = ", ".join(shown) if shown else "none"
@@ -81,6 +86,7 @@ def holm(
         family=family,
         names=tuple(p_values),
         p=tuple(p_values.values()),
+        log10_p=tuple(logs.values()),
         adjusted_p=adjusted,
         adjusted_log10_p=tuple(adjusted_log.get(name, p) for name, p in p_values.items()),
         rejected=tuple(p if isinstance(p, Undefined) else p <= alpha for p in adjusted),

@@ -14,9 +14,11 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import as_number, as_values
+from stats.checks import Missing, as_number, as_values
+from stats.complete import complete_rows
 from stats.regression import fit_linear
-from stats.wording import estimate_texts, number_text
+from stats.results import Result
+from stats.wording import estimate_texts, missing_text, number_text
 
 DENSEST = math.pi / math.sqrt(18.0)
 """0.7405: no packing of equal spheres is denser (Hales 2005)."""
@@ -25,10 +27,11 @@ MINIMUM_CONTAINERS = 3
 
 
 @dataclass(frozen=True, slots=True)
-class PackingFraction:
+class PackingFraction(Result):
     """Share of a volume that grains fill."""
 
     fraction: float
+    """Volume of the grains over the volume of the bed, 0 to 1."""
     se: float
     """Standard error from those of the measurements, to first order, as if independent."""
     error_terms: tuple[tuple[str, float], ...]
@@ -46,20 +49,29 @@ class PackingFraction:
 
 
 @dataclass(frozen=True, slots=True)
-class UnboundedPacking:
+class UnboundedPacking(Result):
     """Line through fractions in containers of several sizes, read where the wall is infinitely far away."""
 
     fraction: float
     """At grain size / container radius = 0."""
     se: float
+    """Standard error of the fraction."""
     ci: tuple[float, float]
+    """Student's interval of the fraction."""
     level: float
+    """Level of the interval."""
     wall_effect: float
     """Change of the fraction per unit of grain size / container radius."""
     wall_effect_se: float
+    """Its standard error."""
     r_squared: float | Undefined
+    """Of the line, about the mean."""
     df: int
+    """Number of measurements minus 2."""
     n: int
+    """Number of measurements."""
+    missing: int = 0
+    """Measurements left out because a value was NaN."""
 
     def sentence(self) -> str:
         """Return the fraction without walls in words, with interval, R squared and n."""
@@ -67,7 +79,7 @@ class UnboundedPacking:
         return (
             f"Without walls the volume fraction is {texts[0]} ({100.0 * self.level:g} % CI {texts[1]} to {texts[2]}; "
             f"line over grain size / container radius, R squared {number_text(self.r_squared, 3)}, df = {self.df}, "
-            f"n = {self.n} measurements)."
+            f"n = {self.n} measurements{missing_text(self.missing)})."
         )
 
 
@@ -127,13 +139,20 @@ def fraction_from_water(
 
 
 def unbounded_fraction(
-    container_radius_m: ArrayLike, fraction: ArrayLike, grain_size_m: float, *, level: float = 0.95
+    container_radius_m: ArrayLike,
+    fraction: ArrayLike,
+    grain_size_m: float,
+    *,
+    level: float = 0.95,
+    missing: Missing = "refuse",
 ) -> UnboundedPacking | Undefined:
     """Extrapolate fractions in containers of radius R, both of shape (n,), to R = infinity over grain size / R.
 
-    `Undefined` with fewer than 3 measurements. Raises `InputRefused` for a single radius, lengths that differ, or
-    radii and sizes that are not positive.
+    `Undefined` with fewer than 3 measurements. Raises `InputRefused` for a single radius, lengths that differ, radii
+    and sizes that are not positive, infinite values, and for NaN unless `missing` is "drop" (which leaves out
+    measurements).
     """
+    (container_radius_m, fraction), left_out = complete_rows([container_radius_m, fraction], missing)
     radii, fractions = as_values("the radii", container_radius_m), as_values("the fractions", fraction)
     grain = as_number("the grain size", grain_size_m, above=0.0)
     if radii.size and float(radii.min()) <= 0.0:
@@ -153,6 +172,7 @@ def unbounded_fraction(
         r_squared=fit.r_squared,
         df=fit.df,
         n=fit.n,
+        missing=left_out,
     )
 
 

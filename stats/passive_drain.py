@@ -15,51 +15,77 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_number, as_values
+from stats.checks import Missing, as_level, as_number, as_values
+from stats.complete import complete_rows
 from stats.distributions import t_quantile
 from stats.regression import fit_linear
+from stats.results import Result
 from stats.sums import common_shift, moments
-from stats.wording import estimate_texts, number_text
+from stats.wording import estimate_texts, missing_text, number_text
 
 MINIMUM_IDLE_RUNS = 3
 """Two runs fix a line and leave nothing to measure its uncertainty with."""
 
 
 @dataclass(frozen=True, slots=True)
-class DrainEstimate:
+class DrainEstimate(Result):
     """Passive charge over one duration, read off the fitted line."""
 
     duration_s: float
+    """Where the line was read."""
     charge_mah: float
+    """The line there."""
     se: float
     """Standard error of the line at this duration, mAh: shared by all runs corrected with this fit."""
     ci_low: float
+    """Lower end of Student's interval of the line there, mAh."""
     ci_high: float
+    """Its upper end."""
     level: float
+    """Level of the interval."""
     df: int
+    """Number of idle runs minus 2."""
     extrapolated: bool
     """Whether the duration lies outside those of the idle runs."""
 
+    def sentence(self) -> str:
+        """Return the charge in words, with its interval and degrees of freedom."""
+        charge, low, high = estimate_texts([self.charge_mah, self.ci_low, self.ci_high], self.se)
+        beyond = ", an extrapolation" if self.extrapolated else ""
+        return (
+            f"The electronics draw {charge} mAh in {number_text(self.duration_s / 60.0)} min "
+            f"({100.0 * self.level:g} % CI {low} to {high} mAh, df = {self.df}{beyond})."
+        )
+
 
 @dataclass(frozen=True, slots=True)
-class PassiveDrain:
+class PassiveDrain(Result):
     """Straight line through the idle runs: charge_mah = intercept_mah + slope_mah_s * duration_s."""
 
     slope_mah_s: float
+    """Charge per second."""
     intercept_mah: float
+    """Charge at duration 0: what switching on and off takes."""
     covariance: tuple[tuple[float, float], tuple[float, float]]
     """Covariance of (intercept_mah, slope_mah_s)."""
     residual_sd_mah: float
     """Standard deviation of the runs about the line, with n - 2; never below that of rounding to the resolution."""
     r_squared: float | Undefined
+    """About the mean."""
     df: int
     """n - 2."""
     n: int
+    """Number of idle runs."""
     duration_min_s: float
+    """Shortest idle run."""
     duration_max_s: float
+    """Longest idle run."""
     duration_mean_s: float
+    """Mean duration of the idle runs."""
     charge_mean_mah: float
     """The line goes through the means; it is evaluated from there, where intercept and slope do not cancel."""
+    missing: int = 0
+    """Runs left out because a value was NaN."""
 
     @property
     def slope_se_mah_s(self) -> float:
@@ -105,13 +131,14 @@ class PassiveDrain:
             extrapolated=not self.duration_min_s <= duration_s <= self.duration_max_s,
         )
 
-    def sentence(self, duration_s: float) -> str:
-        """Return the passive charge at one duration in words, and whether that is an extrapolation."""
+    def sentence(self, duration_s: float | None = None) -> str:
+        """Return the charge at one duration (by default the mean) in words, and whether that is an extrapolation."""
+        duration_s = self.duration_mean_s if duration_s is None else duration_s
         estimate = self.at(duration_s)
         charge, low, high = estimate_texts([estimate.charge_mah, estimate.ci_low, estimate.ci_high], estimate.se)
         text = (
             f"The electronics draw {charge} mAh in {number_text(duration_s / 60.0)} min (95 % CI {low} to {high} mAh; "
-            f"{self.n} idle runs, R squared {number_text(self.r_squared, 6)})"
+            f"n = {self.n} idle runs{missing_text(self.missing)}, R squared {number_text(self.r_squared, 6)})"
         )
         if estimate.extrapolated:
             text += (
@@ -123,16 +150,17 @@ class PassiveDrain:
 
 
 def fit_passive_drain(
-    duration_s: ArrayLike, charge_mah: ArrayLike, resolution_mah: float = 0.0
+    duration_s: ArrayLike, charge_mah: ArrayLike, resolution_mah: float = 0.0, missing: Missing = "refuse"
 ) -> PassiveDrain | Undefined:
     """Fit charge over duration on idle runs, both of shape (n,), by least squares.
 
     A charger that counts in steps of `resolution_mah` rounds every charge, standard deviation step / sqrt(12): runs
     that happen to lie closer to the line than that do not make the line better known.
 
-    `Undefined` with fewer than 3 runs or a single duration. Raises `InputRefused` for NaN or infinite values,
-    lengths that differ, or negative durations.
+    `Undefined` with fewer than 3 runs or a single duration. Raises `InputRefused` for infinite values, for NaN
+    unless `missing` is "drop" (which leaves out runs), lengths that differ, or negative durations.
     """
+    (duration_s, charge_mah), left_out = complete_rows([duration_s, charge_mah], missing)
     durations, charges = as_values("the durations", duration_s), as_values("the charges", charge_mah)
     if durations.size != charges.size:
         raise InputRefused(
@@ -148,7 +176,7 @@ def fit_passive_drain(
     if of_duration.sum_squares == 0.0:
         return Undefined("all idle runs have one duration and a line needs at least 2")
 
-    fit = fit_linear(charges, {"duration": durations})
+    fit = fit_linear(charge_mah, {"duration": duration_s})
     df = fit.df
     rounding_mah = as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
     residual_sd_mah = max(0.0 if isinstance(fit.residual_sd, Undefined) else fit.residual_sd, rounding_mah)
@@ -173,4 +201,5 @@ def fit_passive_drain(
         duration_max_s=float(np.max(durations)),
         duration_mean_s=mean,
         charge_mean_mah=of_charge.mean,
+        missing=left_out,
     )

@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_number
+from stats.checks import Missing, as_level, as_number
 from stats.columns import Column, as_column
+from stats.complete import complete_rows
 from stats.distributions import t_quantile
 from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double
 from stats.error_free import product_of_halves, split, two_sum
@@ -32,6 +33,7 @@ class PolynomialFit(Fit):
     """response = sum of coefficients[k] * x**k; the coefficient of x**k is named "x^k"."""
 
     degree: int
+    """The highest power."""
     centre: float
     """Middle of the range of x."""
     half_range: float
@@ -39,7 +41,9 @@ class PolynomialFit(Fit):
     chebyshev_coefficients: tuple[float, ...]
     """Of the Chebyshev polynomials T_k(u), where nothing cancels."""
     chebyshev_covariance: tuple[tuple[float, ...], ...] | Undefined
+    """Of these coefficients, shape (degree + 1, degree + 1)."""
     lowest: float
+    """Least x."""
     highest: float
     """Range of x."""
 
@@ -61,16 +65,19 @@ class PolynomialFit(Fit):
         return Response(value, se, (value - half, value + half), level, self.df, extrapolated)
 
 
-def fit_polynomial(x: ArrayLike, y: ArrayLike, degree: int, *, level: float = 0.95) -> PolynomialFit:
+def fit_polynomial(
+    x: ArrayLike, y: ArrayLike, degree: int, *, level: float = 0.95, missing: Missing = "refuse"
+) -> PolynomialFit:
     """Fit y over x, both of shape (n,), by a polynomial of the given degree (1 to 20) with an intercept.
 
     `x` may be numbers of any real type or time stamps (then in seconds, time stamps since 1970 UTC).
-    Raises `InputRefused` for NaN or infinite values, lengths that differ, another degree, or fewer different x than
-    coefficients.
+    Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop" (which leaves out pairs), lengths that
+    differ, another degree, or fewer different x than coefficients.
     """
     level = as_level("level", level)
     if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= HIGHEST_DEGREE:
         raise InputRefused(f"the degree is {degree!r}: give a whole number from 1 to {HIGHEST_DEGREE}.")
+    (x, y), left_out = complete_rows([x, y], missing)
     degree, n, p = int(degree), int(np.size(y)), int(degree) + 1
     if np.shape(x) != np.shape(y) or n < p:
         raise InputRefused(
@@ -126,6 +133,7 @@ def fit_polynomial(x: ArrayLike, y: ArrayLike, degree: int, *, level: float = 0.
         chebyshev_covariance=covariance,
         lowest=column.lowest,
         highest=column.highest,
+        missing=left_out,
     )
 
 

@@ -17,16 +17,17 @@ from scipy import special
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_number, as_values
+from stats.checks import as_count, as_level, as_number, as_values
 from stats.noncentral import f_tails, t_tails
 from stats.owens_q import NODES, TINY, WEIGHTS, within_both
+from stats.results import Result
 from stats.wording import number_text
 
 LARGEST_N = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Power:
+class Power(Result):
     """The chance that a planned test rejects, for the effect and the scatter assumed."""
 
     test: str
@@ -34,7 +35,9 @@ class Power:
     group_ns: tuple[int, ...]
     """Number of values of each group."""
     alpha: float
+    """Level of the test."""
     power: float | Undefined
+    """Chance of rejecting, 0 to 1."""
 
     def sentence(self) -> str:
         """Return the plan in words: sizes, test, level, chance."""
@@ -116,7 +119,7 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     truth = as_values("means", list(means))
     if truth.size < 2:
         raise InputRefused(f"{truth.size} means were given: give the true means of at least 2 groups.")
-    n, k = int(as_number("n", n, low=0)), truth.size
+    n, k = as_count("n", n), truth.size
     test = f"one-way ANOVA for means {', '.join(f'{mean:g}' for mean in truth)} at sd {sd:g}"
     sizes = (n,) * k
     if n < 2:
@@ -175,7 +178,7 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
 
 
 def _sizes(n_a: int, n_b: int) -> tuple[int, int]:
-    return int(as_number("n_a", n_a, low=0)), int(as_number("n_b", n_b, low=0))
+    return as_count("n_a", n_a), as_count("n_b", n_b)
 
 
 def _sides(sides: int) -> int:

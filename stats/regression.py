@@ -15,8 +15,9 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_number
+from stats.checks import Missing, as_level, as_number
 from stats.columns import Column, as_column
+from stats.complete import complete_rows
 from stats.distributions import t_quantile
 from stats.double_double import FRACTION_BITS, fixed_point, nearest_double
 from stats.fit import INTERCEPT, Fit, Response, Scaled, fit_fields
@@ -28,12 +29,15 @@ class LinearFit(Fit):
     """response = intercept + sum of coefficient * column."""
 
     intercept: bool
+    """Whether a constant was fitted."""
     vif: tuple[float, ...]
     """Variance inflation of each column, without the intercept: 1 / (1 - R squared on the other columns)."""
     means: tuple[float, ...]
     """Of each column (0 without an intercept); the fit is evaluated from there, where nothing cancels."""
     response_mean: float
+    """Fitted response at `means` (0 without an intercept)."""
     lowest: tuple[float, ...]
+    """Least value of each column."""
     highest: tuple[float, ...]
     """Range of each column."""
 
@@ -65,16 +69,24 @@ class LinearFit(Fit):
 
 
 def fit_linear(
-    y: ArrayLike, columns: Mapping[str, ArrayLike], *, intercept: bool = True, level: float = 0.95
+    y: ArrayLike,
+    columns: Mapping[str, ArrayLike],
+    *,
+    intercept: bool = True,
+    level: float = 0.95,
+    missing: Missing = "refuse",
 ) -> LinearFit:
     """Fit y, shape (n,), as a sum of named columns, each of shape (n,), by least squares.
 
     Columns may be numbers of any real type, whole numbers and decimals (kept exact), or time stamps and durations of
     numpy (in seconds, time stamps since 1970 UTC). The numbers are those of exact arithmetic on the input.
-    Raises `InputRefused`, naming the columns, for NaN or infinite values, lengths that differ, fewer values than
-    coefficients, a constant column beside an intercept, a column of zeros, and columns that are collinear.
+    Raises `InputRefused`, naming the columns, for infinite values, for NaN unless `missing` is "drop" (which leaves
+    out rows), lengths that differ, fewer values than coefficients, a constant column beside an intercept, a column of
+    zeros, and columns that are collinear.
     """
     level = as_level("level", level)
+    (y, *kept), left_out = complete_rows([y, *columns.values()], missing)
+    columns = dict(zip(columns, kept, strict=True))
     n = _check(y, columns, intercept)
     response = as_column("y", y, centred=intercept)
     regressors = {
@@ -123,6 +135,7 @@ def fit_linear(
         response_mean=response_mean,
         lowest=tuple(column.lowest for column in given),
         highest=tuple(column.highest for column in given),
+        missing=left_out,
     )
 
 

@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from data_schema.vocabulary import Undefined
-from stats.wording import interval_text, number_text, p_text, with_unit
+from stats.results import Result
+from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+
+
+def _log10(p: float | Undefined) -> float | Undefined:
+    return p if isinstance(p, Undefined) else math.log10(p)
 
 
 @dataclass(frozen=True, slots=True)
-class Permutation:
+class Permutation(Result):
     """Group a against group b by shuffling the labels within each day."""
 
     n_a: int
+    """Number of values of group a."""
     n_b: int
+    """Number of values of group b."""
     n_days: int | Undefined
+    """Number of days that hold both groups."""
     difference: float | Undefined
     """a minus b within days, in the unit of the values."""
     p: float | Undefined
@@ -29,6 +38,23 @@ class Permutation:
     """How many arrangements were counted or drawn."""
     seed: int | Undefined
     """Seed of the draws; undefined where all arrangements were counted."""
+    missing: int = 0
+    """Values left out because they or their day were missing."""
+
+    @property
+    def log10_p(self) -> float | Undefined:
+        """Decimal logarithm of `p`, which counts at least one arrangement."""
+        return _log10(self.p)
+
+    @property
+    def log10_p_greater(self) -> float | Undefined:
+        """Decimal logarithm of `p_greater`."""
+        return _log10(self.p_greater)
+
+    @property
+    def log10_p_less(self) -> float | Undefined:
+        """Decimal logarithm of `p_less`."""
+        return _log10(self.p_less)
 
     def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
         """Return the test in words: difference, p, how many arrangements, n."""
@@ -39,28 +65,39 @@ class Permutation:
         how = f"all {self.arrangements} arrangements" if self.exact else f"{self.arrangements} random arrangements"
         return (
             f"{a} minus {b}{within} is {number_text(self.difference)}{with_unit(unit)}, permutation test over {how}, "
-            f"{p_text(self.p)} ({where})."
+            f"{p_text(self.p)} ({where}{missing_text(self.missing)})."
         )
 
 
 @dataclass(frozen=True, slots=True)
-class Bootstrap:
+class Bootstrap(Result):
     """Interval of the difference of group a and group b by redrawing values within each day and group."""
 
     n_a: int
+    """Number of values of group a."""
     n_b: int
+    """Number of values of group b."""
     n_days: int | Undefined
+    """Number of days that hold both groups."""
     difference: float | Undefined
     """a minus b within days, in the unit of the values."""
     se: float | Undefined
     """Standard deviation of the redrawn differences."""
     interval: tuple[float, float] | Undefined
-    """Bias-corrected and accelerated (BCa)."""
+    """Studentised (bootstrap-t), in the unit of the values."""
+    bca_interval: tuple[float, float] | Undefined
+    """Bias-corrected and accelerated, for comparison: a stated 95 % covers 80, 88, 93 and 93 % for 3, 5, 10 and 25
+    normal values a group."""
     percentile_interval: tuple[float, float] | Undefined
-    """Plain percentiles, which cover too rarely in small groups (0.87 to 0.90 at a stated 0.95)."""
+    """Plain percentiles, for comparison; they cover too rarely in small groups (0.87 to 0.90 at a stated 0.95)."""
     level: float
+    """Level of the intervals."""
     resamples: int
+    """How many times the values were redrawn."""
     seed: int
+    """Seed of the draws: the same seed gives the same digits."""
+    missing: int = 0
+    """Values left out because they or their day were missing."""
 
     def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
         """Return the difference and its interval in words."""
@@ -71,6 +108,7 @@ class Bootstrap:
         if isinstance(self.interval, Undefined):
             return f"{text} ({where}); no bootstrap interval, because {self.interval.reason}."
         return (
-            f"{text} ({interval_text(self.interval, self.level, unit)} by BCa bootstrap within days, "
-            f"{self.resamples} draws, seed {self.seed}; {where})."
+            f"{text} ({interval_text(self.interval, self.level, unit)} by studentised bootstrap"
+            f"{'' if isinstance(self.n_days, Undefined) else f' within {self.n_days} days'}, {self.resamples} draws, "
+            f"seed {self.seed}; {where}{missing_text(self.missing)})."
         )

@@ -11,7 +11,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from types import UnionType
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 import numpy as np
 
@@ -20,7 +22,7 @@ from data_schema.vocabulary import Undefined
 if TYPE_CHECKING:
     import pandas as pd
 
-_ENDS = ("_ci", "_interval")
+_INTERVAL = tuple[float, float]
 
 
 class Result:
@@ -41,19 +43,21 @@ class Result:
         return frame_of([self])
 
 
-def names_of(result: Any) -> list[str]:
-    """Return the public fields of a result and then its properties: those computed on first access, too."""
-    names = [field.name for field in fields(result) if not field.name.startswith("_")]
-    for kind in reversed(type(result).__mro__):
+@cache
+def names_of(kind: Any) -> list[str]:
+    """Return the public fields of a class of results and then its properties: those computed on first access, too."""
+    names = [field.name for field in fields(kind) if not field.name.startswith("_")]
+    for base in reversed(kind.__mro__):
         names += [
-            name for name, value in vars(kind).items() if isinstance(value, property) and not name.startswith("_")
+            name for name, value in vars(base).items() if isinstance(value, property) and not name.startswith("_")
         ]
     return list(dict.fromkeys(names))
 
 
 def as_dict(result: Any) -> dict[str, Any]:
     """Return any frozen result as `Result.to_dict` does."""
-    return _with_reasons({name: getattr(result, name) for name in names_of(result)})
+    kind: Any = type(result)
+    return _with_reasons({name: getattr(result, name) for name in names_of(kind)})
 
 
 def frame_of(results: Iterable[Any]) -> pd.DataFrame:
@@ -105,30 +109,55 @@ def _plain(value: Any) -> Any:
 
 def _row(result: Any) -> dict[str, Any]:
     row: dict[str, Any] = {}
-    for name in names_of(result):
+    of: Any = type(result)
+    for name, kinds in _kinds(of).items():
         value = getattr(result, name)
-        is_interval = name.endswith(_ENDS) and (isinstance(value, Undefined) or _is_pair(value))
-        if isinstance(value, Undefined):
-            row |= dict.fromkeys((f"{name}_low", f"{name}_high") if is_interval else (name,), math.nan)
-        elif is_interval:
-            row |= {f"{name}_low": value[0], f"{name}_high": value[1]}
-        elif is_dataclass(value) and not isinstance(value, type):
-            row |= {f"{name}_{inner}": item for inner, item in _row(value).items()}
+        nested = _nested(kinds)
+        if _INTERVAL in kinds:
+            low, high = (math.nan, math.nan) if isinstance(value, Undefined) else value
+            row |= {f"{name}_low": low, f"{name}_high": high}
+        elif nested is not None:
+            inside = dict.fromkeys(_columns(nested), math.nan) if isinstance(value, Undefined) else _row(value)
+            row |= {f"{name}_{inner}": item for inner, item in inside.items()}
+        elif isinstance(value, Undefined):
+            row[name] = math.nan
         else:
             row[name] = value if isinstance(value, float) else _plain(value)
-        if isinstance(value, Undefined) or _may_be_undefined(result, name):
+        if Undefined in kinds:
             row[f"{name}_reason"] = _reason(value)
     return row
 
 
-def _is_pair(value: Any) -> bool:
-    return isinstance(value, tuple) and len(value) == 2
+def _columns(kind: type) -> list[str]:
+    """Return the columns of a result's row by its annotations, so that all rows have the same ones."""
+    columns = []
+    for name, kinds in _kinds(kind).items():
+        nested = _nested(kinds)
+        if _INTERVAL in kinds:
+            columns += [f"{name}_low", f"{name}_high"]
+        elif nested is not None:
+            columns += [f"{name}_{inner}" for inner in _columns(nested)]
+        else:
+            columns.append(name)
+        columns += [f"{name}_reason"] if Undefined in kinds else []
+    return columns
 
 
-def _may_be_undefined(result: Any, name: str) -> bool:
-    """Tell from the annotation whether a field has a column of reasons, so that all rows have the same columns."""
-    for field in fields(result):
-        if field.name == name:
-            return "Undefined" in str(field.type)
-    getter = getattr(type(result), name).fget
-    return "Undefined" in str(getter.__annotations__.get("return", ""))
+def _nested(kinds: Iterable[Any]) -> type | None:
+    """Return the class of the result that a field may hold, if it may hold one."""
+    return next(
+        (kind for kind in kinds if isinstance(kind, type) and is_dataclass(kind) and kind is not Undefined), None
+    )
+
+
+@cache
+def _kinds(kind: Any) -> dict[str, tuple[Any, ...]]:
+    """Return what each public field and property may hold, by its annotation."""
+    annotations = get_type_hints(kind)
+    found = {}
+    for name in names_of(kind):
+        annotation = annotations.get(name)
+        if annotation is None:
+            annotation = get_type_hints(getattr(kind, name).fget)["return"]
+        found[name] = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
+    return found

@@ -51,7 +51,8 @@ class Satterthwaite:
         """Return F of all contrasts, shape (q, k), being 0, and its denominator's degrees of freedom.
 
         F is split into t-tests of uncorrelated contrasts whose degrees of freedom are joined through the expected
-        values of their squares (Fai and Cornelius); where they differ, the result depends on the contrasts chosen.
+        values of their squares (Fai and Cornelius); where they differ, the result depends on the contrasts chosen,
+        though not on how rows of unit length at right angles to each other are turned.
         None where the contrasts' standard errors are so far apart (1e10) that the smallest is lost.
         """
         estimates = self._profile.estimates

@@ -48,9 +48,13 @@ class Savings(Result):
     """Savings of the treated against the control runs, in percent of the control's mean."""
 
     n_control: int
+    """Number of control runs."""
     n_treated: int
+    """Number of treated runs."""
     control_mean: float | Undefined
+    """C, in the unit of the values."""
     treated_mean: float | Undefined
+    """T, in the unit of the values."""
     percent: float | Undefined
     """100 (C - T) / C; negative where the treated runs cost more."""
     percent_ci: tuple[float, float] | Undefined
@@ -66,6 +70,7 @@ class Savings(Result):
     df: float | Undefined
     """Welch and Satterthwaite's degrees of freedom over both scatters."""
     level: float
+    """Level of the intervals."""
     scale_relative_se: float
     """Relative standard error common to all runs as a factor; it cancels and is in no number here."""
     missing: int

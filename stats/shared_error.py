@@ -16,9 +16,12 @@ from dataclasses import dataclass, field, replace
 from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_number
-from stats.distributions import t_quantile, t_two_sided_p
+from stats.checks import Missing, as_level, as_number
+from stats.distributions import t_quantile
+from stats.results import Result
 from stats.summary import Summary, describe
+from stats.tails import t_two_sided
+from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
 
 CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""
@@ -127,25 +130,45 @@ def _welch_satterthwaite(parts: Sequence[tuple[float, float]]) -> float:
 
 
 @dataclass(frozen=True, slots=True)
-class SharedSummary:
+class SharedSummary(Result):
     """A mean with its scatter and the error it shares with other means, in the unit of the values."""
 
     scatter: Summary
     """What the values alone say; its interval leaves the shared error out."""
     shared_se: float
+    """Standard error that the mean shares with others."""
     ci_low: float | Undefined
+    """Lower end of the interval of both errors together."""
     ci_high: float | Undefined
+    """Its upper end."""
     level: float
+    """Level of the interval."""
+
+    def sentence(self, name: str = "mean", unit: str = "") -> str:
+        """Return the mean in words, with the interval of both errors, what it shares with others, n."""
+        if isinstance(self.scatter.mean, Undefined):
+            return self.scatter.sentence(name, unit)
+        ends: tuple[float, float] | Undefined = Undefined("one value has no scatter")
+        if not isinstance(self.ci_low, Undefined) and not isinstance(self.ci_high, Undefined):
+            ends = (self.ci_low, self.ci_high)
+        return (
+            f"{name} {number_text(self.scatter.mean)}{with_unit(unit)} ({interval_text(ends, self.level, unit)}, "
+            f"standard error shared with other means {number_text(self.shared_se, 2)}{with_unit(unit)}, "
+            f"n = {self.scatter.n}{missing_text(self.scatter.missing)})."
+        )
 
 
-def describe_shared(values: ArrayLike, shared: SharedError, level: float = 0.95) -> SharedSummary:
+def describe_shared(
+    values: ArrayLike, shared: SharedError, level: float = 0.95, missing: Missing = "refuse"
+) -> SharedSummary:
     """Summarise values of shape (n,) whose mean carries the error `shared`.
 
     The shared error does not shrink with more values and is no part of their scatter; where the mean itself is claimed,
-    both bound it. Raises `InputRefused` for NaN or infinite values or a level outside 0 to 1.
+    both bound it. Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", or a level outside 0
+    to 1.
     """
     level = as_level("level", level)
-    scatter = describe(values, level)
+    scatter = describe(values, level, missing)
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined):
         return SharedSummary(scatter, shared.se, scatter.ci_low, scatter.ci_high, level)
@@ -155,14 +178,35 @@ def describe_shared(values: ArrayLike, shared: SharedError, level: float = 0.95)
 
 
 @dataclass(frozen=True, slots=True)
-class SharedTest:
+class SharedTest(Result):
     """A t-test of a difference and its interval, both with what is left of a shared error."""
 
     t: float | Undefined
+    """Difference over both errors together."""
     df: float | Undefined
+    """Degrees of freedom of the quantile (`joint`)."""
     p: float | Undefined
+    """Two-sided."""
+    log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
     ci_low: float | Undefined
+    """Lower end of the interval of the difference, in the unit of the values."""
     ci_high: float | Undefined
+    """Its upper end."""
+    level: float
+    """Level of the interval."""
+
+    def sentence(self, difference: str = "the difference", unit: str = "") -> str:
+        """Return the test in words: t, df, p, interval."""
+        if isinstance(self.t, Undefined):
+            return f"No test of {difference} with its shared error: {self.t.reason}."
+        ends: tuple[float, float] | Undefined = Undefined("it was not given")
+        if not isinstance(self.ci_low, Undefined) and not isinstance(self.ci_high, Undefined):
+            ends = (self.ci_low, self.ci_high)
+        return (
+            f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
+            f"t({number_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
+        )
 
 
 def difference_with_shared(
@@ -179,12 +223,19 @@ def difference_with_shared(
     """
     level = as_level("level", level)
     if isinstance(interval, Undefined):
-        return SharedTest(t, df, p, interval, interval)
+        return SharedTest(t, df, p, _log10_p(t, df), interval, interval, level)
     if isinstance(df, Undefined) or shared.se == 0.0:
-        return SharedTest(t, df, p, *interval)
+        return SharedTest(t, df, p, _log10_p(t, df), *interval, level)
     middle, scatter_half = (interval[0] + interval[1]) / 2.0, (interval[1] - interval[0]) / 2.0
     variance = (scatter_half / t_quantile(level, df)) ** 2
     both = joint([(variance, df)], shared, level)
     half = both.quantile * math.sqrt(variance + both.more * shared.se**2)
     t = middle / half * both.quantile
-    return SharedTest(t, both.df, t_two_sided_p(t, both.df), middle - half, middle + half)
+    tail = t_two_sided(t, both.df)
+    return SharedTest(t, both.df, tail.p, tail.log10_p, middle - half, middle + half, level)
+
+
+def _log10_p(t: float | Undefined, df: float | Undefined) -> float | Undefined:
+    if isinstance(t, Undefined) or isinstance(df, Undefined):
+        return t if isinstance(t, Undefined) else df
+    return t_two_sided(t, df).log10_p

@@ -6,18 +6,20 @@ d = 3.32 gain + 19.67 kg/s on the thesis's leg (5.1.1), with which gains become 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_number, as_values
+from stats.checks import Missing, as_level, as_number, as_values
+from stats.complete import complete_rows
 from stats.double_double import Floats
 from stats.fit import Response
 from stats.regression import LinearFit, fit_linear
-from stats.wording import estimate_texts, number_text
+from stats.results import Result
+from stats.wording import estimate_texts, missing_text, number_text
 
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
@@ -26,36 +28,66 @@ MINIMUM_GAINS = 3
 
 
 @dataclass(frozen=True, slots=True)
-class ForcePoints:
+class ForcePoints(Result):
     """Points of one trajectory, half way between its samples; arrays of shape (n - 1,)."""
 
     displacement_m: Floats
+    """Means of neighbouring samples."""
     velocity_m_s: Floats
+    """Means of neighbouring samples."""
     force_n: Floats
+    """Between neighbouring samples."""
+
+    def sentence(self) -> str:
+        """Return in words how many points there are and over what displacements and velocities they reach."""
+        ranges = [
+            f"{name} {number_text(float(values.min()))} to {number_text(float(values.max()))} {unit}"
+            for name, values, unit in (
+                ("displacement", self.displacement_m, "m"),
+                ("velocity", self.velocity_m_s, "m/s"),
+                ("force", self.force_n, "N"),
+            )
+        ]
+        return f"Points between samples: {', '.join(ranges)}, n = {self.force_n.size}."
 
 
 @dataclass(frozen=True, slots=True)
-class Stiffness:
+class Stiffness(Result):
     """force = stiffness * displacement + damping * velocity + force_at_zero."""
 
     stiffness_n_m: float
+    """Force per displacement."""
     stiffness_se: float
+    """Standard error of the stiffness, N/m."""
     stiffness_ci: tuple[float, float]
+    """Student's interval of the stiffness, N/m."""
     damping_kg_s: float
+    """Force per velocity."""
     damping_se: float
+    """Standard error of the damping, kg/s."""
     damping_ci: tuple[float, float]
+    """Student's interval of the damping, kg/s."""
     force_at_zero_n: float
     """Where displacement and velocity are 0; without gravity's share removed, minus the weight."""
     force_at_zero_se: float
+    """Its standard error, N."""
     level: float
+    """Level of the intervals."""
     residual_sd_n: float
+    """Standard deviation of the points about the plane, with n - 3."""
     r_squared: float | Undefined
+    """About the mean."""
     residual_lag1: float | Undefined
     """Correlation of neighbouring residuals r. The standard errors assume 0; near 1 they are too small, by about
     sqrt((1 + r) / (1 - r))."""
     condition: float
+    """Of the plane's columns (`stats.fit.Fit.condition`)."""
     df: int
+    """Number of points minus 3."""
     n: int
+    """Number of points."""
+    missing: int = 0
+    """Points left out because a value was NaN."""
 
     def sentence(self, what: str = "The leg") -> str:
         """Return stiffness and damping in words, with intervals, R squared and n."""
@@ -65,23 +97,29 @@ class Stiffness:
         return (
             f"{what} is a spring of {k[0]} N/m ({name} {k[1]} to {k[2]} N/m) with damping {d[0]} kg/s "
             f"({name} {d[1]} to {d[2]} kg/s): plane fit, R squared {number_text(self.r_squared)}, "
-            f"residual SD {number_text(self.residual_sd_n)} N, df = {self.df}, n = {self.n} points."
+            f"residual SD {number_text(self.residual_sd_n)} N, df = {self.df}, "
+            f"n = {self.n} points{missing_text(self.missing)}."
         )
 
 
 @dataclass(frozen=True, slots=True)
-class GainLine:
+class GainLine(Result):
     """Physical coefficient = slope * gain + offset."""
 
     slope: float
     """N/m (or kg/s) per unit of gain."""
     slope_se: float
+    """Its standard error."""
     slope_ci: tuple[float, float]
+    """Student's interval of the slope."""
     offset: float
     """At gain 0: what the mechanism has of its own."""
     offset_se: float
+    """Its standard error."""
     offset_ci: tuple[float, float]
+    """Student's interval of the offset."""
     fit: LinearFit
+    """All that least squares says of the line."""
 
     def at(self, gain: float, level: float = 0.95) -> Response:
         """Return the physical coefficient that a gain stands for, with the line's uncertainty there."""
@@ -120,21 +158,28 @@ def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: Arr
 
 
 def fit_stiffness(
-    displacement_m: ArrayLike, velocity_m_s: ArrayLike, force_n: ArrayLike, *, level: float = 0.95
+    displacement_m: ArrayLike,
+    velocity_m_s: ArrayLike,
+    force_n: ArrayLike,
+    *,
+    level: float = 0.95,
+    missing: Missing = "refuse",
 ) -> Stiffness | Undefined:
     """Fit the plane force = k * displacement + d * velocity + F0 to points of shape (n,), whatever their offset.
 
-    `Undefined` with fewer than 250 points. Raises `InputRefused`, naming the column, where displacement and velocity
-    do not fix both coefficients: one of them constant, or one a multiple of the other.
+    `Undefined` with fewer than 250 points. Raises `InputRefused` for infinite values, for NaN unless `missing` is
+    "drop" (which leaves out points), and, naming the column, where displacement and velocity do not fix both
+    coefficients: one of them constant, or one a multiple of the other.
     """
+    (displacement_m, velocity_m_s, force_n), left_out = complete_rows([displacement_m, velocity_m_s, force_n], missing)
     force = as_values("the forces", force_n)
     level = as_level("level", level)
     if force.size < MINIMUM_POINTS:
         return Undefined(f"the plane needs at least {MINIMUM_POINTS} points and there are {force.size}")
-    fit = fit_linear(force, {"displacement": displacement_m, "velocity": velocity_m_s}, level=level)
+    fit = fit_linear(force_n, {"displacement": displacement_m, "velocity": velocity_m_s}, level=level)
     if isinstance(fit.standard_errors, Undefined) or isinstance(fit.ci, Undefined):
         return Undefined("the plane has no scatter that could be measured")
-    columns = [np.asarray(values, dtype=np.float64) for values in (displacement_m, velocity_m_s)]
+    columns = [as_values("the points", values) for values in (displacement_m, velocity_m_s)]
     residuals = force - fit.response_mean
     for column, mean, slope in zip(columns, fit.means, fit.coefficients[1:], strict=True):
         residuals = residuals - slope * (column - mean)
@@ -154,18 +199,23 @@ def fit_stiffness(
         condition=fit.condition,
         df=fit.df,
         n=fit.n,
+        missing=left_out,
     )
 
 
-def fit_gain_line(gain: ArrayLike, coefficient: ArrayLike, *, level: float = 0.95) -> GainLine | Undefined:
+def fit_gain_line(
+    gain: ArrayLike, coefficient: ArrayLike, *, level: float = 0.95, missing: Missing = "refuse"
+) -> GainLine | Undefined:
     """Fit physical stiffness (N/m) or damping (kg/s) of several conditions over their gains, both of shape (n,).
 
-    `Undefined` with fewer than 3 conditions. Raises `InputRefused` for a single gain or lengths that differ.
+    `Undefined` with fewer than 3 conditions. Raises `InputRefused` for a single gain, lengths that differ, infinite
+    values, and for NaN unless `missing` is "drop" (which leaves out conditions).
     """
+    (gain, coefficient), left_out = complete_rows([gain, coefficient], missing)
     gains = as_values("the gains", gain)
     if gains.size < MINIMUM_GAINS:
         return Undefined(f"the line needs at least {MINIMUM_GAINS} conditions and there are {gains.size}")
-    fit = fit_linear(coefficient, {"gain": gains}, level=level)
+    fit = fit_linear(coefficient, {"gain": gain}, level=level)
     if isinstance(fit.standard_errors, Undefined) or isinstance(fit.ci, Undefined):
         return Undefined("the line has no scatter that could be measured")
     return GainLine(
@@ -175,7 +225,7 @@ def fit_gain_line(gain: ArrayLike, coefficient: ArrayLike, *, level: float = 0.9
         offset=fit.coefficients[0],
         offset_se=fit.standard_errors[0],
         offset_ci=fit.ci[0],
-        fit=fit,
+        fit=replace(fit, missing=left_out),
     )
 
 

@@ -21,7 +21,9 @@ class Summary(Result):
     """One sample in numbers, in the unit of its values."""
 
     n: int
+    """Number of values."""
     mean: float | Undefined
+    """Arithmetic mean."""
     sd: float | Undefined
     """Standard deviation with n - 1."""
     se: float | Undefined
@@ -29,6 +31,7 @@ class Summary(Result):
     ci_low: float | Undefined
     """Lower end of Student's interval for the mean."""
     ci_high: float | Undefined
+    """Its upper end."""
     level: float
     """Level of the interval."""
     missing: int = 0
@@ -37,7 +40,7 @@ class Summary(Result):
     def sentence(self, name: str = "mean", unit: str = "") -> str:
         """Return the summary in words: mean, SD, interval, n."""
         if isinstance(self.mean, Undefined):
-            return f"{name}: undefined, {self.mean.reason}."
+            return f"{name}: undefined, {self.mean.reason} (n = {self.n}{missing_text(self.missing)})."
         interval: tuple[float, float] | Undefined = Undefined("one value has no scatter")
         if not isinstance(self.ci_low, Undefined) and not isinstance(self.ci_high, Undefined):
             interval = (self.ci_low, self.ci_high)

@@ -16,34 +16,59 @@ Numbers = NDArray[np.number]
 MOST_DECIMALS = 15
 LARGEST_WHOLE = 2.0**53
 """Up to here doubles tell whole numbers apart."""
+SPARE_BITS = 3
+"""Bits that all values leave unused where they are whole numbers of a power of two; decimals leave none."""
 
 
 def on_tied_scale(days: list[NDArray[np.float64]]) -> tuple[list[Numbers], float]:
     """Return each day's values minus their mean, on one scale, and the difference up to which two sums are equal.
 
-    Values with few decimals become whole numbers, times the least common multiple of the days' sizes, with tolerance
-    0; all others stay doubles, with the rounding of their sums as tolerance.
+    Values that doubles hold exactly (whole numbers in any unit that is a power of two) and values with few decimals
+    become whole numbers, times the least common multiple of the days' sizes, with tolerance 0; all others stay doubles,
+    with the rounding of their sums as tolerance. Where that tolerance would swallow the values' own differences, at an
+    offset that leaves them few bits, doubles are taken for what they are.
     """
-    whole = _whole([values for values in days if values.size])
+    held = [values for values in days if values.size]
+    pooled = np.concatenate(held)
+    size = pooled.size
+    tolerance = 2.0 * size * float(np.finfo(np.float64).eps) * float(np.max(np.abs(pooled)))
+    gaps = np.diff(np.unique(pooled))
+    bits, grid = _binary_digits(pooled)
+    if bits <= 53 - SPARE_BITS or (gaps.size and tolerance > gaps.min() / 4.0):
+        origin = held[0][0]
+        whole: list[NDArray[np.int64]] | None = None
+        if float(np.max(np.abs(pooled - origin))) < math.ldexp(LARGEST_WHOLE, grid):
+            whole = [np.ldexp(values - origin, -grid).astype(np.int64) for values in held]
+    else:
+        whole = _decimals(held)
     common = math.lcm(*(values.size for values in days))
     if whole is not None:
         largest = max(int(np.max(np.abs(values))) for values in whole)
-        if 4 * largest * common * sum(values.size for values in days) < 2**62:
+        if 4 * largest * common * size < 2**62:
             return [common * values - (common // values.size) * values.sum() for values in whole], 0.0
-    size = sum(values.size for values in days)
-    largest_value = max(float(np.max(np.abs(values))) for values in days)
     scores: list[Numbers] = []
     for values in days:
         shifted = values - values[0]
         scores.append(shifted - math.fsum(shifted) / shifted.size)
-    return scores, 2.0 * size * float(np.finfo(np.float64).eps) * largest_value
+    return scores, tolerance
 
 
-def _whole(days: list[NDArray[np.float64]]) -> list[NDArray[np.int64]] | None:
+def _binary_digits(values: NDArray[np.float64]) -> tuple[int, int]:
+    """Return how many bits the values need as whole numbers of one power of two, and that power."""
+    fractions, exponents = np.frexp(values[values != 0.0])
+    if not fractions.size:
+        return 0, 0
+    whole = np.ldexp(fractions, 53).astype(np.int64)
+    lowest = np.frexp((whole & -whole).astype(np.float64))[1] - 1
+    grid = int((exponents + lowest).min()) - 53
+    return int(exponents.max()) - grid, grid
+
+
+def _decimals(days: list[NDArray[np.float64]]) -> list[NDArray[np.int64]] | None:
     """Return the values as whole numbers of the finest decimal they use, from the first value; None for others."""
     pooled = np.concatenate(days)
     largest = float(np.max(np.abs(pooled)))
-    for decimals in range(MOST_DECIMALS + 1):
+    for decimals in range(1, MOST_DECIMALS + 1):
         scale = 10.0**decimals
         # Beyond 15 digits every double is some decimal, and no longer one that somebody wrote.
         if largest * scale >= LARGEST_WHOLE / 8.0:

@@ -32,18 +32,25 @@ class PairDifference(Result):
     """One pair of groups among all, mean(a) - mean(b) in the values' unit."""
 
     a: str
+    """Name of the first group."""
     b: str
+    """Name of the second group."""
     n_a: int
+    """Number of values of group a."""
     n_b: int
+    """Number of values of group b."""
     difference: float
+    """mean(a) - mean(b)."""
     difference_ci: tuple[float, float] | Undefined
     """Simultaneous: all intervals of the family cover together at its level."""
     q: float | Undefined
     """The studentized range: |difference| over its standard error, times the square root of 2."""
     df: float | Undefined
+    """Degrees of freedom of the scatter: all groups' (Tukey) or the pair's (Games and Howell)."""
     p: float | Undefined
     """Adjusted for all pairs; 0.0 below 1e-308, where `log10_p` goes on."""
     log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +62,9 @@ class AllPairs(Result):
     groups: tuple[str, ...]
     """Names of the groups that hold values, as given."""
     group_ns: tuple[int, ...]
+    """Their sizes."""
     pairs: tuple[PairDifference, ...]
+    """(first, second), (first, third) and so on."""
     level: float
     """Simultaneous level of the intervals."""
     missing: int
@@ -69,7 +78,7 @@ class AllPairs(Result):
         shown = [
             f"{pair.a} minus {pair.b} {number_text(pair.difference)}{with_unit(unit)} "
             f"({interval_text(pair.difference_ci, self.level, unit)}, q({len(self.groups)}, {number_text(pair.df)}) = "
-            f"{number_text(pair.q)}, {p_text(pair.p)})"
+            f"{number_text(pair.q)}, {p_text(pair.p, pair.log10_p)})"
             for pair in self.pairs
         ]
         return f"All pairs by {self.method}, simultaneous ({sizes}): {'; '.join(shown)}."

@@ -36,9 +36,13 @@ class TwoSample(Result):
     """Group a against group b; means and differences in the unit of the values."""
 
     n_a: int
+    """Number of values of group a."""
     n_b: int
+    """Number of values of group b."""
     mean_a: float | Undefined
+    """Mean of group a, in the unit of the values."""
     mean_b: float | Undefined
+    """Mean of group b, in the unit of the values."""
     route: Route
     """How the test was chosen."""
     alpha: float
@@ -47,14 +51,20 @@ class TwoSample(Result):
     """var(a) / var(b)."""
     f_p: float | Undefined
     """Two-sided p of the F-test for equal variances."""
+    f_log10_p: float | Undefined
+    """Its decimal logarithm."""
     equal_variances: bool | Undefined
     """Whether `f_p` is at least alpha."""
     brown_forsythe_p: float | Undefined
     """p of Brown and Forsythe's test (absolute deviations from the medians), which holds its level."""
+    brown_forsythe_log10_p: float | Undefined
+    """Its decimal logarithm."""
     test: str
     """The t-test used: "Student" or "Welch"."""
     t: float | Undefined
+    """Difference over its standard error by the test used."""
     df: float | Undefined
+    """Degrees of freedom of the test used."""
     p: float | Undefined
     """Two-sided."""
     log10_p: float | Undefined
@@ -62,12 +72,17 @@ class TwoSample(Result):
     difference: float | Undefined
     """mean(a) - mean(b); exists where the test does not."""
     difference_ci: _Interval | Undefined
+    """Student's interval of the difference by the test used."""
     welch_t: float | Undefined
+    """Welch's t, whatever the test used."""
     welch_df: float | Undefined
     """Welch and Satterthwaite's degrees of freedom."""
     welch_p: float | Undefined
+    """Two-sided p of Welch's t."""
     welch_log10_p: float | Undefined
+    """Its decimal logarithm."""
     welch_ci: _Interval | Undefined
+    """Interval of the difference by Welch's standard error."""
     hedges_g: float | Undefined
     """Signed difference in pooled standard deviations, with the exact small-sample factor."""
     pooled_t: float | Undefined
@@ -75,6 +90,7 @@ class TwoSample(Result):
     missing_a: int = 0
     """Values of group a left out because they were NaN."""
     missing_b: int = 0
+    """Values of group b left out because they were NaN."""
 
     @property
     def hedges_g_ci(self) -> _Interval | Undefined:
@@ -122,6 +138,7 @@ def compare_two(
     ratio, of_ratio = variance_ratio(of_a, of_b)
     equal: bool | Undefined = of_ratio if isinstance(of_ratio, Undefined) else of_ratio.p >= alpha
     difference = _difference(of_a, of_b)
+    spreads = brown_forsythe_of({"a": first, "b": second})
     by_welch, by_student = welch(of_a, of_b, 1.0 - alpha), student(of_a, of_b, 1.0 - alpha)
     use_student = route == "student" or (route == "f_then_t" and equal is True)
     chosen = by_student if use_student else by_welch
@@ -134,8 +151,10 @@ def compare_two(
         alpha=alpha,
         f=ratio if isinstance(ratio, Undefined) else finite(ratio, "the ratio"),
         f_p=of_ratio if isinstance(of_ratio, Undefined) else of_ratio.p,
+        f_log10_p=of_ratio if isinstance(of_ratio, Undefined) else of_ratio.log10_p,
         equal_variances=equal,
-        brown_forsythe_p=brown_forsythe_of({"a": first, "b": second}).p,
+        brown_forsythe_p=spreads.p,
+        brown_forsythe_log10_p=spreads.log10_p,
         test="Student" if use_student else "Welch",
         t=chosen.t,
         df=chosen.df,

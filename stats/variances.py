@@ -23,7 +23,7 @@ from stats.spreads import from_mean, from_median
 from stats.sums import Moments, finite, finite_pair, moments
 from stats.t_tests import too_small
 from stats.tails import Tail, chi2_upper, f_two_sided, f_upper
-from stats.wording import interval_text, number_text, p_text
+from stats.wording import interval_text, missing_text, number_text, p_text
 
 Interval = tuple[float, float]
 
@@ -52,10 +52,12 @@ class VarianceTest(Result):
     """Interval of var(first) / var(second), of the F-test."""
     level: float = 0.95
     """Level of the interval."""
+    missing: int = 0
+    """How many values were left out as NaN."""
 
     def sentence(self) -> str:
         """Return the test in words: statistic, degrees of freedom, p, n."""
-        sizes = f"({len(self.groups)} groups, n = {sum(self.group_ns)})"
+        sizes = f"({len(self.groups)} groups, n = {sum(self.group_ns)}{missing_text(self.missing)})"
         if isinstance(self.p, Undefined):
             return f"{self.test} test of equal variances {sizes}: none, because {self.p.reason}."
         sign = "chi-squared" if self.test == "Bartlett" else "F"
@@ -77,14 +79,15 @@ def f_test(a: ArrayLike, b: ArrayLike, level: float = 0.95, missing: Missing = "
     of_a, of_b = moments(first.values, rest=first.rest), moments(second.values, rest=second.rest)
     ratio, tail = variance_ratio(of_a, of_b)
     sizes, df = (of_a.n, of_b.n), (of_a.n - 1, of_b.n - 1)
+    left_out = first.missing + second.missing
     f = ratio if isinstance(ratio, Undefined) else finite(ratio, "the ratio")
     if isinstance(tail, Undefined) or isinstance(ratio, Undefined):
         none = tail if isinstance(tail, Undefined) else Undefined("there is no ratio")
-        return VarianceTest("F", ("a", "b"), sizes, f, df, none, none, none, level)
+        return VarianceTest("F", ("a", "b"), sizes, f, df, none, none, none, level, left_out)
     outside = (1.0 - level) / 2.0
     low, high = (Fraction(float(special.fdtri(df[1], df[0], share))) for share in (outside, 1.0 - outside))
     ends = finite_pair(ratio * low, ratio * high)
-    return VarianceTest("F", ("a", "b"), sizes, f, df, tail.p, tail.log10_p, ends, level)
+    return VarianceTest("F", ("a", "b"), sizes, f, df, tail.p, tail.log10_p, ends, level, left_out)
 
 
 def bartlett(groups: Mapping[str, ArrayLike], missing: Missing = "refuse") -> VarianceTest:
@@ -92,11 +95,11 @@ def bartlett(groups: Mapping[str, ArrayLike], missing: Missing = "refuse") -> Va
     samples = _samples(groups, missing)
     parts = {name: moments(sample.values, rest=sample.rest) for name, sample in samples.items()}
     sizes = tuple(part.n for part in parts.values())
-    degrees = len(parts) - 1
+    degrees, left_out = len(parts) - 1, _missing(samples)
     reason = _no_variances(parts)
     if reason is not None:
         none = Undefined(reason)
-        return VarianceTest("Bartlett", tuple(parts), sizes, none, (degrees,), none, none)
+        return VarianceTest("Bartlett", tuple(parts), sizes, none, (degrees,), none, none, missing=left_out)
     dfs = [part.n - 1 for part in parts.values()]
     pooled = sum((part.exact_sum_squares for part in parts.values()), Fraction(0)) / sum(dfs)
     # The sum of df * (v - 1) over all v = variance / pooled is 0, so that no two large logarithms cancel.
@@ -106,7 +109,9 @@ def bartlett(groups: Mapping[str, ArrayLike], missing: Missing = "refuse") -> Va
     correction = 1 + (sum(Fraction(1, df) for df in dfs) - Fraction(1, sum(dfs))) / (3 * degrees)
     statistic = Fraction(summed) / correction
     tail = chi2_upper(statistic, degrees)
-    return VarianceTest("Bartlett", tuple(parts), sizes, float(statistic), (degrees,), tail.p, tail.log10_p)
+    return VarianceTest(
+        "Bartlett", tuple(parts), sizes, float(statistic), (degrees,), tail.p, tail.log10_p, missing=left_out
+    )
 
 
 def levene(groups: Mapping[str, ArrayLike], missing: Missing = "refuse") -> VarianceTest:
@@ -153,6 +158,10 @@ def _samples(groups: Mapping[str, ArrayLike], missing: Missing) -> dict[str, Sam
     return {name: as_sample(f"group {name!r}", values, missing) for name, values in groups.items()}
 
 
+def _missing(samples: Mapping[str, Sample]) -> int:
+    return sum(sample.missing for sample in samples.values())
+
+
 def _no_variances(parts: Mapping[str, Moments]) -> str | None:
     if len(parts) < 2:
         return "at least 2 groups are needed"
@@ -193,9 +202,9 @@ def _of_spreads(test: str, samples: Mapping[str, Sample], spread: Callable[[Samp
             reason = "all values of a group lie equally far from its middle"
     if reason is not None:
         none = Undefined(reason)
-        return VarianceTest(test, names, sizes, none, df, none, none)
+        return VarianceTest(test, names, sizes, none, df, none, none, missing=_missing(samples))
     grand = sum((part.n * part.exact_mean for part in parts), Fraction(0)) / sum(sizes)
     between = sum((part.n * (part.exact_mean - grand) ** 2 for part in parts), Fraction(0))
     f = shortened((between / df[0]) / (within / df[1])) if between else Fraction(0)
     tail = f_upper(f, *df)
-    return VarianceTest(test, names, sizes, finite(f, "F"), df, tail.p, tail.log10_p)
+    return VarianceTest(test, names, sizes, finite(f, "F"), df, tail.p, tail.log10_p, missing=_missing(samples))

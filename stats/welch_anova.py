@@ -36,12 +36,15 @@ class WelchAnova(Result):
     group_ns: tuple[int, ...]
     """Their sizes."""
     f: float | Undefined
+    """Welch's F (top of this module)."""
     df_between: int
+    """Number of groups minus 1."""
     df_within: float | Undefined
     """Not whole in general."""
     p: float | Undefined
     """P(F >= f); 0.0 below 1e-308, where `log10_p` goes on."""
     log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
     constant_group: str
     """Name of the one group without scatter, for which the limit was taken; empty where all groups scatter."""
     empty_groups: tuple[str, ...]
@@ -57,7 +60,7 @@ class WelchAnova(Result):
         limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
         return (
             f"Welch ANOVA over {what}: F({self.df_between}, {number_text(self.df_within)}) = {number_text(self.f)}, "
-            f"{p_text(self.p)} ({len(self.groups)} groups, n = {n}{missing_text(self.missing)}{limit})."
+            f"{p_text(self.p, self.log10_p)} ({len(self.groups)} groups, n = {n}{missing_text(self.missing)}{limit})."
         )
 
 

@@ -49,8 +49,8 @@ def numbers(found: BlockedByDay) -> dict[tuple[str, str], float]:
         ("variance", "residual"): found.residual_variance,
         ("criterion", ""): found.reml_criterion,
         ("f", ""): found.f,
-        ("df_within", ""): found.df_within,
-        ("p_of_f", ""): found.p,
+        ("df_within", ""): found.lmertest_df_within,
+        ("p_of_f", ""): found.lmertest_p,
     }
     for each in found.contrasts:
         of = each.condition

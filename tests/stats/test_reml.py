@@ -11,6 +11,7 @@ from scipy import special
 from stats.blocked import blocked_by_day
 from stats.blocked_result import ExactTest
 from stats.cells import cells_of
+from stats.checks import as_sample
 from stats.reml import RemlModel
 
 
@@ -59,7 +60,7 @@ def test_the_derivatives_are_those_of_the_deviance():
     rng = np.random.default_rng(8)
     day, run, condition = np.repeat(np.arange(4), 12), np.repeat(np.arange(12), 4), rng.integers(0, 3, 48)
     kept = rng.random(48) < 0.8
-    model = RemlModel(cells_of(rng.normal(size=48)[kept], condition[kept], day[kept], run[kept]))
+    model = RemlModel(cells_of(as_sample("values", rng.normal(size=48)[kept]), condition[kept], day[kept], run[kept]))
     here, step = np.array([0.3, 0.8]), 1e-5
     found = model.at(here)
     for i in range(2):

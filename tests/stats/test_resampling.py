@@ -149,9 +149,9 @@ def test_bootstrap_is_scipys_bca():
     assert found.difference == pytest.approx(a.mean() - b.mean())
     assert found.se == pytest.approx(other.standard_error, rel=0.02)
     ends = other.confidence_interval
-    assert found.interval == pytest.approx((ends.low, ends.high), abs=0.05 * found.se)
+    assert found.bca_interval == pytest.approx((ends.low, ends.high), abs=0.05 * found.se)
     assert found == bootstrap_difference(a, b, resamples=40_000, seed=1)
-    assert "BCa bootstrap" in found.sentence("a", "b", "J")
+    assert "studentised bootstrap" in found.sentence("a", "b", "J")
 
 
 def test_bootstrap_within_days_leaves_out_what_days_differ_by():
@@ -194,7 +194,7 @@ def coverage(n: int, studies: int) -> float:
 
 
 @pytest.mark.soak
-@pytest.mark.parametrize(("n", "recorded"), [(3, 0.798), (5, 0.881), (10, 0.926), (25, 0.934)])
+@pytest.mark.parametrize(("n", "recorded"), [(3, 0.979), (5, 0.958), (10, 0.957), (25, 0.952)])
 def test_bootstrap_coverage(n, recorded):
-    """A bootstrap of few values covers too rarely; recorded from 5000 studies of normal values, nominal 0.95."""
-    assert coverage(n, 2000) == pytest.approx(recorded, abs=3.0 * (0.8 * 0.2 / 2000) ** 0.5)
+    """Recorded from 4000 studies of normal values, nominal 0.95; BCa covers 0.80, 0.88, 0.93 and 0.93 of them."""
+    assert coverage(n, 2000) == pytest.approx(recorded, abs=4.0 * (0.05 * 0.95 * (1 / 2000 + 1 / 4000)) ** 0.5)

@@ -1,0 +1,136 @@
+"""Two groups whose values belong to days: what comparisons within days are made of.
+
+The difference of means within days is weighted as least squares with day effects weights it, n_a n_b / (n_a + n_b) for
+each day; without days it is the difference of means.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, Sample, as_sample
+from stats.complete import Labels, as_labels, complete_rows
+from stats.error_free import greatest, scaled
+from stats.sums import common_shift
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Stratum:
+    """The values of both groups on one day, each in ascending order."""
+
+    a: Floats
+    b: Floats
+
+    @property
+    def weight(self) -> float:
+        """Weight of the day's difference."""
+        return self.a.size * self.b.size / (self.a.size + self.b.size)
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """The values of one group on one day about their mean."""
+
+    values: Floats
+    weight: float
+    """Of their mean in the difference; negative for group b."""
+    name: str
+    """"a" or "b"."""
+
+
+@dataclass(frozen=True, slots=True)
+class TwoByDay:
+    """Both groups by day, and what was given."""
+
+    strata: tuple[Stratum, ...]
+    """Days that hold both groups, in an order that their labels do not decide."""
+    n_a: int
+    n_b: int
+    n_days: int | Undefined
+    missing: int
+    """Values left out because they or their day were missing."""
+
+    def difference(self) -> float:
+        """Return a minus b within days."""
+        parts = []
+        for each in self.strata:
+            origin = each.a[0]
+            of_a, of_b = (math.fsum(values - origin) / values.size for values in (each.a, each.b))
+            parts.append(each.weight * (of_a - of_b))
+        return math.fsum(parts) / math.fsum(each.weight for each in self.strata)
+
+    def centred_cells(self) -> tuple[list[Cell], int]:
+        """Return the values about the means of their day and group in units of 2**exponent, and that exponent."""
+        total = math.fsum(each.weight for each in self.strata)
+        cells = []
+        for each in self.strata:
+            for name, values, sign in (("a", each.a, 1.0), ("b", each.b, -1.0)):
+                shifted = values - values[0]
+                exponent = math.frexp(greatest(shifted))[1]
+                shifted = scaled(shifted, -exponent)
+                about = scaled(shifted - math.fsum(shifted) / shifted.size, exponent)
+                cells.append(Cell(about, sign * each.weight / total, name))
+        exponent = math.frexp(max(greatest(cell.values) for cell in cells))[1]
+        return [Cell(scaled(cell.values, -exponent), cell.weight, cell.name) for cell in cells], exponent
+
+    def nothing_shared(self) -> Undefined:
+        """Return why there is no day to compare within."""
+        if self.n_a == 0 or self.n_b == 0:
+            return Undefined(f"group {'a' if self.n_a == 0 else 'b'} is empty")
+        return Undefined("no day holds values of both groups")
+
+
+def two_by_day(
+    a: ArrayLike, b: ArrayLike, day_a: Labels | None, day_b: Labels | None, missing: Missing = "refuse"
+) -> TwoByDay:
+    """Return groups of shapes (n_a,) and (n_b,) by the labels of their days, one for each value, or all as one day.
+
+    Raises `InputRefused` for infinite values, for labels of another length or of one group only, and, unless `missing`
+    is "drop", for values or days that are missing.
+    """
+    if (day_a is None) != (day_b is None):
+        raise InputRefused("days are given for one group only: give them for both or for none.")
+    samples, days, left_out = [], [], 0
+    for name, values, labels in (("a", a, day_a), ("b", b, day_b)):
+        columns = [values] if labels is None else [values, as_labels(f"the days of group {name}", labels, missing)]
+        (kept, *kept_days), fewer = complete_rows(columns, missing)
+        sample = as_sample(f"group {name}", kept)
+        words = [str(day) for day in kept_days[0]] if kept_days else [""] * sample.values.size
+        if len(words) != sample.values.size:
+            raise InputRefused(
+                f"group {name} has {sample.values.size} values and {len(words)} labels of day: give one label for each "
+                "value."
+            )
+        samples.append(sample)
+        days.append(np.array(words, dtype=object))
+        left_out += fewer
+    first, second = _as_doubles(*samples)
+    strata = [
+        Stratum(np.sort(first[days[0] == day]), np.sort(second[days[1] == day])) for day in set(days[0]) & set(days[1])
+    ]
+    strata.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
+    n_days: int | Undefined = Undefined("no days were given") if day_a is None else len(strata)
+    return TwoByDay(tuple(strata), first.size, second.size, n_days, left_out)
+
+
+def _as_doubles(a: Sample, b: Sample) -> tuple[Floats, Floats]:
+    """Return both samples as doubles; what doubles leave of decimals is kept by taking off what all have in common."""
+    if a.rest is None and b.rest is None:
+        return a.values, b.values
+    origin = Fraction(common_shift(a.values, b.values))
+    first, second = (np.array([float(value - origin) for value in _exact(sample)]) for sample in (a, b))
+    return first, second
+
+
+def _exact(sample: Sample) -> list[Fraction]:
+    rest = np.zeros(sample.values.size) if sample.rest is None else sample.rest
+    return [Fraction(high) + Fraction(low) for high, low in zip(sample.values.tolist(), rest.tolist(), strict=True)]

@@ -1,0 +1,262 @@
+"""What every result of the package has: fields nobody can change, each documented, a row, JSON and a sentence."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import inspect
+import json
+import math
+import pkgutil
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import FrozenInstanceError, fields, is_dataclass
+from typing import Any, get_args, get_type_hints
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import stats
+from data_schema.vocabulary import Undefined
+from stats.anova import one_way_anova
+from stats.bayes_factor import bayes_factor
+from stats.blocked import blocked_by_day
+from stats.dunnett import dunnett
+from stats.energy import energy_budget
+from stats.equivalence import equivalence
+from stats.multiple import holm
+from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
+from stats.passive_drain import fit_passive_drain
+from stats.polynomial import fit_polynomial
+from stats.power import power_anova, power_equivalence, power_t, power_welch, sample_size
+from stats.regression import fit_linear
+from stats.resampling import bootstrap_difference, permutation_test
+from stats.results import Result
+from stats.rmse import rmse_over_iqr
+from stats.savings import percent_savings
+from stats.shared_error import SharedError, describe_shared, difference_with_shared
+from stats.stiffness import fit_gain_line, fit_stiffness, force_points
+from stats.summary import describe
+from stats.tukey import compare_all_pairs
+from stats.two_sample import compare_two
+from stats.variances import bartlett, brown_forsythe, f_test, levene
+from stats.welch_anova import welch_anova
+
+A, B, C = [42.1, 39.8, 44.0, 41.2], [36.9, 38.2, 35.1, 37.7], [30.0, 33.3, 31.2, 36.8]
+FLAT = [0.1, 0.1, 0.1]
+DAYS = ["mon", "mon", "tue", "tue"]
+RNG = np.random.default_rng(8)
+X, V = RNG.normal(size=300), RNG.normal(size=300)
+SHARED = SharedError({("idle", "level"): 0.3}, {"idle": 5.0})
+
+DEFINED: dict[str, Callable[[], Any]] = {
+    "describe": lambda: describe(A),
+    "compare_two": lambda: compare_two(A, B),
+    "f_test": lambda: f_test(A, B),
+    "bartlett": lambda: bartlett({"a": A, "b": B}),
+    "levene": lambda: levene({"a": A, "b": B}),
+    "brown_forsythe": lambda: brown_forsythe({"a": A, "b": B}),
+    "one_way_anova": lambda: one_way_anova({"a": A, "b": B, "c": C}),
+    "welch_anova": lambda: welch_anova({"a": A, "b": B, "c": C}),
+    "compare_all_pairs": lambda: compare_all_pairs({"a": A, "b": B, "c": C}),
+    "dunnett": lambda: dunnett(A, {"b": B, "c": C}),
+    "holm": lambda: holm({"one": 0.01, "two": 0.2}, "of two"),
+    "equivalence": lambda: equivalence(A, B, -9.0, 9.0),
+    "percent_savings": lambda: percent_savings(A, B),
+    "describe_shared": lambda: describe_shared(A, SHARED),
+    "difference_with_shared": lambda: difference_with_shared(2.0, 6.0, 0.09, (-0.5, 4.5), SHARED),
+    "blocked_by_day": lambda: blocked_by_day([*A, *B], ["a"] * 4 + ["b"] * 4, DAYS * 2),
+    "permutation_test": lambda: permutation_test(A, B, DAYS, DAYS),
+    "bootstrap_difference": lambda: bootstrap_difference(A, B),
+    "bayes_factor": lambda: bayes_factor(2.1, 5, 6),
+    "power_t": lambda: power_t(1.0, 1.0, 10, 10),
+    "power_welch": lambda: power_welch(1.0, 1.0, 2.0, 10, 10),
+    "power_anova": lambda: power_anova([0.0, 0.5, 1.0], 1.0, 10),
+    "power_equivalence": lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 20, 20),
+    "sample_size": lambda: sample_size(lambda n: power_t(1.0, 1.0, n, n)),
+    "fit_linear": lambda: fit_linear(A, {"b": B}),
+    "LinearFit.at": lambda: fit_linear(A, {"b": B}).at({"b": 36.0}),
+    "fit_polynomial": lambda: fit_polynomial([1.0, 2.0, 3.0, 5.0], A, 2),
+    "PolynomialFit.at": lambda: fit_polynomial([1.0, 2.0, 3.0, 5.0], A, 2).at(4.0),
+    "fit_passive_drain": lambda: fit_passive_drain([600.0, 1200.0, 1800.0, 2400.0], [70.0, 141.0, 211.5, 281.0]),
+    "PassiveDrain.at": lambda: fit_passive_drain([600.0, 1200.0, 1800.0], [70.0, 141.0, 211.5]).at(900.0),
+    "fit_stiffness": lambda: fit_stiffness(X, V, 600.0 * X + 20.0 * V + RNG.normal(size=300)),
+    "force_points": lambda: force_points([0.0, 0.1, 0.2], [0.0, 0.01, 0.03], [0.1, 0.2, 0.1], 2.0),
+    "fit_gain_line": lambda: fit_gain_line([100.0, 200.0, 300.0, 400.0], [320.0, 580.0, 836.0, 1090.0]),
+    "GainLine.at": lambda: fit_gain_line([100.0, 200.0, 300.0], [320.0, 580.0, 836.0]).at(250.0),
+    "fraction_from_mass": lambda: fraction_from_mass(1.0, 2500.0, 0.00065, mass_se_kg=0.001),
+    "fraction_from_height": lambda: fraction_from_height(1.0, 2500.0, 0.01, 0.065),
+    "fraction_from_water": lambda: fraction_from_water(0.001, 0.0004),
+    "unbounded_fraction": lambda: unbounded_fraction([0.02, 0.03, 0.05, 0.1], [0.58, 0.59, 0.602, 0.606], 0.002),
+    "rmse_over_iqr": lambda: rmse_over_iqr(A, B),
+    "energy_budget": lambda: energy_budget(
+        A, [25.0] * 4, reference_voltage_v=15.4, drain_se_run_j=0.3, drain_se_mean_j=0.3, resolution_mah=1.0
+    ),
+}
+UNDEFINED: dict[str, Callable[[], Any]] = {
+    "describe": lambda: describe([]),
+    "compare_two": lambda: compare_two(FLAT, FLAT),
+    "f_test": lambda: f_test(FLAT, FLAT),
+    "bartlett": lambda: bartlett({"a": FLAT, "b": FLAT}),
+    "levene": lambda: levene({"a": FLAT, "b": FLAT}),
+    "brown_forsythe": lambda: brown_forsythe({"a": FLAT, "b": FLAT}),
+    "one_way_anova": lambda: one_way_anova({"a": FLAT, "b": FLAT}),
+    "welch_anova": lambda: welch_anova({"a": FLAT, "b": FLAT}),
+    "compare_all_pairs": lambda: compare_all_pairs({"a": FLAT, "b": FLAT}),
+    "dunnett": lambda: dunnett(FLAT, {"b": FLAT}),
+    "holm": lambda: holm({"one": 0.01, "two": Undefined("nothing scatters")}, "of two"),
+    "equivalence": lambda: equivalence([1.0], [2.0], -1.0, None),
+    "percent_savings": lambda: percent_savings(FLAT, FLAT),
+    "describe_shared": lambda: describe_shared([1.0], SHARED),
+    "difference_with_shared": lambda: difference_with_shared(*(Undefined("nothing scatters"),) * 4, SHARED),
+    "blocked_by_day": lambda: blocked_by_day([1.0, 2.0], ["a", "b"], ["mon", "tue"]),
+    "permutation_test": lambda: permutation_test([], B),
+    "bootstrap_difference": lambda: bootstrap_difference(FLAT, FLAT),
+    "bayes_factor": lambda: bayes_factor(2.1, 1, 1),
+    "power_t": lambda: power_t(1.0, 1.0, 1, 1),
+    "power_welch": lambda: power_welch(1.0, 1.0, 2.0, 1, 1),
+    "power_anova": lambda: power_anova([0.0, 0.5, 1.0], 1.0, 1),
+    "power_equivalence": lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 1, 1),
+    "fit_linear": lambda: fit_linear([1.0, 2.0], {"x": [3.0, 4.0]}),
+    "LinearFit.at": lambda: fit_linear([1.0, 2.0], {"x": [3.0, 4.0]}).at({"x": 9.0}),
+    "fit_polynomial": lambda: fit_polynomial([3.0, 4.0], [1.0, 2.0], 1),
+    "PolynomialFit.at": lambda: fit_polynomial([3.0, 4.0], [1.0, 2.0], 1).at(5.0),
+    "fit_passive_drain": lambda: fit_passive_drain([600.0, 1200.0, 1800.0], [70.0, 70.0, 70.0]),
+    "rmse_over_iqr": lambda: rmse_over_iqr(FLAT, FLAT),
+    "energy_budget": lambda: energy_budget(
+        [40.0], [25.0], reference_voltage_v=15.4, drain_se_run_j=0.3, drain_se_mean_j=0.3, resolution_mah=1.0
+    ),
+}
+CASES = [(name, make, False) for name, make in DEFINED.items()] + [
+    (name, make, True) for name, make in UNDEFINED.items()
+]
+ALL = pytest.mark.parametrize(
+    ("name", "make", "undefined"), CASES, ids=[f"{name}{'-undefined' if bare else ''}" for name, _, bare in CASES]
+)
+OWN_COUNT = ("holm", "PolynomialFit.at", "LinearFit.at", "GainLine.at", "PassiveDrain.at", "difference_with_shared")
+"""What says its number of tests, or its degrees of freedom, in place of n."""
+NO_SAMPLE = ("fraction_from_mass", "fraction_from_height", "fraction_from_water")
+
+
+def classes() -> Iterator[type]:
+    for module in pkgutil.iter_modules(stats.__path__):
+        for _name, kind in inspect.getmembers(importlib.import_module(f"stats.{module.name}"), inspect.isclass):
+            if kind.__module__ == f"stats.{module.name}" and is_dataclass(kind):
+                yield kind
+
+
+RESULTS = [kind for kind in classes() if issubclass(kind, Result)]
+OF_CHECKED_INPUT = {"brown_forsythe_of", "exact_test"}
+"""Functions that serve others and take what those have read."""
+
+
+def functions() -> Iterator[tuple[str, type]]:
+    """Every public function that returns a result, and its class."""
+    for module in pkgutil.iter_modules(stats.__path__):
+        for name, function in inspect.getmembers(importlib.import_module(f"stats.{module.name}"), inspect.isfunction):
+            if function.__module__ != f"stats.{module.name}" or name.startswith("_"):
+                continue
+            returned = get_type_hints(function, localns={"pd": pd}).get("return")
+            for kind in get_args(returned) or (returned,):
+                if inspect.isclass(kind) and issubclass(kind, Result):
+                    yield name, kind
+
+
+def test_every_function_that_returns_a_result_is_tried_here():
+    found = dict(functions())
+    assert set(found) - OF_CHECKED_INPUT == {name for name in DEFINED if "." not in name}
+    for name, kind in found.items():
+        assert name in OF_CHECKED_INPUT or type(DEFINED[name]()) is kind
+
+
+def test_every_class_with_a_sentence_is_a_result():
+    assert {kind.__name__ for kind in classes() if hasattr(kind, "sentence")} <= {kind.__name__ for kind in RESULTS}
+
+
+def test_every_result_comes_from_a_function_tried_here():
+    """Or is part of one that does, as a pair of groups is of all pairs."""
+    made = {type(make()) for make in DEFINED.values()}
+    parts = {
+        type(item)
+        for make in DEFINED.values()
+        for value in (getattr(result, field.name) for result in [make()] for field in fields(result))
+        for item in (value if isinstance(value, tuple) else (value,))
+    }
+    assert set(RESULTS) <= made | parts | {base for kind in made for base in kind.__mro__}
+
+
+@pytest.mark.parametrize("kind", RESULTS, ids=lambda kind: kind.__name__)
+def test_every_field_is_documented(kind):
+    (body,) = (
+        node.body
+        for node in ast.parse(inspect.getsource(inspect.getmodule(kind))).body
+        if isinstance(node, ast.ClassDef) and node.name == kind.__name__
+    )
+    for line, after in zip(body, [*body[1:], None], strict=True):
+        if isinstance(line, ast.AnnAssign):
+            assert isinstance(after, ast.Expr), f"{kind.__name__}.{line.target.id} has no docstring"
+            assert isinstance(after.value, ast.Constant)
+    for name, value in vars(kind).items():
+        assert not isinstance(value, property) or name.startswith("_") or value.__doc__, name
+
+
+@ALL
+def test_a_result_is_frozen_and_has_one_row_of_its_documented_columns(name, make, undefined):
+    result = make()
+    assert isinstance(result, Result)
+    first = fields(result)[0].name
+    with pytest.raises((FrozenInstanceError, TypeError)):
+        setattr(result, first, None)
+    row = result.to_frame()
+    assert isinstance(row, pd.DataFrame)
+    assert len(row) == 1
+    for field in fields(result):
+        assert any(column == field.name or column.startswith(f"{field.name}_") for column in row.columns), field.name
+    if undefined:
+        assert list(row.columns) == list(DEFINED[name]().to_frame().columns)
+
+
+def has_reason(data: Any) -> bool:
+    if isinstance(data, dict):
+        return any("reason" in str(key) and item for key, item in data.items()) or any(map(has_reason, data.values()))
+    return isinstance(data, list) and any(map(has_reason, data))
+
+
+@ALL
+def test_json_holds_every_number_or_the_reason_why_there_is_none(name, make, undefined):
+    result = make()
+    data = json.loads(result.to_json())
+    assert data == result.to_dict()
+    for field in fields(result):
+        value = getattr(result, field.name)
+        if isinstance(value, Undefined):
+            assert data[field.name] is None
+            assert data[f"{field.name}_reason"] == value.reason
+        elif isinstance(value, float):
+            assert data[field.name] == value or math.isinf(value)
+    assert has_reason(data) or not undefined
+
+
+@ALL
+def test_a_sentence_has_n_and_never_nan(name, make, undefined):
+    text = make().sentence()
+    assert text[-1] == "."
+    assert not re.search(r"\bnan\b|\binf\b|Undefined|None|  ", text)
+    assert "e+" not in text
+    if name in NO_SAMPLE:
+        return
+    assert re.search(r"tests?\b|df = \d|t\(|No test" if name in OWN_COUNT else r"n = \d", text), text
+
+
+P_FIELDS = re.compile(r"(.*_)?p(_low|_high|_greater|_less)?")
+
+
+@pytest.mark.parametrize("kind", RESULTS, ids=lambda kind: kind.__name__)
+def test_every_p_has_its_logarithm(kind):
+    names = {field.name for field in fields(kind)} | {
+        name for base in kind.__mro__ for name, value in vars(base).items() if isinstance(value, property)
+    }
+    for name in names:
+        if P_FIELDS.fullmatch(name) and "log10" not in name:
+            assert re.sub(r"(^|_)p(?=$|_)", r"\1log10_p", name) in names, name
