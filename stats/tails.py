@@ -190,14 +190,17 @@ def _continued_fraction(a: int, b: int, x: int, below_bulk: int) -> int:
 
     `below_bulk` is a - (a + b) x, positive where x lies below the bulk of the distribution.
     """
-    start = below_bulk + _ONE
+    start, slope = below_bulk + _ONE, 2 * _ONE - x
     before_last, last, bottom_before, bottom = _ONE, a * start // (a + _ONE), 0, _ONE
     found = last
+    middle, of_b, of_both = a - _ONE, b, a + b - _ONE
     for m in range(1, _MOST_STEPS):
-        middle = a + (2 * m - 1) * _ONE
-        share = m * (b - m * _ONE) * x // middle
-        partial = (a + (m - 1) * _ONE) * (a + b + (m - 1) * _ONE) // middle * share // _ONE * x >> _BITS
-        whole = m * _ONE + share + (a + m * _ONE) * (start + m * (2 * _ONE - x)) // (middle + 2 * _ONE)
+        step = m << _BITS
+        above, middle = a + step, middle + 2 * _ONE
+        of_b, of_both, start = of_b - _ONE, of_both + _ONE, start + slope
+        share = m * of_b * x // middle
+        partial = ((above - _ONE) * of_both // middle * share >> _BITS) * x >> _BITS
+        whole = step + share + above * start // (middle + 2 * _ONE)
         before_last, last = last, (whole * last + partial * before_last) >> _BITS
         bottom_before, bottom = bottom, (whole * bottom + partial * bottom_before) >> _BITS
         before, found = found, (last << _BITS) // bottom
