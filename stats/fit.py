@@ -19,8 +19,10 @@ from stats.wording import interval_text, missing_text, number_text, p_text, with
 
 INTERCEPT = "intercept"
 _EXACT = Undefined("the fit is exact, so that nothing measures the scatter")
+BEYOND_DOUBLES = Undefined("a covariance is beyond what a double can hold")
 _LARGEST_EXPONENT = 400
-"""Of a standard error: its square still fits a double, whatever stands before the power of two."""
+"""Of a standard error, or its inverse: its square still fits a double, whatever stands before the power of two."""
+LEAST_SD = 2.0**-_LARGEST_EXPONENT
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,8 +236,8 @@ def _covariance(scaled: Scaled, scatter: float) -> tuple[tuple[float, ...], ...]
     exponents = np.array([exponent for _, exponent in scaled.units])
     rows = scatter * scaled.rows * factors[:, np.newaxis]
     matrix = rows @ rows.T
-    if int(exponents.max()) > _LARGEST_EXPONENT:
-        return Undefined("a covariance is beyond what a double can hold")
+    if int(np.abs(exponents).max()) > _LARGEST_EXPONENT:
+        return BEYOND_DOUBLES
     matrix = np.ldexp(matrix, exponents[:, np.newaxis] + exponents)
     return tuple(tuple(row) for row in matrix.tolist())
 

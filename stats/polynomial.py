@@ -21,7 +21,7 @@ from stats.complete import complete_rows
 from stats.distributions import t_quantile
 from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double
 from stats.error_free import product_of_halves, split, two_sum
-from stats.fit import INTERCEPT, Fit, Response, Scaled, fit_fields
+from stats.fit import BEYOND_DOUBLES, INTERCEPT, LEAST_SD, Fit, Response, Scaled, fit_fields
 from stats.least_squares import Design, Factor, factorise, solve
 
 HIGHEST_DEGREE = 20
@@ -121,6 +121,8 @@ def fit_polynomial(
     covariance: tuple[tuple[float, ...], ...] | Undefined
     if isinstance(sd, Undefined):
         covariance = sd
+    elif sd > 0.0 and not LEAST_SD < sd < 1.0 / LEAST_SD:
+        covariance = BEYOND_DOUBLES
     else:
         rows = sd * factor.inverse
         covariance = tuple(tuple(row) for row in (rows @ rows.T).tolist())

@@ -191,6 +191,10 @@ STEPS = 100
 SMALL_STEP = 1e-13
 """Change of log(1 + gamma * group size) at which the search ends; Newton's last step squares the one before."""
 
+NOTHING = 1e-8
+"""Below it a variance is 0, as lme4 has it (a standard deviation of 1e-4): where the deviance is flat at the boundary,
+rounding would decide whether the variance counts among the unknowns."""
+
 
 def minimise(model: RemlModel, free: tuple[bool, bool], largest: float) -> Floats:
     """Return the gamma, shape (2,), of the lowest deviance; what is not `free` stays 0, as lme4 leaves out a term.
@@ -209,7 +213,8 @@ def minimise(model: RemlModel, free: tuple[bool, bool], largest: float) -> Float
         for i, j in product(range(grid.shape[0]), range(grid.shape[1]))
         if grid[i, j] <= grid[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2].min()
     ]
-    return _gamma(model, min(ends, key=lambda end: model.deviance(_gamma(model, end))) if len(ends) > 1 else ends[0])
+    end = min(ends, key=lambda end: model.deviance(_gamma(model, end))) if len(ends) > 1 else ends[0]
+    return _gamma(model, np.where(end < NOTHING, 0.0, end))
 
 
 def _gamma(model: RemlModel, eta: Floats) -> Floats:

@@ -22,7 +22,8 @@ interval holds all rho with
 
     (T - rho C)^2 <= t^2 (Var(T) + rho^2 Var(C) + m times the sum of (t_k - rho c_k)^2),
 
-t and m taken at the estimate. The delta interval beside it is S -/+ t times the root of that variance over C.
+t and m taken at the estimate; it is computed as Fieller's interval of S = (C - T) / C, which is the same and cancels
+less. The delta interval beside it is S -/+ t times the root of that variance over C.
 A mean of ratios of single pairs is biased and not offered.
 Coverage at n = 5 and a coefficient of variation of 0.2: Fieller 0.956, delta 0.950 (20 000 simulated samples). Beside
 both stands the delta interval of log(T / C), which no noise takes beyond 100 %.
@@ -36,7 +37,7 @@ from dataclasses import dataclass, replace
 from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number, as_sample
+from stats.checks import Missing, as_level, as_number
 from stats.groups import read_groups
 from stats.results import Result
 from stats.shared_error import SharedError, joint
@@ -108,15 +109,14 @@ def percent_savings(
     level = as_level("level", level)
     scale_relative_se = as_number("scale_relative_se", scale_relative_se, low=0.0)
     in_control, in_treated = shared_in_control or SharedError(), shared_in_treated or SharedError()
-    control_sample = as_sample("the control", control, missing)
-    treated_sample = as_sample("the treated group", treated, missing)
     # Scaled by one power of two: squares stay within the range of doubles, no digit changes.
-    read = read_groups({"control": control_sample.values, "treated": treated_sample.values})
+    read = read_groups({"control": control, "treated": treated}, missing)
     means = dict(zip(read.names, read.means, strict=True))
+    sizes = dict(zip(read.names, read.sizes, strict=True))
     unknown = Undefined("the control or the treated group is empty")
     result = Savings(
-        n_control=control_sample.values.size,
-        n_treated=treated_sample.values.size,
+        n_control=sizes.get("control", 0),
+        n_treated=sizes.get("treated", 0),
         control_mean=means.get("control", unknown),
         treated_mean=means.get("treated", unknown),
         percent=unknown,
@@ -128,7 +128,7 @@ def percent_savings(
         df=unknown,
         level=level,
         scale_relative_se=scale_relative_se,
-        missing=control_sample.missing + treated_sample.missing,
+        missing=read.missing,
     )
     if len(read.filled) < 2:
         return result
@@ -141,7 +141,8 @@ def percent_savings(
     in_control, in_treated = (
         error.times(math.ldexp(1.0, min(-read.exponent, 1023))) for error in (in_control, in_treated)
     )
-    rho, percent = t / c, 100.0 * of_c.minus(of_t) / c
+    saved = of_c.minus(of_t)
+    rho, percent = t / c, 100.0 * saved / c
     shared = in_treated.minus(in_control.times(rho))
     result = replace(result, percent=percent, shared_se_percent=100.0 * shared.se / c)
     if of_c.n < 2 or of_t.n < 2:
@@ -158,29 +159,32 @@ def percent_savings(
     both = joint(parts, shared, level)
     half = both.quantile * math.sqrt(scatter_part + both.more * shared.se**2) / c
     delta = (percent - 100.0 * half, percent + 100.0 * half)
-    covariance = math.fsum(value * in_control.terms.get(term, 0.0) for term, value in in_treated.terms.items())
-    ratio = _fieller(
-        (t, variance_t + both.more * in_treated.se**2),
+    of_difference = in_control.minus(in_treated)
+    covariance = math.fsum(value * of_difference.terms[term] for term, value in in_control.terms.items())
+    share = _fieller(
+        (saved, variance_t + variance_c + both.more * of_difference.se**2),
         (c, variance_c + both.more * in_control.se**2),
-        both.more * covariance,
+        variance_c + both.more * covariance,
         both.quantile,
     )
-    interval = ratio if isinstance(ratio, Undefined) else (100.0 * (1.0 - ratio[1]), 100.0 * (1.0 - ratio[0]))
-    return replace(result, percent_ci=interval, delta_ci=delta, log_ci=_log_interval(rho, half), df=df)
+    interval = share if isinstance(share, Undefined) else (100.0 * share[0], 100.0 * share[1])
+    return replace(result, percent_ci=interval, delta_ci=delta, log_ci=_log_interval(saved / c, half), df=df)
 
 
 def _without_interval(result: Savings, why: Undefined) -> Savings:
     return replace(result, percent_ci=why, delta_ci=why, log_ci=why, df=why)
 
 
-def _log_interval(rho: float, half: float) -> tuple[float, float] | Undefined:
-    """Return percent savings where log(rho) -/+ half / rho ends."""
+def _log_interval(share: float, half: float) -> tuple[float, float] | Undefined:
+    """Return percent savings where log(rho) -/+ half / rho ends, rho = 1 - share."""
+    rho = 1.0 - share
     if rho <= 0.0:
         return Undefined("the treated mean is not positive and has no logarithm")
     # A ratio that could be anything from almost 0 to beyond all doubles bounds nothing.
     if half / rho > 700.0:
         return Undefined("the treated mean is not distinguishable from 0 at this level")
-    return 100.0 * (1.0 - rho * math.exp(half / rho)), 100.0 * (1.0 - rho * math.exp(-half / rho))
+    low, high = (-100.0 * math.expm1(math.log1p(-share) + side * half / rho) for side in (1.0, -1.0))
+    return low, high
 
 
 def _fieller(
@@ -193,6 +197,8 @@ def _fieller(
     if quadratic <= 0.0:
         return Undefined("the control's mean is not distinguishable from 0 at this level")
     middle = bottom * top - squared * covariance
-    constant = top * top - squared * top_variance
-    root = math.sqrt(max(middle * middle - quadratic * constant, 0.0))
+    # The discriminant with its equal terms taken off on paper: means that hardly differ keep their digits.
+    spread = bottom * bottom * top_variance - 2.0 * bottom * top * covariance + top * top * bottom_variance
+    rest = bottom_variance * top_variance - covariance * covariance
+    root = quantile * math.sqrt(max(spread - squared * rest, 0.0))
     return (middle - root) / quadratic, (middle + root) / quadratic

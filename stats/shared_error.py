@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
-from stats.distributions import t_quantile
+from stats.distributions import t_quantile, t_two_sided_p
 from stats.results import Result
 from stats.summary import Summary, describe
 from stats.tails import t_two_sided
@@ -187,14 +187,19 @@ class SharedTest(Result):
     """Degrees of freedom of the quantile (`joint`)."""
     p: float | Undefined
     """Two-sided."""
-    log10_p: float | Undefined
-    """Decimal logarithm of p, right at any size."""
     ci_low: float | Undefined
     """Lower end of the interval of the difference, in the unit of the values."""
     ci_high: float | Undefined
     """Its upper end."""
     level: float
     """Level of the interval."""
+
+    @property
+    def log10_p(self) -> float | Undefined:
+        """Decimal logarithm of p, right at any size."""
+        if isinstance(self.t, Undefined) or isinstance(self.df, Undefined):
+            return self.t if isinstance(self.t, Undefined) else self.df
+        return t_two_sided(self.t, self.df).log10_p
 
     def sentence(self, difference: str = "the difference", unit: str = "") -> str:
         """Return the test in words: t, df, p, interval."""
@@ -223,19 +228,12 @@ def difference_with_shared(
     """
     level = as_level("level", level)
     if isinstance(interval, Undefined):
-        return SharedTest(t, df, p, _log10_p(t, df), interval, interval, level)
+        return SharedTest(t, df, p, interval, interval, level)
     if isinstance(df, Undefined) or shared.se == 0.0:
-        return SharedTest(t, df, p, _log10_p(t, df), *interval, level)
+        return SharedTest(t, df, p, *interval, level)
     middle, scatter_half = (interval[0] + interval[1]) / 2.0, (interval[1] - interval[0]) / 2.0
     variance = (scatter_half / t_quantile(level, df)) ** 2
     both = joint([(variance, df)], shared, level)
     half = both.quantile * math.sqrt(variance + both.more * shared.se**2)
     t = middle / half * both.quantile
-    tail = t_two_sided(t, both.df)
-    return SharedTest(t, both.df, tail.p, tail.log10_p, middle - half, middle + half, level)
-
-
-def _log10_p(t: float | Undefined, df: float | Undefined) -> float | Undefined:
-    if isinstance(t, Undefined) or isinstance(df, Undefined):
-        return t if isinstance(t, Undefined) else df
-    return t_two_sided(t, df).log10_p
+    return SharedTest(t, both.df, t_two_sided_p(t, both.df), middle - half, middle + half, level)

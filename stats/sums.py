@@ -68,9 +68,10 @@ def deviations(values: Doubles, rest: Doubles | None = None) -> Deviations:
 
     `rest` is what the doubles leave of values that are no doubles (`stats.checks.Sample`).
     """
-    if greatest(values) > 2.0**1000:  # their differences could overflow
-        small = deviations(scaled(values, -64), None if rest is None else scaled(rest, -64))
-        return Deviations(small.high, small.low, small.exponent + 64, small.mean * 2**64)
+    away = out_of_range(values)
+    if away:
+        within = deviations(scaled(values, -away), None if rest is None else scaled(rest, -away))
+        return Deviations(within.high, within.low, within.exponent + away, within.mean * Fraction(2) ** away)
     total = exact_sum(values) if rest is None else exact_sum(values) + exact_sum(rest)
     mean = total / values.size
     middle = float(mean)
@@ -83,6 +84,14 @@ def deviations(values: Doubles, rest: Doubles | None = None) -> Deviations:
         return Deviations(np.zeros(values.size), np.zeros(values.size), 0, mean)
     exponent = math.frexp(greatest(high))[1]
     return Deviations(scaled(high, -exponent), scaled(low, -exponent), exponent, mean)
+
+
+def out_of_range(values: Doubles) -> int:
+    """Return the power of two to take out of values whose differences could overflow, or lose bits as subnormals."""
+    largest = greatest(values)
+    if largest > 2.0**1000:
+        return 64
+    return -512 if 0.0 < largest < 2.0**-500 else 0
 
 
 def sum_of_products(a: tuple[Doubles, Doubles], b: tuple[Doubles, Doubles]) -> Fraction:

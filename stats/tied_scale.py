@@ -16,6 +16,8 @@ Numbers = NDArray[np.number]
 MOST_DECIMALS = 15
 LARGEST_WHOLE = 2.0**53
 """Up to here doubles tell whole numbers apart."""
+MOST_BITS = 62
+"""Differences of whole numbers below 2^62 are whole numbers below 2^63."""
 SPARE_BITS = 3
 """Bits that all values leave unused where they are whole numbers of a power of two; decimals leave none."""
 
@@ -35,10 +37,7 @@ def on_tied_scale(days: list[NDArray[np.float64]]) -> tuple[list[Numbers], float
     gaps = np.diff(np.unique(pooled))
     bits, grid = _binary_digits(pooled)
     if bits <= 53 - SPARE_BITS or (gaps.size and tolerance > gaps.min() / 4.0):
-        origin = held[0][0]
-        whole: list[NDArray[np.int64]] | None = None
-        if float(np.max(np.abs(pooled - origin))) < math.ldexp(LARGEST_WHOLE, grid):
-            whole = [np.ldexp(values - origin, -grid).astype(np.int64) for values in held]
+        whole = _of_grid(held, grid) if bits < MOST_BITS else None
     else:
         whole = _decimals(held)
     common = math.lcm(*(values.size for values in days))
@@ -62,6 +61,12 @@ def _binary_digits(values: NDArray[np.float64]) -> tuple[int, int]:
     lowest = np.frexp((whole & -whole).astype(np.float64))[1] - 1
     grid = int((exponents + lowest).min()) - 53
     return int(exponents.max()) - grid, grid
+
+
+def _of_grid(days: list[NDArray[np.float64]], grid: int) -> list[NDArray[np.int64]]:
+    """Return the values as whole numbers of 2**grid, from the first value."""
+    counts = [np.ldexp(values, -grid).astype(np.int64) for values in days]
+    return [each - int(counts[0][0]) for each in counts]
 
 
 def _decimals(days: list[NDArray[np.float64]]) -> list[NDArray[np.int64]] | None:

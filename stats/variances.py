@@ -12,15 +12,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_level, as_sample
-from stats.error_free import greatest, scaled, shortened
+from stats.error_free import scaled, shortened
 from stats.results import Result
 from stats.spreads import from_mean, from_median
-from stats.sums import Moments, finite, finite_pair, moments
+from stats.sums import Moments, finite, finite_pair, moments, out_of_range
 from stats.t_tests import too_small
 from stats.tails import Tail, chi2_upper, f_two_sided, f_upper
 from stats.wording import interval_text, missing_text, number_text, p_text
@@ -173,13 +174,14 @@ def _no_variances(parts: Mapping[str, Moments]) -> str | None:
     return None
 
 
-def _without_overflow(samples: Mapping[str, Sample]) -> list[Sample]:
-    """Return the samples, in a larger unit where their differences could be too large for a double."""
-    if max(greatest(sample.values) for sample in samples.values()) <= 2.0**1000:
+def _in_range(samples: Mapping[str, Sample]) -> list[Sample]:
+    """Return the samples, in another unit where their differences could overflow or lose bits."""
+    away = out_of_range(np.concatenate([sample.values for sample in samples.values()]))
+    if not away:
         return list(samples.values())
     return [
-        Sample(scaled(sample.values, -64), None if sample.rest is None else scaled(sample.rest, -64), sample.missing)
-        for sample in samples.values()
+        Sample(scaled(each.values, -away), None if each.rest is None else scaled(each.rest, -away), each.missing)
+        for each in samples.values()
     ]
 
 
@@ -195,7 +197,7 @@ def _of_spreads(test: str, samples: Mapping[str, Sample], spread: Callable[[Samp
     if reason is None and all(size == 2 for size in sizes):
         reason = "the distances in a group of 2 are equal, and no group has more"
     if reason is None:
-        spreads = [spread(sample) for sample in _without_overflow(samples)]
+        spreads = [spread(sample) for sample in _in_range(samples)]
         parts = [moments(sample.values, rest=sample.rest) for sample in spreads]
         within = sum((part.exact_sum_squares for part in parts), Fraction(0))
         if within == 0:

@@ -101,7 +101,7 @@ def test_what_does_not_exist_is_undefined_field_by_field():
 
 
 def test_wrong_input_is_refused():
-    with pytest.raises(InputRefused, match="the treated group"):
+    with pytest.raises(InputRefused, match="group 'treated'"):
         percent_savings(CONTROL, [1.0, float("nan")])
     with pytest.raises(InputRefused, match="scale_relative_se"):
         percent_savings(CONTROL, TREATED, scale_relative_se=-1.0)
