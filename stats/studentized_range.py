@@ -11,14 +11,16 @@ square root of 2 times |t|.
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import special
 
+from stats.error_free import exact_root
 from stats.over_scale import critical_value, log_mean_over_scale, log_sum
-from stats.tails import t_two_sided
+from stats.tails import Tail, t_two_sided
 
 _Floats = NDArray[np.float64]
 
@@ -27,6 +29,14 @@ _STEP = 0.2
 _AROUND_MIDDLE = np.arange(-48, 49) * _STEP
 """Places of the largest value, from the middle of the range."""
 _LOG_ROOT_2PI = 0.5 * math.log(2.0 * math.pi)
+
+
+def range_tail(q: float, k: int, df: float) -> Tail:
+    """Return P(Q > q) of the studentized range of k means with df degrees of freedom (df may be infinite)."""
+    if q > 0.0 and k == 2 and math.isfinite(df):
+        return t_two_sided(exact_root(Fraction(q) ** 2 / 2), df)
+    log_p = range_log_upper(q, k, df)
+    return Tail(math.exp(log_p), log_p / math.log(10.0))
 
 
 def range_log_upper(q: float, k: int, df: float) -> float:

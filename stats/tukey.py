@@ -19,7 +19,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.groups import Group, Groups, read_groups
 from stats.results import Result
-from stats.studentized_range import range_critical, range_log_upper
+from stats.studentized_range import range_critical, range_tail
 from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
 
 Variances = Literal["equal", "unequal"]
@@ -160,7 +160,7 @@ def _untested(read: Groups, a: Group, b: Group, why: Undefined) -> PairDifferenc
 def _tested(read: Groups, a: Group, b: Group, error: _Error, critical: float) -> PairDifference:
     difference, se = a.minus(b), math.sqrt(error.squared / 2.0)
     q, half = abs(difference) / se, critical * se
-    log_p = range_log_upper(q, len(read.filled), error.df)
+    tail = range_tail(q, len(read.filled), error.df)
     return PairDifference(
         a=a.name,
         b=b.name,
@@ -170,6 +170,6 @@ def _tested(read: Groups, a: Group, b: Group, error: _Error, critical: float) ->
         difference_ci=(read.in_unit(difference - half), read.in_unit(difference + half)),
         q=q,
         df=error.df,
-        p=math.exp(log_p),
-        log10_p=log_p / math.log(10.0),
+        p=tail.p,
+        log10_p=tail.log10_p,
     )

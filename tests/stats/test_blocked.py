@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import warnings
 from collections import defaultdict
 from pathlib import Path
 
@@ -113,7 +112,6 @@ def test_w23_few_days_are_not_infinitely_many(days, times):
     assert isinstance(found.exact, ExactTest)
     assert found.p == pytest.approx(found.exact.p, rel=1e-8)
     assert found.contrasts[0].difference == pytest.approx(other.fe_params[1], rel=1e-6)
-    assert other.pvalues[1] < 0.6 * found.p
 
 
 def test_w23_days_that_do_not_differ_are_no_failure():
@@ -123,14 +121,6 @@ def test_w23_days_that_do_not_differ_are_no_failure():
     found = blocked_by_day(values, condition, day)
     assert found.day_variance == 0.0
     assert found.df_within == pytest.approx(22.0)
-    with warnings.catch_warnings(record=True) as said:
-        warnings.simplefilter("always")
-        try:
-            sm.MixedLM(values, sm.add_constant(condition.astype(float)), groups=day).fit(reml=True)
-            failed = bool(said)
-        except np.linalg.LinAlgError:
-            failed = True
-    assert failed
 
 
 def test_w24_every_value_of_every_day_counts():

@@ -76,10 +76,6 @@ def test_the_same_digits_at_every_call():
     """W26: scipy's p changes in the fourth digit between calls (0.25607 to 0.25613)."""
     first, second = dunnett(CONTROL, TREATED), dunnett(CONTROL, TREATED)
     assert first == second
-    loose = {scipy.stats.dunnett(*TREATED.values(), control=CONTROL, rng=seed).pvalue[1] for seed in (1, 2)}
-    assert len(loose) == 2
-    for value in loose:
-        assert value == pytest.approx(first.comparisons[1].p, abs=3e-4)
 
 
 def test_one_treatment_and_its_interval_are_students():

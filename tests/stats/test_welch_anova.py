@@ -1,7 +1,6 @@
 import mpmath
 import numpy as np
 import pytest
-import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -49,8 +48,6 @@ def test_one_group_without_scatter_has_a_limit(constant):
     assert (found.f, found.df_within, found.p) == pytest.approx((near.f, near.df_within, near.p), rel=1e-8)
     assert found.constant_group == constant
     assert f"limit for '{constant}'" in found.sentence()
-    with np.errstate(all="ignore"):
-        assert np.isnan(scipy.stats.f_oneway(*groups.values(), equal_var=False).pvalue)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,145 @@
+"""W1 to W27: inputs on which programs in wide use are wrong, each with the truth and the wrong answer by name.
+
+The cases themselves are those of `benchmarks/statistics/weaknesses`, from which `docs/statistics.md` is written; other
+programs are asked there only, so that nothing here fails when one of them mends its fault.
+"""
+
+import math
+import warnings
+from pathlib import Path
+
+import mpmath
+import pytest
+
+from benchmarks.statistics.weaknesses import tails
+from benchmarks.statistics.weaknesses.answers import RIGHT_TO, Verdict, alike, ours, theirs, verdict
+from benchmarks.statistics.weaknesses.case import NoNumber, Number, Peer, Question, Weakness
+from benchmarks.statistics.weaknesses.registry import WEAKNESSES
+from benchmarks.statistics.weaknesses.section import section
+from data_schema.vocabulary import Undefined
+from tests.helpers.exact_tests import dunnett_tail, moments, mpf
+
+
+def test_all_cases_are_there_and_each_names_a_wrong_answer():
+    assert list(WEAKNESSES) == [f"W{number}" for number in range(1, 28)]
+    for case in WEAKNESSES.values():
+        assert any(question.others for question in case.questions), case.name
+
+
+def written() -> dict[str, str]:
+    """The table's cells of labbook in the document, by case and question."""
+    text = (Path(__file__).parents[2] / "docs" / "statistics.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("| W")]
+    return {row[0]: row[2] for row in rows}
+
+
+def test_the_document_shows_labbooks_answers_of_today():
+    """The truth and the other programs beside them are from when it was last written."""
+    now = {
+        f"{case.name} {question.what}": ours(question.ours).text(question.digits)
+        for case in WEAKNESSES.values()
+        for question in case.questions
+    }
+    assert written() == now
+
+
+@pytest.mark.parametrize("name", WEAKNESSES)
+def test_labbook_is_right_where_others_are_not(name):
+    for question in WEAKNESSES[name].questions:
+        found, truth = ours(question.ours), question.truth
+        if isinstance(truth, NoNumber):
+            assert found.number is None, question.what
+            assert truth.cause in found.words, question.what
+        else:
+            assert found.number is not None, f"{question.what}: {found.words}"
+            assert alike(found.number, truth.value(), truth.rel), question.what
+        for peer in question.others:
+            if isinstance(peer.recorded, str):
+                assert peer.recorded != found.text(3), peer.call
+            else:
+                assert found.number is None or not alike(found.number, peer.recorded, RIGHT_TO), peer.call
+
+
+def raising(error):
+    def answer():
+        raise error
+
+    return answer
+
+
+def warning():
+    warnings.warn("precision loss", RuntimeWarning, stacklevel=2)
+    return 0.5
+
+
+HALF = Number(lambda: 0.25, "definition")
+NONE = NoNumber("no scatter")
+
+
+@pytest.mark.parametrize(
+    ("answer", "recorded", "truth", "expected"),
+    [
+        (lambda: 0.501, 0.5, HALF, Verdict.AS_RECORDED),
+        (lambda: 0.7, 0.5, HALF, Verdict.OTHERWISE_WRONG),
+        (lambda: 0.25 + 1e-9, 0.5, HALF, Verdict.MENDED),
+        (lambda: 0.25 + 1e-9, 0.2500003, HALF, Verdict.MENDED),
+        (lambda: math.nan, "nan", HALF, Verdict.AS_RECORDED),
+        (lambda: math.nan, 0.5, HALF, Verdict.OTHERWISE_WRONG),
+        (lambda: -math.inf, -math.inf, HALF, Verdict.AS_RECORDED),
+        (lambda: -3.0, -math.inf, HALF, Verdict.OTHERWISE_WRONG),
+        (raising(ZeroDivisionError()), "ZeroDivisionError", HALF, Verdict.AS_RECORDED),
+        (raising(ValueError()), "ZeroDivisionError", HALF, Verdict.OTHERWISE_WRONG),
+        (lambda: 0.51, 0.5, NONE, Verdict.AS_RECORDED),
+        (lambda: 0.7, 0.5, NONE, Verdict.OTHERWISE_WRONG),
+        (lambda: math.nan, 0.5, NONE, Verdict.MENDED),
+        (raising(ValueError()), 0.5, NONE, Verdict.MENDED),
+        (raising(ValueError()), "ValueError", NONE, Verdict.AS_RECORDED),
+        (raising(ModuleNotFoundError()), 0.5, HALF, Verdict.NOT_INSTALLED),
+    ],
+)
+def test_an_answer_of_today_is_set_beside_the_truth_and_the_recorded_one(answer, recorded, truth, expected):
+    peer = Peer("numpy", "f", answer, recorded)
+    assert verdict(peer, theirs(peer), truth) is expected
+
+
+def test_a_program_that_cannot_be_asked_so_is_no_wrong_answer():
+    """A function that is gone, or takes other arguments, must not be told as an error of its numbers."""
+    with pytest.raises(TypeError):
+        theirs(Peer("numpy", "f", lambda: math.sqrt(1.0, 2.0), 0.5))
+
+
+def test_the_table_names_versions_faults_and_what_is_no_longer_so():
+    others = (
+        Peer("scipy", "silently", lambda: 0.5, 0.5),
+        Peer("numpy", "loudly", warning, 0.5),
+        Peer("statsmodels", "mended", lambda: 0.25, 0.75),
+        Peer("pingouin", "absent", raising(ModuleNotFoundError()), 0.125),
+    )
+    questions = Question("p", HALF, lambda: 0.25, others), Question("t", NONE, lambda: Undefined("no scatter"), ())
+    lines = section([Weakness("W1", "halves", "1 and 2", questions)])
+    text = "\n".join(lines)
+    assert "scipy 1." in text
+    assert "Of 4 answers: 2 as recorded, 1 no longer so, 1 not installed." in text
+    assert "- W1, halves: 1 and 2." in lines
+    first, second = ([cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("| W1"))
+    assert first[:3] == ["W1 p", "0.25 (definition)", "0.25"]
+    assert first[3:6] == [
+        "silently: 0.5; loudly: 0.5",
+        "mended: 0.25 (no longer so; recorded 0.75)",
+        "absent: 0.125 (not installed)",
+    ]
+    assert first[6] == "scipy"
+    assert second == ["W1 t", "no such number", "no scatter", "–", "–", "–", "–"]
+
+
+@pytest.mark.soak
+def test_the_truth_of_dunnetts_p_is_that_of_25_digits():
+    """20 s of mpmath: too long for every run."""
+    groups = [moments(values) for values in (tails.CONTROL, *tails.TREATED.values())]
+    df = sum(n - 1 for n, _, _ in groups)
+    pooled = sum(squares for _, _, squares in groups) / df
+    (n_control, mean_control, _), (n, mean, _) = groups[0], groups[2]
+    with mpmath.workdps(25):
+        t = abs(mpf(mean - mean_control)) / mpmath.sqrt(mpf(pooled * (n + n_control) / (n * n_control)))
+        found = dunnett_tail(t, n_control, [size for size, _, _ in groups[1:]], df, 0.25)
+    assert float(found) == pytest.approx(tails.DUNNETT_P, rel=1e-15)
