@@ -20,7 +20,7 @@ from stats.studentized_range import range_critical
 from stats.tukey import Variances, compare_all_pairs
 from stats.two_sample import compare_two
 
-FEWEST_DF, NODES = 2.0, 48
+FEWEST_DF, NODES = 2.0, 24
 
 
 @lru_cache

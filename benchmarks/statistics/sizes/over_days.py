@@ -134,7 +134,7 @@ def _one_day(design: Design) -> bool:
 
 METHODS = (
     Method("blocked_by_day", "size", FULL, _size_one, _size_many, _one_day, runs=10_000),
-    Method("blocked_by_day", "size", WITH_HOLES, _size_one, runs=1000),
+    Method("blocked_by_day", "size", WITH_HOLES, _size_one, runs=4000),
     Method("blocked_by_day_exact", "size", FULL, _exact_one, _exact_many, _alike, runs=10_000),
     Method("blocked_by_day_ci", "coverage", FULL, _contrast_one, _contrast_many, _one_day, runs=10_000),
     *(test_of(route, POOLED) for route in ROUTES),

@@ -17,7 +17,7 @@ from pathlib import Path
 from benchmarks.statistics.sizes.design import Design
 from benchmarks.statistics.sizes.method import Method, seed_of, simulated, standard_error
 from benchmarks.statistics.sizes.registry import METHODS
-from stats.recorded import COLUMNS, FILE
+from stats.recorded import COLUMNS, FILE, Recorded
 
 Row = dict[str, str]
 
@@ -35,6 +35,11 @@ def row_of(method: Method, design: Design) -> Row:
         "distribution": design.distribution,
         "nominal": f"{method.nominal:g}",
     }
+
+
+def design_of(row: Recorded) -> Design:
+    """Return the design that a row was simulated on."""
+    return Design(row.n, row.sd_ratio, row.days, row.day_sd, row.layout, row.distribution)
 
 
 def key_of(row: Row) -> tuple[str, ...]:
@@ -72,12 +77,11 @@ def write(path: Path, rows: Sequence[Row]) -> None:
     beside.replace(path)
 
 
-def main(names: list[str]) -> None:
+def main(names: list[str], path: Path) -> None:
     """Simulate what is lacking; rows of methods or designs that are no longer there go."""
     unknown = sorted(set(names) - {method.name for method in METHODS})
     if unknown:
         sys.exit(f"there is no method {unknown[0]!r}: there are {', '.join(dict.fromkeys(m.name for m in METHODS))}.")
-    path = Path(str(FILE))
     there = read(path)
     due = [(method, design) for method in METHODS for design in method.designs]
     keys = [key_of(row_of(method, design)) for method, design in due]
@@ -94,4 +98,4 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main(sys.argv[1:], Path(str(FILE)))

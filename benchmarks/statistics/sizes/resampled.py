@@ -13,7 +13,8 @@ from benchmarks.statistics.sizes.design import EVERY_N, UNEQUAL_N, Design, Float
 from benchmarks.statistics.sizes.method import Method, of_one_interval, of_one_p, of_p, studies
 from stats.resampling import bootstrap_difference, permutation_test
 
-MOST_ARRANGEMENTS = 200_000
+QUICK, MOST_ARRANGEMENTS = 1000, 200_000
+"""Arrangements of which many studies, and any, are counted over arrays."""
 AT_A_TIME = 20
 SHUFFLES, REDRAWS = 999, 2000
 """Of one study; fewer than the library's defaults, which changes p and ends a little and their errors hardly."""
@@ -21,6 +22,8 @@ DESIGNS = (
     *(Design((n, n), ratio) for n in EVERY_N for ratio in (1.0, 2.0, 3.0)),
     *(Design(n, ratio) for n in UNEQUAL_N for ratio in (1.0, 2.0)),
 )
+FEW = tuple(design for design in DESIGNS if math.comb(sum(design.n), design.n[0]) <= QUICK)
+MANY = tuple(design for design in DESIGNS if design not in FEW)
 
 
 @lru_cache
@@ -66,6 +69,7 @@ def _seed(groups: Groups) -> int:
 
 
 METHODS = (
-    Method("permutation", "size", DESIGNS, _permutation_one, _permutation, runs=2000),
-    Method("bootstrap", "coverage", DESIGNS, _bootstrap_one, runs=2000),
+    Method("permutation", "size", FEW, _permutation_one, _permutation),
+    Method("permutation", "size", MANY, _permutation_one, _permutation, runs=5000),
+    Method("bootstrap", "coverage", DESIGNS, _bootstrap_one, runs=5000),
 )
