@@ -55,8 +55,8 @@ class Recorded:
     day_sd: float | None = None
     """SD between days in SDs of the last group's values; None where there are no days."""
     layout: str = ""
-    """"shared" where all groups share their days, "own" where each group has days of its own, "holes" where values
-    are missing from shared days; empty without days."""
+    """"shared" where all groups share their days, "own" where each has days of its own; of shared days "holes"
+    where values are missing, "runs" where each group has two runs a day; empty without days."""
     distribution: str = "normal"
     """Of the values: normal, t5, t3, exponential or uniform."""
 

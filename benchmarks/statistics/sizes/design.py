@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+RUNS_A_DAY = 2
 Groups = Sequence[Floats]
 """One array a group, shape (runs, n_i); over days (runs, days, values a day)."""
 
@@ -35,8 +36,9 @@ class Design:
     day_sd: float | None = None
     """SD between days, in SDs of the values of the last group."""
     layout: str = ""
-    """"shared" where all groups share their days, "own" where each has days of its own, "holes" where two of five
-    values are missing from shared days; empty without days."""
+    """"shared" where all groups share their days, "own" where each has days of its own; of shared days "holes" where
+    two of five values are missing, "runs" where each group has two runs a day that differ with an SD of 1; empty
+    without days."""
     distribution: str = "normal"
 
     @property
@@ -66,7 +68,11 @@ def draw(design: Design, runs: int, rng: np.random.Generator) -> list[Floats]:
     found = []
     for sd in design.sds:
         level = rng.standard_normal(of_day) if design.layout == "own" else together
-        found.append(sd * scatter(rng, (runs, design.days, design.times)) + (design.day_sd or 0.0) * level)
+        values = sd * scatter(rng, (runs, design.days, design.times)) + (design.day_sd or 0.0) * level
+        if design.layout == "runs":
+            of_runs = rng.standard_normal((runs, design.days, RUNS_A_DAY))
+            values += np.repeat(of_runs, design.times // RUNS_A_DAY, axis=2)
+        found.append(values)
     return found
 
 

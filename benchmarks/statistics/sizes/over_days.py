@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-from benchmarks.statistics.sizes.design import EVERY_N, Design, Floats, Groups
+from benchmarks.statistics.sizes.design import EVERY_N, RUNS_A_DAY, Design, Floats, Groups
 from benchmarks.statistics.sizes.method import LEVEL, Method, of_interval, of_one_interval, of_one_p, of_p
 from benchmarks.statistics.sizes.two_groups import test_of
 from stats.blocked import blocked_by_day
@@ -34,6 +34,7 @@ UNEQUAL = tuple(one for one in _designs(CONDITIONS, "shared", (1.0,), 2.0) if on
 FULL = (*SHARED, *OWN, *UNEQUAL)
 POOLED = (*_designs(2, "own", (1.0,)), *_designs(2, "shared", (1.0,)))
 WITH_HOLES = tuple(Design((3 * days,) * 3, 1.0, days, day_sd, "holes") for days in (2, 3, 6) for day_sd in DAY_SDS)
+WITH_RUNS = tuple(Design((6 * days,) * 3, 1.0, days, 1.0, "runs") for days in (1, 2, 3, 6))
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +87,8 @@ def _size_many(groups: Groups, design: Design) -> Floats:
 
 
 def _exact_many(groups: Groups, design: Design) -> Floats:
+    if design.layout == "runs":  # the means of runs are what is compared
+        groups = [group.reshape(*group.shape[:2], RUNS_A_DAY, -1).mean(axis=3) for group in groups]
     found = _squares(groups, design)
     below, df = (found.days, found.days_df) if design.layout == "own" else (found.rest, found.rest_df)
     return of_p(special.fdtrc(len(groups) - 1, df, found.conditions / below))
@@ -108,6 +111,9 @@ def _fit(groups: Groups, design: Design) -> BlockedByDay:
     kept = np.ones(values.shape, dtype=bool)
     if design.layout == "holes":  # the same ones in every study of a design
         kept[:, 1:] = np.random.default_rng(design.n[0]).random(kept[:, 1:].shape) >= HOLES
+    if design.layout == "runs":
+        run = condition * RUNS_A_DAY + np.arange(times) // (times // RUNS_A_DAY)
+        return blocked_by_day(values.ravel(), condition.ravel(), day.ravel(), run.ravel())
     return blocked_by_day(values[kept], condition[kept], day[kept])
 
 
@@ -135,7 +141,9 @@ def _one_day(design: Design) -> bool:
 METHODS = (
     Method("blocked_by_day", "size", FULL, _size_one, _size_many, _one_day, runs=10_000),
     Method("blocked_by_day", "size", WITH_HOLES, _size_one, runs=4000),
+    Method("blocked_by_day", "size", WITH_RUNS, _size_one, runs=2000),
     Method("blocked_by_day_exact", "size", FULL, _exact_one, _exact_many, _alike, runs=10_000),
+    Method("blocked_by_day_exact", "size", WITH_RUNS, _exact_one, _exact_many, _alike, runs=10_000),
     Method("blocked_by_day_ci", "coverage", FULL, _contrast_one, _contrast_many, _one_day, runs=10_000),
     *(test_of(route, POOLED) for route in ROUTES),
 )

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import csv
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from benchmarks.statistics.sizes.registry import METHODS
 from stats.recorded import COLUMNS, FILE, Recorded
 
 Row = dict[str, str]
+BETWEEN_WRITES_S = 5.0
 
 
 def row_of(method: Method, design: Design) -> Row:
@@ -88,11 +90,13 @@ def main(names: list[str], path: Path) -> None:
     lacking = [
         pair for pair, key in zip(due, keys, strict=True) if key not in there and (not names or pair[0].name in names)
     ]
+    written = time.monotonic()
     for count, (method, design) in enumerate(lacking, 1):
         row = filled(method, design)
         there[key_of(row)] = row
-        if count == len(lacking) or design == method.designs[-1]:
+        if time.monotonic() > written + BETWEEN_WRITES_S:
             write(path, [there[key] for key in keys if key in there])
+            written = time.monotonic()
         print(f"{count} of {len(lacking)}: {method.name} {design}: {row['value']}", flush=True)
     write(path, [there[key] for key in keys if key in there])
 

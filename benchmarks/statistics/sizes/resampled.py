@@ -22,6 +22,9 @@ DESIGNS = (
     *(Design((n, n), ratio) for n in EVERY_N for ratio in (1.0, 2.0, 3.0)),
     *(Design(n, ratio) for n in UNEQUAL_N for ratio in (1.0, 2.0)),
 )
+BY_DAY = tuple(
+    Design((times * days,) * 2, 1.0, days, 1.0, "shared") for times, days in ((3, 2), (3, 3), (3, 6), (5, 2), (10, 2))
+)
 FEW = tuple(design for design in DESIGNS if math.comb(sum(design.n), design.n[0]) <= QUICK)
 MANY = tuple(design for design in DESIGNS if design not in FEW)
 
@@ -49,7 +52,8 @@ def _all_shuffles(groups: Groups) -> Floats:
 
 
 def _permutation_one(groups: Groups, _design: Design) -> tuple[float, bool]:
-    return of_one_p(permutation_test(groups[0], groups[1], resamples=SHUFFLES, seed=_seed(groups)).p)
+    a, b, days = _with_days(groups)
+    return of_one_p(permutation_test(a, b, days, days, resamples=SHUFFLES, seed=_seed(groups)).p)
 
 
 def _permutation(groups: Groups, design: Design) -> Floats:
@@ -59,8 +63,15 @@ def _permutation(groups: Groups, design: Design) -> Floats:
 
 
 def _bootstrap_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
-    found = bootstrap_difference(groups[0], groups[1], resamples=REDRAWS, seed=_seed(groups))
+    a, b, days = _with_days(groups)
+    found = bootstrap_difference(a, b, days, days, resamples=REDRAWS, seed=_seed(groups))
     return of_one_interval(found.interval, 0.0)
+
+
+def _with_days(groups: Groups) -> tuple[Floats, Floats, list[str] | None]:
+    """Return both groups' values and the days of either, None where there are none."""
+    a, b = groups
+    return a.ravel(), b.ravel(), None if a.ndim == 1 else [str(day) for day in range(len(a)) for _ in a[day]]
 
 
 def _seed(groups: Groups) -> int:
@@ -70,6 +81,8 @@ def _seed(groups: Groups) -> int:
 
 METHODS = (
     Method("permutation", "size", FEW, _permutation_one, _permutation),
-    Method("permutation", "size", MANY, _permutation_one, _permutation, runs=5000),
-    Method("bootstrap", "coverage", DESIGNS, _bootstrap_one, runs=5000),
+    Method("permutation", "size", MANY, _permutation_one, _permutation, runs=2000),
+    Method("permutation", "size", BY_DAY, _permutation_one, runs=1000),
+    Method("bootstrap", "coverage", DESIGNS, _bootstrap_one, runs=2000),
+    Method("bootstrap", "coverage", BY_DAY, _bootstrap_one, runs=1000),
 )
