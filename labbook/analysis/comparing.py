@@ -18,7 +18,7 @@ from stats.two_sample import compare_two
 
 COMPARISON = Algorithm(
     "comparison",
-    6,
+    7,
     (
         "labbook.analysis.comparing",
         "stats.two_sample",
@@ -28,7 +28,7 @@ COMPARISON = Algorithm(
         "stats.distributions",
     ),
 )
-ANOVA = Algorithm("anova", 6, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
+ANOVA = Algorithm("anova", 7, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
 
 LEVEL = 0.95
 """Level of all intervals."""
