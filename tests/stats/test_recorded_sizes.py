@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -206,6 +207,4 @@ def test_the_chapter_shows_weak_cells_in_bold():
 
 def _pairs_of_table_lines(text):
     lines = text.splitlines()
-    return [
-        (one, two) for one, two in zip(lines, lines[1:], strict=False) if one.startswith("|") and two.startswith("|")
-    ]
+    return [(one, two) for one, two in pairwise(lines) if one.startswith("|") and two.startswith("|")]
