@@ -48,8 +48,14 @@ def planned_in(book: Book) -> Planned:
 
 
 @pytest.fixture
-def fresh(tmp_path: Path, database_url: str | None) -> SmallBook:
-    """A book with runs and without files, on SQLite and on PostgreSQL."""
+def fresh(tmp_path: Path) -> SmallBook:
+    """A book with runs and without files."""
+    return small_book(tmp_path, ingested=False, two_people=True)
+
+
+@pytest.fixture
+def either(tmp_path: Path, database_url: str | None) -> SmallBook:
+    """The same, on SQLite and on PostgreSQL."""
     return small_book(tmp_path, ingested=False, two_people=True, database_url=database_url)
 
 
@@ -69,11 +75,11 @@ def test_before_anything_is_measured_labbook_toml_speaks_for_itself(fresh: Small
     assert planned(fresh).first_measured_utc is None
 
 
-def test_what_was_decided_stands_in_the_journal_before_the_first_file(fresh: SmallBook) -> None:
+def test_what_was_decided_stands_in_the_journal_before_the_first_file(either: SmallBook) -> None:
     """labbook.toml was edited and nothing said meanwhile: the ingest itself takes it over, and says that first."""
-    decides(fresh, DECIDED)
-    with fresh.open() as book:
-        ingest_file(book, fresh.log("r001"), IngestRequest(person=BEN))
+    decides(either, DECIDED)
+    with either.open() as book:
+        ingest_file(book, either.log("r001"), IngestRequest(person=BEN))
         said = [(entry.entity_kind, entry.action) for entry in said_alike(book)]
         with book.reading() as connection:
             first = first_measurement(connection)
@@ -82,7 +88,7 @@ def test_what_was_decided_stands_in_the_journal_before_the_first_file(fresh: Sma
     assert first is not None
     assert (first.seq, configurations[-1].seq) == (len(said), len(said) - 1)
     assert "[analysis]" in configurations[-1].text
-    found = planned(fresh)
+    found = planned(either)
     assert (found.settings, found.stated, found.departures) == (STOOD, True, ())
     assert (found.stated_utc, found.stated_by) == (configurations[-1].at_utc, BEN)
     assert found.first_measured_utc == first.at_utc
@@ -243,15 +249,15 @@ def test_whoever_allows_other_reasons_allows_all(tmp_path: Path) -> None:
     assert planned(made).departures == ()
 
 
-def test_a_rebuilt_book_says_the_same(fresh: SmallBook) -> None:
-    decides(fresh, DECIDED)
-    measured_by_one(fresh)
-    decides(fresh, "\n[analysis]\nalpha = 0.1\n")
-    with fresh.open() as book, book.desk(BEN) as desk:
+def test_a_rebuilt_book_says_the_same(either: SmallBook) -> None:
+    decides(either, DECIDED)
+    measured_by_one(either)
+    decides(either, "\n[analysis]\nalpha = 0.1\n")
+    with either.open() as book, book.desk(BEN) as desk:
         correct(book, desk, "r001", ["duration_s=722"], "typed wrong")
         void(desk, "r004", "foot came loose")
-    before = planned(fresh)
+    before = planned(either)
     assert before.departures
     assert before.left_out
-    rebuild_database(fresh.folder, lambda _step: None)
-    assert planned(fresh) == before
+    rebuild_database(either.folder, lambda _step: None)
+    assert planned(either) == before
