@@ -44,7 +44,7 @@ def left_out(connection: sa.Connection, allowed: Collection[ReasonCode]) -> tupl
     void = [
         LeftOut(runs[uid].name, reason, None)
         for uid, reason in reasons_of_void_runs(connection).items()
-        if uid in runs and not _begins_with_one(reason, allowed)
+        if uid in runs and not is_allowed(reason, allowed)
     ]
     rejected = {
         sha256: Counter(item.reason_code for item in in_force(said) if _left_out(item, allowed))
@@ -72,9 +72,10 @@ def _left_out(decision: DecisionRow, allowed: Collection[ReasonCode]) -> bool:
     return decision.verdict is Verdict.REJECT and decision.reason_code not in allowed
 
 
-def _begins_with_one(reason: str, allowed: Collection[ReasonCode]) -> bool:
+def is_allowed(reason: str, allowed: Collection[ReasonCode]) -> bool:
+    """Tell whether a reason begins with one that is allowed, written with blanks or underscores."""
     said = reason.strip().lower().replace("_", " ")
-    return any(
+    return ReasonCode.OTHER in allowed or any(
         said.startswith(words) and not said[len(words) : len(words) + 1].isalnum()
         for code in allowed
         for words in [str(code).replace("_", " ")]

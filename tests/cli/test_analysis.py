@@ -46,3 +46,17 @@ def test_what_was_decided_is_shown_with_its_day_and_its_departures(tmp_path: Pat
         "Departure: alpha was 0.05 before the first run was ingested and is 0.1 in labbook.toml"
     )
     assert departure.endswith("(Ada Nwosu): what was stated before stands.")
+
+
+def test_leaving_out_for_a_reason_that_was_not_allowed_is_remarked_on(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + EXAMPLE + 'exclusions = ["misfire", "sensor_fault"]\n')
+    good(labbook("ingest", made.log("r001"), at=made.folder))
+    remark = "look again: [analysis] allows misfire, sensor_fault, so the report calls exploratory what rests on"
+    assert remark in good(labbook("jumps", "reject", "r001", "1", "--reason", "wrong_apex", at=made.folder)).out
+    assert remark not in good(labbook("jumps", "reject", "r001", "1", "--reason", "misfire", at=made.folder)).out
+    assert remark not in good(labbook("jumps", "clear", "r001", "1", at=made.folder)).out
+    assert remark in good(labbook("void", "r001", "--reason", "foot came loose", at=made.folder)).out
+    assert remark not in good(labbook("void", "r001", "--undo", "--reason", "it was r002", at=made.folder)).out
+    assert remark not in good(labbook("void", "r001", "--reason", "sensor fault: no string", at=made.folder)).out
+    assert "Departure" not in good(labbook("analysis", at=made.folder)).out

@@ -17,8 +17,9 @@ from labbook.actions.power import Needed, StudyPower, study_power
 from labbook.actions.power_lines import power_foot, power_head, power_table
 from labbook.actions.power_request import PowerRequest
 from labbook.actions.power_tests import Assumed
-from labbook.presenting.making import make_report
-from tests.helpers.books import ADA, SmallBook, small_book, small_runs
+from labbook.demo.truth import Condition
+from stats.passive_drain import PassiveDrain, fit_passive_drain
+from tests.helpers.books import ADA, TRUTH, SmallBook, small_book, small_runs
 from tests.helpers.statements import said_alike
 
 R = Path(__file__).parents[2] / "stats" / "r" / "power.csv"
@@ -40,6 +41,19 @@ def power_of(made: SmallBook, analysis: str = "", gains: str = "[0, 100]", **giv
         before = len(said_alike(book))
         found = study_power(book, asked(**given))
         assert len(said_alike(book)) == before
+    return found
+
+
+def joules_drawn() -> dict[Condition, list[float]]:
+    """Joules a jump of the small book's runs by condition, from what the charger showed."""
+    idle = [run for run in small_runs() if run.condition is None]
+    drain = fit_passive_drain([run.duration_s for run in idle], [run.charge_mah for run in idle])
+    assert isinstance(drain, PassiveDrain)
+    found: dict[Condition, list[float]] = {}
+    for run in small_runs():
+        if run.condition is not None:
+            active_mah = run.charge_mah - drain.at(run.duration_s).charge_mah
+            found.setdefault(run.condition, []).append(3.6 * TRUTH.reference_voltage_v * active_mah / run.jumps_made)
     return found
 
 
@@ -142,24 +156,16 @@ def test_runs_and_days_are_those_of_a_plan_that_is_drawn(fresh: SmallBook) -> No
 def test_the_scatter_is_that_of_the_runs_so_far(tmp_path: Path) -> None:
     made = small_book(tmp_path)
     found = power_of(made, "\n[analysis]\napex_bounds_percent = [-3, 3]\n", saving_percent=10.0)
-    with made.open() as book, book.reading() as connection:
-        content = make_report(
-            connection, book.store, book.configuration, where=None, made_at="2026-01-01T00:00:00Z"
-        ).content
-    joules = [
-        (any(level.label == "0" for level in condition.levels), [value.value for value in condition.joules.runs])
-        for condition in content.conditions
-        if condition.joules
-    ]
-    squares = sum(float(np.var(values)) * len(values) for _control, values in joules)
-    df = sum(len(values) - 1 for _control, values in joules)
+    joules = joules_drawn()
+    squares = sum(float(np.var(values)) * len(values) for values in joules.values())
+    df = sum(len(values) - 1 for values in joules.values())
     spread = found.primary.spread
     assert spread is not None
     assert (spread.n, spread.df, spread.control_n) == (12, df, 6)
     assert found.primary.sd == pytest.approx(math.sqrt(squares / df), rel=1e-12)
     low, high = (math.sqrt(squares / stats.chi2.ppf(p, df)) for p in (0.975, 0.025))
     assert (spread.sd_low, spread.sd_high) == pytest.approx((low, high), rel=1e-12)
-    control = np.mean([value for is_control, values in joules if is_control for value in values])
+    control = np.mean([value for condition, values in joules.items() if condition.is_control for value in values])
     assert found.difference == pytest.approx(0.1 * control, rel=1e-12)
     student = row(found, "Student")
     assert student.n_over_sd is not None
