@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from data_schema.vocabulary import ReasonCode
-from labbook.analysis.planned import FAMILY_OF, QUANTITY_OF, Planned
+from labbook.analysis.planned import FAMILY_OF, NOTHING_DECIDED, QUANTITY_OF, Planned
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 
 HOW_TO_DECIDE = (
@@ -36,7 +36,7 @@ def planned_sentences(planned: Planned) -> tuple[str, ...]:
 
 
 def _departures(planned: Planned) -> tuple[str, ...]:
-    return tuple(f"Departure: {departure}." for departure in planned.departures)
+    return tuple(f"Departure: {said}." for said in planned.departures if said != NOTHING_DECIDED)
 
 
 def _settings(settings: AnalysisSettings) -> str:
