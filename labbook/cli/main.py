@@ -16,6 +16,7 @@ import typer
 
 from data_schema.errors import LabbookError
 from labbook.cli import (
+    analysis,
     assign,
     charge,
     check,
@@ -61,6 +62,7 @@ for module in (
     report,
     compare,
     plan,
+    analysis,
     today,
     show,
     plot,

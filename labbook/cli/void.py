@@ -22,6 +22,8 @@ def void(
 ) -> None:
     """Declare a run void: it stays in the book with its files, no result uses it, reports count it.
 
+    Where [analysis] of labbook.toml says for which reasons, begin with one of them: "sensor_fault: the string was off".
+
     Example: labbook void r017 --reason "foot came loose"; labbook void r017 --undo --reason "it was r018"
     """
     from labbook.actions.correcting import unvoid

@@ -24,6 +24,7 @@ IN_ORDER = {
     "runs inbox": ("runs inbox", set()),
     "assign": ("assign nameless.csv r007", {"file", "run", "stale"}),
     "check": ("check rail_angle", {"day", "kind", "passed"}),
+    "analysis": ("analysis", {"settings", "stated", "departures", "stated_utc", "stated_by"}),
     "today": ("today", {"day", "planned_not_done", "log_without_charge", "checks_not_made", "inbox"}),
     "note": ("note r001 'left rail squeaked'", {"run", "text"}),
     "show": ("show r001", {"run", "files", "signals", "charges", "notes", "history"}),
