@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from matplotlib.axes import Axes
@@ -63,8 +63,6 @@ def draw_groups(figure: Figure, axes: Axes, groups: Sequence[DrawnGroup]) -> Non
 
     This comes last: which points touch follows from the layout of all the rest.
     """
-    for place, group in enumerate(groups):
-        _draw_mean(axes, place + SD_AT, group)
     marks = _marks(groups)
     if marks:
         handles = [Line2D([], [], linestyle="none", marker=mark, color=GREY, markersize=4) for mark in marks.values()]
@@ -72,8 +70,14 @@ def draw_groups(figure: Figure, axes: Axes, groups: Sequence[DrawnGroup]) -> Non
         across = min(len(marks), max(1, int(72.0 * figure.get_figwidth() / _LABEL_PT / letters)))
         figure.legend(handles, list(marks), loc="outside lower center", ncols=across, handletextpad=0.1)
     figure.draw_without_rendering()
+    draw_values(axes, groups, marks)
+
+
+def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, str]) -> None:
+    """Draw values and means of groups on axes that are laid out, with a mark for each label where there are marks."""
     size = marker_pt(max((len(group.values) for group in groups), default=0))
     for place, group in enumerate(groups):
+        _draw_mean(axes, place + SD_AT, group)
         offsets = swarm(group.values, axes, size)
         labels = group.labels if marks else ("",) * len(group.values)
         for label in dict.fromkeys(labels):
