@@ -190,7 +190,10 @@ class Assumed:
 class ReportContent:
     """All of one report. `claims[0]` is the headline; `selection` is the --where text as given.
 
-    `drains` has one line a robot; `robots` counts the analysed runs of each.
+    `drains` has one line a robot; `robots` counts the analysed runs of each. `decided` says what was decided about the
+    analysis before the first run, `departures` what departs from it; `no_equivalence` why heights were not tested for
+    equality, "" where they were or there are none. `counted` is the unit of analysis that comparisons count: "run", or
+    "day" where they rest on the means of days.
     """
 
     title: str
@@ -220,3 +223,7 @@ class ReportContent:
     provenance: tuple[Provenance, ...] = ()
     robots: Mapping[str, int] = field(default_factory=dict)
     predictions: Predictions = field(default_factory=Predictions)
+    decided: tuple[str, ...] = ()
+    departures: tuple[str, ...] = ()
+    no_equivalence: str = ""
+    counted: str = "run"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from reports.inference import ByDay, Equivalence, Side
 from reports.numbers import Number, Quantity, SignificanceTest, Value
 
 POOLED = "pooled"
@@ -18,6 +19,8 @@ class Comparison:
     `family` heads a block of the table ("each AD coefficient", "pooled over AD"); `group` holds the levels in
     common (foot, k_gain); `level` is the AD level as text or "pooled" (`POOLED`). `test` is what the F-test
     chose (Student or Welch), `welch` stands beside it always. `headline` marks the comparison of the first claim.
+    `sides` are those of the control and of the treatment. `adjusted` is Welch's p by Holm's method over the `n` tests
+    of the family; `exploratory` says why the comparison is not a planned one, "" where it is.
     """
 
     label: str
@@ -35,6 +38,11 @@ class Comparison:
     brown_forsythe: SignificanceTest | None = None
     family: str = ""
     headline: bool = False
+    sides: tuple[Side, Side] | None = None
+    by_day: ByDay | None = None
+    adjusted: Number | None = None
+    equivalence: Equivalence | None = None
+    exploratory: str = ""
 
     @property
     def opens(self) -> bool:

@@ -5,21 +5,20 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
-from reports.content import Anova, Condition, Level, ReportContent
-from reports.display import general_text, significance_text, with_unit
+from reports.by_day_sentences import by_day_sentences
+from reports.content import Anova, Condition, ReportContent
+from reports.display import significance_text
+from reports.gain_sentences import gains_text
 from reports.naming import (
     control_name,
-    formula_text,
-    is_number,
     levels_name,
-    physical_text,
     swept_factor,
     swept_words,
     title_of,
 )
 from reports.numbers import Quantity
 from reports.prediction_sentences import prediction_sentences
-from reports.wording import count_text, list_text, sentence_start
+from reports.wording import count_text, list_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +124,10 @@ def _energy(content: ReportContent) -> Section:
         FigureHere("joules_by_damping"),
         TableHere("joules_by_condition"),
         *_anova_paragraph(content, Quantity.JOULES),
+        FigureHere("estimation_joules"),
         TableHere("comparisons_joules"),
+        *map(Paragraph, by_day_sentences(content, Quantity.JOULES)),
+        TableHere("by_day_joules"),
     )
     return Section("energy", "Energy of a jump", parts)
 
@@ -135,7 +137,12 @@ def _apex(content: ReportContent) -> Section:
         FigureHere("apex_heights"),
         TableHere("apex_by_condition"),
         *_anova_paragraph(content, Quantity.APEX),
+        FigureHere("estimation_apex"),
         TableHere("comparisons_apex"),
+        *map(Paragraph, by_day_sentences(content, Quantity.APEX)),
+        TableHere("by_day_apex"),
+        *map(Paragraph, filter(None, (content.no_equivalence,))),
+        TableHere("equivalence"),
     )
     return Section("apex", "Apex height", parts)
 
@@ -216,37 +223,17 @@ def _run_count(condition: Condition) -> int:
 
 def _methods(content: ReportContent) -> Section:
     parts: list[Part] = [Paragraph(text) for text in content.methods]
-    if gains := _gains(content):
+    if gains := gains_text(content):
         parts.append(Paragraph(gains))
+    if content.decided:
+        parts += [Heading("Decided before the first run"), *map(Paragraph, content.decided)]
+    if content.departures:
+        parts.append(Bullets(tuple(map(Paragraph, content.departures))))
     if content.limitations:
         parts += [Heading("Limitations"), Bullets(tuple(map(Paragraph, content.limitations)))]
     if content.assumed:
         parts += [Heading("Assumed parameters"), TableHere("assumed")]
     return Section("methods", "Methods", tuple(parts))
-
-
-def _gains(content: ReportContent) -> str:
-    formulas = [f"{title_of(factor).lower()} {text}" for factor in content.factors if (text := formula_text(factor))]
-    found = {
-        (level.factor, level.label): physical_text(level) if is_number(level) else _size_text(level)
-        for condition in content.conditions
-        for level in condition.levels
-        if level.gain is None and level.value is not None
-    }
-    sentences = []
-    if formulas:
-        sentences.append(f"Gains g stand for physical values: {'; '.join(formulas)}.")
-    for factor in content.factors:
-        sizes = [text for (name, _), text in found.items() if name == factor.name]
-        if sizes:
-            symbol = f", {factor.symbol}" if factor.symbol else ""
-            sentences.append(f"{sentence_start(factor.title)}{symbol}: {list_text(sizes)}.")
-    return " ".join(sentences)
-
-
-def _size_text(level: Level) -> str:
-    """Write a label with its size: "small 0.038 m"."""
-    return with_unit(f"{level.label} {general_text(level.value or 0.0)}", level.unit)
 
 
 def _provenance(content: ReportContent) -> Section:

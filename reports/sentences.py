@@ -8,13 +8,17 @@ from reports.display import (
     EQUALS,
     MINUS,
     as_shown,
+    general_text,
     interval_text,
     level_text,
+    p_text,
     places_of,
+    shown_unit,
     significance_text,
     value_text,
     with_unit,
 )
+from reports.inference import Equivalence
 from reports.naming import control_name, level_names, swept_factor, swept_words, treatment_name
 from reports.numbers import Number, Quantity
 from reports.wording import count_text, list_text, sentence_start
@@ -46,10 +50,8 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     places = places_of(savings)
     size = with_unit(value_text(abs(savings.value), places), savings.unit)
     interval = interval_text(savings)
-    counts = f"n{EQUALS}{comparison.n_control} control and {comparison.n_treatment} treatment runs"
-    evidence = (
-        f"{level_text(savings)} {interval}; {counts}; {significance_text(comparison.welch)}" if interval else counts
-    )
+    counts = f"n{EQUALS}{comparison.n_control} control and {comparison.n_treatment} treatment {content.counted}s"
+    evidence = f"{level_text(savings)} {interval}; {counts}; {_tests(comparison)}" if interval else counts
     shown, treatment = _excludes_zero(savings), sentence_start(treatment_name(content, comparison.group))
     against, between = _sides(content, comparison)
     if shown is None and savings.value < 0:
@@ -65,7 +67,44 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
         lead = f"{treatment} saved {size} of the energy of a jump{against}{where}"
     else:
         lead = f"{treatment} cost {size} more energy a jump{against}{where}"
-    return Claim(f"{lead} ({evidence}).{_picked(content, comparison)}", _ids(comparison))
+    more = _picked(content, comparison) + _exploratory(comparison)
+    return Claim(f"{lead} ({evidence}).{more}", _ids(comparison))
+
+
+def _tests(comparison: Comparison) -> str:
+    """Write Welch's test, its p over the family, and the test by day where there are such."""
+    parts = [significance_text(comparison.welch)]
+    if comparison.adjusted is not None:
+        parts.append(
+            f"{p_text(comparison.adjusted.value)} by Holm over {count_text(comparison.adjusted.n or 0, 'test')}"
+        )
+    if comparison.by_day is not None:
+        parts.append(significance_text(comparison.by_day.test))
+    return "; ".join(parts)
+
+
+def _exploratory(comparison: Comparison) -> str:
+    return " Exploratory." if comparison.exploratory else ""
+
+
+def bounds_text(item: Equivalence) -> str:
+    """Write the bounds as "-5 to 5 mm"."""
+    unit, factor = shown_unit(item.estimate.unit)
+    low, high = (general_text(bound * factor) for bound in (item.low, item.high))
+    return with_unit(f"{low} to {high}", unit)
+
+
+def _equivalence(item: Equivalence | None) -> str:
+    """Say whether a difference was shown to lie within the bounds; "" where it was not tested."""
+    if item is None:
+        return ""
+    of_mean = " of the control's mean" if item.estimate.unit == "%" else ""
+    what = f"Equivalence within {bounds_text(item)}{of_mean}"
+    if isinstance(item.p, Undefined):
+        return f" {what} could not be tested: {item.p.reason}."
+    exploratory = "; exploratory" if item.exploratory else ""
+    evidence = f"{level_text(item.estimate)} {interval_text(item.estimate)}; TOST, {p_text(item.p)}{exploratory}"
+    return f" {what} was {'shown' if item.shown else 'not shown'} ({evidence})."
 
 
 def _sides(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
@@ -104,22 +143,34 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     size = with_unit(value_text(abs(difference.value), places_of(comparison.welch_difference)), difference.unit)
     interval = interval_text(comparison.welch_difference)
     evidence = (
-        f"{level_text(difference)} of the difference {interval}; {significance_text(comparison.welch)}"
+        f"{level_text(difference)} of the difference {interval}; {_tests(comparison)}"
         if interval
-        else f"{count_text(comparison.n_control, 'control run')} and "
-        f"{count_text(comparison.n_treatment, 'treatment run')} are too few for an interval"
+        else f"{count_text(comparison.n_control, f'control {content.counted}')} and "
+        f"{count_text(comparison.n_treatment, f'treatment {content.counted}')} are too few for an interval"
     )
     verdict = {True: "", False: ", which the interval does not tell from zero", None: ""}[_excludes_zero(difference)]
     than = "" if swept_words(swept_factor(content)).of_active_damping else f" than under {control_name(content)}"
     treatment = treatment_name(content, comparison.group)
     lead = f"{what} was {size} {comparative} under {treatment}{than}{where}{verdict}"
-    return Claim(f"{lead} ({evidence}).", tuple(filter(None, (difference.provenance,))))
+    more = _exploratory(comparison) + _equivalence(comparison.equivalence)
+    return Claim(f"{lead} ({evidence}).{more}", (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
 
 
 def _ids(comparison: Comparison) -> tuple[str, ...]:
     savings = comparison.savings
     ids = (savings.provenance if savings is not None else "", comparison.welch_difference.provenance)
-    return tuple(filter(None, ids))
+    return (*filter(None, ids), *_ids_beside(comparison))
+
+
+def _ids_beside(comparison: Comparison) -> tuple[str, ...]:
+    """Return the ids of what a claim says beside the difference: adjusted p, test by day, equivalence."""
+    by_day, equivalence = comparison.by_day, comparison.equivalence
+    numbers = (
+        comparison.adjusted,
+        None if by_day is None else by_day.difference,
+        None if equivalence is None else equivalence.estimate,
+    )
+    return tuple(number.provenance for number in numbers if number is not None and number.provenance)
 
 
 def absence_text(content: ReportContent, what: str) -> str:

@@ -98,7 +98,7 @@ class Solution:
 
 def factorise(design: Design) -> Factor | tuple[int, ...]:
     """Return the factor of a design with at least as many columns as rows, or the rows that are collinear."""
-    triangle: Floats = np.asarray(np.linalg.qr(design.high.T, mode="r"), dtype=np.float64)
+    triangle = _triangle(design)
     norms: Floats = np.sqrt((triangle * triangle).sum(axis=0))
     singular = np.linalg.svd(triangle / norms, compute_uv=False)
     if singular[-1] <= _EPS * singular[0] / 16.0:
@@ -119,6 +119,13 @@ def factorise(design: Design) -> Factor | tuple[int, ...]:
     inverse = np.asarray(plain @ rotation, dtype=np.float64)
     distances = np.asarray(1.0 / np.sqrt((inverse * inverse).sum(axis=1)), dtype=np.float64)
     return Factor(triangle, inverse, plain, rotation, distances, norms, condition)
+
+
+def _triangle(design: Design) -> Floats:
+    """Return R of the QR factorisation, shape (p, p): that of the blocks' own, which stay in a processor's cache."""
+    parts = [np.linalg.qr(design.high[:, block].T, mode="r") for block in design.blocks()]
+    whole = parts[0] if len(parts) == 1 else np.linalg.qr(np.concatenate(parts), mode="r")
+    return np.asarray(whole, dtype=np.float64)
 
 
 def solve(design: Design, factor: Factor, response: Pair) -> Solution:

@@ -95,10 +95,19 @@ def out_of_range(values: Doubles) -> int:
 
 
 def sum_of_products(a: tuple[Doubles, Doubles], b: tuple[Doubles, Doubles]) -> Fraction:
-    """Return the sum of products of two arrays of pairs (high, low), of magnitude about 1, to 30 digits."""
+    """Return the sum of products of two arrays of pairs (high, low), of magnitude at most 1, to 30 digits."""
     product, error = two_product(a[0], b[0])
-    cross = 2.0 * (a[0] * a[1]) if a is b else a[0] * b[1] + a[1] * b[0]
-    return exact_sum(product) + Fraction(float(np.sum(error + cross)))
+    error += 2.0 * (a[0] * a[1]) if a is b else a[0] * b[1] + a[1] * b[0]
+    # Rounded to one grid n products add up without error, and their remainders on a finer grid too.
+    room = (product.size + 2).bit_length()
+    grid, total = math.ldexp(1.0, room), Fraction(0)
+    for _ in range(2):
+        part = (grid + product) - grid
+        total += Fraction(float(part.sum()))
+        product -= part
+        grid = math.ldexp(grid, room - 53)
+    error += product
+    return total + Fraction(float(error.sum()))
 
 
 def moments(values: Doubles, shift: float = 0.0, rest: Doubles | None = None) -> Moments:

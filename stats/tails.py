@@ -20,6 +20,7 @@ _ENOUGH = 1 << (_BITS - 64)
 _MOST_STEPS = 200_000
 _SMALL_SHARE, _FEW_TERMS = _ONE // 10, 30 * _ONE
 _LAST_TERM = 1 << (_BITS - 120)
+_LITTLE = (0, 1, -8, 1)  # 2^-8 as mpmath holds numbers inside
 _PLAIN = (1e-290, 0.5)  # between these the logarithm of the double is as good
 
 Exact = float | Fraction
@@ -67,7 +68,9 @@ def f_two_sided(f: Exact, df_numerator: Exact, df_denominator: Exact) -> Tail:
 
     smaller = _f_upper(f, df_numerator, df_denominator)
     if libmp.mpf_gt(smaller, libmp.fhalf):
-        smaller = _f_upper(1 / Fraction(f), df_denominator, df_numerator)
+        smaller = libmp.mpf_sub(libmp.fone, smaller, _BITS)
+        if libmp.mpf_lt(smaller, _LITTLE):  # too little is left of its digits
+            smaller = _f_upper(1 / Fraction(f), df_denominator, df_numerator)
     return _as_tail(libmp.mpf_shift(smaller, 1)) if libmp.mpf_lt(smaller, libmp.fhalf) else Tail(1.0, 0.0)
 
 
@@ -187,14 +190,17 @@ def _continued_fraction(a: int, b: int, x: int, below_bulk: int) -> int:
 
     `below_bulk` is a - (a + b) x, positive where x lies below the bulk of the distribution.
     """
-    start = below_bulk + _ONE
+    start, slope = below_bulk + _ONE, 2 * _ONE - x
     before_last, last, bottom_before, bottom = _ONE, a * start // (a + _ONE), 0, _ONE
     found = last
+    middle, of_b, of_both = a - _ONE, b, a + b - _ONE
     for m in range(1, _MOST_STEPS):
-        middle = a + (2 * m - 1) * _ONE
-        share = m * (b - m * _ONE) * x // middle
-        partial = (a + (m - 1) * _ONE) * (a + b + (m - 1) * _ONE) // middle * share // _ONE * x >> _BITS
-        whole = m * _ONE + share + (a + m * _ONE) * (start + m * (2 * _ONE - x)) // (middle + 2 * _ONE)
+        step = m << _BITS
+        above, middle = a + step, middle + 2 * _ONE
+        of_b, of_both, start = of_b - _ONE, of_both + _ONE, start + slope
+        share = m * of_b * x // middle
+        partial = ((above - _ONE) * of_both // middle * share >> _BITS) * x >> _BITS
+        whole = step + share + above * start // (middle + 2 * _ONE)
         before_last, last = last, (whole * last + partial * before_last) >> _BITS
         bottom_before, bottom = bottom, (whole * bottom + partial * bottom_before) >> _BITS
         before, found = found, (last << _BITS) // bottom

@@ -1,4 +1,7 @@
-"""The document `docs/statistics.md`: an introduction, and sections that are each written anew by themselves."""
+"""The document `docs/statistics.md`: an introduction, and sections that are each written anew by themselves.
+
+This folder has no `__init__.py`: scripts beside it would take it for the standard library's `statistics`.
+"""
 
 from __future__ import annotations
 

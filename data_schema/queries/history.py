@@ -9,7 +9,7 @@ import sqlalchemy as sa
 from data_schema.tables.files import file, ingest, run_file
 from data_schema.tables.people import journal, person
 from data_schema.tables.runs import charge, note, run
-from data_schema.vocabulary import IngestStatus
+from data_schema.vocabulary import Action, IngestStatus, RunState
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,3 +89,18 @@ def history_of(connection: sa.Connection, uid: str) -> list[HistoryRow]:
         .order_by(journal.c.seq)
     )
     return [HistoryRow(*row) for row in connection.execute(query)]
+
+
+def reasons_of_void_runs(connection: sa.Connection) -> dict[str, str]:
+    """Return why runs that are void were declared so the last time, by their uids."""
+    query = (
+        sa.select(run.c.uid, journal.c.reason)
+        .join(run, run.c.uid == journal.c.entity_uid)
+        .where(
+            journal.c.entity_kind == "run",
+            journal.c.action == str(Action.VOID),
+            run.c.state == str(RunState.VOID),
+        )
+        .order_by(journal.c.seq)
+    )
+    return {uid: reason or "" for uid, reason in connection.execute(query)}

@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.days import checks_by_day
+from data_schema.queries.first_measurement import first_measurement
 from data_schema.queries.plans import planned_runs
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.signals import SignalRow, signals_of_runs
@@ -20,13 +21,15 @@ from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
 from labbook.analysis.detecting import BODY_HEIGHT
 from labbook.analysis.run_apexes import usable_logs
 from labbook.config.parsing import Configuration
+from labbook.presenting.planned import HOW_TO_DECIDE
 
 
 @dataclass(frozen=True, slots=True)
 class ToDo:
     """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days.
 
-    `logs_do_not_count` says why, by run, though the run has logs.
+    `logs_do_not_count` says why, by run, though the run has logs. `analysis_undecided`: nothing is decided about the
+    analysis, and nothing measured yet.
     """
 
     day: str
@@ -39,6 +42,7 @@ class ToDo:
     logs_do_not_count: Mapping[str, str]
     checks_not_made: tuple[str, ...]
     inbox: int
+    analysis_undecided: bool
 
 
 def to_do(connection: sa.Connection, configuration: Configuration, day: str | None) -> ToDo:
@@ -76,6 +80,7 @@ def to_do(connection: sa.Connection, configuration: Configuration, day: str | No
         },
         checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
         inbox=len(inbox(connection)),
+        analysis_undecided=configuration.analysis is None and first_measurement(connection) is None,
     )
 
 
@@ -97,6 +102,8 @@ def to_do_lines(found: ToDo) -> list[str]:
         lines.append(f"logs that do not count ({why}): {_listed(those)}")
     if found.inbox:
         lines.append(f"in the inbox: {found.inbox} (`labbook runs inbox`)")
+    if found.analysis_undecided:
+        lines.append(f"nothing is decided about the analysis: {HOW_TO_DECIDE}")
     return lines if len(lines) > 1 else [*lines, "nothing is missing."]
 
 

@@ -23,8 +23,13 @@ from labbook.analysis.prediction_error import error_parts, in_all
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, number, rests_on_result
 from reports.numbers import Quantity
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity
+from stats.distributions import t_quantile
 
-ALGORITHM = Algorithm("prediction_check", 3, ("labbook.analysis.checking", "labbook.analysis.prediction_error"))
+ALGORITHM = Algorithm(
+    "prediction_check",
+    4,
+    ("labbook.analysis.checking", "labbook.analysis.prediction_error", "stats.distributions"),
+)
 
 PREDICTED, DIFFERENCE, RATIO = "predicted", "difference", "error_ratio"
 """Names of numbers of a check: what is predicted of the runs as they were made, and how it compares."""
@@ -247,5 +252,12 @@ def _ratio(measured: NumberRow, difference: float, error: float | Undefined) -> 
         return Undefined("the measured value has no interval")
     if isinstance(error, Undefined):
         return error
-    expanded = math.hypot(end - measured.value, COVERAGE_FACTOR * error)
+    expanded = math.hypot(_to_95_percent(measured) * (end - measured.value), COVERAGE_FACTOR * error)
     return difference / expanded if expanded > 0.0 else Undefined("neither value has an uncertainty")
+
+
+def _to_95_percent(measured: NumberRow) -> float:
+    """Return by what an interval of another level is multiplied to be one of 95 %."""
+    if measured.df is None or measured.ci_level in (None, 0.95):
+        return 1.0
+    return t_quantile(0.95, measured.df) / t_quantile(measured.ci_level, measured.df)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from data_schema.queries.results import ResultRow
+from data_schema.queries.results import InputRow, ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.conditions import NUMBER_OF, ConditionValues
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on_result
@@ -14,24 +14,25 @@ from reports.numbers import Quantity
 from stats.anova import one_way_anova
 from stats.savings import percent_savings
 from stats.shared_error import SharedError, difference_with_shared, shared_of_mean
+from stats.summary import describe
 from stats.two_sample import compare_two
+from stats.variances import brown_forsythe
 
 COMPARISON = Algorithm(
     "comparison",
-    6,
+    7,
     (
         "labbook.analysis.comparing",
         "stats.two_sample",
+        "stats.summary",
+        "stats.variances",
         "stats.savings",
         "stats.shared_error",
         "stats.sums",
         "stats.distributions",
     ),
 )
-ANOVA = Algorithm("anova", 6, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
-
-LEVEL = 0.95
-"""Level of all intervals."""
+ANOVA = Algorithm("anova", 7, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,20 +51,18 @@ class Pair:
     with_savings: bool = True
 
 
-def compare(bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any]) -> list[ResultRow]:
-    """Ensure the comparison of every pair, in order."""
+def compare(
+    bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any], alpha: float = 0.05
+) -> list[ResultRow]:
+    """Ensure the comparison of every pair, in order; the F-test decides at alpha, intervals have level 1 - alpha."""
     return bench.ensure(
         [
             Request(
                 COMPARISON,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
-                tuple(
-                    rests_on_result(role, condition.result)
-                    for role, side in (("a", pair.a), ("b", pair.b))
-                    for condition in side
-                ),
-                {"with_savings": _has_savings(pair, quantity)},
-                lambda pair=pair: _compared(pair, quantity),  # type: ignore[misc]
+                rests_on_sides(pair),
+                {"with_savings": _has_savings(pair, quantity), "alpha": alpha},
+                lambda pair=pair: _compared(pair, quantity, alpha),  # type: ignore[misc]
             )
             for pair in pairs
         ]
@@ -91,50 +90,64 @@ def analyse_variance(
     )
 
 
-def _compared(pair: Pair, quantity: Quantity) -> Outcome:
-    a = [value for condition in pair.a for value in condition.values]
-    b = [value for condition in pair.b for value in condition.values]
+def rests_on_sides(pair: Pair) -> tuple[InputRow, ...]:
+    """Name the conditions of both sides."""
+    sides = (("a", pair.a), ("b", pair.b))
+    return tuple(rests_on_result(role, condition.result) for role, side in sides for condition in side)
+
+
+def values_of(side: Sequence[ConditionValues]) -> list[float]:
+    """Return the numbers of a side's runs."""
+    return [value for condition in side for value in condition.values]
+
+
+def shared_by(side: Sequence[ConditionValues]) -> SharedError:
+    """Return what the mean over a side's runs takes from the drain lines."""
+    return shared_of_mean([item.shared for condition in side for item in condition.runs])
+
+
+def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Outcome:
+    a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - alpha
     unit = NUMBER_OF[quantity][1]
-    test = compare_two(b, a)
-    shared = _shared(pair.b).minus(_shared(pair.a))
-    chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, LEVEL)
-    welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, LEVEL)
+    test, spreads = compare_two(b, a, alpha=alpha), brown_forsythe({"a": b, "b": a})
+    shared = shared_by(pair.b).minus(shared_by(pair.a))
+    chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, level)
+    welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, level)
     shown_se = shared.se if quantity is Quantity.JOULES else None
     total = len(a) + len(b)
     numbers = [
         NewNumber("f", test.f, "1", n=total),
         NewNumber("f_p", test.f_p, "1", n=total),
-        NewNumber("brown_forsythe_p", test.brown_forsythe_p, "1", n=total),
+        NewNumber("brown_forsythe", spreads.statistic, "1", n=total),
+        NewNumber("brown_forsythe_p", spreads.p, "1", n=total),
         NewNumber("t", chosen.t, "1", df=chosen.df, n=total),
         NewNumber("p", chosen.p, "1", df=chosen.df, n=total),
         NewNumber(
             "difference", test.difference, unit, shared_se=shown_se, ci_low=chosen.ci_low, ci_high=chosen.ci_high,
-            ci_level=LEVEL, df=chosen.df, n=total,
+            ci_level=level, df=chosen.df, n=total,
         ),
         NewNumber("welch_t", welch.t, "1", df=welch.df, n=total),
         NewNumber("welch_p", welch.p, "1", df=welch.df, n=total),
         NewNumber(
             "welch_difference", test.difference, unit, shared_se=shown_se, ci_low=welch.ci_low, ci_high=welch.ci_high,
-            ci_level=LEVEL, df=welch.df, n=total,
+            ci_level=level, df=welch.df, n=total,
         ),
         NewNumber("hedges_g", test.hedges_g, "1", n=total),
     ]  # fmt: skip
+    for name, about in (("a", describe(a)), ("b", describe(b))):
+        numbers.append(NewNumber(f"mean_{name}", about.mean, unit, n=about.n))
+        numbers.append(NewNumber(f"sd_{name}", about.sd, unit, n=about.n))
     if _has_savings(pair, quantity):
-        numbers.append(_savings(pair, a, b))
+        numbers.append(_savings(pair, a, b, level))
     return Outcome(tuple(numbers), {"test": test.test, "n_a": len(a), "n_b": len(b)})
-
-
-def _shared(side: Sequence[ConditionValues]) -> SharedError:
-    """Return what the mean over a side's runs takes from the drain lines."""
-    return shared_of_mean([item.shared for condition in side for item in condition.runs])
 
 
 def _has_savings(pair: Pair, quantity: Quantity) -> bool:
     return pair.with_savings and quantity is Quantity.JOULES
 
 
-def _savings(pair: Pair, a: Sequence[float], b: Sequence[float]) -> NewNumber:
-    saved = percent_savings(a, b, shared_in_control=_shared(pair.a), shared_in_treated=_shared(pair.b))
+def _savings(pair: Pair, a: Sequence[float], b: Sequence[float], level: float) -> NewNumber:
+    saved = percent_savings(a, b, shared_in_control=shared_by(pair.a), shared_in_treated=shared_by(pair.b), level=level)
     low, high = _interval(saved.percent_ci)
     shared_se = saved.shared_se_percent
     return NewNumber(

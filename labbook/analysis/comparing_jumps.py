@@ -8,17 +8,19 @@ from typing import Any
 
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparing import LEVEL, Pair
+from labbook.analysis.comparing import Pair
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on_result
 from stats.two_sample import compare_two
 
 ALGORITHM = Algorithm(
-    "jump_comparison", 4, ("labbook.analysis.comparing_jumps", "stats.two_sample", "stats.sums", "stats.distributions")
+    "jump_comparison", 5, ("labbook.analysis.comparing_jumps", "stats.two_sample", "stats.sums", "stats.distributions")
 )
 
 
-def compare_jumps(bench: Workbench, pairs: Sequence[Pair], scope: Mapping[str, Any]) -> list[ResultRow]:
+def compare_jumps(
+    bench: Workbench, pairs: Sequence[Pair], scope: Mapping[str, Any], alpha: float = 0.05
+) -> list[ResultRow]:
     """Ensure the comparison of every pair of apex heights over all their jumps, in order."""
     return bench.ensure(
         [
@@ -31,17 +33,17 @@ def compare_jumps(bench: Workbench, pairs: Sequence[Pair], scope: Mapping[str, A
                     for condition in side
                     for item in condition.runs
                 ),
-                {},
-                lambda pair=pair: _compared(pair),  # type: ignore[misc]
+                {"alpha": alpha},
+                lambda pair=pair: _compared(pair, alpha),  # type: ignore[misc]
             )
             for pair in pairs
         ]
     )
 
 
-def _compared(pair: Pair) -> Outcome:
+def _compared(pair: Pair, alpha: float) -> Outcome:
     a, b = _heights_m(pair.a), _heights_m(pair.b)
-    test = compare_two(b, a)
+    test = compare_two(b, a, alpha=alpha)
     total = len(a) + len(b)
     differences = (
         ("difference", test.difference_ci, test.df),
@@ -56,7 +58,7 @@ def _compared(pair: Pair) -> Outcome:
             NewNumber("welch_t", test.welch_t, "1", df=test.welch_df, n=total),
             NewNumber("welch_p", test.welch_p, "1", df=test.welch_df, n=total),
             *(
-                NewNumber(name, test.difference, "m", None, None, *_ends(interval), LEVEL, df=df, n=total)
+                NewNumber(name, test.difference, "m", None, None, *_ends(interval), 1.0 - alpha, df=df, n=total)
                 for name, interval, df in differences
             ),
         ),

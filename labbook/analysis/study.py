@@ -2,35 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from data_schema.queries.results import ResultRow
 from labbook.analysis import pairing
 from labbook.analysis.budget import budget
 from labbook.analysis.checking import Checked, check_conditions, check_savings
-from labbook.analysis.comparing import Pair, analyse_variance, compare
+from labbook.analysis.comparing import analyse_variance
 from labbook.analysis.comparing_jumps import compare_jumps
+from labbook.analysis.comparisons import Compared, compare_all
 from labbook.analysis.conditions import ConditionValues, condition_values, run_numbers
+from labbook.analysis.day_means import in_units, unit_scope
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.packs import pack_deviations
 from labbook.analysis.passive_drain import Drain, passive_drains
+from labbook.analysis.planned import Planned, planned_analysis
 from labbook.analysis.predicting import Predicted, predictions
 from labbook.analysis.run_apexes import RunApexes, as_protocol, run_apexes
 from labbook.analysis.run_energy import RunEnergies, run_energies
 from labbook.analysis.varying import Variations, vary
 from labbook.analysis.workbench import Workbench
 from reports.numbers import Quantity
-
-
-@dataclass(frozen=True, slots=True)
-class Compared:
-    """A pair, the quantity compared, and the stored comparison."""
-
-    pair: Pair
-    quantity: Quantity
-    result: ResultRow
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +42,7 @@ class StudyAnalysis:
     """Everything computed for one selection."""
 
     evidence: Evidence
+    planned: Planned
     drains: dict[str, Drain]
     energies: RunEnergies
     apexes: RunApexes
@@ -68,6 +63,7 @@ def analyse(
     bench: Workbench, detections: Detections, evidence: Evidence, progress: Callable[[str], None]
 ) -> StudyAnalysis:
     """Compute everything that is not stored; `progress` is told what is being done."""
+    planned = planned_analysis(bench.connection, evidence.configuration)
     progress("passive drain and joules a jump")
     drains = passive_drains(bench, evidence)
     energies = run_energies(bench, evidence, drains)
@@ -89,33 +85,30 @@ def analyse(
         *check_conditions(bench, heights, predicted, Quantity.APEX, swept, scope),
     ]
     analysis = StudyAnalysis(
-        evidence, drains, energies, apexes, swept, joules, heights, [], [], Variations(), [], packs, of_a_joule,
-        predicted, checked,
+        evidence, planned, drains, energies, apexes, swept, joules, heights, [], [], Variations(), [], packs,
+        of_a_joule, predicted, checked,
     )  # fmt: skip
     if swept is None:
         return analysis
-    compared = [
-        *_compare_all(bench, [*pairing.pairs_each(joules, swept), *pairing.pairs_pooled(joules, swept),
-                              *pairing.pairs_across(joules, swept), *pairing.pairs_between(joules, swept)],
-                      Quantity.JOULES, scope),
-        *_compare_all(bench, [*pairing.pairs_each(heights, swept), *pairing.pairs_pooled(heights, swept)],
-                      Quantity.APEX, scope),
-    ]  # fmt: skip
+    settings = planned.settings
+    compared = compare_all(bench, joules, heights, swept, settings, scope)
+    of_unit = unit_scope(scope, settings.unit_of_analysis)
     anovas = [
-        VarianceAnalysed(label, group, quantity, analyse_variance(bench, label, treated, swept, quantity, scope))
+        VarianceAnalysed(label, group, quantity, analyse_variance(bench, label, levels, swept, quantity, of_unit))
         for quantity, conditions in ((Quantity.JOULES, joules), (Quantity.APEX, heights))
         for group, items in pairing.groups(conditions, swept)
         for treated, _control in [pairing.treated_and_control(items)]
         for label in [pairing.group_label(group)]
         if len(treated) > 1
+        for levels in [in_units(bench, treated, quantity, settings.unit_of_analysis, scope)]
     ]
     pooled = pairing.pairs_pooled(heights, swept)
     jump_tests = [
         Compared(pair, Quantity.APEX, row)
-        for pair, row in zip(pooled, compare_jumps(bench, pooled, scope), strict=True)
+        for pair, row in zip(pooled, compare_jumps(bench, pooled, scope, settings.alpha), strict=True)
     ]
     progress("what the headlines depend on")
-    variations = vary(bench, detections, evidence, drains, apexes, swept)
+    variations = vary(bench, detections, evidence, drains, apexes, swept, settings)
     of_savings = [(item.pair, item.result) for item in compared if item.quantity is Quantity.JOULES]
     return replace(
         analysis,
@@ -123,10 +116,5 @@ def analyse(
         anovas=anovas,
         variations=variations,
         jump_tests=jump_tests,
-        checked=[*checked, *check_savings(bench, of_savings, predicted, scope)],
+        checked=[*checked, *check_savings(bench, of_savings, predicted, of_unit)],
     )
-
-
-def _compare_all(bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: dict[str, str]) -> list[Compared]:
-    rows = compare(bench, pairs, quantity, scope)
-    return [Compared(pair, quantity, row) for pair, row in zip(pairs, rows, strict=True)]

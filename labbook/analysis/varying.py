@@ -10,12 +10,14 @@ from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis import pairing
 from labbook.analysis.comparing import compare
 from labbook.analysis.conditions import condition_values, run_numbers
+from labbook.analysis.day_means import pairs_in_units, unit_scope
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import Drain, passive_drains
 from labbook.analysis.run_apexes import RunApexes, as_protocol, run_apexes, without_exclusions
 from labbook.analysis.run_energy import run_energies
 from labbook.analysis.workbench import Workbench
+from labbook.config.model import AnalysisSettings
 from reports.numbers import Quantity
 from stats.apexes import DETECTORS
 
@@ -47,12 +49,13 @@ def vary(
     drains: Mapping[str, Drain],
     apexes: RunApexes,
     swept: str,
+    settings: AnalysisSettings,
 ) -> Variations:
     """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
     found: list[Varied] = []
     everything = with_void(evidence)
     _drains, joules = _joules_of(bench, everything, evidence, drains, WITHOUT_EXCLUSIONS)
-    found += _compared(bench, WITHOUT_EXCLUSIONS, everything, Quantity.JOULES, joules, swept)
+    found += _compared(bench, WITHOUT_EXCLUSIONS, everything, Quantity.JOULES, joules, swept, settings)
     protocol = as_protocol(evidence)
     variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
     variants += [
@@ -62,14 +65,14 @@ def vary(
     ]
     for label, varied, variant in variants:
         heights = run_apexes(bench, detections, varied, variant).results
-        found += _compared(bench, label, varied, Quantity.APEX, heights, swept)
+        found += _compared(bench, label, varied, Quantity.APEX, heights, swept, settings)
     fits_lost: dict[str, tuple[str, ...]] = {}
     for day in sorted({run.day for run in (*evidence.runs, *evidence.idle)}):
         label, rest = f"without {day}", without_day(evidence, day)
         left, joules = _joules_of(bench, rest, evidence, drains, label)
-        found += _compared(bench, label, rest, Quantity.JOULES, joules, swept)
+        found += _compared(bench, label, rest, Quantity.JOULES, joules, swept, settings)
         if len(rest.runs) < len(evidence.runs):
-            found += _compared(bench, label, rest, Quantity.APEX, apexes.results, swept)
+            found += _compared(bench, label, rest, Quantity.APEX, apexes.results, swept, settings)
         lost = _fitted(drains) - _fitted(left)
         if lost:
             fits_lost[day] = tuple(sorted(lost))
@@ -116,10 +119,12 @@ def _compared(
     quantity: Quantity,
     results: Mapping[str, ResultRow],
     swept: str,
+    settings: AnalysisSettings,
 ) -> list[Varied]:
     """Compare the pooled conditions again with other runs, or other results of the same runs."""
     scope = {"selection": evidence.selection, "variant": label}
+    unit = settings.unit_of_analysis
     conditions = condition_values(bench, run_numbers(evidence.runs, results, quantity), quantity, scope)
-    pairs = pairing.pairs_pooled(conditions, swept)
-    rows = compare(bench, pairs, quantity, scope)
+    pairs = pairs_in_units(bench, pairing.pairs_pooled(conditions, swept), quantity, unit, scope)
+    rows = compare(bench, pairs, quantity, unit_scope(scope, unit), settings.alpha)
     return [Varied(pair.label, label, quantity, row) for pair, row in zip(pairs, rows, strict=True)]

@@ -32,6 +32,7 @@ def init(
         [
             f"made the book {folder.resolve()}.",
             f"Next: describe the study in {folder / 'labbook.toml'}, then `labbook plan`.",
+            "Decide there under [analysis], before the first run is ingested, what will be compared and how.",
         ],
         as_json,
     )

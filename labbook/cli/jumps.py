@@ -95,6 +95,7 @@ def _decide(
     as_json: bool,
 ) -> None:
     from labbook.actions.jump_review import decide, jumps_meant, review
+    from labbook.actions.not_allowed import reason_remarks
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:
@@ -105,9 +106,14 @@ def _decide(
         with opened_book.desk(person) as desk:
             decide(opened_book, desk, run, decided, verdict, reason, note, found)
             stale = desk.stale
+            rejecting = verdict == "reject"
+            remarks = reason_remarks(desk.connection, opened_book.configuration, reason) if rejecting else []
     listed = ", ".join(map(str, decided))
     emit(
-        {"run": run, "jumps": decided, "verdict": verdict, "stale": stale},
-        [f"{run}: {verdict} {listed}; {len(stale)} results became stale."],
+        {"run": run, "jumps": decided, "verdict": verdict, "stale": stale, "remarks": remarks},
+        [
+            f"{run}: {verdict} {listed}; {len(stale)} results became stale.",
+            *(f"look again: {remark}" for remark in remarks),
+        ],
         as_json,
     )

@@ -16,6 +16,7 @@ import typer
 
 from data_schema.errors import LabbookError
 from labbook.cli import (
+    analysis,
     assign,
     charge,
     check,
@@ -34,6 +35,7 @@ from labbook.cli import (
     runs,
     show,
     sim,
+    stats,
     today,
     void,
     why,
@@ -61,6 +63,7 @@ for module in (
     report,
     compare,
     plan,
+    analysis,
     today,
     show,
     plot,
@@ -75,7 +78,7 @@ for module in (
     rebuild,
 ):
     module.register(app)
-for name, group in (("runs", runs), ("jumps", jumps), ("sim", sim), ("db", db)):
+for name, group in (("runs", runs), ("jumps", jumps), ("sim", sim), ("stats", stats), ("db", db)):
     app.add_typer(group.app, name=name)
 
 

@@ -22,14 +22,22 @@ def void(
 ) -> None:
     """Declare a run void: it stays in the book with its files, no result uses it, reports count it.
 
+    Where [analysis] of labbook.toml says for which reasons, begin with one of them: "sensor_fault: the string was off".
+
     Example: labbook void r017 --reason "foot came loose"; labbook void r017 --undo --reason "it was r018"
     """
     from labbook.actions.correcting import unvoid
     from labbook.actions.correcting import void as state_void
+    from labbook.actions.not_allowed import reason_remarks
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
         (unvoid if undo else state_void)(desk, run, reason)
         stale = desk.stale
+        remarks = [] if undo else reason_remarks(desk.connection, opened_book.configuration, reason)
     verdict = "counts again" if undo else "is void"
-    emit({"run": run, "stale": stale}, [f"run {run} {verdict}; {len(stale)} results became stale."], as_json)
+    emit(
+        {"run": run, "stale": stale, "remarks": remarks},
+        [f"run {run} {verdict}; {len(stale)} results became stale.", *(f"look again: {remark}" for remark in remarks)],
+        as_json,
+    )

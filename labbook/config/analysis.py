@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import tomllib
+
+from data_schema.errors import InputRefused
 from data_schema.vocabulary import ReasonCode
 from labbook.config.model import AnalysisSettings, Bounds, Family, Outcome, UnitOfAnalysis
 from labbook.config.tables import TableReader, as_number
@@ -21,6 +24,15 @@ def read_analysis(top: TableReader) -> AnalysisSettings | None:
         unit_of_analysis=table.word("unit_of_analysis", UnitOfAnalysis, default.unit_of_analysis),
     )
     table.finish()
+    return settings
+
+
+def kept_analysis(text: str) -> AnalysisSettings | None:
+    """Read `[analysis]` of a configuration as the book keeps it; nothing else of the text need be understood today."""
+    faults: list[str] = []
+    settings = read_analysis(TableReader(tomllib.loads(text), "", faults))
+    if faults:
+        raise InputRefused(f"a configuration that the book keeps cannot be read ({faults[0]}): use a newer labbook.")
     return settings
 
 

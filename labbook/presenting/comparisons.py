@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
+from data_schema.queries.results import ResultRow
 from labbook.analysis import pairing
-from labbook.analysis.study import Compared, StudyAnalysis
+from labbook.analysis.comparisons import Compared
+from labbook.analysis.family import adjusted
+from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.design import factor_title
-from labbook.presenting.numbers import Shown
+from labbook.presenting.numbers import Shown, values_as
 from reports.content import Anova, Comparison, Quantity, ReportContent, Sensitivity, Variant
+from reports.inference import ByDay, Equivalence, Side
 from reports.naming import levels_name
 
 
 def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
     """Return all comparisons; the pooled one with the largest savings is the headline."""
     best = headline(analysis)
-    return tuple(_comparison(item, shown, _family(analysis, item), headline=item is best) for item in analysis.compared)
+    return tuple(
+        _comparison(analysis, item, shown, _family(analysis, item), headline=item is best) for item in analysis.compared
+    )
 
 
 def jump_comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
     """Return the thesis's route to apex heights: the pooled comparisons over single jumps."""
-    return tuple(_comparison(item, shown, item.pair.family, headline=False) for item in analysis.jump_tests)
+    return tuple(_tested(item, shown, item.pair.family) for item in analysis.jump_tests)
 
 
 def _family(analysis: StudyAnalysis, item: Compared) -> str:
@@ -85,7 +92,28 @@ def _savings(item: Compared) -> float | None:
     return next((number.value for number in item.result.numbers if number.name == "savings"), None)
 
 
-def _comparison(item: Compared, shown: Shown, family: str, *, headline: bool) -> Comparison:
+def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: str, *, headline: bool) -> Comparison:
+    """Show a comparison on run means with everything that stands beside it."""
+    plain = _tested(item, shown, family)
+    n = (plain.n_control, plain.n_treatment)
+    df = (1.0, float(sum(n) - 2))
+    return replace(
+        plain,
+        savings=shown.number(item.result, "savings")
+        if item.pair.with_savings and item.quantity is Quantity.JOULES
+        else None,
+        brown_forsythe=shown.test(item.result, "Brown-Forsythe", "brown_forsythe", "brown_forsythe_p", df),
+        headline=headline,
+        sides=(_side(item, shown, "a"), _side(item, shown, "b")),
+        by_day=None if item.by_day is None else _by_day(item.by_day, shown),
+        adjusted=None if item.adjusted is None else shown.number(item.adjusted, adjusted(item.pair.label)),
+        equivalence=None if item.equivalent is None else _equivalence(analysis, item, item.equivalent, shown),
+        exploratory=analysis.planned.exploratory(item.quantity, item.pair.family) or "",
+    )
+
+
+def _tested(item: Compared, shown: Shown, family: str) -> Comparison:
+    """Show the thesis's route, and Welch's test beside it."""
     payload = json.loads(item.result.payload_json)
     n_a, n_b = payload["n_a"], payload["n_b"]
     return Comparison(
@@ -100,9 +128,36 @@ def _comparison(item: Compared, shown: Shown, family: str, *, headline: bool) ->
         difference=shown.number(item.result, "difference"),
         welch=shown.test(item.result, "Welch", "welch_t", "welch_p"),
         welch_difference=shown.number(item.result, "welch_difference"),
-        savings=shown.number(item.result, "savings")
-        if item.pair.with_savings and item.quantity is Quantity.JOULES
-        else None,
         family=family,
-        headline=headline,
+    )
+
+
+def _side(item: Compared, shown: Shown, name: str) -> Side:
+    return Side(shown.value(item.result, f"mean_{name}"), shown.value(item.result, f"sd_{name}"))
+
+
+def _by_day(row: ResultRow, shown: Shown) -> ByDay:
+    payload = json.loads(row.payload_json)
+    return ByDay(
+        difference=shown.number(row, "difference"),
+        test=shown.test(row, "by day", "t", "p"),
+        days=payload["days"],
+        day_sd=shown.number(row, "day_sd"),
+        run_sd=shown.number(row, "run_sd"),
+        confounding=values_as("run", payload["confounding"]),
+        notes=tuple(values_as("run", note) for note in payload["notes"]),
+    )
+
+
+def _equivalence(analysis: StudyAnalysis, item: Compared, row: ResultRow, shown: Shown) -> Equivalence:
+    payload = json.loads(row.payload_json)
+    return Equivalence(
+        estimate=shown.number(row, "estimate"),
+        low=payload["low"],
+        high=payload["high"],
+        at_low=shown.test(row, "lower bound", "t_low", "p_low"),
+        at_high=shown.test(row, "upper bound", "t_high", "p_high"),
+        p=shown.value(row, "p"),
+        shown=payload["equivalent"],
+        exploratory=analysis.planned.exploratory_equivalence(item.pair.family) or "",
     )

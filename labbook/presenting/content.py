@@ -10,7 +10,7 @@ from data_schema.queries.days import CheckRow
 from data_schema.queries.plans import PlannedRow
 from labbook.analysis import pairing
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting import comparisons, course, design, drain, methods, predicted, robots
+from labbook.presenting import comparisons, course, design, drain, methods, predicted, robots, stated
 from labbook.presenting.numbers import Shown
 from reports.content import Claim, Comparison, Quantity, ReportContent
 from reports.sentences import difference_claim, savings_claim
@@ -54,6 +54,10 @@ def build_content(
         assumed=methods.assumed(analysis),
         robots=robots.runs_by_robot(analysis),
         predictions=predicted.predictions(analysis, shown),
+        decided=stated.decided(analysis),
+        departures=stated.departures(analysis, compared),
+        counted=str(analysis.planned.settings.unit_of_analysis),
+        no_equivalence=stated.no_equivalence(analysis),
     )
     bare = replace(bare, limitations=(*robots.limitations(analysis, bare), *bare.limitations))
     budget, budget_note = drain.budget(analysis, shown, bare)

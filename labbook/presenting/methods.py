@@ -11,10 +11,11 @@ from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import Drain, unused_idle
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.workbench import number
+from labbook.config.model import UnitOfAnalysis
 from labbook.presenting import design
+from labbook.presenting.tests_used import saved, tests_used
 from reports.content import Assumed
-from reports.naming import SweptWords, swept_words
-from reports.numbers import Quantity
+from reports.naming import swept_words
 from stats.apexes import DETECTORS
 
 LISTED = 8
@@ -26,12 +27,11 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     evidence = analysis.evidence
     protocol = evidence.configuration.protocol
     called = swept_words(next((factor for factor in design.factors(analysis) if factor.swept), None))
-    saved = any(item.quantity is Quantity.JOULES and item.pair.with_savings for item in analysis.compared)
     shared = (
         "is stated apart, cancels in differences at equal durations and jumps and enters savings through the control. "
         "What is left of it in a mean or a difference widens the interval (half widths in quadrature), and t shrinks "
         "in the same proportion."
-        if saved
+        if saved(analysis)
         else "is stated apart and widens the interval of a mean (half widths in quadrature)."
     )
     paragraphs = [
@@ -41,25 +41,17 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
         f"runs, {shared}",
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict on a jump comes before these rules.",
-        "Runs are the unit of analysis: a run's joules, and the mean of a run's apex heights. "
-        f"{_compared(analysis, called, saved=saved)}Intervals are at 95 %.",
+        _unit(analysis),
+        *tests_used(analysis, called),
     ]
     return tuple(paragraphs)
 
 
-def _compared(analysis: StudyAnalysis, called: SweptWords, *, saved: bool) -> str:
-    """Say how conditions were compared, as far as any were."""
-    if not analysis.compared:
-        none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
-        return f"Nothing is compared: {none}. "
-    tests = (
-        "Each comparison is an F-test for equal variances, then Student's t-test or Welch's (thesis 5.2.1); Welch's "
-        "test stands beside it in any case. "
-    )
-    if not saved:
-        return tests
-    ratio = f"({called.control} - {called.treatment_short}) / {called.control}"
-    return f"{tests}Savings are the ratio of means {ratio} with Fieller's interval. "
+def _unit(analysis: StudyAnalysis) -> str:
+    of_runs = "a run's joules, and the mean of a run's apex heights"
+    if analysis.planned.settings.unit_of_analysis is UnitOfAnalysis.RUN:
+        return f"Runs are the unit of analysis: {of_runs}."
+    return f"Days are the unit of analysis: comparisons rest on the mean of each day's runs ({of_runs})."
 
 
 def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:

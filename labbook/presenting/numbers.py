@@ -64,16 +64,23 @@ def _df(row: ResultRow, item: NumberRow) -> Value:
 def _reason(row: ResultRow, item: NumberRow) -> str:
     """Return why a number does not exist, with the two sides of a comparison called as the report calls them.
 
-    A comparison sets its second group against its first (treatment less control); the values compared are runs.
+    A comparison sets its second group against its first (treatment less control); the values compared are runs
+    or days.
     """
-    reason, family = item.undefined_reason or "", json.loads(row.scope_json).get("family")
+    reason, scope = item.undefined_reason or "", json.loads(row.scope_json)
+    family = scope.get("family")
     if family is None:
         return reason
     between = family.startswith(pairing.BETWEEN.partition("{")[0])
     names = ("the level", "the level it is compared with") if between else ("the treatment", "the control")
     for group, name in zip(("group a", "group b"), names, strict=True):
-        reason = reason.replace(group, name)
-    return re.sub(r"\bvalue(s?)\b", r"run\1", reason)
+        reason = reason.replace(group, name).replace(f"group '{group[-1]}'", name)
+    return values_as(scope.get("unit", "run"), reason)
+
+
+def values_as(unit: str, text: str) -> str:
+    """Call values what they are: runs, or days."""
+    return re.sub(r"\bvalue(s?)\b", rf"{unit}\1", text)
 
 
 def _scope(row: ResultRow) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from reports.figures.apex_heights import APEX_HEIGHTS
 from reports.figures.day_order import DAY_ORDER
+from reports.figures.estimation_of_report import ESTIMATION_APEX, ESTIMATION_JOULES
 from reports.figures.flow import FLOW
 from reports.figures.joules_by_damping import JOULES_BY_DAMPING
 from reports.figures.kind import FigureKind
@@ -18,7 +19,9 @@ FIGURES: dict[str, FigureKind] = {
     for kind in (
         SAVINGS,
         JOULES_BY_DAMPING,
+        ESTIMATION_JOULES,
         APEX_HEIGHTS,
+        ESTIMATION_APEX,
         PREDICTIONS,
         FLOW,
         PASSIVE_DRAIN,

@@ -116,7 +116,7 @@ def caption(content: ReportContent) -> str:
         f"Share of the energy of a jump that {called.treatment} saves, ({called.control} − "
         f"{called.treatment_short}) / {called.control}, with its {level} by Fieller's method. Diamonds: all levels of "
         f"the {called.coefficient} pooled; circles: each level against the control of its group. Numbers at the "
-        "right, in the wide form: percent (interval), runs of the control and of the treatment."
+        f"right, in the wide form: percent (interval), {content.counted}s of the control and of the treatment."
     )
 
 

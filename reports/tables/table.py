@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
-from reports.display import DASH, as_shown, interval_text, p_text, value_text
-from reports.numbers import Number, Value
+from reports.display import DASH, as_shown, decimal_text, degrees_text, interval_text, level_text, p_text, value_text
+from reports.numbers import Number, Quantity, SignificanceTest, Value
 
 Raw = str | int | float | Undefined | None
 """One field of CSV: unrounded, in the stored unit."""
@@ -139,6 +139,11 @@ def interval_cell(number: Number | None, places: int | None = None) -> Cell:
     return Cell(interval_text(number, places, unit=False) or DASH, ends)
 
 
+def interval_title(numbers: Iterable[Number | None]) -> str:
+    """Head a column of intervals with their level: "95 % CI"."""
+    return next((level_text(number) for number in numbers if number is not None), "CI")
+
+
 def p_cell(p: Value) -> Cell:
     """Make a cell of a p-value."""
     if isinstance(p, Undefined):
@@ -151,8 +156,29 @@ def provenance_cell(identity: str) -> Cell:
     return Cell(identity or DASH, (identity,), provenance=bool(identity))
 
 
+def statistic_columns(title: str, field: str, degrees: int = 1) -> tuple[Column, Column]:
+    """Make the columns of a test: the statistic with its degrees of freedom (t has one, F two), and p."""
+    df = (f"{field}_df",) if degrees == 1 else tuple(f"{field}_df_{index + 1}" for index in range(degrees))
+    return Column(f"{title} (df)", (f"{field}_statistic", *df)), Column("p", (f"{field}_p",))
+
+
+def statistic_cells(test: SignificanceTest | None, degrees: int = 1) -> tuple[Cell, Cell]:
+    """Make the cells of these columns."""
+    if test is None:
+        return Cell(DASH, (None,) * (1 + degrees)), Cell(DASH, (None,))
+    df = (*test.df, *(None,) * degrees)[:degrees]
+    if isinstance(test.statistic, Undefined):
+        return Cell(DASH, (test.statistic, *df), note=test.statistic.reason), p_cell(test.p)
+    text = f"{decimal_text(test.statistic, 2)} ({degrees_text(test.df)})"
+    return Cell(text, (test.statistic, *df)), p_cell(test.p)
+
+
 PROVENANCE = Column("id", ("provenance",), numeric=False)
 """The column that says where a row's numbers came from."""
+
+
+STORED_UNITS = {Quantity.JOULES: "J", Quantity.APEX: "m"}
+"""The unit that a quantity is stored in."""
 
 
 def unit_slug(unit: str) -> str:

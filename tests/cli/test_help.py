@@ -66,7 +66,9 @@ def test_examples_name_options_that_exist(words: tuple[str, ...], command: Any) 
     assert set(re.findall(r"--[a-z-]+", example[1])) <= known
 
 
-@pytest.mark.parametrize("words", [(), ("runs",), ("jumps",), ("db",)], ids=lambda words: " ".join(words) or "labbook")
+@pytest.mark.parametrize(
+    "words", [(), ("runs",), ("jumps",), ("stats",), ("db",)], ids=lambda words: " ".join(words) or "labbook"
+)
 def test_a_group_without_a_command_shows_its_help(words: tuple[str, ...], tmp_path: Path) -> None:
     shown = labbook(*words, at=tmp_path)
     assert shown.code == 2

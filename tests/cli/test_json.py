@@ -24,6 +24,7 @@ IN_ORDER = {
     "runs inbox": ("runs inbox", set()),
     "assign": ("assign nameless.csv r007", {"file", "run", "stale"}),
     "check": ("check rail_angle", {"day", "kind", "passed"}),
+    "analysis": ("analysis", {"settings", "stated", "departures", "stated_utc", "stated_by"}),
     "today": ("today", {"day", "planned_not_done", "log_without_charge", "checks_not_made", "inbox"}),
     "note": ("note r001 'left rail squeaked'", {"run", "text"}),
     "show": ("show r001", {"run", "files", "signals", "charges", "notes", "history"}),
@@ -51,6 +52,12 @@ ELSEWHERE = {
     "sim figures": "tests/cli/test_sim_figures.py",
     "sim parts": "tests/cli/test_sim_parts.py",
     "sim published": "tests/cli/test_sim_published.py",
+    "stats compare": "tests/cli/test_stats.py",
+    "stats anova": "tests/cli/test_stats.py",
+    "stats savings": "tests/cli/test_stats.py",
+    "stats equivalence": "tests/cli/test_stats.py",
+    "stats blocked": "tests/cli/test_stats.py",
+    "stats power": "tests/cli/test_stats_power.py",
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import html
 import re
 import shutil
 from dataclasses import dataclass
@@ -82,7 +83,7 @@ def test_numbers_are_those_of_the_instruments_files(reported: Reported) -> None:
 
 
 def test_page_shows_the_claims_the_numbers_and_where_they_come_from(reported: Reported) -> None:
-    text = re.sub(r"<[^>]+>", "", reported.page).replace("\N{NO-BREAK SPACE}", " ")
+    text = html.unescape(re.sub(r"<[^>]+>", "", reported.page)).replace("\N{NO-BREAK SPACE}", " ")
     for claim in reported.said["claims"]:
         assert claim.replace("\N{NO-BREAK SPACE}", " ") in text
     for row in reported.table("joules_by_condition"):

@@ -136,8 +136,8 @@ def small_runs() -> tuple[DemoRun, ...]:
 
 
 def small_toml(*, two_people: bool = False, database_url: str | None = None) -> str:
-    """The `labbook.toml` of the small book; it names no scene, so that its reports need no simulator."""
-    text = book_toml(TRUTH, predicted=False).decode()
+    """The `labbook.toml` of the small book: no scene, so that its reports need no simulator, and no `[analysis]`."""
+    text = book_toml(TRUTH, predicted=False, decided=False).decode()
     if two_people:
         text = text.replace('"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Ben Ode" = "BO"')
     if database_url is not None:

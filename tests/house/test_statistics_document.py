@@ -12,8 +12,8 @@ import pytest
 
 PROJECT = Path(__file__).parents[2]
 DOCUMENT = PROJECT / "docs" / "statistics.md"
-OTHER_BUILD = 1.0
-"""Digits that linear algebra of another build may move of another program's number."""
+OTHER_PROCESSOR = 2.5
+"""Digits that linear algebra for another processor may move of another program's number: 1.9 of five kernels tried."""
 
 
 def digits_section() -> list[str]:
@@ -27,10 +27,10 @@ def cells(line: str) -> list[str]:
 
 
 def close(written: str, now: str) -> bool:
-    try:
-        return abs(float(written) - float(now)) <= OTHER_BUILD
-    except ValueError:
-        return written == now
+    if written == now:
+        return True
+    found = [0.0 if cell == "none" else float(cell) for cell in (written, now)]
+    return abs(found[0] - found[1]) <= OTHER_PROCESSOR
 
 
 @pytest.mark.skipif(importlib.util.find_spec("pingouin") is None, reason="comparing with pingouin needs it")

@@ -35,10 +35,13 @@ from reports.content import (
     Summary,
     Variant,
 )
+from reports.inference import ByDay, Equivalence, Side
 from reports.page import write_report
 from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
 from reports.run_log import LogGap, LogJump, RunLog
 from reports.sentences import difference_claim, savings_claim
+from stats.blocked import blocked_by_day
+from stats.equivalence import equivalence
 from tests.helpers.once import made_once
 
 FACTORS = (
@@ -138,13 +141,46 @@ def _comparison(maker, quantity, group, level, control, treated, family, headlin
             ci_low=float(differences[1].ci_high * scale), ci_high=float(differences[1].ci_low * scale),
             n=sum(sums), provenance=maker.id(f"savings, {label}", sum(sums)),
         )  # fmt: skip
+    beside = {
+        "sides": tuple(Side(float(np.mean(side)), float(np.std(side, ddof=1))) for side in (control, treated)),
+        "by_day": _by_day(maker, unit, label, control, treated),
+        "equivalence": None if unit == "J" else _equivalence(maker, label, control, treated),
+    }
+    if headline:
+        key = maker.id(f"adjusted p, {label}", 4)
+        beside["adjusted"] = Number(min(1.0, 4 * tests[1].p), "1", n=4, provenance=key)
     return Comparison(
         label=label, quantity=quantity, group=group, level=level, n_control=sums[0], n_treatment=sums[1],
         variance_test=SignificanceTest("F", float(f), (sums[0] - 1.0, sums[1] - 1.0), float(f_p)),
         test=tests[chosen], difference=differences[chosen], welch=tests[1], welch_difference=differences[1],
         savings=savings, brown_forsythe=SignificanceTest("Brown-Forsythe F", 1.1, (1.0, sum(sums) - 2.0), 0.3),
-        family=family, headline=headline,
+        family=family, headline=headline, **beside,
     )  # fmt: skip
+
+
+def _by_day(maker, unit, label, control, treated):
+    """Five days, each with runs of both sides."""
+    side = ["control"] * len(control) + ["treatment"] * len(treated)
+    found = blocked_by_day([*control, *treated], side, [place % 5 for place in range(len(side))], control="control")
+    (contrast,) = found.contrasts
+    low, high = contrast.interval
+    difference = Number(contrast.difference, unit, se=contrast.se, ci_low=low, ci_high=high, df=contrast.df, n=found.n,
+                        provenance=maker.id(f"difference by day, {label}", found.n))  # fmt: skip
+    test = SignificanceTest("by day", contrast.t, (contrast.df,), contrast.p)
+    sds = (Number(math.sqrt(variance), unit) for variance in (found.day_variance, found.residual_variance))
+    return ByDay(difference, test, found.n_days, *sds)
+
+
+def _equivalence(maker, label, control, treated):
+    found = equivalence(treated, control, -0.005, 0.005)
+    low, high = found.estimate_ci
+    estimate = Number(found.estimate, "m", ci_low=low, ci_high=high, ci_level=0.9, n=found.n_a + found.n_b,
+                      provenance=maker.id(f"equivalence, {label}", found.n_a + found.n_b))  # fmt: skip
+    tests = (
+        SignificanceTest("lower bound", found.welch.t_low, (found.welch.df_low,), found.welch.p_low),
+        SignificanceTest("upper bound", found.welch.t_high, (found.welch.df_high,), found.welch.p_high),
+    )
+    return Equivalence(estimate, -0.005, 0.005, *tests, found.p, found.equivalent)
 
 
 def _comparisons(maker, conditions):

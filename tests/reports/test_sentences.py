@@ -45,7 +45,8 @@ def test_a_saving_that_is_shown(content, headline):
         "Active damping saved 15.2 % of the energy of a jump with the small foot and k = 1091 N/m "
         "(95 % CI 8.1 to 21.9 %; n = 14 control and 50 treatment runs; Welch t("
     )
-    assert claim.provenance == (headline.savings.provenance, headline.difference.provenance)
+    beside = (headline.adjusted.provenance, headline.by_day.difference.provenance)
+    assert claim.provenance == (headline.savings.provenance, headline.difference.provenance, *beside)
 
 
 def test_the_headline_says_from_how_many_it_was_picked(content):
@@ -101,3 +102,49 @@ def test_a_difference_in_height(content):
     nothing = dataclasses.replace(shown, value=Undefined("one run only"))
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=nothing))
     assert "undefined: one run only" in claim.text
+
+
+def test_a_claim_has_holms_p_and_the_test_by_day_beside_welchs(content, headline):
+    text = plain(savings_claim(content, headline).text)
+    assert " by Holm over 4 tests; by day t(" in text
+    alone = dataclasses.replace(headline, adjusted=None, by_day=None)
+    assert "Holm" not in savings_claim(content, alone).text
+    assert "by day" not in savings_claim(content, alone).text
+
+
+def test_a_claim_that_was_not_planned_says_so(content, headline):
+    assert "Exploratory" not in savings_claim(content, headline).text
+    unplanned = dataclasses.replace(headline, exploratory="nothing was decided")
+    assert savings_claim(content, unplanned).text.endswith(" Exploratory.")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"shown": True}, "Equivalence within −5 to 5 mm was shown (90 % CI "),
+        ({"shown": False}, "Equivalence within −5 to 5 mm was not shown (90 % CI "),
+        ({"exploratory": "no bounds then"}, "; exploratory)."),
+        (
+            {"p": Undefined("one run only"), "shown": None},
+            "Equivalence within −5 to 5 mm could not be tested: one run only.",
+        ),
+    ],
+)
+def test_a_claim_on_heights_says_whether_they_are_equal_within_the_bounds(content, changes, said):
+    apex = next(c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX)
+    changed = dataclasses.replace(apex, equivalence=dataclasses.replace(apex.equivalence, **changes))
+    claim = difference_claim(content, changed)
+    assert said in plain(claim.text)
+    assert apex.equivalence.estimate.provenance in claim.provenance
+    untested = dataclasses.replace(apex, equivalence=None)
+    assert "quivalence" not in difference_claim(content, untested).text
+
+
+def test_bounds_in_percent_are_of_the_controls_mean(content):
+    apex = next(c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX)
+    estimate = dataclasses.replace(apex.equivalence.estimate, unit="%", value=0.4, ci_low=0.1, ci_high=0.7)
+    percent = dataclasses.replace(apex.equivalence, estimate=estimate, low=-3.0, high=3.0, shown=True)
+    claim = difference_claim(content, dataclasses.replace(apex, equivalence=percent))
+    assert "Equivalence within −3 to 3 % of the control's mean was shown (90 % CI 0.10 to 0.70 %; TOST, p" in plain(
+        claim.text
+    )

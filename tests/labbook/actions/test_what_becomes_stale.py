@@ -151,7 +151,8 @@ class Fresh:
 def test_a_log_taken_off_names_apexes_and_no_joules(book: Book) -> None:
     stale = stale_after(book, lambda desk: assign(desk, "r001.csv", "none", "wrong card"))
     assert stale["run_apexes"] == {"r001"}
-    assert stale.keys() == {"run_apexes", "condition_summary", "comparison", "jump_comparison"}
+    compared = {"comparison", "comparison_by_day", "family", "jump_comparison"}
+    assert stale.keys() == {"run_apexes", "condition_summary", *compared}
 
 
 def test_columns_of_a_run_that_a_result_hashes_are_known_to_the_statements(book: Book) -> None:

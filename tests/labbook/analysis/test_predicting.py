@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,6 +29,7 @@ from simulator.ill_conditioned import grown_rounding
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene, parse_scene, write_scene
+from stats.distributions import t_quantile
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book
 
@@ -138,6 +140,25 @@ def test_the_ratio_is_the_difference_over_both_expanded_uncertainties(reported: 
         expanded = math.hypot(end - value_of(item.measured), 2 * item.predicted.se)
         assert item.error_ratio == pytest.approx(difference / expanded)
         assert item.agrees is (abs(item.error_ratio) <= 1)
+
+
+def test_at_another_alpha_the_ratio_still_rests_on_95_percent(reported: Reported, tmp_path: Path) -> None:
+    shutil.copytree(reported.book.folder, tmp_path / "book")
+    book = SmallBook(tmp_path / "book", reported.book.instruments)
+    book.toml.write_text(f"{book.toml.read_text(encoding='utf-8')}\n[analysis]\nalpha = 0.01\n", encoding="utf-8")
+    with book.open() as standing:
+        items = state_report(standing, None, ADA, lambda _step: None).content.predictions.of(PredictedQuantity.SAVINGS)
+    assert len(items) == 4
+    for item in items:
+        difference = value_of(item.difference)
+        end = item.measured.ci_high if difference > 0 else item.measured.ci_low
+        assert item.measured.ci_level == 0.99
+        assert isinstance(end, float)
+        assert isinstance(item.measured.df, float)
+        assert isinstance(item.predicted.se, float)
+        narrower = t_quantile(0.95, item.measured.df) / t_quantile(0.99, item.measured.df)
+        expanded = math.hypot(narrower * (end - value_of(item.measured)), 2 * item.predicted.se)
+        assert item.error_ratio == pytest.approx(difference / expanded)
 
 
 def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported: Reported) -> None:

@@ -12,7 +12,7 @@ from labbook.config.template import template
 from labbook.demo.book_toml import book_toml
 from labbook.demo.truth import CHAPTER_5
 
-BARE = book_toml(CHAPTER_5, predicted=False).decode()
+BARE = book_toml(CHAPTER_5, predicted=False, decided=False).decode()
 
 
 def read(text: str) -> AnalysisSettings | None:

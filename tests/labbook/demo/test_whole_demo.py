@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from data_schema.vocabulary import RunKind
+from labbook.analysis.planned import planned_analysis
 from labbook.book.opening import Book, opened
+from labbook.config.model import Bounds
 from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
 from labbook.demo.running import Stopwatch, make_demo_book, run_demo
@@ -93,6 +95,11 @@ def test_the_demonstration_reports_and_remembers_its_correction(tmp_path: Path) 
     corrected = [entry for entry in journal if entry["action"] == "correct"]
     assert [entry["reason"] for entry in corrected] == [correction.why]
     assert corrected[0]["old"] != corrected[0]["new"]
+
+    with opened(Path(done.book)) as book, book.reading() as connection:
+        planned = planned_analysis(connection, book.configuration)
+    assert (planned.stated, planned.departures) == (True, ())
+    assert planned.settings.apex_bounds == Bounds(-3.0, 3.0, percent=True)
 
     tables = Path(done.page).parent / "tables"
     for name, column, expected in (

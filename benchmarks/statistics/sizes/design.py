@@ -1,0 +1,97 @@
+"""Designs that are simulated: groups of values, or conditions over days, without any effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+RUNS_A_DAY = 2
+Groups = Sequence[Floats]
+"""One array a group, shape (runs, n_i); over days (runs, days, values a day)."""
+
+DISTRIBUTIONS: Mapping[str, Callable[[np.random.Generator, tuple[int, ...]], Floats]] = {
+    "normal": lambda rng, shape: rng.standard_normal(shape),
+    "t5": lambda rng, shape: rng.standard_t(5.0, shape),
+    "t3": lambda rng, shape: rng.standard_t(3.0, shape),
+    "exponential": lambda rng, shape: rng.standard_exponential(shape) - 1.0,
+    "uniform": lambda rng, shape: rng.uniform(-1.0, 1.0, shape),
+}
+"""Scatter by name, each about a mean of 0."""
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """Groups of values without an effect; what is not given is that of equal scatter and no days."""
+
+    n: tuple[int, ...]
+    """Number of values of each group, over all days."""
+    sd_ratio: float = 1.0
+    """SD of the first group over that of the last; those between lie on equal ratios."""
+    days: int | None = None
+    """Days that each group was measured on."""
+    day_sd: float | None = None
+    """SD between days, in SDs of the values of the last group."""
+    layout: str = ""
+    """"shared" where all groups share their days, "own" where each has days of its own; of shared days "holes" where
+    two of five values are missing, "runs" where each group has two runs a day that differ with an SD of 1; empty
+    without days."""
+    distribution: str = "normal"
+
+    @property
+    def sds(self) -> tuple[float, ...]:
+        """SD of each group."""
+        last = max(len(self.n) - 1, 1)
+        return tuple(self.sd_ratio ** (1.0 - place / last) for place in range(len(self.n)))
+
+    @property
+    def times(self) -> int:
+        """Values of a group a day."""
+        return self.n[0] // (self.days or 1)
+
+    @property
+    def normal_and_alike(self) -> bool:
+        """Whether all values are normal with one SD."""
+        return self.distribution == "normal" and self.sd_ratio == 1.0
+
+
+def draw(design: Design, runs: int, rng: np.random.Generator) -> list[Floats]:
+    """Return `runs` studies of a design: one array a group."""
+    scatter = DISTRIBUTIONS[design.distribution]
+    if design.days is None:
+        return [sd * scatter(rng, (runs, n)) for n, sd in zip(design.n, design.sds, strict=True)]
+    of_day = (runs, design.days, 1)
+    together = rng.standard_normal(of_day)
+    found = []
+    for sd in design.sds:
+        level = rng.standard_normal(of_day) if design.layout == "own" else together
+        values = sd * scatter(rng, (runs, design.days, design.times)) + (design.day_sd or 0.0) * level
+        if design.layout == "runs":
+            of_runs = rng.standard_normal((runs, design.days, RUNS_A_DAY))
+            values += np.repeat(of_runs, design.times // RUNS_A_DAY, axis=2)
+        found.append(values)
+    return found
+
+
+EVERY_N = (3, 5, 10, 25)
+UNEQUAL_N = ((5, 20), (10, 40), (3, 10))
+RATIOS = (1.0, 1.5, 2.0, 3.0)
+
+
+def equal_groups(groups: int, ratios: Sequence[float] = RATIOS) -> tuple[Design, ...]:
+    """Return designs of groups of one size."""
+    return tuple(Design((n,) * groups, ratio) for n in EVERY_N for ratio in ratios)
+
+
+def several(groups: int) -> tuple[Design, ...]:
+    """Return designs of three groups or more: of one size, and of sizes that double."""
+    uneven = tuple(5 * 2**place for place in range(groups))
+    return *equal_groups(groups), *(Design(uneven, ratio) for ratio in (0.5, 1.0, 2.0, 3.0))
+
+
+def pairs() -> tuple[Design, ...]:
+    """Return designs of two groups; where sizes differ the smaller group scatters less, as much or more."""
+    return *equal_groups(2), *(Design(n, ratio) for n in UNEQUAL_N for ratio in (0.5, *RATIOS))

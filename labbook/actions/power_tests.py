@@ -1,0 +1,132 @@
+"""The tests that a study is planned for, one function each: what they compare, at which level, with how many values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+from data_schema.vocabulary import Undefined
+from labbook.analysis.run_spread import Spread
+from labbook.config.model import AnalysisSettings, Family, UnitOfAnalysis
+from stats.power import Power, power_anova, power_equivalence, power_t, power_welch
+
+
+@dataclass(frozen=True, slots=True)
+class Assumed:
+    """A standard deviation and a control mean, in J or m; `spread` is what the former was estimated from, if it was.
+
+    `why_no_mean` says what to do where there is no mean.
+    """
+
+    sd: float
+    mean: float | None
+    spread: Spread | None = None
+    why_no_mean: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Design:
+    """What is compared: in each of so many groups, so many treated levels of the swept factor with one control."""
+
+    settings: AnalysisSettings
+    swept: str
+    treated: int
+    groups: int
+
+    @property
+    def comparisons(self) -> int:
+        """How many comparisons the family has."""
+        return self.groups * (1 if self.settings.family is Family.POOLED else self.treated)
+
+    def sizes(self, n: int) -> tuple[int, int]:
+        """Return how many values of the control and of the treatment a comparison has, with n of each condition.
+
+        Pooled runs are all of them values; a day's runs of all treated levels make one mean.
+        """
+        pooled_runs = self.settings.family is Family.POOLED and self.settings.unit_of_analysis is UnitOfAnalysis.RUN
+        return n, n * self.treated if pooled_runs else n
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedTest:
+    """A test at a level; `plan` goes from a standard deviation and the n of each condition to the power.
+
+    `note` says what the name leaves open.
+    """
+
+    name: str
+    alpha: float
+    assumed: Assumed | Undefined
+    plan: Callable[[float, int], Power]
+    note: str = ""
+
+
+MakeTest: TypeAlias = Callable[[Design, float, Assumed, Assumed | Undefined], PlannedTest | None]
+"""Makes a test of a design for a difference of the primary outcome; None where the design has no such test."""
+
+
+def _student(design: Design, difference: float, primary: Assumed, _apex: Assumed | Undefined) -> PlannedTest | None:
+    alpha = design.settings.alpha
+    return PlannedTest("Student's t", alpha, primary, lambda sd, n: power_t(difference, sd, *design.sizes(n), alpha))
+
+
+def _welch(design: Design, difference: float, primary: Assumed, _apex: Assumed | Undefined) -> PlannedTest | None:
+    return _welch_at(design, "Welch's t", design.settings.alpha, difference, primary)
+
+
+def _welch_of_family(
+    design: Design, difference: float, primary: Assumed, _apex: Assumed | Undefined
+) -> PlannedTest | None:
+    """Holm's procedure rejects at this level whatever the other comparisons give."""
+    if design.comparisons == 1:
+        return None
+    alpha = design.settings.alpha / design.comparisons
+    test = _welch_at(design, f"Welch's t, Holm over {design.comparisons}", alpha, difference, primary)
+    return replace(test, note="rejects at this alpha whatever the other comparisons of the family give")
+
+
+def _welch_at(design: Design, name: str, alpha: float, difference: float, primary: Assumed) -> PlannedTest:
+    return PlannedTest(name, alpha, primary, lambda sd, n: power_welch(difference, sd, sd, *design.sizes(n), alpha))
+
+
+def _anova(design: Design, difference: float, primary: Assumed, _apex: Assumed | Undefined) -> PlannedTest | None:
+    """Two levels apart by the difference and the others half way: of all such means those hardest to find."""
+    if design.treated < 2:
+        return None
+    means = (-difference / 2.0, difference / 2.0, *[0.0] * (design.treated - 2))
+    alpha = design.settings.alpha
+    return PlannedTest(
+        f"ANOVA over {design.treated} levels",
+        alpha,
+        primary,
+        lambda sd, n: power_anova(means, sd, n, alpha),
+        "two treated levels are that far apart and the others half way, the hardest case to find",
+    )
+
+
+def _equivalence(
+    design: Design, _difference: float, _primary: Assumed, apex: Assumed | Undefined
+) -> PlannedTest | None:
+    """Apex heights that do not differ at all, against the bounds."""
+    bounds, alpha = design.settings.apex_bounds, design.settings.alpha
+    if bounds is None:
+        return None
+    name = "no loss of apex height (TOST)"
+    low, high = bounds.low, bounds.high
+    if bounds.percent and not isinstance(apex, Undefined):
+        if apex.mean is None:
+            apex = Undefined(f"the bounds are in percent and {apex.why_no_mean}")
+        else:
+            low, high = (end / 100.0 * apex.mean for end in (low, high))
+    return PlannedTest(
+        name,
+        alpha,
+        apex,
+        lambda sd, n: power_equivalence(0.0, sd, low, high, *design.sizes(n), alpha),
+        "apexes do not differ at all",
+    )
+
+
+TESTS: tuple[MakeTest, ...] = (_student, _welch, _welch_of_family, _anova, _equivalence)
+"""In the order in which they are shown."""

@@ -1,0 +1,90 @@
+"""What `labbook stats anova` does: all groups together, all pairs, and each against the control."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import cast
+
+from data_schema.vocabulary import Undefined
+from labbook.actions.stats_compare import compared, holm_of
+from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_pictures import Pictures
+from labbook.actions.stats_told import Told, alpha_of
+from labbook.presenting.stats_fields import field_lines
+from labbook.presenting.stats_figures import estimation_of, number_of
+from stats.anova import one_way_anova
+from stats.checks import Missing
+from stats.dunnett import AgainstControl, dunnett
+from stats.results import as_dict
+from stats.tukey import compare_all_pairs
+from stats.variances import bartlett, brown_forsythe, levene
+from stats.welch_anova import welch_anova
+
+SHARED_NOTE = "The error of the passive drain, which groups share in part, is left out of this."
+
+
+def analyse(
+    given: Given, alpha: float | None, level: float | None, pictures: Pictures, step: Callable[[str], None]
+) -> Told:
+    """Analyse the variance of all groups; intervals of pairs and against the control are simultaneous."""
+    pictures.check()
+    observed = observe(given, step)
+    others = observed.others()
+    alpha = alpha_of(alpha, level, observed)
+    level, missing = 1.0 - alpha, cast(Missing, given.missing)
+    groups, control, unit = observed.groups(), observed.name(observed.control), observed.unit
+
+    classic = one_way_anova(groups, level=level, missing=missing)
+    welch = welch_anova(groups, missing=missing)
+    variances = [test(groups, missing=missing) for test in (brown_forsythe, levene, bartlett)]
+    tukey, games_howell = (
+        compare_all_pairs(groups, variances=kind, level=level, missing=missing) for kind in ("equal", "unequal")
+    )
+    treatments = {name: values for name, values in groups.items() if name != control}
+    against = dunnett(groups[control], treatments, control_name=control, level=level, missing=missing)
+    tests = {observed.name(label): compared(observed, label, "welch", alpha, given.missing) for label in others}
+    family = holm_of(tests, observed, alpha)
+
+    told = Told()
+    told.lines += [
+        classic.sentence(observed.by),
+        welch.sentence(observed.by),
+        *(test.sentence() for test in variances),
+        tukey.sentence(unit),
+        games_howell.sentence(unit),
+        against.sentence(unit),
+        family.sentence(),
+    ]
+    told.say("one-way ANOVA", field_lines(classic))
+    told.say("Welch ANOVA", field_lines(welch))
+    told.show("equal variances", variances, left_out=("ratio_ci", "level"))
+    told.show(f"all pairs by {tukey.method}", tukey.pairs)
+    told.show(f"all pairs by {games_howell.method}", games_howell.pairs)
+    told.show(f"Dunnett against {control}", against.comparisons)
+    told.say("Holm", field_lines(family))
+    told.data |= {
+        "one_way": as_dict(classic),
+        "welch": as_dict(welch),
+        "variances": [as_dict(test) for test in variances],
+        "tukey": as_dict(tukey),
+        "games_howell": as_dict(games_howell),
+        "dunnett": as_dict(against),
+        "holm": as_dict(family),
+    }
+    if any(row.shared.se > 0.0 for row in observed.rows):
+        told.lines += ["", f"note: {SHARED_NOTE} Holm's family has it."]
+    found = dict(zip(others, against.comparisons, strict=True))
+    pictures.write(
+        observed,
+        lambda: estimation_of(
+            observed, {label: number_of(one.difference, _ends(one), level, unit) for label, one in found.items()}
+        ),
+        level,
+    )
+    return told.about(observed, pictures)
+
+
+def _ends(one: AgainstControl) -> tuple[float, float] | Undefined:
+    if isinstance(one.ci_low, Undefined):
+        return one.ci_low
+    return one.ci_high if isinstance(one.ci_high, Undefined) else (one.ci_low, one.ci_high)

@@ -1,0 +1,81 @@
+"""What `labbook stats blocked` does: groups over several days, with the day as a random effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from data_schema.errors import UsageError
+from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_pictures import Pictures
+from labbook.actions.stats_told import Told, alpha_of
+from labbook.analysis.observations import Observations
+from labbook.analysis.with_shared import days_with_shared
+from labbook.presenting.stats_fields import field_lines
+from labbook.presenting.stats_figures import estimation_of, in_groups, number_of
+from stats.blocked import blocked_by_day
+from stats.blocked_result import BlockedByDay, Contrast, ExactTest
+from stats.results import as_dict
+
+
+def block(
+    given: Given,
+    alpha: float | None,
+    level: float | None,
+    pooled: bool,
+    pictures: Pictures,
+    step: Callable[[str], None],
+) -> Told:
+    """Compare every group, or all but the control together, with the control, within days where these are shared."""
+    pictures.check()
+    if given.file is not None and given.day is None:
+        raise UsageError("comparing over days needs the table's column of days: add --day COLUMN.")
+    observed = observe(given, step)
+    if pooled:
+        observed = observed.pooled()
+    observed.others()
+    level = 1.0 - alpha_of(alpha, level, observed)
+    found = _compared(observed, level, with_runs=given.run is not None)
+    told = Told()
+    told.lines.append(found.sentence(observed.unit))
+    told.say("y ~ group + (1 | day)" + (" + (1 | day:run)" if given.run else ""), field_lines(found))
+    told.show("means of an average day", found.conditions)
+    told.show("differences from the control", found.contrasts)
+    if isinstance(found.exact, ExactTest):
+        told.say("exact test", field_lines(found.exact))
+        told.show("its differences from the control", found.exact.contrasts)
+    told.data["blocked"] = as_dict(found)
+    names = {observed.name(label): label for label in observed.labels}
+    pictures.write(
+        observed,
+        lambda: estimation_of(
+            observed,
+            {
+                names[one.condition]: number_of(one.difference, one.interval, level, observed.unit)
+                for one in _shown(found)
+            },
+        ),
+        level,
+        by_day=True,
+    )
+    return told.about(observed, pictures)
+
+
+def _compared(observed: Observations, level: float, *, with_runs: bool) -> BlockedByDay:
+    rows = in_groups(observed).rows
+    values: list[Any] = [row.value for row in rows]
+    found = blocked_by_day(
+        values,
+        [observed.name(row.label) for row in rows],
+        [row.day for row in rows],
+        [row.run for row in rows] if with_runs else None,
+        control=observed.name(observed.control),
+        level=level,
+    )
+    return days_with_shared(found, {observed.name(label): observed.shared(label) for label in observed.labels})
+
+
+def _shown(found: BlockedByDay) -> tuple[Contrast, ...]:
+    """Return the differences that the sentence states: of the exact test where the design is balanced."""
+    exact = found.exact
+    return exact.contrasts if isinstance(exact, ExactTest) and exact.balanced else found.contrasts

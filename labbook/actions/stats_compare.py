@@ -1,0 +1,82 @@
+"""What `labbook stats compare` does: each group, or all together, against the control by F-test and t-tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import cast
+
+from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_pictures import Pictures
+from labbook.actions.stats_told import Told, alpha_of
+from labbook.analysis.observations import Observations
+from labbook.analysis.with_shared import two_with_shared
+from labbook.presenting.stats_fields import field_lines
+from labbook.presenting.stats_figures import estimation_of, number_of
+from stats.checks import Missing
+from stats.multiple import HolmFamily, holm
+from stats.results import as_dict
+from stats.two_sample import Route, TwoSample, compare_two
+
+
+@dataclass(frozen=True, slots=True)
+class CompareRequest:
+    """How to compare: the t-test's route, alpha or the intervals' level, and whether all other groups are one."""
+
+    route: str = "f_then_t"
+    alpha: float | None = None
+    level: float | None = None
+    pooled: bool = False
+
+
+def compare(given: Given, request: CompareRequest, pictures: Pictures, step: Callable[[str], None]) -> Told:
+    """Compare every group with the control; several comparisons are a family, adjusted by Holm's method."""
+    pictures.check()
+    observed = observe(given, step)
+    if request.pooled:
+        observed = observed.pooled()
+    alpha = alpha_of(request.alpha, request.level, observed)
+    found = {label: compared(observed, label, request.route, alpha, given.missing) for label in observed.others()}
+    told = Told()
+    names = {label: (observed.name(label), observed.name(observed.control)) for label in found}
+    told.lines += [result.sentence(*names[label], observed.unit) for label, result in found.items()]
+    told.data["comparisons"] = [
+        {"a": names[label][0], "b": names[label][1], **as_dict(result)} for label, result in found.items()
+    ]
+    if len(found) > 1:
+        family = holm_of({names[label][0]: result for label, result in found.items()}, observed, alpha)
+        told.lines.append(family.sentence())
+        told.data["holm"] = as_dict(family)
+    for label, result in found.items():
+        a, b = names[label]
+        told.say(f"{a} (a) minus {b} (b)", field_lines(result))
+    level = 1.0 - alpha
+    differences = {
+        label: number_of(result.difference, result.difference_ci, level, observed.unit)
+        for label, result in found.items()
+    }
+    pictures.write(observed, lambda: estimation_of(observed, differences), level)
+    return told.about(observed, pictures)
+
+
+def compared(observed: Observations, label: str, route: str, alpha: float, missing: str) -> TwoSample:
+    """Compare one group with the control, with what is left of an error that they share."""
+    test = compare_two(
+        observed.values(label),
+        observed.values(observed.control),
+        route=cast(Route, route),
+        alpha=alpha,
+        missing=cast(Missing, missing),
+    )
+    return two_with_shared(test, observed.shared(label).minus(observed.shared(observed.control)))
+
+
+def holm_of(found: dict[str, TwoSample], observed: Observations, alpha: float) -> HolmFamily:
+    """Adjust the p-values of Welch's tests, which hold their level."""
+    control = observed.name(observed.control)
+    return holm(
+        {name: result.welch_p for name, result in found.items()},
+        f"Welch against {control}",
+        log10_p={name: result.welch_log10_p for name, result in found.items()},
+        alpha=alpha,
+    )

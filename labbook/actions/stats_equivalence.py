@@ -1,0 +1,94 @@
+"""What `labbook stats equivalence` does: whether groups differ from the control by less than what matters."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import cast
+
+from data_schema.errors import UsageError
+from labbook.actions.stats_anova import SHARED_NOTE
+from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_pictures import Pictures
+from labbook.actions.stats_told import Told, alpha_of
+from labbook.analysis.conditions import NUMBER_OF
+from labbook.analysis.observations import Observations
+from labbook.config.model import Bounds
+from labbook.presenting.stats_fields import field_lines
+from labbook.presenting.stats_figures import estimation_of, number_of
+from reports.numbers import Quantity
+from stats.checks import Missing
+from stats.equivalence import EquivalenceRoute, equivalence
+from stats.results import as_dict
+
+
+@dataclass(frozen=True, slots=True)
+class EquivalenceRequest:
+    """The bounds, one or both, in the values' unit or in percent of the control's mean, and how to test."""
+
+    low: float | None = None
+    high: float | None = None
+    percent: bool = False
+    route: str = "welch"
+    alpha: float | None = None
+    pooled: bool = False
+
+
+def equal(given: Given, request: EquivalenceRequest, pictures: Pictures, step: Callable[[str], None]) -> Told:
+    """Test every group, or all but the control together, against the bounds."""
+    pictures.check()
+    observed = observe(given, step)
+    if request.pooled:
+        observed = observed.pooled()
+    low, high, percent = _bounds(request, observed)
+    alpha = alpha_of(request.alpha, None, observed)
+    found = {
+        label: equivalence(
+            observed.values(label),
+            observed.values(observed.control),
+            low,
+            high,
+            bounds="percent" if percent else "raw",
+            route=cast(EquivalenceRoute, request.route),
+            alpha=alpha,
+            missing=cast(Missing, given.missing),
+        )
+        for label in observed.others()
+    }
+    control, told = observed.name(observed.control), Told()
+    told.lines += [result.sentence(observed.name(label), control, observed.unit) for label, result in found.items()]
+    for label, result in found.items():
+        told.say(f"{observed.name(label)} (a) minus {control} (b)", field_lines(result))
+        for test in (result.welch, result.student):
+            told.say(f"both one-sided tests, {test.test}", field_lines(test))
+    told.data["equivalence"] = [
+        {"a": observed.name(label), "b": control, **as_dict(result)} for label, result in found.items()
+    ]
+    if any(row.shared.se > 0.0 for row in observed.rows):
+        told.lines += ["", f"note: {SHARED_NOTE}"]
+    unit, level = "%" if percent else observed.unit, 1.0 - 2.0 * alpha
+    pictures.write(
+        observed,
+        lambda: estimation_of(
+            observed,
+            {label: number_of(result.estimate, result.estimate_ci, level, unit) for label, result in found.items()},
+            [bound for bound in (low, high) if bound is not None],
+        ),
+        1.0 - alpha,
+    )
+    return told.about(observed, pictures)
+
+
+def _bounds(request: EquivalenceRequest, observed: Observations) -> tuple[float | None, float | None, bool]:
+    """Return the bounds given or, for the book's apex heights, those of its [analysis]."""
+    if request.low is not None or request.high is not None:
+        return request.low, request.high, request.percent
+    planned: Bounds | None = None
+    if observed.settings is not None and observed.unit == NUMBER_OF[Quantity.APEX][1]:
+        planned = observed.settings.apex_bounds
+    if planned is None:
+        raise UsageError(
+            "there are no bounds: add --low and --high, or one of them for non-inferiority, in the values' unit or, "
+            "with --percent, in percent of the control's mean."
+        )
+    return planned.low, planned.high, planned.percent

@@ -1,0 +1,59 @@
+"""What `labbook stats savings` does: the share of the control's mean that each other group saves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import cast
+
+from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_pictures import Pictures
+from labbook.actions.stats_told import Told, alpha_of
+from labbook.presenting.stats_fields import field_lines
+from labbook.presenting.stats_figures import estimation_of, number_of
+from stats.checks import Missing
+from stats.results import as_dict
+from stats.savings import percent_savings
+
+
+def save(
+    given: Given,
+    alpha: float | None,
+    level: float | None,
+    pooled: bool,
+    pictures: Pictures,
+    step: Callable[[str], None],
+) -> Told:
+    """Return the savings of every group, or of all but the control together."""
+    pictures.check()
+    observed = observe(given, step)
+    if pooled:
+        observed = observed.pooled()
+    level = 1.0 - alpha_of(alpha, level, observed)
+    found = {
+        label: percent_savings(
+            observed.values(observed.control),
+            observed.values(label),
+            shared_in_control=observed.shared(observed.control),
+            shared_in_treated=observed.shared(label),
+            level=level,
+            missing=cast(Missing, given.missing),
+        )
+        for label in observed.others()
+    }
+    control, told = observed.name(observed.control), Told()
+    told.lines += [result.sentence(control, observed.name(label)) for label, result in found.items()]
+    for label, result in found.items():
+        told.say(f"savings of {observed.name(label)} against {control}", field_lines(result))
+    told.data["savings"] = [
+        {"treated": observed.name(label), "control": control, **as_dict(result)} for label, result in found.items()
+    ]
+    pictures.write(
+        observed,
+        lambda: estimation_of(
+            observed,
+            {label: number_of(result.percent, result.percent_ci, level, "%") for label, result in found.items()},
+            difference=f"Savings against {control}",
+        ),
+        level,
+    )
+    return told.about(observed, pictures)

@@ -1,0 +1,114 @@
+"""A table in long format, one value a row, as text with a header: its columns by name, its numbers as they are written.
+
+Numbers stay decimals: 0.1 is a tenth, and an offset of 1e12 costs no digit.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+
+from data_schema.errors import InputRefused, UsageError, unknown_name
+from ingest.cells import COMMA_NUMBER, NUMBER, CellFault, is_missing, parse_cell
+
+DELIMITERS = (",", ";", "\t", "|")
+_THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+")
+_EXAMPLE = "a header such as controller,energy_J and one value a row"
+
+
+@dataclass(frozen=True, slots=True)
+class LongTable:
+    """Cells by column, stripped, one a row; `lines` are the rows' lines in the file, from 1."""
+
+    file: str
+    columns: Mapping[str, tuple[str, ...]]
+    lines: tuple[int, ...]
+
+    def cells(self, name: str, option: str) -> tuple[str, ...]:
+        """Return a column; raises `UnknownName` with the nearest name that there is."""
+        if name not in self.columns:
+            raise unknown_name(f"column of {self.file} (for {option})", name, self.columns)
+        return self.columns[name]
+
+
+def read_table(text: str, file: str) -> LongTable:
+    """Read delimited text; raises `InputRefused` for rows of different width, names that repeat, or no rows."""
+    read = [_rows(text, delimiter) for delimiter in DELIMITERS]
+    even = [rows for rows in read if rows and len(rows[0][1]) > 1 and len({len(cells) for _line, cells in rows}) == 1]
+    if not even:
+        raise InputRefused(_why_uneven(max(read, key=lambda rows: len(rows[0][1]) if rows else 0), file))
+    (_line, header), *rows = max(even, key=lambda rows: len(rows[0][1]))
+    repeated = sorted({name for name in header if header.count(name) > 1})
+    if repeated:
+        raise InputRefused(f"{file} has several columns named {repeated[0]!r}: give each a name of its own.")
+    if not rows:
+        raise InputRefused(f"{file} has a header and no rows: give {_EXAMPLE}.")
+    columns = {name: tuple(cells[place] for _number, cells in rows) for place, name in enumerate(header)}
+    return LongTable(file, columns, tuple(number for number, _cells in rows))
+
+
+def _rows(text: str, delimiter: str) -> list[tuple[int, list[str]]]:
+    reader = csv.reader(text.splitlines(keepends=True), delimiter=delimiter, skipinitialspace=True)
+    return [
+        (reader.line_num, [cell.strip() for cell in cells]) for cells in reader if any(cell.strip() for cell in cells)
+    ]
+
+
+def _why_uneven(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> str:
+    if not rows or len(rows[0][1]) < 2:
+        return f"{file} is no table of several columns: give {_EXAMPLE}."
+    width = len(rows[0][1])
+    line, cells = next((line, cells) for line, cells in rows if len(cells) != width)
+    return (
+        f"line {line} of {file} has {len(cells)} cells and the header {width}: give every row as many cells as names."
+    )
+
+
+def decimal_sign(cells: Sequence[str], name: str, declared: str | None) -> str:
+    """Return the sign that the numbers of a column have; raises `UsageError` where it could be thousands."""
+    if declared is not None:
+        if declared not in (".", ","):
+            raise UsageError(f"--decimal {declared!r} is no decimal sign: give . or ,")
+        return declared
+    with_comma = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell.encode())]
+    if not with_comma:
+        return "."
+    if all(_THOUSANDS.fullmatch(cell) for cell in with_comma):
+        raise UsageError(
+            f"{with_comma[0]!r} in column {name!r} could be a decimal or thousands: add --decimal , or --decimal ."
+        )
+    return ","
+
+
+def numbers_of(table: LongTable, name: str, option: str, declared: str | None = None) -> list[Decimal | None]:
+    """Return a column's numbers, None where a cell is empty or says that a value is missing.
+
+    Raises `InputRefused`, with the line, for a cell that is neither, or is infinite.
+    """
+    cells = table.cells(name, option)
+    sign = decimal_sign(cells, name, declared)
+    found: list[Decimal | None] = []
+    for cell, line in zip(cells, table.lines, strict=True):
+        encoded = cell.encode("ascii", errors="replace")
+        if is_missing(encoded.lower()):
+            found.append(None)
+            continue
+        parsed = parse_cell(encoded, sign.encode())
+        if isinstance(parsed, CellFault):
+            raise InputRefused(
+                f"{cell!r} in column {name!r}, line {line} of {table.file}, is no number that can be used: write it as "
+                f"12.5, or leave it empty where it is missing."
+            )
+        found.append(Decimal(cell.replace(",", ".")))
+    return found
+
+
+def column_for_where(cells: Sequence[str]) -> list[str | Decimal | None]:
+    """Return a column as `--where` compares it: numbers where all that is filled in are numbers."""
+    filled = [cell for cell in cells if cell]
+    if filled and all(NUMBER.fullmatch(cell.encode()) for cell in filled):
+        return [Decimal(cell) if cell else None for cell in cells]
+    return [cell or None for cell in cells]

@@ -1,0 +1,74 @@
+"""What every command of `labbook stats` answers: sentences first, then tables of fields; the same whole as data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from decimal import Decimal
+from typing import Any
+
+from data_schema.errors import UsageError
+from labbook.actions.stats_pictures import Pictures
+from labbook.analysis.observations import Observations
+from labbook.presenting.stats_fields import reasons_of, table_of
+from stats.checks import as_level
+
+ALPHA = 0.05
+
+
+Rows = list[list[str]]
+"""A table as texts, its heads first."""
+
+
+@dataclass
+class Told:
+    """Lines and tables for people and data for programs, filled as results come."""
+
+    data: dict[str, Any] = field(default_factory=dict)
+    lines: list[str | Rows] = field(default_factory=list)
+
+    def say(self, title: str, lines: Iterable[str]) -> None:
+        """Add a paragraph under a title."""
+        self.lines += ["", f"{title}:", *lines]
+
+    def show(self, title: str, results: Sequence[Any], left_out: Sequence[str] = ()) -> None:
+        """Add results of one class as a table under a title, and why fields of theirs are undefined."""
+        if results:
+            self.lines += ["", f"{title}:", table_of(results, left_out), *reasons_of(results, left_out)]
+
+    def about(self, observed: Observations, pictures: Pictures) -> Told:
+        """Add where the values come from and what was written."""
+        known = observed.known()
+        self.data = {
+            "source": observed.source,
+            "quantity": observed.quantity,
+            "unit": observed.unit,
+            "by": observed.by,
+            "control": observed.name(observed.control),
+            "groups": {observed.name(label): len(known.values(label)) for label in observed.labels},
+            "notes": list(observed.notes),
+            **self.data,
+            "files": {name: str(path) for name, path in pictures.files.items()},
+        }
+        if observed.notes:
+            self.lines += ["", *(f"note: {note}" for note in observed.notes)]
+        self.lines += [str(path) for path in pictures.files.values()]
+        return self
+
+
+def alpha_of(alpha: float | None, level: float | None, observed: Observations | None = None) -> float:
+    """Return the level of tests: given as alpha, as the level of intervals, by the book, or 0.05.
+
+    Raises `UsageError` where both are given and differ.
+    """
+    if level is not None:
+        of_level = float(1 - Decimal(str(as_level("--level", level))))
+        if alpha is not None and alpha != of_level:
+            raise UsageError(
+                f"--alpha {alpha:g} and --level {level:g} differ: an interval has level 1 - alpha, give one."
+            )
+        return of_level
+    if alpha is not None:
+        return as_level("--alpha", alpha)
+    settings = observed.settings if observed else None
+    return ALPHA if settings is None else settings.alpha

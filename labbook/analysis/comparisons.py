@@ -1,0 +1,91 @@
+"""Every comparison of a study: by the thesis's route, and what stands beside it (by day, Holm, equivalence)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from data_schema.queries.results import ResultRow
+from labbook.analysis import pairing
+from labbook.analysis.comparing import Pair, compare
+from labbook.analysis.comparing_by_day import compare_by_day
+from labbook.analysis.conditions import ConditionValues
+from labbook.analysis.day_means import pairs_in_units, unit_scope
+from labbook.analysis.equivalent_heights import within_bounds
+from labbook.analysis.family import adjust
+from labbook.analysis.planned import FAMILY_OF
+from labbook.analysis.workbench import Workbench
+from labbook.config.model import AnalysisSettings
+from reports.numbers import Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A pair with its runs, the quantity compared, the stored comparison, and the results beside it.
+
+    `by_day` and `equivalent` are there for comparisons with the control, the second for heights where bounds were
+    stated; `adjusted` holds the p-values of the whole family that the pair belongs to.
+    """
+
+    pair: Pair
+    quantity: Quantity
+    result: ResultRow
+    by_day: ResultRow | None = None
+    adjusted: ResultRow | None = None
+    equivalent: ResultRow | None = None
+
+
+def compare_all(
+    bench: Workbench,
+    joules: Sequence[ConditionValues],
+    heights: Sequence[ConditionValues],
+    swept: str,
+    settings: AnalysisSettings,
+    scope: Mapping[str, Any],
+) -> list[Compared]:
+    """Ensure every comparison of the study, those of joules first."""
+    further = [*pairing.pairs_across(joules, swept), *pairing.pairs_between(joules, swept)]
+    return [
+        *_with_control(bench, joules, Quantity.JOULES, swept, settings, scope),
+        *_tested(bench, further, Quantity.JOULES, settings, scope),
+        *_with_control(bench, heights, Quantity.APEX, swept, settings, scope),
+    ]
+
+
+def _with_control(
+    bench: Workbench,
+    conditions: Sequence[ConditionValues],
+    quantity: Quantity,
+    swept: str,
+    settings: AnalysisSettings,
+    scope: Mapping[str, Any],
+) -> list[Compared]:
+    """Compare treatments with controls, by day too, and adjust the p of the family that was decided on.
+
+    A family of one test is left as it is.
+    """
+    pairs = [*pairing.pairs_each(conditions, swept), *pairing.pairs_pooled(conditions, swept)]
+    found = _tested(bench, pairs, quantity, settings, scope)
+    by_day = compare_by_day(bench, pairs, quantity, scope, settings.alpha)
+    family, of_unit = FAMILY_OF[settings.family], unit_scope(scope, settings.unit_of_analysis)
+    members = [(item.pair, item.result) for item in found if item.pair.family == family]
+    adjusted = adjust(bench, members, family, quantity, of_unit) if len(members) > 1 else None
+    return [
+        replace(item, by_day=row, adjusted=adjusted if item.pair.family == family else None)
+        for item, row in zip(found, by_day, strict=True)
+    ]
+
+
+def _tested(
+    bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, settings: AnalysisSettings, scope: Mapping[str, Any]
+) -> list[Compared]:
+    """Test pairs on units of analysis; heights for equality too, where bounds were stated."""
+    unit = settings.unit_of_analysis
+    units, of_unit = pairs_in_units(bench, pairs, quantity, unit, scope), unit_scope(scope, unit)
+    rows = compare(bench, units, quantity, of_unit, settings.alpha)
+    found = [Compared(pair, quantity, row) for pair, row in zip(pairs, rows, strict=True)]
+    if quantity is not Quantity.APEX or settings.apex_bounds is None:
+        return found
+    tests = within_bounds(bench, units, settings.apex_bounds, settings.alpha, of_unit)
+    return [replace(item, equivalent=row) for item, row in zip(found, tests, strict=True)]

@@ -1,0 +1,65 @@
+"""Holm's p-values over the family of comparisons that was decided on: how likely any false alarm among them is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from data_schema.queries.results import ResultRow
+from data_schema.vocabulary import Undefined
+from labbook.analysis.comparing import Pair
+from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, number, rests_on_result
+from reports.numbers import Quantity
+from stats.multiple import holm
+from stats.tails import t_two_sided
+
+ALGORITHM = Algorithm("family", 1, ("labbook.analysis.family", "stats.multiple", "stats.tails"))
+
+
+def adjust(
+    bench: Workbench,
+    tested: Sequence[tuple[Pair, ResultRow]],
+    family: str,
+    quantity: Quantity,
+    scope: Mapping[str, Any],
+) -> ResultRow:
+    """Ensure the adjusted p of the Welch tests of a family: one number a pair, named by `adjusted`."""
+    return bench.ensure_one(
+        Request(
+            ALGORITHM,
+            {"quantity": str(quantity), "family": family, **scope},
+            tuple(rests_on_result(pair.label, row) for pair, row in tested),
+            {},
+            lambda: _adjusted(tested, family),
+        )
+    )
+
+
+def adjusted(label: str) -> str:
+    """Name the adjusted p of a pair."""
+    return f"adjusted_p, {label}"
+
+
+def _adjusted(tested: Sequence[tuple[Pair, ResultRow]], family: str) -> Outcome:
+    found = {pair.label: _p(row) for pair, row in tested}
+    logs = {pair.label: _log10_p(row) for pair, row in tested if found[pair.label] == 0.0}
+    result = holm(found, family, log10_p=logs)
+    return Outcome(
+        tuple(
+            NewNumber(adjusted(label), p, "1", n=len(found))
+            for label, p in zip(result.names, result.adjusted_p, strict=True)
+        )
+    )
+
+
+def _p(row: ResultRow) -> float | Undefined:
+    item = number(row, "welch_p")
+    return Undefined(item.undefined_reason or "") if item.value is None else item.value
+
+
+def _log10_p(row: ResultRow) -> float | Undefined:
+    """Return the logarithm of a p that is below all doubles, from the statistic that it belongs to."""
+    item = number(row, "welch_t")
+    if item.value is None or item.df is None:
+        return Undefined(item.undefined_reason or "the test has no degrees of freedom")
+    return t_two_sided(item.value, item.df).log10_p

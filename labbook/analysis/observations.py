@@ -1,0 +1,239 @@
+"""Values with their group, day and run: what a comparison on the command line is made of, from a book or a table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.errors import InputRefused, UsageError, unknown_name
+from data_schema.queries.runs import RunRow
+from ingest.store import Store
+from labbook.analysis import pairing
+from labbook.analysis.conditions import NUMBER_OF, RunNumber, run_numbers
+from labbook.analysis.detections import Detections
+from labbook.analysis.gathering import Evidence, gather
+from labbook.analysis.passive_drain import passive_drains
+from labbook.analysis.run_apexes import as_protocol, run_apexes
+from labbook.analysis.run_energy import run_energies
+from labbook.analysis.workbench import Workbench
+from labbook.config.model import AnalysisSettings
+from labbook.config.parsing import Configuration
+from reports.numbers import Quantity
+from stats.shared_error import SharedError, shared_of_mean
+
+OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
+    "day": lambda run: run.day,
+    "robot": lambda run: run.robot,
+    "battery": lambda run: run.battery,
+}
+"""What runs can be grouped by beside the study's factors."""
+
+_MOST_NAMED = 5
+_AXIS = {Quantity.JOULES: "Energy of a jump", Quantity.APEX: "Apex height"}
+
+
+@dataclass(frozen=True, slots=True)
+class Observation:
+    """One value; None where it is missing and is to be left out. `shared` is its error in common with others."""
+
+    value: float | Decimal | None
+    label: str
+    """Of its group, as the table or the book writes it."""
+    day: str = ""
+    run: str = ""
+    shared: SharedError = field(default_factory=SharedError)
+
+
+@dataclass(frozen=True, slots=True)
+class Observations:
+    """All values of one quantity in one unit, grouped by what is called `by`."""
+
+    source: str
+    quantity: str
+    unit: str
+    by: str
+    control: str
+    """Label of the group that the others are compared with."""
+    rows: tuple[Observation, ...]
+    notes: tuple[str, ...] = ()
+    """What was left out, pooled or taken for granted."""
+    settings: AnalysisSettings | None = None
+    """What the book decided about the analysis."""
+
+    @property
+    def labels(self) -> list[str]:
+        """Labels of the groups: the control's first, then numbers by size and words by alphabet."""
+        found = sorted({row.label for row in self.rows}, key=_order)
+        return sorted(found, key=lambda label: label != self.control)
+
+    def name(self, label: str) -> str:
+        """Return a group's name in sentences: a bare number says what it is a level of."""
+        return f"{self.by} {label}" if _order(label)[0] == 0 else label
+
+    def values(self, label: str) -> list[Any]:
+        """Return the values of a group, None for missing ones."""
+        return [row.value for row in self.rows if row.label == label]
+
+    def groups(self) -> dict[str, list[Any]]:
+        """Return the values of every group by its name, the control first."""
+        return {self.name(label): self.values(label) for label in self.labels}
+
+    def shared(self, label: str) -> SharedError:
+        """Return what the mean of a group takes from errors in common with others."""
+        return shared_of_mean([row.shared for row in self.rows if row.label == label])
+
+    def others(self) -> list[str]:
+        """Return the labels of all groups but the control; raises `InputRefused` where there are none."""
+        labels = self.labels[1:]
+        if not labels:
+            raise InputRefused(
+                f"all values belong to one group ({self.name(self.control)}) of {self.by}: give values of at least 2, "
+                "or group them with --by by something else."
+            )
+        return labels
+
+    def pooled(self) -> Observations:
+        """Return all groups but the control as one."""
+        self.others()
+        name = f"every other {self.by}"
+        return replace(
+            self, rows=tuple(row if row.label == self.control else replace(row, label=name) for row in self.rows)
+        )
+
+    def known(self) -> Observations:
+        """Return the observations that hold a value."""
+        return replace(self, rows=tuple(row for row in self.rows if row.value is not None))
+
+
+def with_control(control: str | None, by: str, labels: Sequence[str], usual: str | None = None) -> str:
+    """Return the label of the control: the one given, the usual one, or the first in order.
+
+    Raises `UnknownName` for a label that no value has.
+    """
+    if not labels:
+        raise InputRefused(f"there is no value to group by {by}: select others with --where.")
+    if control is not None and control not in labels:
+        raise unknown_name(f"level of {by}", control, labels)
+    if control is None and usual in labels:
+        return str(usual)
+    return min(labels, key=_order) if control is None else control
+
+
+def _order(label: str) -> tuple[int, float, str]:
+    try:
+        return (0, float(label), label)
+    except ValueError:
+        return (1, 0.0, label)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """What is asked of a book: `by` and `control` None for the study's own; `jumps` for single jumps, not run means."""
+
+    quantity: Quantity = Quantity.JOULES
+    by: str | None = None
+    control: str | None = None
+    where: str | None = None
+    jumps: bool = False
+
+
+def observations_of_book(
+    connection: sa.Connection,
+    store: Store,
+    configuration: Configuration,
+    asked: Asked,
+    step: Callable[[str], None] = lambda _what: None,
+) -> Observations:
+    """Read the values that a report of the same runs shows: one a run, computed or stored by the same functions.
+
+    Nothing is stored. Raises `UnknownName` for a factor or a level that is not the study's, `UsageError` for single
+    jumps of joules, which a run has one of.
+    """
+    evidence = gather(connection, configuration, asked.where)
+    by = asked.by or pairing.swept_factor(configuration)
+    if by is None:
+        raise UsageError(
+            "no factor of labbook.toml names its control, so that it is not clear what is compared: add --by."
+        )
+    names = [*configuration.factors, *OF_A_RUN]
+    if by not in names:
+        raise unknown_name("factor or column of runs", by, names)
+    if asked.jumps and asked.quantity is not Quantity.APEX:
+        raise UsageError(
+            "a run has one number of joules: single jumps, within their run, are there with --quantity apex."
+        )
+    numbers, missing = _numbers(connection, store, evidence, asked.quantity, step)
+    rows = tuple(
+        Observation(value, _label(item.run, by), item.run.day, item.run.name, item.shared)
+        for item in numbers
+        for value in (_heights(item) if asked.jumps else [item.value])
+    )
+    factor = configuration.factors.get(by)
+    control = with_control(asked.control, by, list({row.label for row in rows}), factor.control if factor else None)
+    return Observations(
+        source="book",
+        quantity=_AXIS[asked.quantity],
+        unit=NUMBER_OF[asked.quantity][1],
+        by=by,
+        control=control,
+        rows=rows,
+        notes=(*_left_out(evidence, numbers, missing, asked.quantity), *_pooled_over(numbers, by, configuration)),
+        settings=configuration.analysis,
+    )
+
+
+def _numbers(
+    connection: sa.Connection,
+    store: Store,
+    evidence: Evidence,
+    quantity: Quantity,
+    step: Callable[[str], None],
+) -> tuple[list[RunNumber], Mapping[str, str]]:
+    bench = Workbench(connection)
+    if quantity is Quantity.JOULES:
+        energies = run_energies(bench, evidence, passive_drains(bench, evidence))
+        return run_numbers(evidence.runs, energies.results, quantity), energies.missing
+    apexes = run_apexes(bench, Detections(connection, store, step), evidence, as_protocol(evidence))
+    return run_numbers(evidence.runs, apexes.results, quantity), apexes.missing
+
+
+def _label(run: RunRow, by: str) -> str:
+    return OF_A_RUN[by](run) if by in OF_A_RUN else run.levels.get(by, "none")
+
+
+def _heights(item: RunNumber) -> list[float]:
+    found: list[float] = json.loads(item.result.payload_json)["heights_m"]
+    return found
+
+
+def _left_out(
+    evidence: Evidence, numbers: Sequence[RunNumber], missing: Mapping[str, str], quantity: Quantity
+) -> list[str]:
+    used = {item.run.uid for item in numbers}
+    left = [run for run in evidence.runs if run.uid not in used]
+    if not left:
+        return []
+    reasons = [f"{run.name} ({missing.get(run.uid, 'undefined')})" for run in left[:_MOST_NAMED]]
+    more = ", ..." if len(left) > _MOST_NAMED else ""
+    what = "joules" if quantity is Quantity.JOULES else "apex height"
+    return [f"{len(left)} of {len(evidence.runs)} runs have no {what} and are left out: {', '.join(reasons)}{more}."]
+
+
+def _pooled_over(numbers: Sequence[RunNumber], by: str, configuration: Configuration) -> list[str]:
+    """Say which factors differ within the groups: a report compares within them."""
+    found = [
+        name
+        for name in configuration.factors
+        if name != by and len({item.run.levels.get(name) for item in numbers}) > 1
+    ]
+    if not found:
+        return []
+    return [
+        f"Runs of several levels of {' and '.join(found)} are compared as one: select one level with --where, as the "
+        "report does."
+    ]

@@ -1,0 +1,156 @@
+"""What was decided about the analysis before the first measurement, and what departs from it.
+
+The journal keeps labbook.toml whenever it changed, in the order of everything else that was stated. What `[analysis]`
+said when the first file was imported or the first charge typed in rules; a later change refuses nothing and changes
+nothing, it is told. Where nothing had been decided by then, today's settings are used and every comparison is
+exploratory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sqlalchemy as sa
+
+from data_schema.queries.first_measurement import StatedConfiguration, first_measurement, stated_configurations
+from labbook.analysis import pairing
+from labbook.analysis.left_out import LeftOut, left_out
+from labbook.config.analysis import kept_analysis
+from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family, Outcome
+from reports.numbers import Quantity
+
+QUANTITY_OF: Mapping[Outcome, Quantity] = {Outcome.JOULES: Quantity.JOULES, Outcome.APEX: Quantity.APEX}
+"""The measured quantity that an outcome is."""
+FAMILY_OF: Mapping[Family, str] = {Family.EACH: pairing.EACH, Family.POOLED: pairing.POOLED}
+"""The family of comparisons that a setting means."""
+NOTHING_DECIDED = "nothing was decided before the first run was ingested"
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """The settings that rule the analysis, whether they were stated in time, and what departs from them.
+
+    `stated_utc` and `stated_by` say when and by whom the settings were first stated as they rule, also where that was
+    too late; None where they never were. `first_measured_utc` is None before the first measurement. `left_out` is what
+    people left out for reasons that the settings do not allow; `bounds_stated` tells whether the settings' bounds, if
+    they have any, were stated in time.
+    """
+
+    settings: AnalysisSettings
+    stated: bool
+    departures: tuple[str, ...]
+    stated_utc: str | None = None
+    stated_by: str | None = None
+    first_measured_utc: str | None = None
+    left_out: tuple[LeftOut, ...] = ()
+    bounds_stated: bool = True
+
+    def exploratory(self, quantity: Quantity, family: str) -> str | None:
+        """Say why a comparison of a family (a name of `pairing`) is exploratory; None where it is the planned one."""
+        planned = QUANTITY_OF[self.settings.primary_outcome]
+        if not self.stated:
+            return NOTHING_DECIDED
+        if quantity is not planned:
+            return f"the primary outcome is {planned}"
+        return self._beside_the_plan(quantity, family)
+
+    def exploratory_equivalence(self, family: str) -> str | None:
+        """Say why a test of apexes against the bounds is exploratory; bounds that were stated plan it."""
+        if not self.stated:
+            return NOTHING_DECIDED
+        if not self.bounds_stated:
+            return "no bounds of apex height were stated before the first run was ingested"
+        return self._beside_the_plan(Quantity.APEX, family)
+
+    def _beside_the_plan(self, quantity: Quantity, family: str) -> str | None:
+        planned = FAMILY_OF[self.settings.family]
+        if family != planned:
+            return f"the family of comparisons is {planned}"
+        touching = [item for item in self.left_out if item.jumps is None or quantity is Quantity.APEX]
+        if touching:
+            said = "; ".join(item.sentence for item in touching)
+            return f"left out for reasons that were not allowed: {said}"
+        return None
+
+
+def planned_analysis(connection: sa.Connection, configuration: Configuration) -> Planned:
+    """Find what rules the analysis of a book whose labbook.toml is `configuration`; the journal alone decides."""
+    now, first = configuration.analysis, first_measurement(connection)
+    history = [(item, kept_analysis(item.text)) for item in stated_configurations(connection)]
+    if first is None:
+        known = _since(history, now)
+        return Planned(now or AnalysisSettings(), now is not None, (), *_said(known))
+    before = [item for item in history if item[0].seq < first.seq]
+    stood = before[-1][1] if before else None
+    if stood is None:
+        known = _since(history, now)
+        too_late = (
+            "" if known is None else f"; [analysis] was stated on {known.at_utc[:10]} by {known.person}, after it"
+        )
+        return Planned(
+            now or AnalysisSettings(), False, (NOTHING_DECIDED + too_late,), *_said(known), first.at_utc
+        )  # fmt: skip
+    out = left_out(connection, stood.exclusions)
+    departures = [*_changes(stood, now, history), *(f"{item.sentence}, which was not allowed" for item in out)]
+    late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds
+    return Planned(
+        replace(stood, apex_bounds=late_bounds) if late_bounds else stood,
+        True,
+        tuple(departures),
+        *_said(_since(before, stood)),
+        first.at_utc,
+        out,
+        bounds_stated=late_bounds is None,
+    )
+
+
+_History = Sequence[tuple[StatedConfiguration, AnalysisSettings | None]]
+
+
+def _since(history: _History, settings: AnalysisSettings | None) -> StatedConfiguration | None:
+    """Return the entry since which the settings have stood unbroken to the end of the history."""
+    found = None
+    for item, said in reversed(history):
+        if settings is None or said != settings:
+            break
+        found = item
+    return found
+
+
+def _said(item: StatedConfiguration | None) -> tuple[str | None, str | None]:
+    return (None, None) if item is None else (item.at_utc, item.person)
+
+
+def _changes(stood: AnalysisSettings, now: AnalysisSettings | None, history: _History) -> list[str]:
+    """Say field by field what labbook.toml says otherwise than before the first measurement, and since when."""
+    if now is None:
+        return ["labbook.toml has no [analysis] any more: what it said before the first run was ingested stands"]
+    return [
+        f"{_NAMES.get(field, field)} was {_shown(was)} before the first run was ingested and is {_shown(value)} in "
+        f"labbook.toml{_since_when(history, field, value)}: "
+        + ("it is used, and exploratory" if was is None else "what was stated before stands")
+        for field in AnalysisSettings.__slots__
+        for was, value in [(getattr(stood, field), getattr(now, field))]
+        if was != value
+    ]
+
+
+def _since_when(history: _History, field: str, value: object) -> str:
+    found = None
+    for item, said in reversed(history):
+        if getattr(said, field, None) != value:
+            break
+        found = item
+    return "" if found is None else f" since {found.at_utc[:10]} ({found.person})"
+
+
+_NAMES = {"apex_bounds": "apex bounds"}
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, Bounds):
+        return f"{value.low:g} to {value.high:g} {'%' if value.percent else 'm'}"
+    if isinstance(value, tuple):
+        return ", ".join(map(str, value)) or "none"
+    return "none" if value is None else f"{value:g}" if isinstance(value, float) else str(value)

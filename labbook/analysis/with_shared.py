@@ -1,0 +1,61 @@
+"""Comparisons of means that share an error: the tests of `stats` with what is left of it, as the report states them."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any, TypeVar
+
+from data_schema.vocabulary import Undefined
+from stats.blocked_result import BlockedByDay, Contrast, ExactTest
+from stats.shared_error import SharedError, SharedTest, difference_with_shared
+from stats.tails import t_two_sided
+from stats.two_sample import TwoSample
+
+_T = TypeVar("_T", TwoSample, Contrast)
+
+
+def two_with_shared(test: TwoSample, shared: SharedError) -> TwoSample:
+    """Add what is left of a shared error in mean(a) - mean(b) to both tests and intervals."""
+    if shared.se == 0.0:
+        return test
+    level = 1.0 - test.alpha
+    chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, level)
+    welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, level)
+    return _changed(_changed(test, chosen, "", "difference_ci"), welch, "welch_", "welch_ci")
+
+
+def days_with_shared(found: BlockedByDay, shared: dict[str, SharedError]) -> BlockedByDay:
+    """Add to each contrast what is left of the errors of its condition and of the control, by their names.
+
+    The F-tests leave the shared error out.
+    """
+
+    def of(contrast: Contrast) -> Contrast:
+        left = shared[contrast.condition].minus(shared[contrast.control])
+        if left.se == 0.0:
+            return contrast
+        test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, left, found.level)
+        return _changed(contrast, test, "", "interval")
+
+    exact = found.exact
+    if isinstance(exact, ExactTest):
+        exact = replace(exact, contrasts=tuple(map(of, exact.contrasts)))
+    return replace(found, contrasts=tuple(map(of, found.contrasts)), exact=exact)
+
+
+def _changed(result: _T, test: SharedTest, prefix: str, interval: str) -> _T:
+    """Return the result with this test in the fields that begin with the prefix."""
+    ends: tuple[float, float] | Undefined
+    if isinstance(test.ci_low, Undefined):
+        ends = test.ci_low
+    else:
+        ends = test.ci_high if isinstance(test.ci_high, Undefined) else (test.ci_low, test.ci_high)
+    log10_p: float | Undefined
+    if isinstance(test.t, Undefined) or isinstance(test.df, Undefined):
+        log10_p = test.t if isinstance(test.t, Undefined) else Undefined("it has no degrees of freedom")
+    else:
+        log10_p = t_two_sided(test.t, test.df).log10_p
+    found: dict[str, Any] = {"t": test.t, "df": test.df, "p": test.p, "log10_p": log10_p}
+    known = {field.name for field in fields(result)}
+    changes = {f"{prefix}{name}": value for name, value in found.items() if f"{prefix}{name}" in known}
+    return replace(result, **{**changes, interval: ends})

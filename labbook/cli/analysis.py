@@ -1,0 +1,27 @@
+"""`labbook analysis`: what was decided before anything was measured."""
+
+import typer
+
+from labbook.cli.common import BookOption, JsonOption, emit
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("analysis")(analysis)
+
+
+def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
+    """Show what was decided about the analysis, when and by whom, and what departs from it.
+
+    [analysis] of labbook.toml is in the journal before the first file is ingested or the first charge stated. What it
+    said then rules; the report calls exploratory what departs from it. A later change is never refused, it is listed.
+
+    Example: labbook analysis
+    """
+    from labbook.analysis.planned import planned_analysis
+    from labbook.book.opening import opened
+    from labbook.presenting.planned import planned_sentences
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = planned_analysis(connection, opened_book.configuration)
+    emit(found, planned_sentences(found), as_json)

@@ -1,0 +1,72 @@
+"""`labbook stats compare`: groups against a control."""
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import BookOption, JsonOption, progress
+from labbook.cli.stats.options import (
+    AlphaOption,
+    ByOption,
+    ControlOption,
+    DecimalOption,
+    FileArgument,
+    LevelOption,
+    MissingOption,
+    PlotOption,
+    QqOption,
+    QuantityOption,
+    ResidualsOption,
+    ValueOption,
+    WhereOption,
+    tell,
+    text_of,
+)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("compare")(compare)
+
+
+def compare(
+    file: FileArgument = None,
+    value: ValueOption = None,
+    by: ByOption = None,
+    control: ControlOption = None,
+    route: Annotated[
+        str,
+        typer.Option("--route", metavar="NAME", help="f_then_t (F-test, then Student or Welch), welch or student."),
+    ] = "f_then_t",
+    alpha: AlphaOption = None,
+    level: LevelOption = None,
+    pooled: Annotated[bool, typer.Option("--pooled", help="Take all groups but the control as one.")] = False,
+    where: WhereOption = None,
+    missing: MissingOption = "refuse",
+    decimal: DecimalOption = None,
+    quantity: QuantityOption = None,
+    book: BookOption = None,
+    plot: PlotOption = None,
+    qq: QqOption = None,
+    residuals: ResidualsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare groups with a control: F-test and Brown and Forsythe's, Student's or Welch's t and Welch's always, the
+    difference with its interval, Hedges's g; several groups also by Holm's method.
+
+    On the book the values are one a run, those of the report, and so are the numbers: joules carry the error of the
+    passive drain that the groups share. Nothing is written but figures.
+
+    Example: labbook stats compare data.csv --value energy_J --by controller --control CE --plot energy.pdf;
+    labbook stats compare --where "foot=small and k_gain=400" --pooled
+    """
+    from labbook.actions.stats_compare import CompareRequest
+    from labbook.actions.stats_compare import compare as run
+    from labbook.actions.stats_data import Given
+    from labbook.actions.stats_pictures import Pictures
+
+    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book)
+    pictures = Pictures(plot, qq, residuals)
+    with progress("stats compare", None, shown=not as_json) as step:
+        told = run(given, CompareRequest(route, alpha, level, pooled), pictures, step)
+    tell(told, as_json)

@@ -1,0 +1,61 @@
+"""What was decided about the analysis, when and by whom, and what departs from it, in sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from data_schema.vocabulary import ReasonCode
+from labbook.analysis.planned import FAMILY_OF, NOTHING_DECIDED, QUANTITY_OF, Planned
+from labbook.config.model import AnalysisSettings, UnitOfAnalysis
+
+HOW_TO_DECIDE = (
+    "write [analysis] in labbook.toml (the one that `labbook init` writes has an example) before the first file or "
+    "charge comes in, or the report calls every comparison exploratory."
+)
+
+_UNITS: Mapping[UnitOfAnalysis, str] = {UnitOfAnalysis.RUN: "the run", UnitOfAnalysis.DAY: "the mean of a day's runs"}
+
+
+def planned_sentences(planned: Planned) -> tuple[str, ...]:
+    """Say what rules the analysis and since when, then each departure."""
+    said = _settings(planned.settings)
+    by = "" if planned.stated_utc is None else f" on {planned.stated_utc[:10]} by {planned.stated_by}"
+    if planned.first_measured_utc is None:
+        if not planned.stated:
+            return (f"Nothing is decided about the analysis yet: {HOW_TO_DECIDE}",)
+        kept = by or " in labbook.toml, which the book takes over with the next statement"
+        return (f"Decided{kept}, and nothing is measured yet: {said}",)
+    first = planned.first_measured_utc[:10]
+    if not planned.stated:
+        return (
+            f"Nothing was decided about the analysis before the first measurement came into the book on {first}, so "
+            f"every comparison is exploratory. Used are: {said}",
+            *_departures(planned),
+        )
+    return (f"Decided{by}, before the first measurement came into the book on {first}: {said}", *_departures(planned))
+
+
+def _departures(planned: Planned) -> tuple[str, ...]:
+    return tuple(f"Departure: {said}." for said in planned.departures if said != NOTHING_DECIDED)
+
+
+def _settings(settings: AnalysisSettings) -> str:
+    bounds = settings.apex_bounds
+    unit = "" if bounds is None else "% of the control's" if bounds.percent else "m"
+    within = (
+        "no bounds of apex height"
+        if bounds is None
+        else f"differences of apex height from {bounds.low:g} to {bounds.high:g} {unit} count as none"
+    )
+    return (
+        f"the primary outcome is {QUANTITY_OF[settings.primary_outcome]}, the family of comparisons "
+        f"{FAMILY_OF[settings.family]}, alpha {settings.alpha:g}, the unit of analysis "
+        f"{_UNITS[settings.unit_of_analysis]}; {within}; {_exclusions(settings)}."
+    )
+
+
+def _exclusions(settings: AnalysisSettings) -> str:
+    if ReasonCode.OTHER in settings.exclusions:
+        return "a person may leave out jumps and runs for any reason"
+    listed = ", ".join(str(reason).replace("_", " ") for reason in settings.exclusions)
+    return f"a person may leave out jumps and runs for: {listed or 'no reason'}"

@@ -1,0 +1,130 @@
+"""Results of `stats` for people: their fields with what each means, as the classes themselves say it."""
+
+from __future__ import annotations
+
+import ast
+import functools
+import inspect
+import textwrap
+from collections.abc import Sequence
+from dataclasses import is_dataclass
+from typing import Any
+
+from data_schema.vocabulary import Undefined
+from stats.results import as_dict
+from stats.wording import number_text
+
+DIGITS = 6
+"""Significant digits shown; JSON has all."""
+_REASON = "_reason"
+_INTERVALS = ("ci", "interval")
+_WIDEST = 24
+
+
+def field_lines(result: Any) -> list[str]:
+    """Return one line a field: name, value, what it is; results within the result and tables are left out."""
+    rows = []
+    kind: Any = type(result)
+    explained = explanations(kind)
+    data = as_dict(result)
+    for name, value in data.items():
+        if name.endswith(_REASON) and name.removesuffix(_REASON) in data:
+            continue
+        reason = data.get(f"{name}{_REASON}")
+        if reason is None and not _is_plain(value):
+            continue
+        rows.append((name, value_text(name, value), reason, explained.get(name, "")))
+    names = max((len(name) for name, *_rest in rows), default=0)
+    texts = max((len(text) for _name, text, reason, _explained in rows if reason is None), default=0)
+    texts = min(texts, _WIDEST)
+    return [
+        f"  {name:<{names}}  undefined because {reason}"
+        if reason is not None
+        else f"  {name:<{names}}  {text:<{texts}}  {explanation}".rstrip()
+        for name, text, reason, explanation in rows
+    ]
+
+
+def table_of(results: Sequence[Any], left_out: Sequence[str] = ()) -> list[list[str]]:
+    """Return results of one class as rows of texts, heads first; reasons of what is undefined in its place."""
+    found = []
+    for result in results:
+        data = as_dict(result)
+        found.append(
+            {
+                name: value_text(name, value) if data.get(f"{name}{_REASON}") is None else "undefined"
+                for name, value in data.items()
+                if not (name.endswith(_REASON) and name.removesuffix(_REASON) in data)
+                and name not in left_out
+                and _is_plain(value)
+            }
+        )
+    heads = list(dict.fromkeys(name for row in found for name in row))
+    return [heads, *([row.get(head, "") for head in heads] for row in found)]
+
+
+def reasons_of(results: Sequence[Any], left_out: Sequence[str] = ()) -> list[str]:
+    """Return why fields of these results are undefined, each reason once."""
+    found = {
+        f"undefined because {value}"
+        for result in results
+        for name, value in as_dict(result).items()
+        if name.endswith(_REASON) and isinstance(value, str) and name.removesuffix(_REASON) not in left_out
+    }
+    return sorted(found)
+
+
+def value_text(name: str, value: Any) -> str:
+    """Return a field as JSON holds it in words: numbers rounded for display, an interval as "1.2 to 3.4"."""
+    match value:
+        case None:
+            return "undefined"
+        case bool():
+            return "yes" if value else "no"
+        case float():
+            return number_text(value, DIGITS)
+        case [float(), float()] if name.endswith(_INTERVALS):
+            return " to ".join(value_text(name, end) for end in value)
+        case list():
+            return ", ".join(value_text("", item) for item in value)
+        case _:
+            return str(value)
+
+
+def _is_plain(value: Any) -> bool:
+    return not isinstance(value, dict) and not (isinstance(value, list) and any(isinstance(v, dict) for v in value))
+
+
+@functools.cache
+def explanations(kind: type[object]) -> dict[str, str]:
+    """Return the first sentence of what a class says below each of its fields, and in each of its properties."""
+    found: dict[str, str] = {}
+    for base in reversed(kind.__mro__):
+        if not is_dataclass(base):
+            continue
+        body = _body(base)
+        for statement, following in zip(body, [*body[1:], None], strict=True):
+            match statement, following:
+                case (
+                    ast.AnnAssign(target=ast.Name(id=name)),
+                    ast.Expr(value=ast.Constant(value=str(text))),
+                ):
+                    found[name] = _first_sentence(text)
+                case ast.FunctionDef(name=name), _ if isinstance(vars(base).get(name), property):
+                    found[name] = _first_sentence(ast.get_docstring(statement) or "")
+    return found
+
+
+def _body(kind: type) -> list[ast.stmt]:
+    (definition,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
+    return definition.body if isinstance(definition, ast.ClassDef) else []
+
+
+def _first_sentence(text: str) -> str:
+    words = " ".join(text.split()).replace("`", "")
+    return f"{words.split('. ')[0].rstrip('.')}."
+
+
+def interval_ends(interval: tuple[float, float] | Undefined) -> tuple[float | Undefined, float | Undefined]:
+    """Return both ends of an interval, each the reason where there is none."""
+    return (interval, interval) if isinstance(interval, Undefined) else interval

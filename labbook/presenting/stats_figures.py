@@ -1,0 +1,87 @@
+"""The figures of `labbook stats`: estimation plot, normal quantiles, residuals, from values and the results on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from data_schema.vocabulary import Undefined
+from labbook.analysis.observations import Observations
+from labbook.presenting.stats_fields import interval_ends
+from reports.figures.estimation import Estimation, EstimationGroup
+from reports.figures.quantiles import Quantiles
+from reports.figures.residuals import Against, ResidualPlot
+from reports.numbers import Number
+from stats.residuals import Residuals, additive_residuals, normal_quantiles, residuals_of_groups
+
+
+def number_of(value: float | Undefined, interval: tuple[float, float] | Undefined, level: float, unit: str) -> Number:
+    """Return a difference with its interval as figures take it."""
+    low, high = interval_ends(interval)
+    return Number(value, unit, ci_low=low, ci_high=high, ci_level=level)
+
+
+def estimation_of(
+    observed: Observations,
+    differences: Mapping[str, Number],
+    bounds: Sequence[float | Undefined] = (),
+    difference: str = "",
+) -> Estimation:
+    """Return an estimation plot of all groups; `differences` from the control by a group's label."""
+    known = observed.known()
+    labels = observed.labels
+    groups = tuple(
+        EstimationGroup(
+            observed.name(label),
+            tuple(float(row.value) for row in known.rows if row.label == label and row.value is not None),
+            tuple(row.day for row in known.rows if row.label == label) if any(row.day for row in known.rows) else (),
+        )
+        for label in labels
+    )
+    return Estimation(
+        quantity=_sentence_case(observed.quantity),
+        unit=observed.unit,
+        groups=groups,
+        reference=0,
+        differences=tuple(differences.get(label) for label in labels),
+        bounds=tuple(bound for bound in bounds if not isinstance(bound, Undefined)),
+        difference=difference,
+    )
+
+
+def residuals_of(observed: Observations, *, by_day: bool = False) -> Residuals:
+    """Return values less their group's mean, or less what group and day add up to; in the order of `in_groups`."""
+    rows = in_groups(observed).rows
+    if by_day:
+        values = [float(row.value) for row in rows if row.value is not None]
+        return additive_residuals(values, [row.label for row in rows], [row.day for row in rows])
+    ordered = in_groups(observed)
+    return residuals_of_groups({label: ordered.values(label) for label in ordered.labels})
+
+
+def in_groups(observed: Observations) -> Observations:
+    """Return the known observations, group after group."""
+    known = observed.known()
+    place = {label: number for number, label in enumerate(known.labels)}
+    return replace(known, rows=tuple(sorted(known.rows, key=lambda row: place[row.label])))
+
+
+def quantiles_of(observed: Observations, residuals: Residuals, level: float) -> Quantiles:
+    """Return residuals beside normal quantiles."""
+    return Quantiles(_sentence_case(observed.quantity), observed.unit, normal_quantiles(residuals, level))
+
+
+def residual_plot_of(observed: Observations, residuals: Residuals) -> ResidualPlot:
+    """Return residuals against groups, and against days where these are known."""
+    rows = in_groups(observed).rows
+    against = [Against(_sentence_case(observed.by), tuple(row.label for row in rows))]
+    days = tuple(row.day for row in rows)
+    if len(set(days)) > 1:
+        against.append(Against("Day", days, order=tuple(sorted(set(days)))))
+    return ResidualPlot(_sentence_case(observed.quantity), observed.unit, residuals.values, tuple(against))
+
+
+def _sentence_case(words: str) -> str:
+    """Return words as they begin at an axis; names such as x and b_ad_gain stay as they are."""
+    named = len(words) == 1 or "_" in words
+    return words if named else f"{words[:1].upper()}{words[1:]}"

@@ -1,0 +1,131 @@
+"""Where a method used is known to err more often than it states, as simulated for designs such as the report's."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from labbook.analysis import pairing
+from labbook.analysis.comparisons import Compared
+from labbook.analysis.study import StudyAnalysis
+from labbook.analysis.workbench import number
+from reports.display import general_text
+from reports.numbers import Quantity
+from reports.wording import count_text, list_text
+from stats.recorded import Recorded, weak_points
+
+_NAMES = {
+    "f_then_t": "the t-test that the F-test chooses",
+    "welch": "Welch's t-test",
+    "brown_forsythe": "Brown and Forsythe's test",
+    "difference_ci_welch": "Welch's interval",
+    "blocked_by_day": "the test by day",
+    "equivalence": "TOST",
+    "equivalence_percent": "TOST",
+    "fieller": "Fieller's interval",
+    "one_way_anova": "the analysis of variance",
+}
+_OWN, _SHARED = "own", "shared"
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """A method and a design that it was used on: runs of each group, days of each, and whether groups share days."""
+
+    method: str
+    n: tuple[int, ...]
+    days: int
+    layout: str
+
+    def weak_points(self) -> tuple[Recorded, ...]:
+        """Return what is on record of the method at such a design; days matter where no group shares them."""
+        rows: tuple[Recorded, ...] = ()
+        if self.layout == _OWN or self.method == "blocked_by_day":
+            rows = weak_points(self.method, self.n, self.days, layout=self.layout)
+        if not rows and self.method != "blocked_by_day":
+            rows = weak_points(self.method, self.n)
+        return tuple(row for row in rows if (len(row.n) == 2) == (len(self.n) == 2))
+
+
+def weaknesses(analysis: StudyAnalysis) -> str:
+    """Say for each method used, at its worst, how far size or coverage is off; "" where nothing on record is.
+
+    Comparisons whose sides share no day stand apart: there all but the test by day take days for the treatment.
+    """
+    worst: dict[tuple[str, str], Recorded] = {}
+    concerned: Counter[tuple[str, str]] = Counter()
+    for use, count in Counter((*_of_comparisons(analysis), *_of_anovas(analysis))).items():
+        for row in use.weak_points():
+            key = (use.method, row.layout)
+            if key not in worst or _off(row) > _off(worst[key]):
+                worst[key] = row
+        concerned.update({(use.method, layout): count for layout in {row.layout for row in use.weak_points()}})
+    if not worst:
+        return ""
+    found = "; ".join(_said(_NAMES[key[0]], row, concerned[key]) for key, row in worst.items())
+    return f"Simulated at designs such as these (docs/statistics.md), not every method keeps what it states: {found}."
+
+
+def _of_comparisons(analysis: StudyAnalysis) -> Iterator[Use]:
+    for item in analysis.compared:
+        payload = json.loads(item.result.payload_json)
+        days = [{one.run.day for condition in side for one in condition.runs} for side in (item.pair.a, item.pair.b)]
+        layout = _SHARED if days[0] & days[1] else _OWN
+        for method in _methods(analysis, item):
+            yield Use(method, (payload["n_a"], payload["n_b"]), max(map(len, days)), layout)
+
+
+def _methods(analysis: StudyAnalysis, item: Compared) -> Iterator[str]:
+    if number(item.result, "t").value is not None:
+        yield "f_then_t"
+    if number(item.result, "welch_t").value is not None:
+        yield from ("welch", "difference_ci_welch")
+    if number(item.result, "brown_forsythe").value is not None:
+        yield "brown_forsythe"
+    if item.by_day is not None and number(item.by_day, "t").value is not None:
+        yield "blocked_by_day"
+    bounds = analysis.planned.settings.apex_bounds
+    if bounds is not None and item.equivalent is not None and number(item.equivalent, "p").value is not None:
+        yield "equivalence_percent" if bounds.percent else "equivalence"
+    if (
+        item.quantity is Quantity.JOULES
+        and item.pair.with_savings
+        and number(item.result, "savings").ci_low is not None
+    ):
+        yield "fieller"
+
+
+def _of_anovas(analysis: StudyAnalysis) -> Iterator[Use]:
+    if analysis.swept is None:
+        return
+    for quantity, conditions in ((Quantity.JOULES, analysis.joules), (Quantity.APEX, analysis.apex_heights)):
+        groups = {
+            pairing.group_label(group): pairing.treated_and_control(items)[0]
+            for group, items in pairing.groups(conditions, analysis.swept)
+        }
+        for item in analysis.anovas:
+            if item.quantity is quantity:
+                yield Use("one_way_anova", tuple(len(one.runs) for one in groups[item.label]), 1, _SHARED)
+
+
+def _off(row: Recorded) -> float:
+    return abs(row.value - row.nominal)
+
+
+def _said(name: str, row: Recorded, uses: int) -> str:
+    """Say what was found at the design on record; `uses` counts where this report comes near it."""
+    spreads = f" and standard deviations {row.sd_ratio:g} : 1" if row.sd_ratio != 1.0 else ""
+    days = ""
+    if row.days is not None:
+        whose = "of its own" if row.layout == _OWN else "that all groups share"
+        apart = "as much as runs" if row.day_sd == 1.0 else f"{row.day_sd:g} times as much as runs"
+        days = f", each group on {count_text(row.days, 'day')} {whose}, days differing {apart}"
+    here = f"{count_text(uses, 'use')} here of about that design"
+    where = f"at n = {list_text([str(n) for n in row.n])}{spreads}{days} ({here})"
+    stated = f"{general_text(100.0 * row.nominal)} % stated"
+    value = f"{general_text(100.0 * row.value, 3)} %"
+    if row.kind == "size":
+        return f"{name} rejects {value} of studies without an effect ({stated}) {where}"
+    return f"{name} holds the truth in {value} ({stated}) {where}"

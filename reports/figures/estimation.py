@@ -1,0 +1,184 @@
+"""Estimation plots: every value of every group, and beside them the differences with their intervals.
+
+Two groups are drawn as Gardner and Altman do (1986, "Confidence intervals rather than P values"): the difference has
+an axis of its own at the right, whose zero lies at the mean of the reference. More groups are drawn as Cumming does
+("Understanding the New Statistics", 2012): the differences lie in a panel below. So are two where the difference is in
+another unit than the values, or where its interval is so wide that the values would be squashed.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from dataclasses import dataclass
+
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from reports.display import as_shown, level_text, shown_unit
+from reports.figures.estimation_parts import (
+    SD_AT,
+    DrawnGroup,
+    draw_difference,
+    draw_groups,
+    ends_of,
+    named_with_unit,
+    set_limits,
+    set_names,
+)
+from reports.figures.style import (
+    BLACK,
+    BLUE,
+    GREY,
+    TWO_COLUMNS_IN,
+    VERMILLION,
+    is_narrow,
+    light_grid,
+    new_figure,
+    publication_style,
+)
+from reports.numbers import Number
+from stats.summary import describe
+
+_SQUASHED = 3.0
+"""An interval so many times wider than the values' range gets a panel of its own."""
+
+_LETTERS_BESIDE, _LETTERS_BELOW = 34, 26
+"""Letters that fit into a line along the axis of the difference."""
+
+
+@dataclass(frozen=True, slots=True)
+class EstimationGroup:
+    """A group's values; `labels` names what each belongs to (its day), drawn with a mark for each of up to six."""
+
+    name: str
+    values: tuple[float, ...]
+    labels: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Estimation:
+    """Groups and their differences from one of them.
+
+    Values are in `unit` ("J", "m"); `reference` is the place of the group that the others are compared with, and
+    `differences` has one number a group, in `unit` or "%", None for the reference. `bounds` are differences that
+    matter, in the unit of `differences`. `difference` names these where they are no plain differences ("Savings").
+    """
+
+    quantity: str
+    unit: str
+    groups: tuple[EstimationGroup, ...]
+    reference: int
+    differences: tuple[Number | None, ...]
+    bounds: tuple[float, ...] = ()
+    difference: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Drawn:
+    """An estimation in the units that are shown."""
+
+    groups: tuple[DrawnGroup, ...]
+    reference: DrawnGroup
+    differences: tuple[Number | None, ...]
+    lone: Number | None
+    """The first of the differences."""
+    bounds: tuple[float, ...]
+    quantity: str
+    difference: str
+
+
+def draw_estimation(estimation: Estimation, width_in: float = TWO_COLUMNS_IN) -> Figure:
+    """Draw all values, mean and SD of each group, and the differences with their intervals."""
+    with publication_style():
+        drawn = _drawn(estimation)
+        if _fits_beside(drawn, estimation):
+            return _gardner_altman(drawn, width_in)
+        return _cumming(drawn, width_in)
+
+
+def _drawn(estimation: Estimation) -> _Drawn:
+    unit, factor = shown_unit(estimation.unit)
+    groups = []
+    for place, group in enumerate(estimation.groups):
+        values = tuple(value * factor for value in group.values)
+        about = describe(values)
+        mean = about.mean if isinstance(about.mean, float) else None
+        sd = about.sd if isinstance(about.sd, float) else None
+        colour = VERMILLION if place == estimation.reference else BLUE
+        groups.append(DrawnGroup(group.name, values, group.labels, mean, sd, colour))
+    stored = next((number for number in estimation.differences if number is not None), None)
+    lone = None if stored is None else as_shown(stored)
+    of_bounds = 1.0 if stored is None else shown_unit(stored.unit)[1]
+    reference = groups[estimation.reference]
+    difference = estimation.difference or f"Difference from {reference.name}"
+    return _Drawn(
+        groups=tuple(groups),
+        reference=reference,
+        differences=tuple(None if number is None else as_shown(number) for number in estimation.differences),
+        lone=lone,
+        bounds=tuple(bound * of_bounds for bound in estimation.bounds),
+        quantity=named_with_unit(estimation.quantity, unit),
+        difference=difference if lone is None else named_with_unit(difference, lone.unit),
+    )
+
+
+def _fits_beside(drawn: _Drawn, estimation: Estimation) -> bool:
+    ends = ends_of(drawn.lone)
+    same_unit = drawn.lone is not None and drawn.lone.unit == shown_unit(estimation.unit)[0]
+    if len(drawn.groups) != 2 or not same_unit or not ends or drawn.reference.mean is None:
+        return False
+    values = [value for group in drawn.groups for value in group.values]
+    return max(0.0, *ends) - min(0.0, *ends) <= _SQUASHED * (max(values) - min(values))
+
+
+def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
+    number, zero = drawn.lone, drawn.reference.mean or 0.0
+    order = sorted(drawn.groups, key=lambda group: group is not drawn.reference)
+    figure = new_figure(width_in, 2.7 if is_narrow(width_in) else 3.3)
+    axes = figure.add_subplot()
+    values = [value for group in order for value in group.values]
+    set_limits(axes, values + [zero + end for end in (*ends_of(number), *drawn.bounds)])
+    axes.set_xlim(-0.55, 2.5)
+    set_names(axes, order, ["difference" if number is None else f"difference\n({level_text(number)})"], width_in)
+    axes.set_ylabel(drawn.quantity)
+    for place, group in enumerate(order):
+        if group.mean is not None:
+            axes.plot([place + SD_AT, 2.5], [group.mean, group.mean], color=GREY, linewidth=0.6, zorder=1)
+    right = axes.twinx()
+    right.set_ylim(*(end - zero for end in axes.get_ylim()))
+    right.yaxis.set_major_locator(MaxNLocator(6))
+    right.spines["right"].set_visible(True)
+    right.set_ylabel(textwrap.fill(drawn.difference, _LETTERS_BESIDE))
+    for bound in drawn.bounds:
+        axes.plot([1.7, 2.5], [zero + bound, zero + bound], color=BLACK, linewidth=0.8, linestyle="--", zorder=2)
+    if number is not None:
+        draw_difference(axes, number, 2.0, zero)
+    draw_groups(figure, axes, order)
+    return figure
+
+
+def _cumming(drawn: _Drawn, width_in: float) -> Figure:
+    figure = new_figure(width_in, 3.9 if is_narrow(width_in) else 4.4)
+    upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
+    groups = drawn.groups
+    set_limits(upper, [value for group in groups for value in group.values])
+    upper.set_ylabel(drawn.quantity)
+    upper.tick_params(axis="x", length=0)
+    set_limits(lower, [0.0, *drawn.bounds, *(end for number in drawn.differences for end in ends_of(number))])
+    lower.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
+    for bound in drawn.bounds:
+        lower.axhline(bound, color=BLACK, linewidth=0.8, linestyle="--", zorder=2)
+    difference = textwrap.fill(drawn.difference, _LETTERS_BELOW)
+    lower.set_ylabel(difference if drawn.lone is None else f"{difference}\n({level_text(drawn.lone)})")
+    lower.set_xlim(-0.6, len(groups) - 0.4)
+    set_names(lower, groups, (), width_in)
+    for place, (group, number) in enumerate(zip(groups, drawn.differences, strict=True)):
+        if number is not None:
+            draw_difference(lower, number, float(place), 0.0)
+        elif group is drawn.reference:
+            lower.plot([place], [0.0], "o", color=GREY, markersize=3.0, zorder=3)
+    for axes in (upper, lower):
+        light_grid(axes)
+    figure.align_ylabels()
+    draw_groups(figure, upper, groups)
+    return figure

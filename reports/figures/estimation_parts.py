@@ -1,0 +1,153 @@
+"""The parts of an estimation plot: values with their mean and SD, differences with their intervals, words on axes."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from reports.display import EQUALS
+from reports.figures.style import BLACK, GREY
+from reports.figures.swarm import marker_pt, swarm
+from reports.numbers import Number
+
+SD_AT = 0.38
+"""Where mean and SD stand beside their group."""
+MARKS = ("o", "s", "^", "D", "v", "P")
+"""Marks of what the values belong to: with more than these nobody tells them apart."""
+
+_GAP = 0.012
+"""Half of the gap at the mean, as a part of the axis."""
+_LABEL_PT = 4.3
+"""Width of a letter of the groups' names."""
+_BESIDE_PT = 60.0
+"""What the axes' own labels take of the width."""
+_UPRIGHT = 24
+"""Letters in a line of a name that stands upright."""
+_MARK_LETTERS = 6
+"""Letters that a mark and the space round it take in a legend."""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnGroup:
+    """A group in the unit that is shown; `mean` and `sd` are None where they do not exist."""
+
+    name: str
+    values: tuple[float, ...]
+    labels: tuple[str, ...]
+    mean: float | None
+    sd: float | None
+    colour: str
+
+
+def ends_of(number: Number | None) -> list[float]:
+    """Return what of a difference takes place on its axis: estimate and finite ends."""
+    if number is None:
+        return []
+    found = (number.value, number.ci_low, number.ci_high)
+    return [value for value in found if isinstance(value, int | float) and math.isfinite(value)]
+
+
+def set_limits(axes: Axes, values: Sequence[float]) -> None:
+    """Let the axis of values hold all of these, with some room."""
+    low, high = min(values, default=0.0), max(values, default=1.0)
+    room = 0.07 * (high - low) or 0.05 * abs(high) or 1.0
+    axes.set_ylim(low - room, high + room)
+    axes.yaxis.set_major_locator(MaxNLocator(6))
+
+
+def draw_groups(figure: Figure, axes: Axes, groups: Sequence[DrawnGroup]) -> None:
+    """Draw every value, and beside each group its mean as a gap in the line of its SD.
+
+    This comes last: which points touch follows from the layout of all the rest.
+    """
+    marks = _marks(groups)
+    if marks:
+        handles = [Line2D([], [], linestyle="none", marker=mark, color=GREY, markersize=4) for mark in marks.values()]
+        letters = max(map(len, marks)) + _MARK_LETTERS
+        across = min(len(marks), max(1, int(72.0 * figure.get_figwidth() / _LABEL_PT / letters)))
+        figure.legend(handles, list(marks), loc="outside lower center", ncols=across, handletextpad=0.1)
+    figure.draw_without_rendering()
+    draw_values(axes, groups, marks)
+
+
+def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, str]) -> None:
+    """Draw values and means of groups on axes that are laid out, with a mark for each label where there are marks."""
+    size = marker_pt(max((len(group.values) for group in groups), default=0))
+    for place, group in enumerate(groups):
+        _draw_mean(axes, place + SD_AT, group)
+        offsets = swarm(group.values, axes, size)
+        labels = group.labels if marks else ("",) * len(group.values)
+        for label in dict.fromkeys(labels):
+            chosen = [index for index, own in enumerate(labels) if own == label]
+            axes.plot(
+                [place + offsets[index] for index in chosen],
+                [group.values[index] for index in chosen],
+                marks.get(label, "o"),
+                color=group.colour,
+                markersize=size,
+                markeredgewidth=0,
+                alpha=0.75,
+                zorder=3,
+            )
+
+
+def _draw_mean(axes: Axes, x: float, group: DrawnGroup) -> None:
+    if group.mean is None:
+        return
+    if not group.sd:
+        axes.plot([x], [group.mean], "_", color=group.colour, markersize=5, zorder=4)
+        return
+    low, high = axes.get_ylim()
+    gap = _GAP * (high - low)
+    for side in (-1.0, 1.0):
+        ends = [group.mean + side * gap, group.mean + side * max(group.sd, gap)]
+        axes.plot([x, x], ends, color=group.colour, linewidth=1.6, solid_capstyle="butt", zorder=4)
+
+
+def _marks(groups: Sequence[DrawnGroup]) -> dict[str, str]:
+    """Return a mark for each label, none where there are no labels, one only, or too many to tell apart."""
+    labels = sorted({label for group in groups for label in group.labels})
+    complete = all(len(group.labels) == len(group.values) for group in groups)
+    return dict(zip(labels, MARKS, strict=False)) if complete and 1 < len(labels) <= len(MARKS) else {}
+
+
+def draw_difference(axes: Axes, number: Number, x: float, zero: float) -> None:
+    """Draw a difference and its interval, from `zero` on; where either does not exist, say so in its place."""
+    if not isinstance(number.value, int | float):
+        axes.text(x, zero, "undefined", color=GREY, fontsize=6.5, ha="center", va="bottom")
+        return
+    at, low, high = zero + number.value, number.ci_low, number.ci_high
+    if isinstance(low, int | float) and isinstance(high, int | float) and math.isfinite(low + high):
+        axes.plot([x, x], [zero + low, zero + high], color=BLACK, linewidth=1.4, solid_capstyle="butt", zorder=5)
+    else:
+        above = axes.annotate("no interval", (x, at), xytext=(0, 5), textcoords="offset points", ha="center")
+        above.set(color=GREY, fontsize=6.5)
+    axes.plot([x], [at], "o", color=BLACK, markersize=4.5, zorder=6)
+
+
+def set_names(axes: Axes, groups: Sequence[DrawnGroup], more: Sequence[str], width_in: float) -> None:
+    """Write each group's name with its n below its place, and `more` names after them.
+
+    Names are broken so that neighbours do not touch; where a word is too long for that they stand upright.
+    """
+    columns = len(groups) + len(more)
+    letters = int((72.0 * width_in - _BESIDE_PT) / columns / _LABEL_PT)
+    counts = [f"n{EQUALS}{len(group.values)}" for group in groups]
+    upright = any(len(word) > letters for group in groups for word in group.name.split())
+    names = [
+        "\n".join([*textwrap.wrap(group.name, _UPRIGHT if upright else letters, break_on_hyphens=False), count])
+        for group, count in zip(groups, counts, strict=True)
+    ]
+    axes.set_xticks(range(columns), [*names, *more], rotation=90 if upright else 0)
+
+
+def named_with_unit(quantity: str, unit: str) -> str:
+    """Return what stands at an axis: "Energy (J)"; the unit "1" is not written."""
+    return quantity if unit in ("", "1") else f"{quantity} ({unit})"

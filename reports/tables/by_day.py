@@ -1,0 +1,92 @@
+"""Comparisons with the control where the day is a random effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from reports.content import Comparison, ReportContent
+from reports.display import common_places, shown_unit
+from reports.inference import ByDay
+from reports.numbers import Quantity
+from reports.tables.placing import COMPARISON, EXPLORATORY, exploratory_note, placed
+from reports.tables.table import (
+    PROVENANCE,
+    STORED_UNITS,
+    Column,
+    Row,
+    Table,
+    TableKind,
+    count,
+    interval_cell,
+    interval_title,
+    number_cell,
+    provenance_cell,
+    statistic_cells,
+    statistic_columns,
+    unit_slug,
+    words,
+)
+
+
+def blocked(content: ReportContent, quantity: Quantity) -> list[tuple[Comparison, ByDay]]:
+    """Return the comparisons of a quantity that were made by day."""
+    return [
+        (comparison, comparison.by_day)
+        for comparison in content.comparisons
+        if comparison.quantity is quantity and comparison.by_day is not None
+    ]
+
+
+def _table(content: ReportContent, quantity: Quantity, name: str) -> Table:
+    found = blocked(content, quantity)
+    of = {id(comparison): by_day for comparison, by_day in found}
+    unit = STORED_UNITS[quantity]
+    slug, shown = unit_slug(unit), shown_unit(unit)[0]
+    differences = [by_day.difference for _, by_day in found]
+    places = common_places(differences)
+    columns = (
+        COMPARISON,
+        Column("days", ("days",)),
+        Column("difference", (f"difference_{slug}",), shown),
+        Column(interval_title(differences), (f"ci_low_{slug}", f"ci_high_{slug}", "ci_level"), shown),
+        *statistic_columns("t", "t"),
+        Column("day SD", (f"day_sd_{slug}",), shown),
+        Column("run SD", (f"run_sd_{slug}",), shown, shown=False),
+        PROVENANCE,
+        EXPLORATORY,
+        Column("confounding", ("confounding",), numeric=False, shown=False),
+    )
+    rows = tuple(
+        Row(
+            (
+                first,
+                count(by_day.days),
+                number_cell(by_day.difference, places),
+                interval_cell(by_day.difference, places),
+                *statistic_cells(by_day.test),
+                number_cell(by_day.day_sd, places),
+                number_cell(by_day.run_sd, places),
+                provenance_cell(by_day.difference.provenance),
+                words(comparison.exploratory),
+                words(by_day.confounding),
+            ),
+            block=block,
+            strong=comparison.headline,
+        )
+        for comparison, first, block in placed(content, [comparison for comparison, _ in found])
+        for by_day in [of[id(comparison)]]
+    )
+    caption = (
+        f"The comparisons of {quantity} with the control by day: runs of one day have the day in common (a mixed model "
+        "with the day as a random effect, REML, degrees of freedom after Satterthwaite). Day SD: how days differ, "
+        f"as a standard deviation.{exploratory_note(comparison for comparison, _ in found)}"
+    )
+    return Table(name, caption, columns, rows)
+
+
+def _of(quantity: Quantity, name: str) -> Callable[[ReportContent], Table]:
+    return lambda content: _table(content, quantity, name)
+
+
+BY_DAY_JOULES = TableKind("by_day_joules", _of(Quantity.JOULES, "by_day_joules"))
+BY_DAY_APEX = TableKind("by_day_apex", _of(Quantity.APEX, "by_day_apex"))

@@ -1,0 +1,131 @@
+"""The tests behind the comparisons in full, and the analyses of variance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from reports.content import ReportContent
+from reports.naming import levels_name, swept_factor, swept_words
+from reports.numbers import Quantity
+from reports.tables.placing import COMPARISON, placed
+from reports.tables.table import (
+    PROVENANCE,
+    STORED_UNITS,
+    Cell,
+    Column,
+    Row,
+    Table,
+    TableKind,
+    count,
+    interval_cell,
+    provenance_cell,
+    statistic_cells,
+    statistic_columns,
+    unit_slug,
+    words,
+)
+
+
+def _tests(content: ReportContent, quantity: Quantity, name: str) -> Table:
+    comparisons = [c for c in content.comparisons if c.quantity is quantity]
+    slug = unit_slug(STORED_UNITS[quantity])
+    spread, spread_p = statistic_columns("Brown-Forsythe F", "brown_forsythe", 2)
+    spread_tested = any(comparison.brown_forsythe is not None for comparison in comparisons)
+    columns = (
+        COMPARISON,
+        *statistic_columns("F", "f", 2),
+        replace(spread, shown=False),
+        replace(spread_p, title="Brown-Forsythe p", shown=spread_tested),
+        Column("chosen", ("test",), numeric=False),
+        *statistic_columns("t", "t"),
+        *statistic_columns("Welch t", "welch"),
+        Column("Welch CI", (f"welch_ci_low_{slug}", f"welch_ci_high_{slug}", "welch_ci_level"), shown=False),
+    )
+    rows = tuple(
+        Row(
+            (
+                first,
+                *statistic_cells(comparison.variance_test, 2),
+                *statistic_cells(comparison.brown_forsythe, 2),
+                words(comparison.test.name),
+                *statistic_cells(comparison.test),
+                *statistic_cells(comparison.welch),
+                interval_cell(comparison.welch_difference),
+            ),
+            block=block,
+            strong=comparison.headline,
+        )
+        for comparison, first, block in placed(content, comparisons)
+    )
+    beside = ", and Brown and Forsythe's test beside F" if spread_tested else ""
+    caption = (
+        f"Tests of the comparisons of {quantity} on {content.counted} means: the F-test for equal variances chooses "
+        f"Student's or Welch's t; Welch's stands beside it always{beside}."
+    )
+    return Table(name, caption, columns, rows)
+
+
+def _jump_tests(content: ReportContent) -> Table:
+    columns = (
+        COMPARISON,
+        Column("jumps", ("n_control", "n_treatment")),
+        *statistic_columns("F", "f", 2),
+        Column("chosen", ("test",), numeric=False),
+        *statistic_columns("t", "t"),
+        *statistic_columns("Welch t", "welch"),
+    )
+    rows = tuple(
+        Row(
+            (
+                first,
+                Cell(f"{count(comparison.n_control).text}, {count(comparison.n_treatment).text}",
+                     (comparison.n_control, comparison.n_treatment)),
+                *statistic_cells(comparison.variance_test, 2),
+                words(comparison.test.name),
+                *statistic_cells(comparison.test),
+                *statistic_cells(comparison.welch),
+            ),
+            block=block,
+        )
+        for comparison, first, block in placed(content, content.jump_comparisons)
+    )  # fmt: skip
+    caption = (
+        "Apex heights by the thesis's route, the same tests over single jumps. It takes all jumps as independent, "
+        "while jumps of one run share its bed, pack and day: the true p is larger. No claim rests on this table."
+    )
+    return Table("tests_jumps", caption, columns, rows)
+
+
+def _anovas(content: ReportContent) -> Table:
+    columns = (
+        Column("group", ("group",), numeric=False),
+        Column("n", ("n_runs",)),
+        *statistic_columns("F", "f", 2),
+        PROVENANCE,
+    )
+    rows = tuple(
+        Row(
+            (
+                words(levels_name(content, anova.group) or anova.label),
+                count(anova.n),
+                *statistic_cells(anova.test, 2),
+                provenance_cell(anova.provenance),
+            ),
+            block=anova.quantity,
+        )
+        for anova in content.anovas
+    )
+    swept = swept_words(swept_factor(content)).coefficient
+    caption = f"One-way analysis of variance over the levels of the {swept} in each group, control left out."
+    return Table("anovas", caption, columns, rows)
+
+
+def _tests_of(quantity: Quantity, name: str) -> Callable[[ReportContent], Table]:
+    return lambda content: _tests(content, quantity, name)
+
+
+TESTS_JOULES = TableKind("tests_joules", _tests_of(Quantity.JOULES, "tests_joules"))
+TESTS_APEX = TableKind("tests_apex", _tests_of(Quantity.APEX, "tests_apex"))
+TESTS_JUMPS = TableKind("tests_jumps", _jump_tests)
+ANOVAS = TableKind("anovas", _anovas)

@@ -1,0 +1,124 @@
+"""Size and coverage as simulated: how often each test errs and each interval covers where that is not as stated.
+
+`recorded.csv` beside this module holds the shares of studies without an effect in which a test of level 0.05 rejects,
+and of studies in which an interval of level 0.95 holds the truth, by method and design; how each was simulated stands
+in docs/statistics.md.
+"""
+
+from __future__ import annotations
+
+import csv
+import importlib.resources
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+FILE = importlib.resources.files("stats") / "recorded.csv"
+COLUMNS = (
+    "method",
+    "kind",
+    "n",
+    "sd_ratio",
+    "days",
+    "day_sd",
+    "layout",
+    "distribution",
+    "nominal",
+    "value",
+    "standard_error",
+    "runs",
+    "seed",
+)
+MOST_SIZE, LEAST_COVERAGE = 0.06, 0.93
+"""Beyond these a report says so."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """One method on one design, simulated."""
+
+    method: str
+    kind: str
+    """"size": share of studies without an effect that are rejected; "coverage": share of intervals with the truth."""
+    n: tuple[int, ...]
+    """Number of values of each group, over all days."""
+    sd_ratio: float
+    """SD of the first group over that of the last; those between lie on equal ratios."""
+    days: int | None
+    """Days that each group was measured on; None where there are no days."""
+    nominal: float
+    """Level of the test, or of the interval."""
+    value: float
+    runs: int
+    """Number of simulated studies; the Monte-Carlo error is sqrt(value (1 - value) / runs)."""
+    day_sd: float | None = None
+    """SD between days in SDs of the last group's values; None where there are no days."""
+    layout: str = ""
+    """"shared" where all groups share their days, "own" where each has days of its own; of shared days "holes"
+    where values are missing, "runs" where each group has two runs a day; empty without days."""
+    distribution: str = "normal"
+    """Of the values: normal, t5, t3, exponential or uniform."""
+
+    @property
+    def weak(self) -> bool:
+        """Whether the size is above 0.06 or the coverage below 0.93."""
+        return self.value > MOST_SIZE if self.kind == "size" else self.value < LEAST_COVERAGE
+
+
+@lru_cache(maxsize=1)
+def recorded() -> tuple[Recorded, ...]:
+    """Return all rows, in the order of the file."""
+    return tuple(map(_row, csv.DictReader(FILE.read_text(encoding="utf-8").splitlines())))
+
+
+def weak_points(
+    method: str,
+    n: Sequence[int],
+    days: int | None = None,
+    *,
+    layout: str | None = None,
+    distribution: str = "normal",
+) -> tuple[Recorded, ...]:
+    """Return where a method errs more than 0.06 or covers less than 0.93, at the recorded sizes nearest to `n`.
+
+    `n` holds the number of values of each group; with `days`, rows simulated over the nearest number of days are
+    meant, otherwise rows without days where there are any. Nearest is by the ratios of smallest and largest group.
+    Empty where the method holds what it states there, or is none of those recorded.
+    """
+    rows = [
+        row
+        for row in recorded()
+        if row.method == method and row.distribution == distribution and layout in (None, row.layout)
+    ]
+    if days is None:
+        rows = [row for row in rows if row.days is None] or rows
+    else:
+        rows = [row for row in rows if row.days is not None] or rows
+    if not rows or not n or min(n) < 1:
+        return ()
+    least = min(_distance(row, n, days) for row in rows)
+    return tuple(row for row in rows if row.weak and _distance(row, n, days) == least)
+
+
+def _distance(row: Recorded, n: Sequence[int], days: int | None) -> tuple[float, float]:
+    """Return how far apart the numbers of days are, and then how far the group sizes."""
+    apart = 0.0 if days is None or row.days is None else abs(row.days - days)
+    sizes = ((min(row.n), min(n)), (max(row.n), max(n)))
+    return apart, math.fsum(abs(math.log(one / other)) for one, other in sizes)
+
+
+def _row(fields: dict[str, str]) -> Recorded:
+    return Recorded(
+        method=fields["method"],
+        kind=fields["kind"],
+        n=tuple(map(int, fields["n"].split())),
+        sd_ratio=float(fields["sd_ratio"]),
+        days=int(fields["days"]) if fields["days"] else None,
+        nominal=float(fields["nominal"]),
+        value=float(fields["value"]),
+        runs=int(fields["runs"]),
+        day_sd=float(fields["day_sd"]) if fields["day_sd"] else None,
+        layout=fields["layout"],
+        distribution=fields["distribution"],
+    )

@@ -1,0 +1,63 @@
+"""What a user is told about deciding on the analysis: before anything is measured, and after."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.cli.shell import good, labbook
+from tests.helpers.books import SmallBook, small_book
+
+EXAMPLE = '\n[analysis]\nprimary_outcome = "joules"\nalpha = 0.05\napex_bounds_percent = [-3, 3]\n'
+
+
+def test_a_new_book_is_asked_to_decide_in_time(tmp_path: Path) -> None:
+    said = good(labbook("init", "new", "--as", "Ada Nwosu", at=tmp_path)).out
+    assert "Decide there under [analysis], before the first run is ingested" in said
+
+
+def test_today_says_that_nothing_is_decided_until_it_is_or_it_is_too_late(stated: SmallBook) -> None:
+    undecided = "nothing is decided about the analysis: write [analysis] in labbook.toml"
+    assert undecided in good(labbook("today", at=stated.folder)).out
+    assert "yet: write [analysis]" in good(labbook("analysis", at=stated.folder)).out
+    plain = stated.toml.read_text()
+    stated.toml.write_text(plain + EXAMPLE)
+    assert undecided not in good(labbook("today", at=stated.folder)).out
+    assert "which the book takes over" in good(labbook("analysis", at=stated.folder)).out
+    stated.toml.write_text(plain)
+    good(labbook("ingest", stated.log("r001"), at=stated.folder))
+    assert undecided not in good(labbook("today", at=stated.folder)).out
+    (line,) = good(labbook("analysis", at=stated.folder)).out.splitlines()
+    assert "every comparison is exploratory" in line
+
+
+def test_what_was_decided_is_shown_with_its_day_and_its_departures(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False, two_people=True)
+    made.toml.write_text(made.toml.read_text() + EXAMPLE)
+    good(labbook("charge", "r001", "120", "--as", "BO", at=made.folder))
+    (line,) = good(labbook("analysis", at=made.folder)).out.splitlines()
+    assert line.startswith("Decided on 20")
+    assert "by Ben Ode, before the first measurement" in line
+    assert "the primary outcome is joules a jump" in line
+    assert "from -3 to 3 % of the control's count as none" in line
+    made.toml.write_text(made.toml.read_text().replace("0.05\n", "0.1\n"))
+    good(labbook("note", "r001", "heard", "--as", "AN", at=made.folder))
+    decided, departure = good(labbook("analysis", at=made.folder)).out.splitlines()
+    assert decided == line
+    assert departure.startswith(
+        "Departure: alpha was 0.05 before the first run was ingested and is 0.1 in labbook.toml"
+    )
+    assert departure.endswith("(Ada Nwosu): what was stated before stands.")
+
+
+def test_leaving_out_for_a_reason_that_was_not_allowed_is_remarked_on(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + EXAMPLE + 'exclusions = ["misfire", "sensor_fault"]\n')
+    good(labbook("ingest", made.log("r001"), at=made.folder))
+    remark = "look again: [analysis] allows misfire, sensor_fault, so the report calls exploratory what rests on"
+    assert remark in good(labbook("jumps", "reject", "r001", "1", "--reason", "wrong_apex", at=made.folder)).out
+    assert remark not in good(labbook("jumps", "reject", "r001", "1", "--reason", "misfire", at=made.folder)).out
+    assert remark not in good(labbook("jumps", "clear", "r001", "1", at=made.folder)).out
+    assert remark in good(labbook("void", "r001", "--reason", "foot came loose", at=made.folder)).out
+    assert remark not in good(labbook("void", "r001", "--undo", "--reason", "it was r002", at=made.folder)).out
+    assert remark not in good(labbook("void", "r001", "--reason", "sensor fault: no string", at=made.folder)).out
+    assert "Departure" not in good(labbook("analysis", at=made.folder)).out

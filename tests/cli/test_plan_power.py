@@ -1,0 +1,46 @@
+"""`labbook plan --power` from the command line: it prints, and touches nothing."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from scipy import stats
+
+from tests.cli.shell import good, labbook, refused, unchanged
+from tests.helpers.books import SmallBook
+
+POWER = ("plan", "--power", "--saving", "10", "--sd", "4", "--mean", "42")
+
+
+def test_it_says_what_is_needed_and_writes_nothing(fresh: SmallBook) -> None:
+    with unchanged(fresh.folder):
+        shown = good(labbook(*POWER, at=fresh.folder)).out
+        data = good(labbook(*POWER, "--json", at=fresh.folder)).json
+    lines = shown.splitlines()
+    assert lines[0] == "To be found: a difference of 4.2 J in joules a jump, 10 % of the control's 42 J."
+    (student,) = [line.split() for line in lines if line.startswith("Student's t  ")]
+    assert student == ["Student's", "t", "0.05", "16", "70", "5", "60.3", "%"]
+    assert "With n = 16, 16 Student's t-test for a difference of 4.2 at sd 4 (two-sided) at alpha = 0.05" in shown
+    assert "Assumed: independent normal values" in shown
+    assert data["needed"][0]["n"] == 16
+    ncp, critical = 4.2 / 4 * math.sqrt(10 / 2), stats.t.isf(0.025, 18)
+    chance = stats.nct.sf(critical, 18, ncp) + stats.nct.cdf(-critical, 18, ncp)
+    assert data["needed"][0]["powers"]["10"] == pytest.approx(chance, rel=1e-9)
+    assert data["difference"] == pytest.approx(4.2)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ((*POWER, "--seed", "3"), "--power draws nothing and has no use for --seed"),
+        ((*POWER, "--withdraw", "--why", "new"), "--power draws nothing and has no use for --withdraw and --why"),
+        (("plan", "--seed", "3", "--saving", "10"), "no use for --saving: leave that out, or add --power"),
+        (("plan", "--withdraw", "--why", "new", "--target", "0.9"), "no use for --target"),
+        (("plan", "--power"), "add --saving 10 (percent of the control) or --difference 4"),
+        ((*POWER, "--method", "blockd"), "blocked"),
+    ],
+)
+def test_options_that_do_not_go_together_are_refused(fresh: SmallBook, words: tuple[str, ...], said: str) -> None:
+    with unchanged(fresh.folder):
+        refused(labbook(*words, at=fresh.folder), 2, said)

@@ -1,0 +1,270 @@
+"""`labbook stats` on tables: real files, the numbers of `stats`, what is missing, undefined or refused."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stats.anova import one_way_anova
+from stats.blocked import blocked_by_day
+from stats.dunnett import dunnett
+from stats.equivalence import equivalence
+from stats.results import as_dict
+from stats.savings import percent_savings
+from stats.tukey import compare_all_pairs
+from stats.two_sample import compare_two
+from stats.welch_anova import welch_anova
+from tests.cli.shell import good, labbook, refused
+from tests.helpers import nist
+
+CE = ("16.31", "15.9", "17.05", "16.6", "15.2")
+AD = ("14.2", "13.9", "14.45", "13.1", "14.9")
+DAYS = ("1", "1", "2", "2", "3")
+BY = ("--value", "energy_J", "--by", "controller", "--control", "CE")
+
+
+def written(folder: Path, lines: Sequence[str], name: str = "data.csv") -> Path:
+    path = folder / name
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+def table(folder: Path, groups: Mapping[str, Sequence[str]], sep: str = ",", days: Sequence[str] = DAYS) -> Path:
+    rows = [
+        sep.join((name, value, day))
+        for name, values in groups.items()
+        for value, day in zip(values, days, strict=False)
+    ]
+    return written(folder, [sep.join(("controller", "energy_J", "date")), *rows])
+
+
+def decimals(values: Sequence[str]) -> list[Decimal]:
+    return [Decimal(value) for value in values]
+
+
+def found(result: Any) -> Any:
+    """A result as JSON gives it back, every digit kept."""
+    return json.loads(json.dumps(as_dict(result)))
+
+
+@pytest.fixture
+def data(tmp_path: Path) -> Path:
+    return table(tmp_path, {"CE": CE, "AD": AD})
+
+
+def run(path: Path, *words: str) -> Any:
+    return good(labbook("stats", words[0], path, *words[1:], "--json", at=path.parent)).json
+
+
+def test_json_holds_the_results_of_stats_unrounded(data: Path) -> None:
+    ce, ad = decimals(CE), decimals(AD)
+    (compared,) = run(data, "compare", *BY, "--route", "welch", "--level", "0.9")["comparisons"]
+    assert compared == {"a": "AD", "b": "CE", **found(compare_two(ad, ce, route="welch", alpha=0.1))}
+    several = run(data, "anova", *BY)
+    groups = {"CE": ce, "AD": ad}
+    assert several["one_way"] == found(one_way_anova(groups))
+    assert several["welch"] == found(welch_anova(groups))
+    assert several["tukey"] == found(compare_all_pairs(groups))
+    assert several["games_howell"] == found(compare_all_pairs(groups, variances="unequal"))
+    assert several["dunnett"] == found(dunnett(ce, {"AD": ad}, control_name="CE"))
+    assert [one["test"] for one in several["variances"]] == ["Brown-Forsythe", "Levene", "Bartlett"]
+    (saved,) = run(data, "savings", *BY)["savings"]
+    assert saved == {"treated": "AD", "control": "CE", **found(percent_savings(ce, ad))}
+    (equal,) = run(data, "equivalence", *BY, "--low", "-3", "--high", "2.5", "--route", "student")["equivalence"]
+    assert equal == {"a": "AD", "b": "CE", **found(equivalence(ad, ce, -3, 2.5, route="student"))}
+    (above,) = run(data, "equivalence", *BY, "--low", "-20", "--percent")["equivalence"]
+    assert above == {"a": "AD", "b": "CE", **found(equivalence(ad, ce, -20, None, bounds="percent"))}
+    by_day = run(data, "blocked", *BY, "--day", "date")["blocked"]
+    assert by_day == found(blocked_by_day(ce + ad, ["CE"] * 5 + ["AD"] * 5, DAYS * 2, control="CE"))  # type: ignore[arg-type]
+
+
+def test_text_begins_with_the_sentence_and_explains_every_field(data: Path) -> None:
+    compared = compare_two(decimals(AD), decimals(CE))
+    shown = good(labbook("stats", "compare", data, *BY, at=data.parent)).out.splitlines()
+    assert shown[0] == compared.sentence("AD", "CE", "J")
+    assert {line.split()[0] for line in shown if line.startswith("  ")} == {
+        name for name in as_dict(compared) if not name.endswith("_reason")
+    }
+    assert any(re.match(r"  difference_ci +-\d\.\d+ to -\d\.\d+", line) for line in shown)
+    assert "  f_p " in "\n".join(shown)
+    assert "Two-sided p of the F-test for equal variances." in "\n".join(shown)
+    for words in (("anova",), ("savings",), ("equivalence", "--low", "-3"), ("blocked", "--day", "date")):
+        text = good(labbook("stats", words[0], data, *BY, *words[1:], at=data.parent)).out
+        assert text.split("\n")[0].endswith(".")
+        assert not re.search(r"\b(nan|None|Undefined)\b", text)
+
+
+def test_runs_within_days_are_a_column_too(tmp_path: Path) -> None:
+    rows = [
+        f"{name},{value},{day},{place % 2}"
+        for name, values in (("CE", CE), ("AD", AD))
+        for place, (value, day) in enumerate(zip(values[:4] * 2, "11112222", strict=True))
+    ]
+    path = written(tmp_path, ["controller,energy_J,date,run", *rows])
+    nested = run(path, "blocked", *BY, "--day", "date", "--run-within-day", "run")["blocked"]
+    assert (nested["n_runs"], nested["n"]) == (4, 16)
+    assert run(path, "blocked", *BY, "--day", "date")["blocked"]["n_runs"] is None
+
+
+@pytest.mark.parametrize("sep", [";", "\t", "|"])
+def test_a_decimal_comma_is_a_decimal_point(sep: str, data: Path, tmp_path: Path) -> None:
+    right = run(data, "compare", *BY)["comparisons"]
+    (tmp_path / "comma").mkdir()
+    commas = {name: [value.replace(".", ",") for value in values] for name, values in (("CE", CE), ("AD", AD))}
+    assert run(table(tmp_path / "comma", commas, sep), "compare", *BY)["comparisons"] == right
+
+
+def test_what_could_be_thousands_is_asked_about(tmp_path: Path) -> None:
+    path = table(tmp_path, {"CE": ("1,234", "1,250"), "AD": ("1,260", "1,311")}, ";")
+    refused(labbook("stats", "compare", path, *BY, at=tmp_path), 2, "'1,234'", "could be a decimal or thousands")
+    (compared,) = run(path, "compare", *BY, "--decimal", ",")["comparisons"]
+    assert compared["mean_a"] == 1.2855
+    refused(labbook("stats", "compare", path, *BY, "--decimal", ".", at=tmp_path), 2, "'1,234'", "line 2")
+
+
+def test_decimals_at_a_large_offset_lose_no_digit(tmp_path: Path) -> None:
+    """NIST's hardest set: 18009 decimals at 1e12, of which doubles keep four digits of F."""
+    rows = [f"{name},{value}" for name, values in nist.groups("SmLs09").items() for value in values]
+    path = written(tmp_path, ["group,y", *rows])
+    result = run(path, "anova", "--value", "y", "--by", "group")["one_way"]
+    assert nist.digits(result["f"], nist.exact("SmLs09", "anova", "F", decimals=True)) > 14
+    assert result["p"] == 0.0
+    assert result["log10_p"] < -2000
+
+
+def test_conditions_choose_rows(tmp_path: Path) -> None:
+    lines = ["foot,gain,energy,day", "small,0,1,2021-06-14", "small,0,2,2021-06-16", "small,100,5,2021-06-16"]
+    path = written(tmp_path, [*lines, "small,100,7,2021-06-16", "large,0,90,2021-06-16", ",0,80,2021-06-16"])
+    words = ("compare", "--value", "energy", "--by", "gain")
+    for where in ("foot=small", "not foot in (large) and energy<50", "energy < 50 or energy > 1000", "foot!=large"):
+        groups = run(path, *words, "--where", where)["groups"]
+        assert groups == {"gain 0": 2, "gain 100": 2}, where
+    assert run(path, *words, "--where", "day>=2021-06-16 and foot=small")["groups"] == {"gain 0": 1, "gain 100": 2}
+    refused(
+        labbook("stats", *words[:1], path, *words[1:], "--where", "fot=small", at=tmp_path), 2, "did you mean 'foot'?"
+    )
+    refused(labbook("stats", *words[:1], path, *words[1:], "--where", "gain=x", at=tmp_path), 2, "is not a number")
+
+
+def test_missing_values_are_refused_or_dropped_and_counted(tmp_path: Path) -> None:
+    path = table(tmp_path, {"CE": (*CE[:4], ""), "AD": ("14.2", "NaN", "14.45", "n/a", "14.9")})
+    said = "3 of 10 rows", "the first in line 6", "--missing drop"
+    refused(labbook("stats", "compare", path, *BY, at=tmp_path), 2, *said)
+    dropped = run(path, "compare", *BY, "--missing", "drop")
+    (compared,) = dropped["comparisons"]
+    assert (compared["n_a"], compared["n_b"], compared["missing_a"], compared["missing_b"]) == (3, 4, 2, 1)
+    assert dropped["groups"] == {"CE": 4, "AD": 3}
+    assert "3 of 10 rows lack a value or a label and are left out." in dropped["notes"]
+    shown = good(labbook("stats", "compare", path, *BY, "--missing", "drop", at=tmp_path)).out
+    assert "3 missing left out" in shown.splitlines()[0]
+    assert run(path, "blocked", *BY, "--day", "date", "--missing", "drop")["blocked"]["n"] == 7
+    refused(labbook("stats", "compare", path, *BY, "--missing", "ignore", at=tmp_path), 2, "'ignore'")
+
+
+W1 = {"a": ["0.04"] * 10, "b": ["0.04"] * 30}
+W2 = {"a": ["0.1"] * 3, "b": ["0.1"] * 7}
+
+
+@pytest.mark.parametrize("groups", [W1, W2], ids=["W1", "W2"])
+@pytest.mark.parametrize(
+    "words",
+    [("compare",), ("anova",), ("savings",), ("equivalence", "--low=-1", "--high=1"), ("blocked", "--day=date")],
+    ids=lambda words: words[0],
+)
+def test_constant_groups_have_no_p_and_say_why(
+    groups: Mapping[str, Sequence[str]], words: Sequence[str], tmp_path: Path
+) -> None:
+    """scipy and statsmodels make p = 4.6e-6 and 0.032 of these."""
+    path = table(tmp_path, groups, days=("1", "2", "3") * 10)
+    given = (words[0], path, "--value", "energy_J", "--by", "controller", *words[1:])
+    pictures = [f"--{name}={name}.png" for name in ("plot", "qq", "residuals")]
+    shown = good(labbook("stats", *given, *pictures, at=tmp_path)).out
+    assert "undefined because" in shown
+    assert "scatter" in shown
+    data = good(labbook("stats", *given, "--json", at=tmp_path)).json
+    assert not [name for name, value in flat(data) if re.search(r"(^|\.)p$", name) and value is not None]
+
+
+def flat(data: Any, name: str = "") -> list[tuple[str, Any]]:
+    """Every number of nested data with its path."""
+    if isinstance(data, dict):
+        return [pair for key, value in data.items() for pair in flat(value, f"{name}.{key}")]
+    if isinstance(data, list):
+        return [pair for value in data for pair in flat(value, name)] if any(isinstance(v, dict) for v in data) else []
+    return [(name, data)]
+
+
+def test_several_groups_are_a_family_and_can_be_one(tmp_path: Path) -> None:
+    path = table(tmp_path, {"0": CE, "100": AD, "50": ("15.1", "15.3", "14.8", "15.9", "15.0")})
+    words = ("--value", "energy_J", "--by", "controller")
+    each = run(path, "compare", *words)
+    assert [one["a"] for one in each["comparisons"]] == ["controller 50", "controller 100"]
+    assert each["holm"]["names"] == ["controller 50", "controller 100"]
+    assert min(each["holm"]["adjusted_p"]) == pytest.approx(2 * min(one["welch_p"] for one in each["comparisons"]))
+    assert "the first in order" in each["notes"][0]
+    (pooled,) = run(path, "compare", *words, "--pooled", "--control", "100")["comparisons"]
+    assert (pooled["a"], pooled["n_a"]) == ("every other controller", 10)
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_figures_are_written_in_every_form(ending: str, data: Path) -> None:
+    begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending]
+    for words in (("compare",), ("anova",), ("savings",), ("equivalence", "--low", "-3"), ("blocked", "--day", "date")):
+        names = {name: f"{words[0]}_{name}.{ending}" for name in ("plot", "qq", "residuals")}
+        said = run(data, words[0], *BY, *words[1:], *(f"--{name}={file}" for name, file in names.items()))
+        assert said["files"] == names
+        assert all((data.parent / file).read_bytes().startswith(begins) for file in names.values())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--value", "energyJ", "--by", "controller"], "did you mean 'energy_J'?"),
+        (["--value", "energy_J", "--by", "contoller"], "did you mean 'controller'?"),
+        (["--value", "energy_J", "--by", "controller", "--control", "CF"], "did you mean 'CE'?"),
+        (["--value", "energy_J"], "data.csv has 'controller', 'energy_J', 'date'"),
+        (["--value", "controller", "--by", "date"], "'CE' in column 'controller', line 2 of"),
+        ([*BY, "--quantity", "apex"], "--quantity is about a book"),
+        ([*BY, "--alpha", "0.1", "--level", "0.95"], "--alpha 0.1 and --level 0.95 differ"),
+        ([*BY, "--alpha", "5"], "--alpha is 5.0: give a number between 0 and 1"),
+        ([*BY, "--where", "controller=CE"], "all values belong to one group (CE)"),
+        ([*BY, "--where", "controller=XX"], "there is no value to group by controller"),
+        ([*BY, "--qq", "a"], "--qq a does not say which form"),
+    ],
+)
+def test_refused_with_a_sentence(words: list[str], said: str, data: Path) -> None:
+    refused(labbook("stats", "compare", data, *words, at=data.parent), 2, said)
+
+
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ([], "is no table of several columns"),
+        (["a", "1"], "is no table of several columns"),
+        (["g,x", "a,1", "b,2,3"], "line 3 of bad.csv has 3 cells and the header 2"),
+        (["g,x"], "has a header and no rows"),
+        (["x,x", "a,1"], "several columns named 'x'"),
+        (["g,x", "a,1", "b,inf"], "'inf' in column 'x', line 3"),
+        (["g,x", "a,1", "b,1 234.5"], "'1 234.5' in column 'x', line 3"),
+    ],
+)
+def test_tables_that_cannot_be_read_are_refused_with_the_line(lines: list[str], said: str, tmp_path: Path) -> None:
+    written(tmp_path, lines, "bad.csv")
+    refused(labbook("stats", "compare", "bad.csv", "--value", "x", "--by", "g", at=tmp_path), 2, said)
+
+
+def test_more_that_is_refused(data: Path) -> None:
+    for words, said in (
+        (["blocked", data, *BY], "add --day COLUMN"),
+        (["blocked", data, *BY, "--day", "dat"], "did you mean 'date'?"),
+        (["equivalence", data, *BY], "add --low and --high"),
+        (["equivalence", data, *BY, "--low", "3", "--high", "1"], "give the lower one first"),
+        (["compare", "nowhere.csv", *BY], "nowhere.csv does not exist"),
+    ):
+        refused(labbook("stats", *words, at=data.parent), 2, said)

@@ -1,0 +1,192 @@
+"""`labbook stats` on a book: the numbers are the report's own, and nothing is written."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from data_schema.vocabulary import Undefined
+from labbook.analysis import pairing
+from labbook.book.opening import opened
+from labbook.presenting.making import make_report
+from reports.content import Comparison, Quantity, ReportContent
+from reports.numbers import Number
+from stats.blocked import blocked_by_day
+from tests.cli.shell import good, labbook, refused, unchanged
+from tests.helpers.books import SmallBook, small_book
+
+SMALL = ("--where", "foot=small")
+
+
+@dataclass(frozen=True)
+class Reported:
+    """A book in which runs differ in duration, so that the drain's error does not cancel, and its report."""
+
+    book: SmallBook
+    content: ReportContent
+
+    def comparison(self, quantity: Quantity, family: str) -> Comparison:
+        (found,) = [item for item in self.content.comparisons if (item.quantity, item.family) == (quantity, family)]
+        return found
+
+    def stats(self, *words: str) -> Any:
+        with unchanged(self.book.folder):
+            return good(labbook("stats", *words, *SMALL, "--json", at=self.book.folder)).json
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory: pytest.TempPathFactory) -> Reported:
+    book = small_book(tmp_path_factory.mktemp("stats"))
+    for run, seconds in (("r002", 1000), ("r004", 900), ("r010", 600)):
+        good(labbook("correct", run, f"duration_s={seconds}", "--why", "timed by hand", at=book.folder))
+    with opened(book.folder) as opened_book, opened_book.reading() as connection:
+        made = make_report(
+            connection, opened_book.store, opened_book.configuration, where=SMALL[1], made_at="2021-07-01T12:00:00Z"
+        )
+    return Reported(book, made.content)
+
+
+def ends(number: Number | None) -> list[Any]:
+    assert number is not None
+    return [number.ci_low, number.ci_high]
+
+
+@pytest.mark.parametrize(("name", "quantity"), [("joules", Quantity.JOULES), ("apex", Quantity.APEX)])
+@pytest.mark.parametrize("pooled", [(), ("--pooled",)], ids=["each", "pooled"])
+def test_compare_gives_the_numbers_of_the_report(
+    reported: Reported, name: str, quantity: Quantity, pooled: tuple[str, ...]
+) -> None:
+    found = reported.stats("compare", "--quantity", name, *pooled)
+    (mine,) = found["comparisons"]
+    theirs = reported.comparison(quantity, pairing.POOLED if pooled else pairing.EACH)
+    assert (mine["n_a"], mine["n_b"]) == (theirs.n_treatment, theirs.n_control) == (4, 4)
+    assert mine["difference"] == theirs.difference.value
+    assert mine["difference_ci"] == ends(theirs.difference)
+    assert [mine["t"], mine["df"], mine["p"]] == [theirs.test.statistic, *theirs.test.df, theirs.test.p]
+    assert [mine["welch_t"], mine["welch_df"], mine["welch_p"]] == [
+        theirs.welch.statistic,
+        *theirs.welch.df,
+        theirs.welch.p,
+    ]
+    assert mine["welch_ci"] == ends(theirs.welch_difference)
+    assert [mine["f"], mine["f_p"]] == [theirs.variance_test.statistic, theirs.variance_test.p]
+    assert 10 ** mine["log10_p"] == pytest.approx(mine["p"], rel=1e-12)
+    assert (found["unit"], found["source"]) == ("J" if name == "joules" else "m", "book")
+    if name == "joules":
+        assert theirs.difference.shared_se is not None
+        assert not isinstance(theirs.difference.shared_se, Undefined)
+        assert theirs.difference.shared_se > 0.0, "the drain's error must not cancel here"
+
+
+def test_savings_are_those_of_the_report(reported: Reported) -> None:
+    (mine,) = reported.stats("savings", "--pooled")["savings"]
+    theirs = reported.comparison(Quantity.JOULES, pairing.POOLED).savings
+    assert theirs is not None
+    assert mine["percent"] == theirs.value
+    assert mine["percent_ci"] == ends(theirs)
+    assert [mine["se_percent"], mine["shared_se_percent"], mine["df"]] == [theirs.se, theirs.shared_se, theirs.df]
+
+
+def test_values_days_and_controls_are_the_books(reported: Reported) -> None:
+    conditions = {
+        condition.control: condition for condition in reported.content.conditions if condition.apex is not None
+    }
+    control, treated = (
+        {value.run: value.value for value in conditions[is_control].apex.runs}  # type: ignore[union-attr]
+        for is_control in (True, False)
+    )
+    found = reported.stats("blocked", "--quantity", "apex")
+    runs = {**control, **treated}
+    by_hand = blocked_by_day(
+        list(runs.values()),
+        ["treated" if run in treated else "control" for run in runs],
+        ["2021-06-14" if run < "r009" else "2021-06-16" for run in runs],
+        control="control",
+    )
+    assert found["blocked"]["p"] == by_hand.p
+    assert found["blocked"]["contrasts"][0]["difference"] == by_hand.contrasts[0].difference
+    assert found["control"] == "b_ad_gain 0"
+    assert found["groups"] == {"b_ad_gain 0": 4, "b_ad_gain 100": 4}
+    assert found["blocked"]["n_days"] == 2
+
+
+def test_joules_over_days_carry_the_drains_error(reported: Reported) -> None:
+    by_day = reported.stats("blocked")["blocked"]
+    compared = reported.comparison(Quantity.JOULES, pairing.POOLED)
+    (contrast,) = by_day["contrasts"]
+    assert contrast["difference"] == pytest.approx(compared.difference.value)
+    half = (contrast["interval"][1] - contrast["interval"][0]) / 2
+    assert half / contrast["se"] > np.abs(compared.difference.shared_se) / contrast["se"]
+
+
+def test_single_jumps_stay_within_their_run(reported: Reported) -> None:
+    found = reported.stats("blocked", "--quantity", "apex", "--run-within-day", "run")
+    heights = [condition.apex for condition in reported.content.conditions]
+    assert found["blocked"]["n"] == sum(summary.jumps or 0 for summary in heights if summary is not None)
+    assert found["blocked"]["n"] > 20
+    assert found["blocked"]["n_runs"] == 8
+    assert isinstance(found["blocked"]["run_variance"], float)
+
+
+def test_other_groups_and_what_is_pooled_over_is_said(reported: Reported) -> None:
+    found = good(labbook("stats", "anova", "--by", "foot", "--json", at=reported.book.folder)).json
+    assert found["groups"] == {"large": 4, "small": 8}
+    assert "several levels of b_ad_gain" in found["notes"][0]
+    days = good(
+        labbook("stats", "compare", "--by", "day", "--quantity", "apex", "--json", at=reported.book.folder)
+    ).json
+    assert days["groups"] == {"2021-06-14": 6, "2021-06-16": 6}
+
+
+def test_runs_without_a_number_are_left_out_as_in_the_report_and_named(tmp_path: Path) -> None:
+    book = small_book(tmp_path, ingested=False)
+    good(labbook("ingest", book.instruments / "logs", at=book.folder))
+    good(labbook("void", "r001", "--reason", "foot came loose", at=book.folder))
+    found = good(labbook("stats", "compare", "--quantity", "apex", *SMALL, "--json", at=book.folder)).json
+    assert found["groups"] == {"b_ad_gain 0": 3, "b_ad_gain 100": 4}
+    assert found["notes"] == []
+    refused(labbook("stats", "compare", at=book.folder), 2, "no value to group by b_ad_gain")
+
+
+def test_bounds_of_the_book_are_taken_for_its_heights(tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    refused(labbook("stats", "equivalence", "--quantity", "apex", at=book.folder), 2, "add --low and --high")
+    text = book.toml.read_text(encoding="utf-8")
+    book.toml.write_text(f"{text}\n[analysis]\nalpha = 0.1\napex_bounds_percent = [-4, 5]\n", encoding="utf-8")
+    (found,) = good(labbook("stats", "equivalence", "--quantity", "apex", *SMALL, "--json", at=book.folder)).json[
+        "equivalence"
+    ]
+    assert (found["low"], found["high"], found["bounds"], found["alpha"]) == (-4.0, 5.0, "percent", 0.1)
+    (other,) = good(
+        labbook("stats", "equivalence", "--quantity", "apex", *SMALL, "--low", "-0.1", "--json", at=book.folder)
+    ).json["equivalence"]
+    assert (other["low"], other["high"], other["high_reason"]) == (-0.1, None, "no upper bound was asked for")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["compare", "--by", "b_ad"], "'b_ad' is not a known factor or column of runs: did you mean 'b_ad_gain'?"),
+        (["compare", "--quantity", "joule"], "did you mean 'joules'?"),
+        (["compare", "--control", "10"], "is not a known level of b_ad_gain"),
+        (["compare", "--value", "x"], "--value is about a table"),
+        (["blocked", "--day", "x"], "--day is about a table"),
+        (["compare", "--missing", "drop"], "--missing is about a table"),
+        (["compare", "--where", "foot=smal"], "did you mean 'small'?"),
+        (["compare", "--where", "b_ad_gain=0"], "all values belong to one group (b_ad_gain 0)"),
+        (["compare", "--route", "welsh"], "did you mean 'welch'?"),
+        (["blocked", "--run-within-day", "run"], "--quantity apex"),
+        (["blocked", "--run-within-day", "jump"], "is not a known unit"),
+        (["compare", "--plot", "a.jpg"], "--plot a.jpg does not say which form"),
+    ],
+)
+def test_refused_with_a_sentence(reported: Reported, words: list[str], said: str) -> None:
+    refused(labbook("stats", *words, at=reported.book.folder), 2, said)
+
+
+def test_away_from_a_book_a_table_is_asked_for(tmp_path: Path) -> None:
+    refused(labbook("stats", "compare", at=tmp_path), 2, "there is no book")

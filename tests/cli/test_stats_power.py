@@ -1,0 +1,70 @@
+"""`labbook stats power`: the power of an n, the n of a power, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from stats.power import power_anova, power_equivalence, power_t, power_welch
+from stats.results import as_dict
+from tests.cli.shell import good, labbook, refused
+
+
+def plan(tmp_path: Path, *words: str) -> Any:
+    return good(labbook("stats", "power", *words, "--json", at=tmp_path)).json["plan"]
+
+
+def test_the_power_of_so_many_values(tmp_path: Path) -> None:
+    sd = ("--sd", "1.2")
+    expected = {
+        ("--difference", "1.5", *sd, "--n", "10"): power_t(1.5, 1.2, 10, 10),
+        ("--difference", "1.5", *sd, "--n", "10", "--n", "5", "--one-sided"): power_t(1.5, 1.2, 10, 5, sides=1),
+        ("--test", "welch", "--difference", "1.5", *sd, "--sd", "2", "--n", "10"): power_welch(1.5, 1.2, 2, 10, 10),
+        ("--test", "anova", "--mean", "1", "--mean", "2", "--mean", "4", *sd, "--n", "4"): power_anova(
+            [1, 2, 4], 1.2, 4
+        ),
+        ("--test", "tost", "--low", "-5", "--high", "4", *sd, "--n", "3", "--alpha", "0.01"): power_equivalence(
+            0, 1.2, -5, 4, 3, 3, alpha=0.01
+        ),
+    }
+    for words, right in expected.items():
+        assert plan(tmp_path, *words) == {**as_dict(right), "group_ns": list(right.group_ns)}
+
+
+def test_the_smallest_n_that_reaches_the_power(tmp_path: Path) -> None:
+    found = plan(tmp_path, "--difference", "1.5", "--sd", "1.2", "--power", "0.9")
+    n, _same = found["group_ns"]
+    assert found["power"] >= 0.9
+    assert power_t(1.5, 1.2, n - 1, n - 1).power < 0.9  # type: ignore[operator]
+    shown = good(labbook("stats", "power", "--difference", "1.5", "--sd", "1.2", at=tmp_path)).out
+    assert shown.startswith("With n = 12, 12 Student's t-test for a difference of 1.5 at sd 1.2")
+
+
+def test_what_no_n_reaches_and_what_has_no_power_is_undefined(tmp_path: Path) -> None:
+    words = ("--test", "tost", "--low", "-1", "--high", "1", "--difference", "2", "--sd", "1")
+    never = good(labbook("stats", "power", *words, "--json", at=tmp_path)).json
+    assert never["plan"] is None
+    assert "do not reach a power of 0.8" in never["plan_reason"]
+    assert "undefined because" in good(labbook("stats", "power", *words, at=tmp_path)).out
+    single = ("--difference", "1", "--sd", "1", "--n", "1")
+    assert "undefined because there are too few values" in good(labbook("stats", "power", *single, at=tmp_path)).out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--sd", "1"], "needs --difference"),
+        (["--difference", "1"], "needs --sd"),
+        (["--difference", "1", "--sd", "1", "--sd", "2"], "--sd is given 2 times"),
+        (["--difference", "1", "--sd", "1", "--n", "5", "--power", "0.9"], "give one of the two"),
+        (["--test", "anova", "--sd", "1", "--difference", "1"], "has no use for --difference"),
+        (["--test", "tost", "--sd", "1", "--low", "1"], "needs --high"),
+        (["--test", "welsh"], "did you mean 'welch'?"),
+        (["--difference", "1", "--sd", "0"], "sd is 0.0"),
+        (["--difference", "1", "--sd", "1", "--power", "2"], "power is 2.0"),
+    ],
+)
+def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:
+    refused(labbook("stats", "power", *words, at=tmp_path), 2, said)

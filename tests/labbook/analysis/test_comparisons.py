@@ -1,0 +1,370 @@
+"""What stands beside every comparison is what the statistics say of its runs: by day, Holm, equivalence, the unit."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from data_schema.queries.results import ResultRow
+from labbook.actions.report_command import state_report
+from labbook.analysis.comparing_by_day import CONTROL, TREATED, compare_by_day
+from labbook.analysis.comparisons import Compared
+from labbook.analysis.conditions import ConditionValues
+from labbook.analysis.family import adjust, adjusted
+from labbook.analysis.pairing import EACH, POOLED
+from labbook.analysis.workbench import Workbench, number
+from labbook.presenting.making import MadeReport
+from labbook.presenting.weak_points import Use, weaknesses
+from reports.content import Comparison
+from reports.numbers import Quantity
+from stats.blocked import blocked_by_day
+from stats.equivalence import equivalence
+from stats.multiple import holm
+from stats.recorded import weak_points
+from stats.savings import percent_savings
+from stats.two_sample import compare_two
+from stats.variances import brown_forsythe
+from tests.helpers.books import ADA, DAYS, import_sheet, ingest_all, small_book
+from tests.helpers.pages import quick_page
+
+Reports = Callable[..., MadeReport]
+CONFOUNDED = f"b_ad_gain == 0 and day == {DAYS[0]} or b_ad_gain == 100 and day == {DAYS[1]}"
+"""Runs of the control on one day and of active damping on the other."""
+
+
+@pytest.fixture(scope="module")
+def reports(tmp_path_factory: pytest.TempPathFactory) -> Reports:
+    """Reports of small books by what `[analysis]` says (`in_time`: before the first measurement), and by selection."""
+
+    @functools.cache
+    def made(analysis: str = "", where: str | None = None, *, in_time: bool = False) -> MadeReport:
+        folder: Path = tmp_path_factory.mktemp("comparisons")
+        book = small_book(folder, runs=not in_time, ingested=not in_time)
+        if analysis:
+            book.toml.write_text(f"{book.toml.read_text()}\n[analysis]\n{analysis}\n")
+        with book.open() as opened:
+            if in_time:
+                import_sheet(opened, book.instruments / "runs.csv")
+                ingest_all(opened, book.instruments)
+            return state_report(opened, where, ADA, lambda _step: None)
+
+    return made
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Workbench]:
+    """A bench at a book of its own, where nothing is stored yet."""
+    with small_book(tmp_path).open() as book, book.reading() as connection:
+        yield Workbench(connection)
+
+
+def values(side: tuple[ConditionValues, ...]) -> list[float]:
+    return [item.value for condition in side for item in condition.runs]
+
+
+def days(side: tuple[ConditionValues, ...]) -> list[str]:
+    return [item.run.day for condition in side for item in condition.runs]
+
+
+def compared(made: MadeReport, quantity: Quantity) -> list[Compared]:
+    found = [item for item in made.analysis.compared if item.quantity is quantity]
+    assert found
+    return found
+
+
+def with_control(made: MadeReport, quantity: Quantity) -> list[tuple[Compared, ResultRow]]:
+    """The comparisons by day: those of every level and of all levels with the control."""
+    found = [(item, item.by_day) for item in compared(made, quantity) if item.by_day is not None]
+    assert {item.pair.family for item, _row in found} == {EACH, POOLED}
+    return found
+
+
+def test_by_day_is_the_mixed_model_of_the_runs_with_their_days(reports: Reports) -> None:
+    for item, row in with_control(reports(), Quantity.APEX):
+        control, treated = values(item.pair.a), values(item.pair.b)
+        sides = [CONTROL] * len(control) + [TREATED] * len(treated)
+        of_days = [*days(item.pair.a), *days(item.pair.b)]
+        expected = blocked_by_day([*control, *treated], sides, of_days, control=CONTROL)
+        (contrast,) = expected.contrasts
+        difference = number(row, "difference")
+        assert (difference.value, difference.se, difference.df) == (contrast.difference, contrast.se, contrast.df)
+        assert (difference.ci_low, difference.ci_high) == contrast.interval
+        assert (number(row, "t").value, number(row, "p").value) == (contrast.t, contrast.p)
+        assert number(row, "day_sd").value == pytest.approx(float(expected.day_variance) ** 0.5)  # type: ignore[arg-type]
+
+
+def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(reports: Reports, bench: Workbench) -> None:
+    made = reports()
+    item, _row = with_control(made, Quantity.JOULES)[0]
+
+    def times(factor: float, one: ConditionValues) -> ConditionValues:
+        return replace(one, runs=tuple(replace(run, shared=run.shared.times(factor)) for run in one.runs))
+
+    pairs = [
+        replace(item.pair, label=f"{factor}", b=tuple(times(factor, one) for one in item.pair.b))
+        for factor in (1.0, 2.0)
+    ]
+    equal, unequal = (
+        number(row, "difference") for row in compare_by_day(bench, pairs, Quantity.JOULES, {"trial": 1}, 0.05)
+    )
+    assert equal.value == unequal.value
+    assert equal.shared_se == pytest.approx(0.0, abs=1e-9)
+    assert (unequal.shared_se or 0.0) > 1.0
+    assert (unequal.ci_low or 0.0) < (equal.ci_low or 0.0)
+
+
+def test_conditions_of_one_day_each_get_no_p_and_the_page_says_why(reports: Reports) -> None:
+    made = reports(where=CONFOUNDED)
+    for quantity in Quantity:
+        for item, row in with_control(made, quantity):
+            p = number(row, "p")
+            assert p.value is None
+            if item.pair.group["foot"] == "small":  # the large foot has a single run a side
+                assert "measured on one day each" in (p.undefined_reason or "")
+            assert number(row, "difference").value is not None
+    page = quick_page(made.content).replace("\u00a0", " ")
+    assert "Conditions and days are confounded: no day joins the control with the treatment" in page
+    assert (
+        "This holds for: small foot, k = 1091 N/m, d = 351.7 kg/s (gain 100); small foot, k = 1091 N/m, pooled." in page
+    )
+    assert "Every day holds one run, so that days and runs scatter as one" in page
+    assert any("were measured on one day each" in claim.text for claim in made.content.claims)
+    assert "No comparison could be made by day." in "".join(made.content.methods)
+    assert "mixed model" not in "".join(made.content.methods)
+
+
+def test_a_day_that_was_corrected_is_another_result(reports: Reports, bench: Workbench) -> None:
+    made = reports()
+    item, row = with_control(made, Quantity.APEX)[0]
+    first = item.pair.a[0]
+    moved = replace(first.runs[0], run=replace(first.runs[0].run, day="2030-01-01"))
+    pair = replace(item.pair, a=(replace(first, runs=(moved, *first.runs[1:])),))
+    same, other = compare_by_day(bench, [item.pair, pair], Quantity.APEX, json.loads(row.scope_json), 0.05)
+    assert same.numbers == row.numbers
+    assert other.key != same.key
+
+
+@pytest.mark.parametrize(("family", "named"), [("pooled", POOLED), ("each", EACH)])
+def test_holm_adjusts_the_welch_tests_of_the_family_that_was_decided_and_no_other(
+    reports: Reports, family: str, named: str
+) -> None:
+    made = reports(f'family = "{family}"')
+    for quantity in Quantity:
+        members = [item for item in compared(made, quantity) if item.pair.family == named]
+        p = {item.pair.label: number(item.result, "welch_p").value for item in members}
+        expected = holm({label: value for label, value in p.items() if value is not None}, named)
+        for item, value in zip(members, expected.adjusted_p, strict=True):
+            assert item.adjusted is not None
+            found = number(item.adjusted, adjusted(item.pair.label))
+            assert (found.value, found.n) == (value, len(members))
+        assert all(item.adjusted is None for item in compared(made, quantity) if item not in members)
+    shown = [comparison for comparison in made.content.comparisons if comparison.adjusted is not None]
+    assert {comparison.family for comparison in shown} == {named}
+    assert f"over the family, {named}: 2 of joules a jump and 2 of apex height." in "".join(made.content.methods)
+
+
+def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports, bench: Workbench) -> None:
+    made = reports()
+    members = [item for item in compared(made, Quantity.APEX) if item.pair.family == POOLED]
+    tiny = [
+        (item.pair, replace(item.result, numbers=tuple(
+            replace(one, value={"welch_t": -t, "welch_p": 0.0}[one.name], df=800.0)
+            if one.name in ("welch_t", "welch_p") else one for one in item.result.numbers)))
+        for item, t in zip(members, (80.0, 90.0), strict=True)
+    ]  # fmt: skip
+    row = adjust(bench, tiny, POOLED, Quantity.APEX, {"trial": 2})
+    assert [item.value for item in row.numbers] == [0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("bounds", "unit", "low"),
+    [("apex_bounds_m = [-0.004, 0.006]", "m", -0.004), ("apex_bounds_percent = [-2, 3]", "%", -2.0)],
+)
+def test_heights_are_tested_against_the_bounds_that_were_decided(
+    reports: Reports, bounds: str, unit: str, low: float
+) -> None:
+    made = reports(bounds)
+    high = 0.006 if unit == "m" else 3.0
+    for item in compared(made, Quantity.APEX):
+        assert item.equivalent is not None
+        expected = equivalence(
+            values(item.pair.b), values(item.pair.a), low, high, bounds="raw" if unit == "m" else "percent"
+        )
+        estimate = number(item.equivalent, "estimate")
+        assert (estimate.value, estimate.unit, estimate.ci_level) == (expected.estimate, unit, 0.9)
+        assert (estimate.ci_low, estimate.ci_high) == expected.estimate_ci
+        assert number(item.equivalent, "p").value == expected.p
+        assert json.loads(item.equivalent.payload_json)["equivalent"] is expected.equivalent
+    assert all(item.equivalent is None for item in compared(made, Quantity.JOULES))
+    heights = [claim.text for claim in made.content.claims if claim.text.startswith("The apex")]
+    verdicts = [
+        c.equivalence.shown for c in made.content.comparisons if c.equivalence is not None and c.level == "pooled"
+    ]
+    assert len(heights) == len(verdicts) == 2
+    for text, verdict in zip(heights, verdicts, strict=True):
+        assert f"was {'shown' if verdict else 'not shown'} (90" in text
+    assert made.content.no_equivalence == ""
+    assert "two one-sided Welch tests (TOST) in 4 comparisons" in "".join(made.content.methods).replace("\u00a0", " ")
+
+
+def test_without_bounds_no_equivalence_is_tested_and_the_page_says_how_to_ask_for_it(reports: Reports) -> None:
+    made = reports()
+    assert all(item.equivalent is None for item in made.analysis.compared)
+    page = quick_page(made.content)
+    assert "labbook.toml states no bounds" in page
+    assert "`apex_bounds_m = [-0.005, 0.005]` under [analysis]" in page
+    assert "TOST" not in page
+
+
+def test_alpha_rules_levels_and_the_choice_of_the_test(reports: Reports) -> None:
+    made = reports("alpha = 0.01\napex_bounds_m = [-0.005, 0.005]")
+    for item in made.analysis.compared:
+        a, b = values(item.pair.a), values(item.pair.b)
+        expected = compare_two(b, a, alpha=0.01)
+        difference = number(item.result, "welch_difference")
+        assert difference.ci_level == 0.99
+        assert json.loads(item.result.payload_json)["test"] == expected.test
+        if item.quantity is Quantity.APEX:
+            assert (difference.ci_low, difference.ci_high) == expected.welch_ci
+        if item.by_day is not None:
+            assert number(item.by_day, "difference").ci_level == 0.99
+        if item.equivalent is not None:
+            assert number(item.equivalent, "estimate").ci_level == pytest.approx(0.98)
+    assert {c.savings.ci_level for c in made.content.comparisons if c.savings is not None} == {0.99}
+    methods = "".join(made.content.methods)
+    assert "Intervals are at 95 %, those of comparisons at 99 %, those of tests of equivalence at 98 %." in methods
+
+
+def test_brown_forsythe_and_the_sides_are_those_of_the_runs(reports: Reports) -> None:
+    made = reports()
+    for item in made.analysis.compared:
+        a, b = values(item.pair.a), values(item.pair.b)
+        expected = brown_forsythe({"b": b, "a": a})
+        found = number(item.result, "brown_forsythe")
+        if found.value is not None:
+            assert found.value == expected.statistic
+            assert number(item.result, "brown_forsythe_p").value == expected.p
+        assert number(item.result, "mean_a").value == pytest.approx(sum(a) / len(a))
+        assert number(item.result, "sd_b").n == len(b)
+
+
+def of_day_means(side: tuple[ConditionValues, ...]) -> list[float]:
+    found: dict[str, list[float]] = {}
+    for value, day in zip(values(side), days(side), strict=True):
+        found.setdefault(day, []).append(value)
+    return [sum(items) / len(items) for items in found.values()]
+
+
+def test_with_the_day_as_the_unit_comparisons_are_of_day_means(reports: Reports) -> None:
+    made = reports('unit_of_analysis = "day"\napex_bounds_m = [-0.01, 0.01]')
+    by_run = {(item.quantity, item.pair.label): item for item in reports().analysis.compared}
+    for item in made.analysis.compared:
+        a, b = of_day_means(item.pair.a), of_day_means(item.pair.b)
+        assert len(a) == len(b) == 2
+        expected = compare_two(b, a)
+        assert number(item.result, "difference").value == pytest.approx(expected.difference)
+        if item.quantity is Quantity.APEX:
+            assert number(item.result, "welch_p").value == pytest.approx(expected.welch_p)
+            assert item.equivalent is not None
+            assert number(item.equivalent, "p").value == pytest.approx(equivalence(b, a, -0.01, 0.01).p)
+        elif item.pair.with_savings:
+            assert number(item.result, "savings").value == pytest.approx(percent_savings(a, b).percent)
+        if item.by_day is not None:
+            as_runs = by_run[item.quantity, item.pair.label].by_day
+            assert as_runs is not None
+            assert number(item.by_day, "difference").value == pytest.approx(number(as_runs, "difference").value)
+    for varied in made.analysis.variations.varied:
+        assert (number(varied.result, "difference").n or 0) <= 4
+    page = quick_page(made.content).replace("\u00a0", " ")
+    assert "n = 2 control and 2 treatment days" in page
+    assert "Days are the unit of analysis" in page
+
+
+# --- what was planned, and what the report says that it did
+
+
+def by_name(made: MadeReport) -> dict[tuple[Quantity, str], set[str]]:
+    found: dict[tuple[Quantity, str], set[str]] = {}
+    for item in made.content.comparisons:
+        found.setdefault((item.quantity, item.family), set()).add(item.exploratory)
+    return found
+
+
+def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(reports: Reports) -> None:
+    made = reports('primary_outcome = "joules"\nfamily = "pooled"', in_time=True)
+    found = by_name(made)
+    assert found.pop((Quantity.JOULES, POOLED)) == {""}
+    assert all("" not in reasons for reasons in found.values())
+    assert found[Quantity.APEX, POOLED] == {"the primary outcome is joules a jump"}
+    for claim in made.content.claims:
+        assert ("Exploratory." in claim.text) == claim.text.startswith("The apex")
+    page = quick_page(made.content)
+    assert "before the first measurement came into the book" in page
+    assert (
+        "Exploratory, because the primary outcome is joules a jump: each level against the control (apex height)"
+        in page
+    )
+    assert "all levels pooled against the control (exploratory)" in page
+
+
+def test_where_nothing_was_decided_all_is_exploratory_and_the_report_says_so(reports: Reports) -> None:
+    made = reports()
+    assert all("" not in reasons for reasons in by_name(made).values())
+    assert all("Exploratory." in claim.text for claim in made.content.claims)
+    assert "Nothing was decided about the analysis before the first measurement" in quick_page(made.content)
+
+
+WORDS = {
+    "Student's t-test": lambda item: item.test.name == "Student",
+    "Fieller's interval": lambda item: item.savings is not None,
+    "Holm's method": lambda item: item.adjusted is not None,
+    "(TOST)": lambda item: item.equivalence is not None,
+    "mixed model (REML, degrees of freedom after Satterthwaite)": lambda item: item.by_day is not None,
+}
+
+
+@pytest.mark.parametrize("analysis", ["", "apex_bounds_percent = [-3, 3]"])
+def test_the_methods_name_what_was_used_and_nothing_else(reports: Reports, analysis: str) -> None:
+    made = reports(analysis)
+    methods = "".join(made.content.methods).replace("\u00a0", " ")
+    uses: dict[str, Callable[[Comparison], bool]] = WORDS
+    for words, used in uses.items():
+        assert (words in methods) == any(used(item) for item in made.content.comparisons), words
+    assert "analysis of variance" not in methods  # one treated level a group leaves nothing to analyse
+    assert "Tukey" not in methods
+    assert "Dunnett" not in methods
+
+
+def test_the_methods_cite_what_is_on_record_against_a_method_at_such_a_design(reports: Reports) -> None:
+    apart = reports(where=CONFOUNDED)
+    worst = max(weak_points("f_then_t", (2, 2), 1, layout="own"), key=lambda row: row.value)
+    assert worst.value > 0.06
+    methods = "".join(apart.content.methods).replace("\u00a0", " ")
+    assert (
+        f"the t-test that the F-test chooses rejects {100 * worst.value:.3g} % of studies without an effect" in methods
+    )
+    assert "each group on 1 day of its own" in methods
+    together = "".join(reports().content.methods).replace("\u00a0", " ")
+    assert "of its own" not in together
+    assert "docs/statistics.md" in together
+    nothing = replace(apart.analysis, compared=[], anovas=[])
+    assert weaknesses(nothing) == ""
+
+
+def test_a_design_without_days_in_common_is_looked_up_among_such_designs() -> None:
+    own, shared = Use("welch", (10, 10), 1, "own"), Use("welch", (10, 10), 1, "shared")
+    assert own.weak_points() == weak_points("welch", (10, 10), 1, layout="own") != ()
+    assert shared.weak_points() == weak_points("welch", (10, 10)) == ()
+    assert Use("fieller", (3, 10), 1, "own").weak_points() == weak_points("fieller", (3, 10))
+    assert Use("brown_forsythe", (3, 3), 1, "shared").weak_points() == ()
+
+
+def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:
+    made = reports(where="foot == small")
+    assert all(item.adjusted is None for item in made.analysis.compared)
+    assert "Holm" not in "".join(made.content.methods)

@@ -1,0 +1,157 @@
+import dataclasses
+import itertools
+import math
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.figure import Figure
+
+from data_schema.vocabulary import Undefined
+from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
+from reports.figures.kind import svg_bytes
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.figures.swarm import swarm
+from reports.numbers import Number
+
+WIDTHS = [ONE_COLUMN_IN, TWO_COLUMNS_IN]
+
+
+@pytest.fixture
+def two():
+    control, treated = (16.4, 15.8, 17.1, 16.0), (14.2, 13.1, 13.9)
+    groups = (EstimationGroup("CE", control), EstimationGroup("active damping", treated))
+    return Estimation("Energy", "J", groups, 0, (None, Number(-2.59, "J", ci_low=-3.6, ci_high=-1.5)))
+
+
+@pytest.fixture
+def five():
+    rng = np.random.default_rng(3)
+    groups = tuple(
+        EstimationGroup(name, tuple(rng.normal(0.15, 0.002, n).tolist()))
+        for name, n in zip(("0", "100", "200", "300", "400"), (10, 10, 40, 2, 1), strict=True)
+    )
+    number = Number(-0.001, "m", ci_low=-0.003, ci_high=0.001)
+    alone = Number(-0.001, "m", ci_low=Undefined("one value"), ci_high=Undefined("one value"))
+    differences = (None, number, number, Number(Undefined("no value"), "m"), alone)
+    return Estimation("Apex height", "m", groups, 0, differences, bounds=(-0.005, 0.005))
+
+
+def points(axes):
+    """Every mark of the swarms: they are the half transparent ones."""
+    return [tuple(at) for line in axes.lines if line.get_alpha() == 0.75 for at in line.get_xydata()]
+
+
+def words(figure):
+    return [text.get_text() for axes in figure.axes for text in axes.texts]
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_zero_of_the_differences_lies_at_the_mean_of_the_reference(two, width_in):
+    for turned in (
+        two,
+        dataclasses.replace(two, groups=two.groups[::-1], reference=1, differences=(two.differences[1], None)),
+    ):
+        left, right = draw_estimation(turned, width_in).axes
+        mean = math.fsum(two.groups[0].values) / 4
+        zero = left.transData.inverted().transform(right.transData.transform((0, 0.0)))[1]
+        assert zero == pytest.approx(mean, rel=1e-12)
+        assert right.get_ylabel() == "Difference from CE (J)"
+        assert left.get_ylabel() == "Energy (J)"
+        assert [label.get_text().split("\n")[0] for label in left.get_xticklabels()] == [
+            "CE", "active damping", "difference",
+        ]  # fmt: skip
+        drawn = points(left)
+        assert sorted(y for x, y in drawn if abs(x) < 0.4) == sorted(two.groups[0].values)
+        assert sorted(y for x, y in drawn if abs(x - 1) < 0.4) == sorted(two.groups[1].values)
+        assert any(np.allclose(line.get_ydata(), [mean - 3.6, mean - 1.5]) for line in left.lines)
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_more_groups_have_their_differences_below_in_the_unit_that_is_shown(five, width_in):
+    figure = draw_estimation(five, width_in)
+    upper, lower = figure.axes
+    assert upper.get_ylabel() == "Apex height (mm)"
+    assert lower.get_ylabel().startswith("Difference from 0 (mm)\n(95")
+    assert len(points(upper)) == 63
+    assert sorted(y for _x, y in points(upper)) == pytest.approx(
+        sorted(1000 * value for group in five.groups for value in group.values)
+    )
+    levels = {round(float(line.get_ydata()[0]), 9) for line in lower.lines}
+    assert {-5.0, 5.0, -1.0, -3.0} <= levels
+    assert words(figure) == ["undefined", "no interval"]
+    ElementTree.fromstring(svg_bytes(figure))
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_names_and_axes_lie_inside_the_figure_and_apart(five, width_in):
+    named = dataclasses.replace(five.groups[0], name="active-damping coefficient 0 kg/s")
+    figure = draw_estimation(dataclasses.replace(five, groups=(named, *five.groups[1:])), width_in)
+    figure.draw_without_rendering()
+    boxes = [label.get_window_extent() for label in figure.axes[1].get_xticklabels()]
+    assert all(one.x1 < other.x0 for one, other in itertools.pairwise(boxes))
+    for axes in figure.axes:
+        box = axes.yaxis.label.get_window_extent()
+        assert box.x0 >= 0
+        assert box.y0 >= 0
+        assert box.y1 <= figure.bbox.y1
+
+
+def test_a_difference_in_another_unit_or_much_wider_than_the_values_has_a_panel_below(two):
+    percent = Number(15.0, "%", ci_low=8.0, ci_high=22.0)
+    below = draw_estimation(dataclasses.replace(two, differences=(None, percent), difference="Savings"))
+    assert below.axes[1].get_ylabel().startswith("Savings (%)")
+    wide = Number(-2.59, "J", ci_low=-40.0, ci_high=35.0)
+    assert (
+        len(
+            {
+                axes.get_position().y0
+                for axes in draw_estimation(dataclasses.replace(two, differences=(None, wide))).axes
+            }
+        )
+        == 2
+    )
+
+
+def test_days_have_marks_of_their_own_until_they_are_too_many(two):
+    def drawn(labels):
+        groups = tuple(dataclasses.replace(group, labels=labels[: len(group.values)]) for group in two.groups)
+        return draw_estimation(dataclasses.replace(two, groups=groups), ONE_COLUMN_IN)
+
+    days = drawn(("1 June", "2 June", "1 June", "2 June"))
+    (legend,) = days.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["1 June", "2 June"]
+    assert {line.get_marker() for line in days.axes[0].lines if line.get_alpha() == 0.75} == {"o", "s"}
+    assert len(points(days.axes[0])) == 7
+    assert drawn(("1 June",) * 4).legends == []
+    many = tuple(EstimationGroup(name, tuple(map(float, range(9))), tuple("abcdefghi")) for name in "ab")
+    assert draw_estimation(dataclasses.replace(two, groups=many)).legends == []
+
+
+def test_constant_empty_and_single_groups_are_drawn(two):
+    nothing = Number(Undefined("group a is empty"), "J")
+    for values in ((), (0.1,), (0.1,) * 5):
+        groups = (EstimationGroup("CE", values), EstimationGroup("AD", (0.1, 0.1)))
+        figure = draw_estimation(dataclasses.replace(two, groups=groups, differences=(None, nothing)))
+        assert len(points(figure.axes[0])) == len(values) + 2
+        ElementTree.fromstring(svg_bytes(figure))
+
+
+def test_the_same_estimation_gives_the_same_bytes(two, five):
+    for each in (two, five):
+        assert svg_bytes(draw_estimation(each)) == svg_bytes(draw_estimation(each))
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.floats(0, 20).map(lambda x: round(x, 1)), min_size=1, max_size=17))
+def test_no_point_of_a_swarm_covers_another(values):
+    axes = Figure(figsize=(3.5, 4)).add_subplot()
+    axes.set_xlim(-0.5, 1.5)
+    axes.set_ylim(-1, 101)
+    offsets = swarm(values, axes, 3.0)
+    assert max(map(abs, offsets)) <= 0.3
+    at = axes.transData.transform(list(zip(offsets, values, strict=True))) * 72.0 / axes.figure.dpi
+    assert min((math.dist(one, other) for one, other in itertools.combinations(at, 2)), default=9.0) >= 3.0
+    assert swarm([7.0] * 500, axes, 3.0) == swarm([7.0] * 500, axes, 3.0)

@@ -1,0 +1,79 @@
+import dataclasses
+
+import pytest
+
+from reports.figures.kind import draw_figure
+from reports.figures.registry import FIGURES
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.numbers import Quantity
+
+
+def panels(name, content, width_in=TWO_COLUMNS_IN):
+    """Upper and lower axes of every group."""
+    figure = draw_figure(FIGURES[name], content, width_in)
+    shown = [axes for axes in figure.axes if axes.get_visible()]
+    uppers = [axes for axes in shown if axes.get_title()]
+    return uppers, [axes for axes in shown if axes not in uppers]
+
+
+def points(axes):
+    """How many values are drawn as marks on an axis, the difference's own left out."""
+    return sorted(y for line in axes.lines if line.get_marker() == "o" for y in line.get_ydata())
+
+
+@pytest.mark.parametrize(
+    ("name", "quantity", "factor"),
+    [("estimation_joules", Quantity.JOULES, 1.0), ("estimation_apex", Quantity.APEX, 1000.0)],
+)
+def test_every_run_of_control_and_treatment_is_drawn(content, name, quantity, factor):
+    uppers, lowers = panels(name, content)
+    assert len(uppers) == len(lowers) == 4
+    titles = [axes.get_title().replace("\u00a0", " ").split("\n") for axes in uppers]
+    assert titles[0] == ["small foot", "k = 835.4 N/m"]
+    for axes, (foot, gain) in zip(
+        uppers, [("small", 300), ("small", 400), ("large", 300), ("large", 400)], strict=True
+    ):
+        values = [
+            factor * run.value
+            for condition in content.conditions
+            if (condition.levels[0].label, condition.levels[1].gain) == (foot, gain)
+            for run in condition.summary(quantity).runs
+        ]
+        assert len(values) == 64
+        assert points(axes) == pytest.approx(sorted(values))
+    pooled = [c for c in content.comparisons if c.headline and c.quantity is quantity]
+    for axes, comparison in zip(lowers, pooled, strict=True):
+        assert points(axes) == pytest.approx([factor * comparison.welch_difference.value])
+    assert len({axes.get_ylim() for axes in lowers}) == 1
+
+
+def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
+    def dashed(lowers):
+        return [[line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--"] for axes in lowers]
+
+    assert dashed(panels("estimation_apex", content)[1]) == [[-5.0, 5.0]] * 4
+    assert dashed(panels("estimation_joules", content)[1]) == [[]] * 4
+    percent = tuple(
+        c
+        if c.equivalence is None
+        else dataclasses.replace(
+            c,
+            equivalence=dataclasses.replace(
+                c.equivalence, low=-3.0, high=3.0, estimate=dataclasses.replace(c.equivalence.estimate, unit="%")
+            ),
+        )
+        for c in content.comparisons
+    )
+    changed = dataclasses.replace(content, comparisons=percent)
+    means_m = [c.sides[0].mean for c in percent if c.headline and c.quantity is Quantity.APEX]
+    for found, mean_m in zip(dashed(panels("estimation_apex", changed)[1]), means_m, strict=True):
+        assert found == pytest.approx([-30.0 * mean_m, 30.0 * mean_m])
+    assert "Dashed" in FIGURES["estimation_apex"].caption(content)
+    assert "Dashed" not in FIGURES["estimation_joules"].caption(content)
+
+
+def test_in_one_column_two_groups_stand_side_by_side(content):
+    wide = draw_figure(FIGURES["estimation_joules"], content, TWO_COLUMNS_IN)
+    narrow = draw_figure(FIGURES["estimation_joules"], content, ONE_COLUMN_IN)
+    assert narrow.get_figheight() == 2 * wide.get_figheight()
+    assert len(panels("estimation_joules", content, ONE_COLUMN_IN)[0]) == 4

@@ -1,0 +1,75 @@
+import itertools
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+
+from reports.figures.kind import svg_bytes
+from reports.figures.quantiles import Quantiles, draw_quantiles
+from reports.figures.residuals import Against, ResidualPlot, draw_residuals
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from stats.residuals import normal_quantiles, residuals_of_groups
+
+WIDTHS = [ONE_COLUMN_IN, TWO_COLUMNS_IN]
+GROUPS = {"CE": [0.151, 0.148, 0.155], "active damping 100": [0.141, 0.149], "active damping 200": [0.139]}
+
+
+@pytest.fixture
+def plot():
+    found = residuals_of_groups(GROUPS)
+    names = tuple(name for name, values in GROUPS.items() for _ in values)
+    days = tuple(f"2021-06-{day:02d}" for day in range(1, 7))
+    against = (Against("Controller", names), Against("Day", days), Against("Fitted apex", found.fitted, "m"))
+    return ResidualPlot("Apex height", "m", found.values, against)
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_a_panel_for_each_thing_and_all_residuals_in_each(plot, width_in):
+    figure = draw_residuals(plot, width_in)
+    assert [axes.get_xlabel() for axes in figure.axes] == ["Controller", "Day", "Fitted apex (mm)"]
+    assert figure._supylabel.get_text() == "Residual of apex height (mm)"
+    for axes in figure.axes:
+        drawn = [y for line in axes.lines if line.get_alpha() == 0.75 for y in line.get_ydata()]
+        assert sorted(drawn) == pytest.approx(sorted(1000 * value for value in plot.residuals))
+    assert [line.get_xdata()[0] for line in figure.axes[2].lines if line.get_alpha() == 0.75] == pytest.approx(
+        [1000 * plot.against[2].at[0]]
+    )
+    ElementTree.fromstring(svg_bytes(figure))
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_labels_lie_inside_the_figure_and_apart(plot, width_in):
+    figure = draw_residuals(plot, width_in)
+    figure.draw_without_rendering()
+    for text in (figure._supylabel, *(axes.xaxis.label for axes in figure.axes)):
+        box = text.get_window_extent()
+        assert box.x0 >= 0
+        assert box.y0 >= 0
+        assert box.y1 <= figure.bbox.y1
+    for axes in figure.axes[:2]:
+        boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
+        assert all(one.x1 < other.x0 for one, other in itertools.pairwise(boxes))
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_quantiles_in_the_unit_that_is_shown_with_line_and_band(width_in):
+    found = normal_quantiles(residuals_of_groups(GROUPS))
+    figure = draw_quantiles(Quantiles("Apex height", "m", found), width_in)
+    (axes,) = figure.axes
+    points, line = axes.lines[1], axes.lines[0]
+    assert points.get_ydata() == pytest.approx(1000 * np.array(found.observed))
+    assert points.get_xdata() == pytest.approx(found.expected)
+    assert line.get_ydata() == pytest.approx(1000 * np.array(found.middle))
+    assert axes.get_ylabel() == "Residual of apex height (mm)"
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == [
+        "normal",
+        "95\N{NO-BREAK SPACE}% of each place, if normal",
+    ]
+    assert svg_bytes(figure) == svg_bytes(draw_quantiles(Quantiles("Apex height", "m", found), width_in))
+
+
+def test_without_scatter_there_is_neither_line_nor_band():
+    found = normal_quantiles(residuals_of_groups({"a": [1.0], "b": [2.0]}))
+    (axes,) = draw_quantiles(Quantiles("Energy", "J", found)).axes
+    assert len(axes.lines) == 1
+    assert axes.get_legend() is None

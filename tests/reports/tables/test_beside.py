@@ -1,0 +1,130 @@
+"""What stands beside the thesis's route: Holm, the comparisons by day, equivalence, and the word exploratory."""
+
+import csv
+import dataclasses
+import io
+
+import pytest
+
+from data_schema.vocabulary import Undefined
+from reports.by_day_sentences import by_day_sentences
+from reports.numbers import Quantity
+from reports.tables.as_csv import csv_bytes
+from reports.tables.registry import TABLES
+from tests.helpers.pages import quick_page
+
+
+def csv_rows(name, content):
+    return list(csv.DictReader(io.StringIO(csv_bytes(TABLES[name].make(content)).decode("utf-8"))))
+
+
+def changed(content, change, which=lambda _comparison: True):
+    return dataclasses.replace(content, comparisons=tuple(change(c) if which(c) else c for c in content.comparisons))
+
+
+@pytest.mark.parametrize(("quantity", "slug"), [(Quantity.JOULES, "j"), (Quantity.APEX, "m")])
+def test_holms_p_stands_beside_the_p_of_its_family_and_a_dash_beside_others(content, quantity, slug):
+    name = f"comparisons_{'joules' if slug == 'j' else 'apex'}"
+    chosen = [c for c in content.comparisons if c.quantity is quantity]
+    for row, comparison in zip(csv_rows(name, content), chosen, strict=True):
+        adjusted = comparison.adjusted
+        assert row["holm_p"] == ("" if adjusted is None else repr(adjusted.value))
+        assert row["holm_tests"] == ("" if adjusted is None else "4")
+        assert row["holm_provenance"] == ("" if adjusted is None else adjusted.provenance)
+    assert TABLES[name].make(content).caption.endswith("Holm: p adjusted over the 4 tests of the family.")
+    without = changed(content, lambda c: dataclasses.replace(c, adjusted=None))
+    assert "Holm" not in [column.title for column in TABLES[name].make(without).heads]
+    assert "Holm" not in TABLES[name].make(without).caption
+
+
+@pytest.mark.parametrize(("quantity", "slug"), [(Quantity.JOULES, "j"), (Quantity.APEX, "m")])
+def test_by_day_has_difference_interval_test_and_spreads_unrounded(content, quantity, slug):
+    name = f"by_day_{'joules' if slug == 'j' else 'apex'}"
+    chosen = [c.by_day for c in content.comparisons if c.quantity is quantity]
+    for row, by_day in zip(csv_rows(name, content), chosen, strict=True):
+        assert float(row[f"difference_{slug}"]) == by_day.difference.value
+        assert float(row[f"ci_high_{slug}"]) == by_day.difference.ci_high
+        assert (float(row["t_statistic"]), float(row["t_df"])) == (by_day.test.statistic, by_day.test.df[0])
+        assert float(row["t_p"]) == by_day.test.p
+        assert float(row[f"day_sd_{slug}"]) == by_day.day_sd.value
+        assert float(row[f"run_sd_{slug}"]) == by_day.run_sd.value
+
+
+def confounded(comparison):
+    nothing = Undefined("one day each")
+    test = dataclasses.replace(comparison.by_day.test, statistic=nothing, df=(nothing,), p=nothing)
+    difference = dataclasses.replace(comparison.by_day.difference, ci_low=nothing, ci_high=nothing)
+    by_day = dataclasses.replace(comparison.by_day, test=test, difference=difference, confounding="No day joins them.")
+    return dataclasses.replace(comparison, by_day=by_day)
+
+
+def test_confounded_days_are_said_once_with_the_comparisons_that_it_is_true_of(content):
+    joules = [c for c in content.comparisons if c.quantity is Quantity.JOULES]
+    assert by_day_sentences(content, Quantity.JOULES) == []
+    every = changed(content, confounded)
+    assert by_day_sentences(every, Quantity.JOULES) == [
+        "No day joins them. This holds for all 24\u00a0comparisons by day."
+    ]
+    assert "No day joins them." in quick_page(every)
+    one = changed(content, confounded, lambda c: c is joules[0])
+    (sentence,) = by_day_sentences(one, Quantity.JOULES)
+    assert sentence.replace("\u00a0", " ") == "No day joins them. This holds for: small foot, k = 835.4 N/m, pooled."
+    assert by_day_sentences(one, Quantity.APEX) == []
+    pooled = changed(content, confounded, lambda c: c.level != "pooled")
+    assert by_day_sentences(pooled, Quantity.JOULES) == [
+        "No day joins them. This holds for 20 of 24\u00a0comparisons by day."
+    ]
+    table = TABLES["by_day_joules"].make(one)
+    assert table.footnotes == {"one day each": "a"}
+    assert csv_rows("by_day_joules", one)[0]["confounding"] == "No day joins them."
+
+
+def test_equivalence_has_both_tests_and_the_verdict(content):
+    tested = [c.equivalence for c in content.comparisons if c.equivalence is not None]
+    for row, item in zip(csv_rows("equivalence", content), tested, strict=True):
+        assert float(row["difference_m"]) == item.estimate.value
+        assert (float(row["t_low_statistic"]), float(row["t_low_p"])) == (item.at_low.statistic, item.at_low.p)
+        assert (float(row["t_high_df"]), float(row["t_high_p"])) == (item.at_high.df[0], item.at_high.p)
+        assert float(row["tost_p"]) == item.p
+        assert (float(row["bound_low_m"]), float(row["bound_high_m"])) == (-0.005, 0.005)
+        assert row["equivalent"] == str(item.shown).lower()
+    table = TABLES["equivalence"].make(content)
+    assert "the bounds −5 to 5\u00a0mm: two one-sided tests" in table.caption
+    assert {row.cells[9].text for row in table.rows} <= {"shown", "not shown"}
+    assert len({column.title for column in table.heads} & {"90\u00a0% CI"}) == 1
+
+
+def test_without_a_test_of_equivalence_the_page_says_why(content):
+    none = changed(content, lambda c: dataclasses.replace(c, equivalence=None))
+    told = dataclasses.replace(none, no_equivalence="No bounds were stated.")
+    assert "No bounds were stated." in quick_page(told)
+    assert TABLES["equivalence"].make(told).rows == ()
+    assert "two one-sided tests" not in quick_page(told)
+
+
+def test_what_is_exploratory_stands_under_its_word_with_the_reason_in_caption_and_file(content):
+    told = changed(
+        content, lambda c: dataclasses.replace(c, exploratory="the family is pooled"), lambda c: c.level != "pooled"
+    )
+    for name in ("comparisons_joules", "by_day_apex", "tests_joules"):
+        blocks = TABLES[name].make(told).blocks
+        assert all(("(exploratory)" in block) == block.startswith("each AD gain") for block, _ in blocks)
+    caption = TABLES["comparisons_joules"].make(told).caption
+    assert caption.endswith(" Exploratory, because the family is pooled.")
+    assert {row["exploratory"] for row in csv_rows("comparisons_joules", told)} == {"", "the family is pooled"}
+    assert all("(exploratory)" not in block for block, _ in TABLES["equivalence"].make(told).blocks)
+    own = changed(
+        content,
+        lambda c: dataclasses.replace(c, equivalence=dataclasses.replace(c.equivalence, exploratory="no bounds then")),
+        lambda c: c.equivalence is not None,
+    )
+    table = TABLES["equivalence"].make(own)
+    assert all(block.endswith("(exploratory)") for block, _ in table.blocks)
+    assert table.caption.endswith(" Exploratory, because no bounds then.")
+
+
+def test_what_was_decided_and_what_departs_stand_under_a_heading_of_their_own(content):
+    told = dataclasses.replace(content, decided=("Alpha is 0.05.",), departures=("Departure: alpha was 0.01.",))
+    page = quick_page(told)
+    assert page.index("Decided before the first run") < page.index("Alpha is 0.05.") < page.index("alpha was 0.01.")
+    assert "Decided before the first run" not in quick_page(content)

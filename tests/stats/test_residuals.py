@@ -1,0 +1,95 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats as scipy_stats
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.anova import one_way_anova
+from stats.residuals import additive_residuals, normal_quantiles, residuals_of_groups
+
+
+def test_residuals_of_groups_are_values_less_their_mean_with_the_scatter_of_the_anova():
+    groups = {"a": [1.0, 2.0, 6.0], "b": [10.0, 14.0], "c": [], "d": [7.0]}
+    found = residuals_of_groups(groups)
+    assert found.values == (-2.0, -1.0, 3.0, -2.0, 2.0, 0.0)
+    assert found.fitted == (3.0, 3.0, 3.0, 12.0, 12.0, 7.0)
+    assert found.df == 3
+    del groups["c"]
+    assert found.sd == pytest.approx(one_way_anova(groups).residual_sd, rel=1e-15)
+
+
+def test_an_offset_costs_no_digit():
+    near = residuals_of_groups({"a": [0.0, 1.0, 5.0], "b": [2.0, 4.0]})
+    far = residuals_of_groups({"a": [1e15, 1e15 + 1, 1e15 + 5], "b": [1e15 + 2, 1e15 + 4]})
+    assert far.values == near.values
+    assert far.sd == near.sd
+
+
+def test_additive_residuals_leave_condition_and_day_out():
+    rng = np.random.default_rng(5)
+    condition = [name for _day in range(4) for name in "abb"]
+    day = [f"day {number}" for number in range(4) for _ in range(3)]
+    effects = [{"a": 0.0, "b": 3.0}[c] + 10.0 * int(d[-1]) for c, d in zip(condition, day, strict=True)]
+    noise = rng.normal(size=12)
+    found = additive_residuals(np.add(effects, noise), condition, day)
+    assert found.df == 12 - 5
+    for label in (condition, day):
+        for name in set(label):
+            assert math.fsum(v for v, own in zip(found.values, label, strict=True) if own == name) == pytest.approx(
+                0, abs=1e-12
+            )
+    exact = additive_residuals(effects, condition, day)
+    assert set(exact.values) == {0.0}
+    assert exact.sd == 0.0
+
+
+def test_conditions_with_days_of_their_own_leave_what_is_within_days():
+    found = additive_residuals([1.0, 3.0, 7.0, 8.0], ["a", "a", "b", "b"], ["1", "1", "2", "2"])
+    assert found.values == pytest.approx((-1.0, 1.0, -0.5, 0.5))
+    assert found.df == 2
+    with pytest.raises(InputRefused, match="4 values and 3 labels of day"):
+        additive_residuals([1.0, 3.0, 7.0, 8.0], ["a", "a", "b", "b"], ["1", "1", "2"])
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(1, 60))
+def test_expected_values_are_the_medians_of_order_statistics(n):
+    found = normal_quantiles(residuals_of_groups({"a": [0.0] * n, "b": [-1.0, 1.0]}))
+    place = np.arange(1, n + 3)
+    medians = scipy_stats.beta(place, n + 3 - place).median()
+    assert scipy_stats.norm.cdf(found.expected) == pytest.approx(medians, abs=1e-9)
+    assert found.observed == (-1.0, *(0.0,) * n, 1.0)
+
+
+@pytest.mark.parametrize("sizes", [(25,), (3, 3, 3), (5, 20)])
+def test_the_band_holds_as_many_residuals_of_normal_values_as_it_says(sizes):
+    rng = np.random.default_rng(11)
+    inside = []
+    for _ in range(600):
+        groups = {str(number): rng.normal(number, 2.0, n) for number, n in enumerate(sizes)}
+        found = normal_quantiles(residuals_of_groups(groups), 0.9)
+        inside.append(np.mean((np.array(found.low) <= found.observed) & (found.observed <= np.array(found.high))))
+        assert np.all(np.less_equal(found.low, found.middle) & np.less_equal(found.middle, found.high))
+    assert np.mean(inside) == pytest.approx(0.9, abs=4 * np.std(inside) / math.sqrt(600) + 0.003)
+
+
+def test_the_band_is_that_of_the_model_and_the_same_each_time():
+    condition, day = list("abab" * 5), [str(number // 4) for number in range(20)]
+    values = np.random.default_rng(2).normal(size=20)
+    additive = normal_quantiles(additive_residuals(values, condition, day))
+    assert additive == normal_quantiles(additive_residuals(values, condition, day))
+    by_condition = {name: [v for v, own in zip(values, condition, strict=True) if own == name] for name in "ab"}
+    grouped = normal_quantiles(residuals_of_groups(by_condition))
+    widths = [found.high[-1] / found.sd for found in (additive, grouped)]
+    assert widths[0] < widths[1]  # less freedom, less reach
+
+
+def test_single_values_have_no_scatter_and_no_band():
+    found = normal_quantiles(residuals_of_groups({"a": [1.0], "b": [3.0]}))
+    assert isinstance(found.low, Undefined)
+    assert isinstance(found.sd, Undefined)
+    assert found.sd.reason == "no group has more than one value"
