@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from benchmarks.statistics.document import SECTIONS, measured, parts, together
+from benchmarks.stats_evidence.document import SECTIONS, measured, parts, together
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "statistics.md"
 

@@ -17,7 +17,7 @@ OTHER_PROCESSOR = 2.5
 
 
 def digits_section() -> list[str]:
-    code = "from benchmarks.statistics.document import measured; print(measured('digits'))"
+    code = "from benchmarks.stats_evidence.document import measured; print(measured('digits'))"
     done = subprocess.run([sys.executable, "-c", code], cwd=PROJECT, capture_output=True, text=True, check=True)
     return done.stdout.splitlines()
 

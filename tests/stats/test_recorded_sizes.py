@@ -14,11 +14,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.statistics.sizes.design import Design, draw
-from benchmarks.statistics.sizes.method import said_of, seed_of, simulated, standard_error, studies
-from benchmarks.statistics.sizes.record import design_of, key_of, main, read, row_of
-from benchmarks.statistics.sizes.registry import METHODS
-from benchmarks.statistics.sizes.section import section
+from benchmarks.stats_evidence.sizes.design import Design, draw
+from benchmarks.stats_evidence.sizes.method import said_of, seed_of, simulated, standard_error, studies
+from benchmarks.stats_evidence.sizes.record import design_of, key_of, main, read, row_of
+from benchmarks.stats_evidence.sizes.registry import METHODS
+from benchmarks.stats_evidence.sizes.section import section
 from data_schema.vocabulary import Undefined
 from stats.blocked import blocked_by_day
 from stats.recorded import FILE, recorded, weak_points

@@ -11,7 +11,7 @@ import scipy.stats
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.statistics.weaknesses.days import TENTHS_A, TENTHS_B, by_fractions
+from benchmarks.stats_evidence.weaknesses.days import TENTHS_A, TENTHS_B, by_fractions
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.resampling import bootstrap_difference, permutation_test

@@ -1,7 +1,7 @@
 """W1 to W27: inputs on which programs in wide use are wrong, each with the truth and the wrong answer by name.
 
-The cases themselves are those of `benchmarks/statistics/weaknesses`, from which `docs/statistics.md` is written; other
-programs are asked there only, so that nothing here fails when one of them mends its fault.
+The cases themselves are those of `benchmarks/stats_evidence/weaknesses`, from which `docs/statistics.md` is written;
+other programs are asked there only, so that nothing here fails when one of them mends its fault.
 """
 
 import math
@@ -11,12 +11,12 @@ from pathlib import Path
 import mpmath
 import pytest
 
-from benchmarks.statistics.document import parts
-from benchmarks.statistics.weaknesses import tails
-from benchmarks.statistics.weaknesses.answers import RIGHT_TO, Verdict, alike, ours, theirs, verdict
-from benchmarks.statistics.weaknesses.case import NoNumber, Number, Peer, Question, Weakness
-from benchmarks.statistics.weaknesses.registry import WEAKNESSES
-from benchmarks.statistics.weaknesses.section import section
+from benchmarks.stats_evidence.document import parts
+from benchmarks.stats_evidence.weaknesses import tails
+from benchmarks.stats_evidence.weaknesses.answers import RIGHT_TO, Verdict, alike, ours, theirs, verdict
+from benchmarks.stats_evidence.weaknesses.case import NoNumber, Number, Peer, Question, Weakness
+from benchmarks.stats_evidence.weaknesses.registry import WEAKNESSES
+from benchmarks.stats_evidence.weaknesses.section import section
 from data_schema.vocabulary import Undefined
 from tests.helpers.exact_tests import dunnett_tail, moments, mpf
 

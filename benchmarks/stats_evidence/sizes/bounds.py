@@ -1,0 +1,48 @@
+"""Equivalence where the truth lies on a bound: claimed in at most one of twenty studies."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from benchmarks.stats_evidence.sizes import arrays
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, pairs
+from benchmarks.stats_evidence.sizes.method import Method, alike, never, of_one_p, of_p
+from stats.equivalence import EquivalenceRoute, equivalence
+
+CONTROL_MEAN, LOSS_PERCENT = 10.0, -10.0
+"""The control's mean in SDs of the second group, and the true difference of the percent bounds."""
+
+
+def _raw(route: EquivalenceRoute) -> Method:
+    over_arrays = {"welch": arrays.welch, "student": arrays.student}[route]
+    return Method(
+        "equivalence" if route == "welch" else f"equivalence_{route}",
+        "size",
+        pairs(),
+        # One bound alone, or the other one far away: nearer bounds only make the tests err less.
+        lambda groups, _: of_one_p(equivalence(groups[0], groups[1], None, 0.0, route=route).p),
+        lambda groups, _: of_p(over_arrays(*groups).p_below_zero),
+        alike if route == "student" else never,
+    )
+
+
+def _in_percent(groups: Groups) -> tuple[Floats, Floats]:
+    treated, control = groups
+    return np.asarray((1.0 + LOSS_PERCENT / 100.0) * CONTROL_MEAN + treated), np.asarray(CONTROL_MEAN + control)
+
+
+def _percent_one(groups: Groups, _design: Design) -> tuple[float, bool]:
+    treated, control = _in_percent(groups)
+    return of_one_p(equivalence(treated, control, None, LOSS_PERCENT, bounds="percent").p)
+
+
+def _percent_many(groups: Groups, _design: Design) -> Floats:
+    treated, control = _in_percent(groups)
+    return of_p(arrays.welch(treated, control, weight=1.0 + LOSS_PERCENT / 100.0).p_below_zero)
+
+
+METHODS = (
+    _raw("welch"),
+    _raw("student"),
+    Method("equivalence_percent", "size", pairs(), _percent_one, _percent_many),
+)

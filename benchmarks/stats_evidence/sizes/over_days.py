@@ -1,0 +1,149 @@
+"""Conditions over days: the mixed model, the exact test, and values taken together as if there were no days."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import special
+
+from benchmarks.stats_evidence.sizes.design import EVERY_N, RUNS_A_DAY, Design, Floats, Groups
+from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval, of_one_p, of_p
+from benchmarks.stats_evidence.sizes.two_groups import test_of
+from stats.blocked import blocked_by_day
+from stats.blocked_result import BlockedByDay, ExactTest
+from stats.two_sample import ROUTES
+
+CONDITIONS, DAYS, DAY_SDS = 3, (1, 2, 3, 4, 5, 6), (0.0, 1.0)
+HOLES = 0.4
+"""Share of the values of all days but the first that is missing from a study with holes."""
+
+
+def _designs(groups: int, layout: str, day_sds: tuple[float, ...], ratio: float = 1.0) -> tuple[Design, ...]:
+    fewest = 2 if layout == "own" and groups == CONDITIONS else 1  # one day each has no test
+    return tuple(
+        Design((times * days,) * groups, ratio, days, day_sd, layout)
+        for times in EVERY_N
+        for days in DAYS[fewest - 1 :]
+        for day_sd in day_sds
+    )
+
+
+SHARED, OWN = _designs(CONDITIONS, "shared", DAY_SDS), _designs(CONDITIONS, "own", DAY_SDS)
+UNEQUAL = tuple(one for one in _designs(CONDITIONS, "shared", (1.0,), 2.0) if one.times in (3, 10))
+FULL = (*SHARED, *OWN, *UNEQUAL)
+POOLED = (*_designs(2, "own", (1.0,)), *_designs(2, "shared", (1.0,)))
+WITH_HOLES = tuple(Design((3 * days,) * 3, 1.0, days, day_sd, "holes") for days in (2, 3, 6) for day_sd in DAY_SDS)
+WITH_RUNS = tuple(Design((6 * days,) * 3, 1.0, days, 1.0, "runs") for days in (1, 2, 3, 6))
+
+
+@dataclass(frozen=True, slots=True)
+class Squares:
+    """Mean squares of full designs, each of shape (runs,)."""
+
+    conditions: Floats
+    days: Floats
+    days_df: int
+    rest: Floats
+    rest_df: int
+
+    @property
+    def pooled(self) -> tuple[Floats, int]:
+        """Days and rest in one."""
+        df = self.days_df + self.rest_df
+        return (self.days * self.days_df + self.rest * self.rest_df) / df, df
+
+
+def _squares(groups: Groups, design: Design) -> Squares:
+    values = np.stack(groups, axis=1)  # runs, conditions, days, times
+    _runs, k, days, times = values.shape
+    of_condition = values.mean(axis=(2, 3), keepdims=True)
+    grand = of_condition.mean(axis=1, keepdims=True)
+    between = days * times * ((of_condition - grand) ** 2).sum(axis=(1, 2, 3)) / (k - 1)
+    left = values - of_condition
+    whole = (left**2).sum(axis=(1, 2, 3))
+    if design.layout == "own":
+        of_days = times * (left.mean(axis=3) ** 2).sum(axis=(1, 2))
+        days_df = k * (days - 1)
+    else:
+        of_days = k * times * (left.mean(axis=(1, 3)) ** 2).sum(axis=1)
+        days_df = days - 1
+    rest_df = k * days * times - k - days_df
+    return Squares(between, of_days / max(days_df, 1), days_df, (whole - of_days) / rest_df, rest_df)
+
+
+def _mixed(groups: Groups, design: Design) -> tuple[Floats, Floats, Floats]:
+    """Return the mean square of conditions, and the one that REML compares it with and its degrees of freedom."""
+    found = _squares(groups, design)
+    pooled, pooled_df = found.pooled
+    day_counts = (found.days > found.rest) & (found.days_df > 0)
+    below, df = (found.days, found.days_df) if design.layout == "own" else (found.rest, found.rest_df)
+    return found.conditions, np.where(day_counts, below, pooled), np.where(day_counts, df, pooled_df)
+
+
+def _size_many(groups: Groups, design: Design) -> Floats:
+    between, below, df = _mixed(groups, design)
+    return of_p(special.fdtrc(len(groups) - 1, df, between / below))
+
+
+def _exact_many(groups: Groups, design: Design) -> Floats:
+    if design.layout == "runs":  # the means of runs are what is compared
+        groups = [group.reshape(*group.shape[:2], RUNS_A_DAY, -1).mean(axis=3) for group in groups]
+    found = _squares(groups, design)
+    below, df = (found.days, found.days_df) if design.layout == "own" else (found.rest, found.rest_df)
+    return of_p(special.fdtrc(len(groups) - 1, df, found.conditions / below))
+
+
+def _contrast_many(groups: Groups, design: Design) -> Floats:
+    _between, below, df = _mixed(groups, design)
+    difference = groups[1].mean(axis=(1, 2)) - groups[0].mean(axis=(1, 2))
+    half = -special.stdtrit(df, (1.0 - LEVEL) / 2.0) * np.sqrt(2.0 * below / design.n[0])
+    return of_interval(difference - half, difference + half, 0.0)
+
+
+def _fit(groups: Groups, design: Design) -> BlockedByDay:
+    values = np.stack(groups)
+    k, days, times = values.shape
+    condition = np.repeat(np.arange(k), days * times).reshape(values.shape)
+    day = np.tile(np.repeat(np.arange(days), times), k).reshape(values.shape)
+    if design.layout == "own":
+        day = day * k + condition
+    kept = np.ones(values.shape, dtype=bool)
+    if design.layout == "holes":  # the same ones in every study of a design
+        kept[:, 1:] = np.random.default_rng(design.n[0]).random(kept[:, 1:].shape) >= HOLES
+    if design.layout == "runs":
+        run = condition * RUNS_A_DAY + np.arange(times) // (times // RUNS_A_DAY)
+        return blocked_by_day(values.ravel(), condition.ravel(), day.ravel(), run.ravel())
+    return blocked_by_day(values[kept], condition[kept], day[kept])
+
+
+def _size_one(groups: Groups, design: Design) -> tuple[float, bool]:
+    return of_one_p(_fit(groups, design).p)
+
+
+def _exact_one(groups: Groups, design: Design) -> tuple[float, bool]:
+    exact = _fit(groups, design).exact
+    return of_one_p(exact.p if isinstance(exact, ExactTest) else exact)
+
+
+def _contrast_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
+    return of_one_interval(_fit(groups, design).contrasts[0].interval, 0.0)
+
+
+def _alike(design: Design) -> bool:
+    return design.normal_and_alike
+
+
+def _one_day(design: Design) -> bool:
+    return design.normal_and_alike and design.days == 1
+
+
+METHODS = (
+    Method("blocked_by_day", "size", FULL, _size_one, _size_many, _one_day, runs=10_000),
+    Method("blocked_by_day", "size", WITH_HOLES, _size_one, runs=4000),
+    Method("blocked_by_day", "size", WITH_RUNS, _size_one, runs=2000),
+    Method("blocked_by_day_exact", "size", FULL, _exact_one, _exact_many, _alike, runs=10_000),
+    Method("blocked_by_day_exact", "size", WITH_RUNS, _exact_one, _exact_many, _alike, runs=10_000),
+    Method("blocked_by_day_ci", "coverage", FULL, _contrast_one, _contrast_many, _one_day, runs=10_000),
+    *(test_of(route, POOLED) for route in ROUTES),
+)

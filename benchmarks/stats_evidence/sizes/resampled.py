@@ -1,0 +1,88 @@
+"""Shuffled labels and redrawn values."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+
+from benchmarks.stats_evidence.sizes.design import EVERY_N, UNEQUAL_N, Design, Floats, Groups
+from benchmarks.stats_evidence.sizes.method import Method, of_one_interval, of_one_p, of_p, studies
+from stats.resampling import bootstrap_difference, permutation_test
+
+QUICK, MOST_ARRANGEMENTS = 1000, 200_000
+"""Arrangements of which many studies, and any, are counted over arrays."""
+AT_A_TIME = 20
+SHUFFLES, REDRAWS = 999, 2000
+"""Of one study; fewer than the library's defaults, which changes p and ends a little and their errors hardly."""
+DESIGNS = (
+    *(Design((n, n), ratio) for n in EVERY_N for ratio in (1.0, 2.0, 3.0)),
+    *(Design(n, ratio) for n in UNEQUAL_N for ratio in (1.0, 2.0)),
+)
+BY_DAY = tuple(
+    Design((times * days,) * 2, 1.0, days, 1.0, "shared") for times, days in ((3, 2), (3, 3), (3, 6), (5, 2), (10, 2))
+)
+FEW = tuple(design for design in DESIGNS if math.comb(sum(design.n), design.n[0]) <= QUICK)
+MANY = tuple(design for design in DESIGNS if design not in FEW)
+
+
+@lru_cache
+def _arrangements(n_a: int, n: int) -> Floats:
+    """Return which values belong to the first group, shape (n, arrangements)."""
+    chosen = np.array(list(combinations(range(n), n_a)))
+    found = np.zeros((len(chosen), n))
+    np.put_along_axis(found, chosen, 1.0, axis=1)
+    return np.ascontiguousarray(found.T)
+
+
+def _all_shuffles(groups: Groups) -> Floats:
+    values = np.concatenate(groups, axis=1)
+    scores = values - values.mean(axis=1, keepdims=True)
+    n_a = groups[0].shape[1]
+    member = _arrangements(n_a, values.shape[1])
+    p = np.empty(len(scores))
+    for start in range(0, len(scores), AT_A_TIME):
+        part = scores[start : start + AT_A_TIME]
+        observed = np.abs(part[:, :n_a].sum(axis=1, keepdims=True))
+        p[start : start + AT_A_TIME] = (np.abs(part @ member) >= observed - 1e-9).mean(axis=1)
+    return p
+
+
+def _permutation_one(groups: Groups, _design: Design) -> tuple[float, bool]:
+    a, b, days = _with_days(groups)
+    return of_one_p(permutation_test(a, b, days, days, resamples=SHUFFLES, seed=_seed(groups)).p)
+
+
+def _permutation(groups: Groups, design: Design) -> Floats:
+    if math.comb(sum(design.n), design.n[0]) <= MOST_ARRANGEMENTS:
+        return of_p(_all_shuffles(groups))
+    return np.array([_permutation_one(study, design) for study in studies(groups)])
+
+
+def _bootstrap_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
+    a, b, days = _with_days(groups)
+    found = bootstrap_difference(a, b, days, days, resamples=REDRAWS, seed=_seed(groups))
+    return of_one_interval(found.interval, 0.0)
+
+
+def _with_days(groups: Groups) -> tuple[Floats, Floats, list[str] | None]:
+    """Return both groups' values and the days of either, None where there are none."""
+    a, b = groups
+    return a.ravel(), b.ravel(), None if a.ndim == 1 else [str(day) for day in range(len(a)) for _ in a[day]]
+
+
+def _seed(groups: Groups) -> int:
+    """Return another seed for each study, so that draws that happen to be odd are not the same in all."""
+    return zlib.crc32(groups[0].tobytes())
+
+
+METHODS = (
+    Method("permutation", "size", FEW, _permutation_one, _permutation),
+    Method("permutation", "size", MANY, _permutation_one, _permutation, runs=2000),
+    Method("permutation", "size", BY_DAY, _permutation_one, runs=1000),
+    Method("bootstrap", "coverage", DESIGNS, _bootstrap_one, runs=2000),
+    Method("bootstrap", "coverage", BY_DAY, _bootstrap_one, runs=1000),
+)

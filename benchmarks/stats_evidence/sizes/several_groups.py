@@ -1,0 +1,87 @@
+"""Several means at once: analysis of variance, Welch's, and the interval of the share of variance."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy import optimize, special
+
+from benchmarks.stats_evidence.sizes import arrays
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, several
+from benchmarks.stats_evidence.sizes.method import (
+    LEVEL,
+    Method,
+    alike,
+    columns,
+    number,
+    of_one_interval,
+    of_one_p,
+    of_p,
+)
+from benchmarks.stats_evidence.sizes.two_groups import pooled_sd
+from stats.anova import one_way_anova
+from stats.noncentral import f_tails
+from stats.welch_anova import welch_anova
+
+STEP = 0.5
+"""True distance from group to group in pooled SDs, of the interval of the share."""
+
+
+def named(groups: Groups) -> dict[str, Floats]:
+    """Return the groups by name, as the library takes them."""
+    return {f"group {place}": group for place, group in enumerate(groups)}
+
+
+def _anova(groups: Groups, _design: Design) -> Floats:
+    f, between, within = arrays.anova_f(list(groups))
+    return of_p(special.fdtrc(between, within, f))
+
+
+def _welch_anova(groups: Groups, _design: Design) -> Floats:
+    k = len(groups)
+    weights = np.stack([group.shape[1] / arrays.variance(group) for group in groups])
+    shares = weights / weights.sum(axis=0)
+    means = np.stack([group.mean(axis=1) for group in groups])
+    distances = (weights * (means - (shares * means).sum(axis=0)) ** 2).sum(axis=0)
+    dfs = np.array([group.shape[1] - 1 for group in groups])[:, None]
+    doubt = ((1.0 - shares) ** 2 / dfs).sum(axis=0)
+    f = distances / (k - 1) / (1.0 + 2.0 * (k - 2) * doubt / (k * k - 1))
+    return of_p(special.fdtrc(k - 1, (k * k - 1) / (3.0 * doubt), f))
+
+
+def _shifted(groups: Groups, design: Design) -> list[Floats]:
+    return [group + STEP * place * pooled_sd(design) for place, group in enumerate(groups)]
+
+
+def _noncentrality(design: Design) -> float:
+    places, sizes = STEP * np.arange(len(design.n)), np.array(design.n)
+    return float(sizes @ (places - sizes @ places / sizes.sum()) ** 2)
+
+
+@lru_cache
+def _bounds_of_f(between: int, within: int, noncentrality: float) -> tuple[float, float]:
+    """Return the F between which the interval of the noncentrality holds the true one."""
+    tail = (1.0 - LEVEL) / 2.0
+    low = optimize.brentq(lambda f: f_tails(f, between, within, noncentrality)[0] - tail, 1e-9, 1e4, xtol=1e-13)
+    return low, optimize.brentq(lambda f: f_tails(f, between, within, noncentrality)[1] - tail, 1e-9, 1e4, xtol=1e-13)
+
+
+def _share_many(groups: Groups, design: Design) -> Floats:
+    f, between, within = arrays.anova_f(_shifted(groups, design))
+    low, high = _bounds_of_f(between, within, _noncentrality(design))
+    return columns(f, (f < low) | (f > high))
+
+
+def _share_one(groups: Groups, design: Design) -> tuple[float, bool]:
+    found = one_way_anova(named(_shifted(groups, design)))
+    noncentrality = _noncentrality(design)
+    truth = noncentrality / (noncentrality + sum(design.n))
+    return number(found.f), of_one_interval(found.eta_squared_ci, truth)[-1]
+
+
+METHODS = (
+    Method("one_way_anova", "size", several(3), lambda g, _: of_one_p(one_way_anova(named(g)).p), _anova, alike),
+    Method("welch_anova", "size", several(3), lambda g, _: of_one_p(welch_anova(named(g)).p), _welch_anova),
+    Method("eta_squared_ci", "coverage", several(3), _share_one, _share_many, alike),
+)
