@@ -36,7 +36,7 @@ NAMES = {
     "fieller": "savings, Fieller",
     "delta": "savings, delta",
     "log_ratio": "savings, logarithm",
-    "bootstrap": "difference, BCa bootstrap",
+    "bootstrap": "difference, studentised bootstrap",
     "mean_ci": "mean",
     "fit_linear_ci": "slope of a line",
     "blocked_by_day": "mixed model",
