@@ -52,7 +52,7 @@ class Planned:
         if not self.stated:
             return NOTHING_DECIDED
         if quantity is not planned:
-            return f"the primary outcome is {planned}"
+            return f"the primary outcome decided on is {planned}"
         return self._beside_the_plan(quantity, family)
 
     def exploratory_equivalence(self, family: str) -> str | None:
@@ -66,7 +66,7 @@ class Planned:
     def _beside_the_plan(self, quantity: Quantity, family: str) -> str | None:
         planned = FAMILY_OF[self.settings.family]
         if family != planned:
-            return f"the family of comparisons is {planned}"
+            return f"the family decided on is {planned}"
         touching = [item for item in self.left_out if item.jumps is None or quantity is Quantity.APEX]
         if touching:
             said = "; ".join(item.sentence for item in touching)

@@ -48,4 +48,4 @@ def placed(
 def exploratory_note(comparisons: Iterable[Comparison], why: Why = why_exploratory) -> str:
     """Return the end of a caption that says why comparisons are exploratory, "" where all are planned."""
     reasons = dict.fromkeys(reason for comparison in comparisons if (reason := why(comparison)))
-    return f" Exploratory, because {'; or because '.join(reasons)}." if reasons else ""
+    return f" Rows called exploratory are so because {'; or because '.join(reasons)}." if reasons else ""

@@ -300,13 +300,13 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
     found = by_name(made)
     assert found.pop((Quantity.JOULES, POOLED)) == {""}
     assert all("" not in reasons for reasons in found.values())
-    assert found[Quantity.APEX, POOLED] == {"the primary outcome is joules a jump"}
+    assert found[Quantity.APEX, POOLED] == {"the primary outcome decided on is joules a jump"}
     for claim in made.content.claims:
         assert ("Exploratory." in claim.text) == claim.text.startswith("The apex")
     page = quick_page(made.content)
     assert "before the first measurement came into the book" in page
     assert (
-        "Exploratory, because the primary outcome is joules a jump: each level against the control (apex height)"
+        "Exploratory, because the primary outcome decided on is joules a jump: each level against the control (apex height)"
         in page
     )
     assert "all levels pooled against the control (exploratory)" in page

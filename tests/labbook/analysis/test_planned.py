@@ -208,7 +208,7 @@ def test_one_outcome_in_one_family_is_planned(outcome: Outcome, family: Family) 
     quantity = Quantity.JOULES if outcome is Outcome.JOULES else Quantity.APEX
     name = EACH if family is Family.EACH else POOLED
     assert planned_ones == [(quantity, name)]
-    assert plan.exploratory(quantity, "between levels of the foot") == f"the family of comparisons is {name}"
+    assert plan.exploratory(quantity, "between levels of the foot") == f"the family decided on is {name}"
     assert plan.exploratory_equivalence(name) is None
 
 

@@ -110,7 +110,7 @@ def test_what_is_exploratory_stands_under_its_word_with_the_reason_in_caption_an
         blocks = TABLES[name].make(told).blocks
         assert all(("(exploratory)" in block) == block.startswith("each AD gain") for block, _ in blocks)
     caption = TABLES["comparisons_joules"].make(told).caption
-    assert caption.endswith(" Exploratory, because the family is pooled.")
+    assert caption.endswith(" Rows called exploratory are so because the family is pooled.")
     assert {row["exploratory"] for row in csv_rows("comparisons_joules", told)} == {"", "the family is pooled"}
     assert all("(exploratory)" not in block for block, _ in TABLES["equivalence"].make(told).blocks)
     own = changed(
@@ -120,7 +120,7 @@ def test_what_is_exploratory_stands_under_its_word_with_the_reason_in_caption_an
     )
     table = TABLES["equivalence"].make(own)
     assert all(block.endswith("(exploratory)") for block, _ in table.blocks)
-    assert table.caption.endswith(" Exploratory, because no bounds then.")
+    assert table.caption.endswith(" Rows called exploratory are so because no bounds then.")
 
 
 def test_what_was_decided_and_what_departs_stand_under_a_heading_of_their_own(content):
