@@ -65,8 +65,9 @@ class Predictions:
     """All predictions of a report, and what they rest on; `scene` is "" where nothing was predicted.
 
     `accuracy` is the relative error asked of the simulator, `unmapped` names factors whose levels change nothing in the
-    scene. The last three count conditions: whose simulated jump hangs on a knife's edge and was simulated either way
-    (`branched`), or only one way (`on_edge`), and in which rounding grows beyond the accuracy (`grown`).
+    scene. The last five count conditions: whose simulated jump hangs on a knife's edge and was simulated either way
+    (`branched`), or only one way (`on_edge`), in which rounding grows beyond the accuracy (`grown`), in which the body
+    gets under the grains (`under_surface`), and whose energy book does not close within the accuracy (`open_book`).
     """
 
     scene: str = ""
@@ -78,6 +79,8 @@ class Predictions:
     branched: int = 0
     on_edge: int = 0
     grown: int = 0
+    under_surface: int = 0
+    open_book: int = 0
 
     def of(self, quantity: PredictedQuantity) -> tuple[Prediction, ...]:
         """Return the predictions of one quantity."""

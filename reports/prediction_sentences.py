@@ -57,6 +57,11 @@ def _simulated(content: ReportContent) -> str:
             "the sampled active damping lets rounding grow beyond the accuracy of the simulator; the error has that in "
             "its place",
         ),
+        (about.under_surface, "the simulated body gets under the surface of the grains, which act on the foot alone"),
+        (
+            about.open_book,
+            "the energy of the simulated jump does not add up within the accuracy: joules err by more",
+        ),
     ):
         if conditions:
             text += f" In {count_text(conditions, 'condition')} {what}."

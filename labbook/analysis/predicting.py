@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 ALGORITHM = Algorithm(
     "prediction",
-    12,
+    13,
     (
         "labbook.analysis.predicting",
         "labbook.analysis.condition_scenes",
@@ -63,12 +63,15 @@ class Simulated:
 
     `close_decision`: whether a decision hangs on a knife's edge; `branch` holds the values had it fallen otherwise,
     where that was simulated. `rounding`: what rounding has grown to, 0 where the accuracy has room for it.
+    `under_surface`: whether the body gets under the grains; `open_book`: whether an energy book does not close.
     """
 
     values: Mapping[str, float | None]
     outcome: str
     close_decision: bool
     rounding: float
+    under_surface: bool
+    open_book: bool
     branch: Mapping[str, float | None] | None = None
 
 
@@ -206,6 +209,8 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
         "relative_error": error,
         "outcome": found.outcome,
         "close_decision": found.close_decision,
+        "under_surface": found.under_surface,
+        "open_book": found.open_book,
         "assumed": {
             name: {
                 "value": scene[name],
@@ -241,7 +246,15 @@ def _simulated(scene: Scene, accuracy: float) -> Simulated:
     if any(jump.other_branch is not None for jump in jumps):
         branch = _means([jump.other_branch or jump for jump in jumps])
     rounding = max(grown_rounding(jump, accuracy) for jump in jumps)
-    return Simulated(_means(jumps), ended, any(map(close_decision, jumps)), rounding, branch)
+    return Simulated(
+        _means(jumps),
+        ended,
+        any(map(close_decision, jumps)),
+        rounding,
+        any(jump.under_surface for jump in jumps),
+        any(jump.open_book for jump in jumps),
+        branch,
+    )
 
 
 def _means(jumps: Sequence[JumpResult]) -> dict[str, float | None]:

@@ -40,6 +40,8 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
             analysis, lambda one: one.payload["close_decision"] and BRANCH not in one.payload["otherwise"]
         ),
         grown=_conditions(analysis, lambda one: one.payload["relative_error"] > one.payload["accuracy"]),
+        under_surface=_conditions(analysis, lambda one: one.payload["under_surface"]),
+        open_book=_conditions(analysis, lambda one: one.payload["open_book"]),
     )
 
 

@@ -78,6 +78,12 @@ def test_sentences_count_what_agrees_and_say_what_it_rests_on(content):
                   "otherwise is in no error.", "In 3 conditions the sampled active damping lets rounding grow",
                   "active damping and motor heat"):  # fmt: skip
         assert words in text
+    odd = dataclasses.replace(content.predictions, under_surface=1, open_book=2)
+    told = " ".join(prediction_sentences(dataclasses.replace(content, predictions=odd))).replace("\u00a0", " ")
+    assert "In 1 condition the simulated body gets under the surface of the grains" in told
+    assert "In 2 conditions the energy of the simulated jump does not add up within the accuracy" in told
+    assert "under the surface" not in text
+    assert "add up" not in text
     calm = dataclasses.replace(content.predictions, branched=0, on_edge=0, grown=0)
     text = " ".join(prediction_sentences(dataclasses.replace(content, predictions=calm)))
     assert "knife" not in text

@@ -306,8 +306,8 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
     page = quick_page(made.content)
     assert "before the first measurement came into the book" in page
     assert (
-        "Exploratory, because the primary outcome decided on is joules a jump: each level against the control (apex height)"
-        in page
+        "Exploratory, because the primary outcome decided on is joules a jump: each level against the control (apex "
+        "height)" in page
     )
     assert "all levels pooled against the control (exploratory)" in page
 

@@ -422,3 +422,22 @@ def test_a_level_without_a_number_is_refused_with_what_to_write(tmp_path: Path) 
     assert settings is not None
     with pytest.raises(UsageError, match=r"\[simulation.levels.foot\]"):
         level_parameters(settings, None, "foot", LevelRow("uid", "huge", None, "{}"))
+
+
+SUNK = """
+[simulation]
+scene = "sim2"
+parameters = { foot_radius = 0.0073, kg_scale = %g }
+"""
+
+
+@pytest.mark.parametrize(("kg_scale", "conditions"), [(1.0, 1), (3.0, 0)])
+def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: float, conditions: int) -> None:
+    book = predicted_book(tmp_path, SUNK % kg_scale)
+    with book.open() as standing:
+        about = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None).content.predictions
+    scene = load_scene("sim2").changed(
+        {"foot_radius": 0.0073, "kg_scale": kg_scale, "body_mass": 1.8, "foot_mass": 0.2}
+    )
+    assert simulate(scene, about.accuracy).jump.under_surface == bool(conditions)
+    assert (about.under_surface, about.open_book) == (conditions, 0)
