@@ -7,7 +7,7 @@ import typer
 from data_schema.errors import BookDamaged
 from labbook.cli.common import BookOption, JsonOption, emit, progress
 
-app = typer.Typer(help="The database: its revision, whether the book is whole, and upgrading it.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 
 @app.command("status")

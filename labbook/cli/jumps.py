@@ -6,7 +6,7 @@ import typer
 
 from labbook.cli.common import AsOption, BookOption, JsonOption, columns, emit
 
-app = typer.Typer(help="Jumps of a run: list, reject, accept, clear.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run.")]
 NumbersArgument = Annotated[

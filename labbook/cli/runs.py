@@ -7,7 +7,7 @@ import typer
 
 from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, columns, emit
 
-app = typer.Typer(help="Runs: list them, import a run sheet, see what has no run yet.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 
 @app.command("list")

@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import os
 import re
+import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -8,10 +10,10 @@ from typing import Any
 import pytest
 import typer.main
 
-from labbook.cli.main import app
-from tests.cli.shell import good, labbook, process
+from labbook.cli.main import GROUPS, application
+from tests.cli.shell import LABBOOK, good, labbook, process
 
-ROOT: Any = typer.main.get_command(app)
+ROOT: Any = typer.main.get_command(application(GROUPS))
 
 
 def paths(command: Any = ROOT, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -82,3 +84,11 @@ def test_help_works_in_a_process_of_its_own(tmp_path: Path) -> None:
     assert "ingest" in shown.out
     assert "--debug" in shown.out
     assert max(map(len, shown.out.splitlines())) <= 80
+
+
+@pytest.mark.parametrize("asked", ["COMP_WORDS", "_TYPER_COMPLETE_ARGS"])
+def test_a_shell_can_complete_the_commands_of_a_group(asked: str) -> None:
+    shell = "bash" if asked == "COMP_WORDS" else "zsh"
+    asking = {"_LABBOOK_COMPLETE": f"complete_{shell}", asked: "labbook sim ", "COMP_CWORD": "2"}
+    done = subprocess.run([LABBOOK], env={**os.environ, **asking}, capture_output=True, text=True, check=False)
+    assert "sweep" in done.stdout

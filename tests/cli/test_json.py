@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer.main
 
-from labbook.cli.main import app
+from labbook.cli.main import GROUPS, application
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
 
@@ -62,7 +62,7 @@ ELSEWHERE = {
 
 
 def commands() -> set[str]:
-    root = typer.main.get_command(app)
+    root = typer.main.get_command(application(GROUPS))
     return {
         f"{name} {below}".strip()
         for name, command in getattr(root, "commands", {}).items()

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 import typer.main
 
-from labbook.cli.main import app
+from labbook.cli.main import GROUPS, application
 
 PROJECT = Path(__file__).parents[2]
 DOCUMENTS = sorted([PROJECT / "README.md", *(PROJECT / "docs").glob("*.md")])
@@ -30,7 +30,7 @@ def commands(path: Path) -> Iterator[list[str]]:
 
 def named(words: list[str]) -> tuple[Any, list[str]]:
     """The command that words call, and what is left of them; fails where there is none."""
-    command: Any = typer.main.get_command(app)
+    command: Any = typer.main.get_command(application(GROUPS))
     while hasattr(command, "commands") and words and not words[0].startswith("-"):
         assert words[0] in command.commands, f"there is no command {words[0]!r}"
         command, words = command.commands[words[0]], words[1:]

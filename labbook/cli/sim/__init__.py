@@ -4,7 +4,7 @@ import typer
 
 from labbook.cli.sim import accuracy, effects, figures, parts, published, run, sweep
 
-app = typer.Typer(help="Simulate jumps: one scene, from robot to ground.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 for module in (run, sweep, parts, accuracy, effects, figures, published):
     module.register(app)

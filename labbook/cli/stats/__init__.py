@@ -4,9 +4,7 @@ import typer
 
 from labbook.cli.stats import anova, blocked, compare, equivalence, power, savings
 
-app = typer.Typer(
-    help="Statistics on a table or on the book: tests, savings, equivalence, power.", no_args_is_help=True
-)
+app = typer.Typer(no_args_is_help=True)
 
 for module in (compare, anova, savings, equivalence, blocked, power):
     module.register(app)

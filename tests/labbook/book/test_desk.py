@@ -23,7 +23,7 @@ from labbook.actions.jump_review import decide
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
-from labbook.cli.main import app
+from labbook.cli.main import application
 from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.databases import all_rows
 from tests.helpers.folders import contents
@@ -388,7 +388,7 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
         command = str(caught.value).split("`")[1].replace('"..."', '"typed wrong"')
         words = shlex.split(command)
         assert words[:2] == ["labbook", "correct"]
-        app([*words[1:], "--book", str(made.folder)], standalone_mode=False)
+        application(words)([*words[1:], "--book", str(made.folder)], standalone_mode=False)
         with standing.reading() as connection:
             uid = find_uid(connection, kind, **NAMED.get(kind, {}))
             assert uid is not None
