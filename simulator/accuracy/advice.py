@@ -35,11 +35,15 @@ def needs(study: AccuracyStudy, goal: float, output: str = COST) -> tuple[Need, 
 
 
 def _point(series: Series, goal: float, output: str) -> Point | None:
-    """A setting counts only if no finer one misses: an error that passes through zero once is luck."""
+    """A setting counts only if no finer one misses: an error that passes through zero once is luck. One that gave up
+    has no error, and shows nothing.
+    """
     kept = None
     for point in reversed(series.points):
+        if point.failure:
+            continue
         error = (point.errors or {}).get(output)
-        if point.failure or error is None or error > goal:
+        if error is None or error > goal:
             break
         kept = point
     return kept

@@ -105,6 +105,12 @@ def test_no_setting_will_do() -> None:
     assert advised(series_of(1e-1, 1e-4, failure="gave up"), 1e-3) is None
 
 
+def test_a_finer_setting_that_gave_up_says_nothing_against_a_coarser_one() -> None:
+    point = advised(series_of(1e-1, 1e-4, 1e-6, failure="more than 400000 evaluations"), 1e-3)
+    assert point is not None
+    assert point.seconds == 2.0
+
+
 def test_a_goal_under_the_floor_is_out_of_reach() -> None:
     advised(series_of(1e-1, 1e-4), 1e-6, floor=1e-5)
 
