@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from labbook.presenting.durations import time_text
 from labbook.presenting.effects_worth import alone_table, heading, verdict
 from simulator.scene_file import load_scene
+from simulator.worth.kernel_time import kernel_time
 from simulator.worth.measure import worth_of_effects
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "accuracy.md"
@@ -26,7 +28,10 @@ def measured(name: str) -> str:
         starred = " *" if effect.endswith("*") else ""
         name_cell = f"`{effect.rstrip('*')}`{starred}"
         lines.append(f"| {' | '.join([name_cell, *values])} |")
-    return "\n".join([*lines, "", *verdict(worth)])
+    fewer = scene.changed({}, (), worth.smallest.left_out.effects)
+    full, smallest = (kernel_time(of, worth.accuracy).time_per_jump_s for of in (scene, fewer))
+    times = f"A jump takes {time_text(full)} with all effects and {time_text(smallest)} with these."
+    return "\n".join([*lines, "", *verdict(worth), "", times])
 
 
 def main() -> None:

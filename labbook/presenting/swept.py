@@ -52,7 +52,7 @@ def sweep_lines(done: Finished) -> list[str]:
         *set_by_user_line(done.sweep.scene),
         *assumed,
         _how(done),
-        f"{done.out}: {data['variables']} variables, for xarray.{_opener(done)}({done.out.name!r}).",
+        f"{done.out}: {data['variables']} variables, for xarray.{_opener(done)}({str(done.out)!r}).",
     ]
 
 
