@@ -35,6 +35,11 @@ def charges_by_run(connection: sa.Connection) -> dict[str, list[ChargeOfRun]]:
     return found
 
 
+def every_charge(connection: sa.Connection) -> list[ChargeOfRun]:
+    """Return all charges, also those that belong to no run."""
+    return [ChargeOfRun(*row) for row in connection.execute(_charges())]
+
+
 def charges_of_run(connection: sa.Connection, run_uid: str) -> list[ChargeOfRun]:
     """Return the charges of one run."""
     return [ChargeOfRun(*row) for row in connection.execute(_of_runs().where(run.c.uid == run_uid))]

@@ -35,6 +35,11 @@ class Compared:
     adjusted: ResultRow | None = None
     equivalent: ResultRow | None = None
 
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """The keys of the conditions compared."""
+        return tuple(item.key for item in (*self.pair.a, *self.pair.b))
+
 
 def compare_all(
     bench: Workbench,

@@ -8,15 +8,17 @@ exploratory.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
 from data_schema.queries.first_measurement import StatedConfiguration, first_measurement, stated_configurations
 from labbook.analysis import pairing
+from labbook.analysis.corrected_later import corrected_later
+from labbook.analysis.departures import Departure, parted_conditions
 from labbook.analysis.left_out import LeftOut, left_out
-from labbook.config.analysis import kept_analysis
+from labbook.config.analysis import kept_analysis, kept_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family, Outcome
 from reports.numbers import Quantity
 
@@ -34,7 +36,8 @@ class Planned:
     `stated_utc` and `stated_by` say when and by whom the settings were first stated as they rule, also where that was
     too late; None where they never were. `first_measured_utc` is None before the first measurement. `left_out` is what
     people left out for reasons that the settings do not allow; `bounds_stated` tells whether the settings' bounds, if
-    they have any, were stated in time.
+    they have any, were stated in time. `further` departs in what the numbers rest on: the runs selected, corrections,
+    the rules of `[protocol]` which jumps count.
     """
 
     settings: AnalysisSettings
@@ -45,25 +48,29 @@ class Planned:
     first_measured_utc: str | None = None
     left_out: tuple[LeftOut, ...] = ()
     bounds_stated: bool = True
+    further: tuple[Departure, ...] = ()
 
-    def exploratory(self, quantity: Quantity, family: str) -> str | None:
-        """Say why a comparison of a family (a name of `pairing`) is exploratory; None where it is the planned one."""
+    def exploratory(self, quantity: Quantity, family: str, conditions: Collection[str] | None = None) -> str | None:
+        """Say why a comparison of a family (a name of `pairing`) is exploratory; None where it is the planned one.
+
+        `conditions` are the keys of those compared; without them it may be any.
+        """
         planned = QUANTITY_OF[self.settings.primary_outcome]
         if not self.stated:
             return NOTHING_DECIDED
         if quantity is not planned:
             return f"the primary outcome decided on is {planned}"
-        return self._beside_the_plan(quantity, family)
+        return self._beside_the_plan(quantity, family, conditions)
 
-    def exploratory_equivalence(self, family: str) -> str | None:
+    def exploratory_equivalence(self, family: str, conditions: Collection[str] | None = None) -> str | None:
         """Say why a test of apexes against the bounds is exploratory; bounds that were stated plan it."""
         if not self.stated:
             return NOTHING_DECIDED
         if not self.bounds_stated:
             return "no bounds of apex height were stated before the first run was ingested"
-        return self._beside_the_plan(Quantity.APEX, family)
+        return self._beside_the_plan(Quantity.APEX, family, conditions)
 
-    def _beside_the_plan(self, quantity: Quantity, family: str) -> str | None:
+    def _beside_the_plan(self, quantity: Quantity, family: str, conditions: Collection[str] | None) -> str | None:
         planned = FAMILY_OF[self.settings.family]
         if family != planned:
             return f"the family decided on is {planned}"
@@ -71,11 +78,17 @@ class Planned:
         if touching:
             said = "; ".join(item.sentence for item in touching)
             return f"left out for reasons that were not allowed: {said}"
-        return None
+        rests_on = [item.sentence for item in self.further if item.touches(quantity, conditions)]
+        return "; ".join(rests_on) or None
 
 
-def planned_analysis(connection: sa.Connection, configuration: Configuration) -> Planned:
-    """Find what rules the analysis of a book whose labbook.toml is `configuration`; the journal alone decides."""
+def planned_analysis(
+    connection: sa.Connection, configuration: Configuration, selected: Collection[str] | None = None
+) -> Planned:
+    """Find what rules the analysis of a book whose labbook.toml is `configuration`; the journal alone decides.
+
+    `selected` are the uids of the runs that a report takes, None where it takes all.
+    """
     now, first = configuration.analysis, first_measurement(connection)
     history = [(item, kept_analysis(item.text)) for item in stated_configurations(connection)]
     if first is None:
@@ -92,7 +105,16 @@ def planned_analysis(connection: sa.Connection, configuration: Configuration) ->
             now or AnalysisSettings(), False, (NOTHING_DECIDED + too_late,), *_said(known), first.at_utc
         )  # fmt: skip
     out = left_out(connection, stood.exclusions)
-    departures = [*_changes(stood, now, history), *(f"{item.sentence}, which was not allowed" for item in out)]
+    further = [
+        *_jump_rules(before[-1][0].text, configuration),
+        *corrected_later(connection, first.seq),
+        *(() if selected is None else parted_conditions(connection, selected)),
+    ]
+    departures = [
+        *_changes(stood, now, history),
+        *(f"{item.sentence}, which was not allowed" for item in out),
+        *(item.sentence for item in further),
+    ]
     late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds
     return Planned(
         replace(stood, apex_bounds=late_bounds) if late_bounds else stood,
@@ -102,6 +124,7 @@ def planned_analysis(connection: sa.Connection, configuration: Configuration) ->
         first.at_utc,
         out,
         bounds_stated=late_bounds is None,
+        further=tuple(further),
     )
 
 
@@ -136,6 +159,21 @@ def _changes(stood: AnalysisSettings, now: AnalysisSettings | None, history: _Hi
     ]
 
 
+def _jump_rules(text: str, configuration: Configuration) -> list[Departure]:
+    """Say which rules of the protocol on jumps are others than before the first measurement; today's are used."""
+    now = configuration.protocol
+    values = (now.detector, now.exclude_first_jumps, now.exclude_gap_jumps)
+    return [
+        Departure(
+            f"{name} of [protocol] was {_shown(was)} before the first run was ingested and is {_shown(value)} in "
+            "labbook.toml: it is used, and apex heights are exploratory",
+            (Quantity.APEX,),
+        )
+        for name, was, value in zip(_JUMP_RULES, kept_jump_rules(text), values, strict=True)
+        if was != value
+    ]
+
+
 def _since_when(history: _History, field: str, value: object) -> str:
     found = None
     for item, said in reversed(history):
@@ -145,12 +183,15 @@ def _since_when(history: _History, field: str, value: object) -> str:
     return "" if found is None else f" since {found.at_utc[:10]} ({found.person})"
 
 
+_JUMP_RULES = ("detector", "exclude_first_jumps", "exclude_gap_jumps")
 _NAMES = {"apex_bounds": "apex bounds"}
 
 
 def _shown(value: object) -> str:
     if isinstance(value, Bounds):
         return f"{value.low:g} to {value.high:g} {'%' if value.percent else 'm'}"
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, tuple):
         return ", ".join(map(str, value)) or "none"
     return "none" if value is None else f"{value:g}" if isinstance(value, float) else str(value)

@@ -63,7 +63,7 @@ def analyse(
     bench: Workbench, detections: Detections, evidence: Evidence, progress: Callable[[str], None]
 ) -> StudyAnalysis:
     """Compute everything that is not stored; `progress` is told what is being done."""
-    planned = planned_analysis(bench.connection, evidence.configuration)
+    planned = planned_analysis(bench.connection, evidence.configuration, [run.uid for run in evidence.selected])
     progress("passive drain and joules a jump")
     drains = passive_drains(bench, evidence)
     energies = run_energies(bench, evidence, drains)

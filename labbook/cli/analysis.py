@@ -15,13 +15,16 @@ def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
 
     [analysis] of labbook.toml is in the journal before the first file is ingested or the first charge stated. What it
     said then rules; the report calls exploratory what departs from it. A later change is never refused, it is listed.
+    So are corrections of runs and charges made since, logs taken off runs, and other rules in [protocol] which jumps
+    count; a report lists the runs that its selection takes out of a condition. The last line says what is not watched.
 
     Example: labbook analysis
     """
     from labbook.analysis.planned import planned_analysis
     from labbook.book.opening import opened
-    from labbook.presenting.planned import planned_sentences
+    from labbook.presenting.planned import NOT_WATCHED, planned_sentences
 
     with opened(book) as opened_book, opened_book.reading() as connection:
         found = planned_analysis(connection, opened_book.configuration)
-    emit(found, planned_sentences(found), as_json)
+    watched = found.stated and found.first_measured_utc is not None
+    emit(found, (*planned_sentences(found), *((NOT_WATCHED,) if watched else ())), as_json)

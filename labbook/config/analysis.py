@@ -6,7 +6,7 @@ import tomllib
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import ReasonCode
-from labbook.config.model import AnalysisSettings, Bounds, Family, Outcome, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings, Bounds, Detector, Family, Outcome, UnitOfAnalysis
 from labbook.config.tables import TableReader, as_number
 
 
@@ -34,6 +34,20 @@ def kept_analysis(text: str) -> AnalysisSettings | None:
     if faults:
         raise InputRefused(f"a configuration that the book keeps cannot be read ({faults[0]}): use a newer labbook.")
     return settings
+
+
+def kept_jump_rules(text: str) -> tuple[Detector, int, bool]:
+    """Read which jumps count by `[protocol]` of a configuration as the book keeps it: detector and exclusions."""
+    faults: list[str] = []
+    table = TableReader(tomllib.loads(text), "", faults).table("protocol")
+    rules = (
+        table.word("detector", Detector, Detector.ROBUST),
+        table.whole("exclude_first_jumps", 0, least=0),
+        table.flag("exclude_gap_jumps", True),
+    )
+    if faults:
+        raise InputRefused(f"a configuration that the book keeps cannot be read ({faults[0]}): use a newer labbook.")
+    return rules
 
 
 def _alpha(table: TableReader, default: float) -> float:

@@ -108,7 +108,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: s
         by_day=None if item.by_day is None else _by_day(item.by_day, shown),
         adjusted=None if item.adjusted is None else shown.number(item.adjusted, adjusted(item.pair.label)),
         equivalence=None if item.equivalent is None else _equivalence(analysis, item, item.equivalent, shown),
-        exploratory=analysis.planned.exploratory(item.quantity, item.pair.family) or "",
+        exploratory=analysis.planned.exploratory(item.quantity, item.pair.family, item.conditions) or "",
     )
 
 
@@ -159,5 +159,5 @@ def _equivalence(analysis: StudyAnalysis, item: Compared, row: ResultRow, shown:
         at_high=shown.test(row, "upper bound", "t_high", "p_high"),
         p=shown.value(row, "p"),
         shown=payload["equivalent"],
-        exploratory=analysis.planned.exploratory_equivalence(item.pair.family) or "",
+        exploratory=analysis.planned.exploratory_equivalence(item.pair.family, item.conditions) or "",
     )

@@ -13,6 +13,13 @@ HOW_TO_DECIDE = (
     "charge comes in, or the report calls every comparison exploratory."
 )
 
+NOT_WATCHED = (
+    "Not watched: conditions left out whole, a further charge or log that leaves a run without the one that counts, "
+    "runs never entered, corrections of robot, pack, day and study, and what labbook.toml says beside [analysis] and "
+    "which jumps count; the journal has all but the runs never entered."
+)
+"""What could depart from the plan and is not looked for."""
+
 _UNITS: Mapping[UnitOfAnalysis, str] = {UnitOfAnalysis.RUN: "the run", UnitOfAnalysis.DAY: "the mean of a day's runs"}
 
 

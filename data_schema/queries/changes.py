@@ -1,0 +1,82 @@
+"""What was stated otherwise from some entry of the journal on: corrections, and files and charges taken off runs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.tables.files import file, ingest, run_file
+from data_schema.tables.people import journal, person
+from data_schema.tables.runs import run
+from data_schema.vocabulary import Action, IngestStatus
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """An entry that changed what the book held; `old` and `new` as the journal keeps them."""
+
+    at_utc: str
+    person: str
+    kind: str
+    uid: str
+    old: Mapping[str, Any]
+    new: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class FileLink:
+    """That a file belongs to a run now."""
+
+    uid: str
+    file_uid: str
+    run_uid: str
+
+
+def changes_after(connection: sa.Connection, seq: int) -> list[Change]:
+    """List what changed runs, charges and files after an entry, in order; a first assignment changes nothing."""
+    query = (
+        sa.select(
+            journal.c.at_utc,
+            person.c.name,
+            journal.c.entity_kind,
+            journal.c.entity_uid,
+            journal.c.old_json,
+            journal.c.new_json,
+        )
+        .join(person, journal.c.person == person.c.id)
+        .where(
+            journal.c.seq > seq,
+            journal.c.entity_kind.in_(("run", "charge", "run_file", "file")),
+            journal.c.action.in_((str(Action.CORRECT), str(Action.ASSIGN))),
+        )
+        .order_by(journal.c.seq)
+    )
+    return [
+        Change(*row[:4], old=json.loads(row[4] or "{}"), new=json.loads(row[5] or "{}"))
+        for row in connection.execute(query)
+    ]
+
+
+def file_links(connection: sa.Connection) -> list[FileLink]:
+    """List which files belong to which runs."""
+    query = (
+        sa.select(run_file.c.uid, file.c.uid, run.c.uid)
+        .join(file, run_file.c.file == file.c.id)
+        .join(run, run_file.c.run == run.c.id)
+        .order_by(run_file.c.id)
+    )
+    return [FileLink(*row) for row in connection.execute(query)]
+
+
+def roles_and_names_of_files(connection: sa.Connection) -> dict[str, tuple[str | None, str]]:
+    """Return the role and the name under which each file was imported, by the file's uid."""
+    query = (
+        sa.select(file.c.uid, ingest.c.role, ingest.c.original_name)
+        .join(ingest, ingest.c.file == file.c.id)
+        .where(ingest.c.status == str(IngestStatus.IMPORTED))
+    )
+    return {uid: (role, name) for uid, role, name in connection.execute(query)}

@@ -1,0 +1,245 @@
+"""The doors by which numbers could be chosen after they were seen: a selection, a correction, the protocol."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from labbook.actions.assigning import assign
+from labbook.actions.correcting import correct, void
+from labbook.actions.report_command import state_report
+from labbook.analysis.pairing import POOLED
+from labbook.analysis.planned import Planned, planned_analysis
+from labbook.book.rebuilding import rebuild_database
+from reports.numbers import Quantity
+from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+
+DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
+
+
+@pytest.fixture
+def honest(tmp_path: Path) -> SmallBook:
+    """A book whose analysis was decided before everything was ingested."""
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + DECIDED)
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+    return made
+
+
+def planned(made: SmallBook) -> Planned:
+    with made.open() as book, book.reading() as connection:
+        return planned_analysis(connection, book.configuration)
+
+
+def corrects(made: SmallBook, target: str, *assignments: str) -> None:
+    with made.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, target, assignments, "looked odd")
+
+
+def charge_of(made: SmallBook, run: str) -> str:
+    with made.open() as book, book.reading() as connection:
+        query = f"SELECT charge.uid FROM charge JOIN run ON charge.run = run.id WHERE run.name = '{run}'"
+        return f"charge:{connection.exec_driver_sql(query).scalar_one()}"
+
+
+def reported(made: SmallBook, where: str | None) -> tuple[Planned, dict[tuple[str, Quantity, str], str]]:
+    """What a report on a selection takes for planned, and why each of its comparisons is exploratory."""
+    with made.open() as book:
+        report = state_report(book, where, ADA, lambda _step: None)
+    shown = report.content.comparisons
+    return report.analysis.planned, {(item.label, item.quantity, item.family): item.exploratory for item in shown}
+
+
+def key_of(made: SmallBook, run: str) -> str:
+    with made.open() as book, book.reading() as connection:
+        query = "SELECT condition.key FROM condition JOIN run ON run.condition = condition.id WHERE run.name = "
+        return str(connection.exec_driver_sql(f"{query}'{run}'").scalar_one())
+
+
+@pytest.mark.parametrize("where", [None, "foot=small", "foot=small and b_ad_gain=0"])
+def test_levels_taken_whole_and_planned_exclusions_depart_from_nothing(honest: SmallBook, where: str | None) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        void(desk, "r006", "misfire")
+    found, _why = reported(honest, where)
+    assert found.stated
+    assert (found.departures, found.further) == ((), ())
+    assert planned(honest).departures == ()
+
+
+def test_a_selection_of_some_runs_of_a_condition_makes_what_rests_on_it_exploratory(honest: SmallBook) -> None:
+    found, why = reported(honest, "foot=small and run!=r002")
+    (said,) = found.departures
+    key = key_of(honest, "r002")
+    assert said == f"the selection leaves out run r002 of the condition {key} and takes its other runs"
+    assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory_equivalence(POOLED, [key]) == said
+    of_joules = [
+        reason for (_label, quantity, family), reason in why.items() if quantity is Quantity.JOULES and family == POOLED
+    ]
+    assert of_joules == [said]
+
+
+def test_a_selection_by_day_parts_every_condition(honest: SmallBook) -> None:
+    found, _why = reported(honest, "day=2021-06-14")
+    assert len(found.departures) == 4
+    assert all("and takes its other runs" in said for said in found.departures)
+
+
+def test_a_run_without_numbers_may_be_left_out(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        void(desk, "r002", "misfire")
+    found, _why = reported(honest, "run!=r002")
+    assert found.departures == ()
+
+
+def test_a_correction_that_takes_a_run_out_makes_what_rests_on_it_exploratory(honest: SmallBook) -> None:
+    key = key_of(honest, "r002")
+    corrects(honest, "r002", "jumps_made=0")
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith("corrected after the first measurement: jumps_made of run r002 was 3 and is 0 (Ada Nwosu, ")
+    assert said.endswith(", which leaves run r002 without joules a jump")
+    assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory_equivalence(POOLED, [key]) is None
+    corrects(honest, "r002", "jumps_made=3")
+    assert planned(honest).departures == ()
+
+
+@pytest.mark.parametrize(
+    ("assignments", "words"),
+    [
+        (("jumps_made=2",), "jumps_made of run r002 was 3 and is 2"),
+        (("duration_s=700",), "duration_s of run r002 was 720 and is 700"),
+        (("foot=large",), "condition of run r002 was "),
+    ],
+)
+def test_a_correction_that_keeps_a_run_in_is_told_only(
+    honest: SmallBook, assignments: tuple[str, ...], words: str
+) -> None:
+    corrects(honest, "r002", *assignments)
+    found = planned(honest)
+    (said,) = found.departures
+    assert words in said
+    assert "which leaves" not in said
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory_equivalence(POOLED) is None
+
+
+def test_a_charge_taken_off_its_run_takes_the_run_out(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        assign(desk, "2021-06-14.csv#2", "none", "looked odd")
+    (said,) = planned(honest).departures
+    assert "run of a charge was r002 and is none" in said
+    assert said.endswith("which leaves run r002 without joules a jump")
+    assert planned(honest).exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
+
+
+def test_a_second_charge_moved_to_a_run_takes_that_out_too(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        assign(desk, "2021-06-14.csv#2", "r003", "looked odd")
+    (said,) = planned(honest).departures
+    assert said.endswith("which leaves run r002, r003 without joules a jump")
+
+
+def test_a_correction_is_not_blamed_for_what_another_took(honest: SmallBook) -> None:
+    corrects(honest, "r002", "jumps_made=2")
+    corrects(honest, charge_of(honest, "r002"), "run=none")
+    told, blamed = planned(honest).departures
+    assert "jumps_made" in told
+    assert "which leaves" not in told
+    assert "which leaves run r002 without joules a jump" in blamed
+
+
+def test_a_charge_of_another_value_is_told_only(honest: SmallBook) -> None:
+    corrects(honest, charge_of(honest, "r002"), "charge_mah=90")
+    (said,) = planned(honest).departures
+    assert "charge_mah of the charge of run r002 was " in said
+    assert "and is 90 (" in said
+    assert planned(honest).exploratory(Quantity.JOULES, POOLED) is None
+
+
+def test_the_charge_of_an_idle_run_bears_on_all_joules(honest: SmallBook) -> None:
+    corrects(honest, charge_of(honest, "r007"), "run=none")
+    found = planned(honest)
+    assert "which leaves run r007 without joules a jump" in str(
+        found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")])
+    )
+
+
+def test_a_run_made_idle_is_taken_out_of_its_condition(honest: SmallBook) -> None:
+    key = key_of(honest, "r002")
+    corrects(honest, "r002", "kind=idle", "jumps_made=0", "levels=none")
+    found = planned(honest)
+    told = {said.split(": ")[1].split(" of ")[0]: "which leaves" in said for said in found.departures}
+    assert told == {"kind": True, "condition": False, "jumps_made": True}
+    assert "run r002 without joules a jump and apex height" in str(found.exploratory(Quantity.JOULES, POOLED, [key]))
+    assert found.exploratory_equivalence(POOLED, [key]) is not None
+
+
+def test_a_log_taken_off_its_run_takes_its_heights(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        assign(desk, "r002.csv", "none", "looked odd")
+    found = planned(honest)
+    (said,) = found.departures
+    assert "r002.csv was taken off run r002 (Ada Nwosu, " in said
+    assert said.endswith("which leaves run r002 without apex height")
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
+    with honest.open() as book, book.desk(ADA) as desk:
+        assign(desk, "r002.csv", "r002", None)
+    assert planned(honest).departures == ()
+
+
+def test_a_log_moved_to_another_run_is_told_too(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        assign(desk, "r002.csv", "r003", "belongs there")
+    (said,) = planned(honest).departures
+    assert "r002.csv was taken off run r002" in said
+
+
+@pytest.mark.parametrize(
+    ("rule", "words"),
+    [
+        ("exclude_first_jumps = 2", "exclude_first_jumps of [protocol] was "),
+        ("exclude_gap_jumps = false", "exclude_gap_jumps of [protocol] was true"),
+        ('detector = "published"', "detector of [protocol] was robust"),
+    ],
+)
+def test_other_rules_which_jumps_count_make_heights_exploratory(honest: SmallBook, rule: str, words: str) -> None:
+    name = rule.split(" ")[0]
+    lines = [line for line in honest.toml.read_text().splitlines() if not line.startswith(f"{name} ")]
+    lines.insert(lines.index("[protocol]") + 1, rule)
+    plain = honest.toml.read_text()
+    honest.toml.write_text("\n".join(lines) + "\n")
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith(words)
+    assert found.exploratory_equivalence(POOLED) == said
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    honest.toml.write_text(plain)
+    assert planned(honest).departures == ()
+
+
+def test_what_was_corrected_before_the_first_measurement_is_no_departure(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + DECIDED)
+    corrects(made, "r002", "jumps_made=2")
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+    assert planned(made).departures == ()
+
+
+def test_a_rebuilt_book_tells_the_same_departures(honest: SmallBook) -> None:
+    corrects(honest, "r002", "jumps_made=0")
+    with honest.open() as book, book.desk(ADA) as desk:
+        assign(desk, "r003.csv", "none", "looked odd")
+        assign(desk, "r004.csv", "r003", "belongs there")
+    honest.toml.write_text(honest.toml.read_text().replace("gap_jumps = true", "gap_jumps = false"))
+    before = planned(honest)
+    assert len(before.departures) == 4
+    rebuild_database(honest.folder, lambda _step: None)
+    assert planned(honest) == before
