@@ -4,7 +4,8 @@ With raw bounds low < mean(a) - mean(b) < high both one-sided tests ask whether 
 Percent bounds are shares of the mean of b, the control. That mean is itself estimated, so a bound of delta is tested
 as the contrast mean(a) - (1 + delta) mean(b) (Sasabuchi), with variance Var(a) + (1 + delta)^2 Var(b): taking the
 control's mean as known would claim too much. The interval beside it holds all delta that such a test does not reject
-(Fieller). Either way it has level 1 - 2 alpha and lies within the bounds just where the tests reject.
+(Fieller). Either way it has level 1 - 2 alpha and lies within the bounds just where the tests reject. Where the control's
+mean cannot be told from 0 there is no such interval, and then no percentage is shown, whatever the tests at bounds say.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ class Tost(Result):
     estimate_ci: tuple[float, float] | Undefined
     """Two-sided interval of level 1 - 2 alpha, in the unit of the bounds."""
     equivalent: bool | Undefined
-    """Whether p is at most alpha."""
+    """Whether p is at most alpha and, in percent, the interval exists and lies within the bounds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +115,9 @@ class Equivalence(Result):
         if isinstance(self.equivalent, Undefined):
             return f"{estimate}; no test whether it {self._claim(unit)}, because {self.equivalent.reason}."
         chosen = self.welch if self.route == "welch" else self.student
+        if isinstance(self.estimate_ci, Undefined):
+            why = f"because its {100.0 * (1.0 - 2.0 * self.alpha):g} % CI is undefined: {self.estimate_ci.reason}"
+            return f"{estimate} and is not shown to {self._claim(unit)}, {why}{missing_text(self.missing)}."
         tests = [
             f"t({number_text(df)}) = {number_text(t)}"
             for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
@@ -212,6 +216,9 @@ def _tost(
             tests[side] = contrast.test(bound * unit, above=side == "low")
     worst = max(tests.values(), key=lambda one: one.log10_p)
     ends = contrast.interval(1.0 - 2.0 * alpha)
+    shown = worst.p <= alpha
+    if contrast.relative:
+        shown = shown and not isinstance(ends, Undefined) and _within(ends, low, high, unit)
     at_low, at_high = tests.get("low"), tests.get("high")
     return Tost(
         test=name,
@@ -226,5 +233,9 @@ def _tost(
         p=worst.p,
         log10_p=worst.log10_p,
         estimate_ci=ends if isinstance(ends, Undefined) else (ends[0] / unit, ends[1] / unit),
-        equivalent=worst.p <= alpha,
+        equivalent=shown,
     )
+
+
+def _within(ends: tuple[float, float], low: float | None, high: float | None, unit: float) -> bool:
+    return (low is None or ends[0] >= low * unit) and (high is None or ends[1] <= high * unit)

@@ -2,9 +2,9 @@
 
 Nothing is approximated by the normal distribution: Student's t, F and both one-sided tests through their noncentral
 distributions, Welch's t by integration over the ratio of the two estimated variances, on which its degrees of freedom
-depend, and so for both one-sided tests by Welch. Differences and standard deviations have the unit of the values. Values
-are independent: where days are compared within, `sd` is the scatter within days; where conditions have days of their own,
-count days, not values.
+depend, and so for both one-sided tests by Welch. Differences and standard deviations have the unit of the values.
+Values are independent: where days are compared within, `sd` is the scatter within days; where conditions have days of
+their own, count days, not values.
 """
 
 from __future__ import annotations
