@@ -4,8 +4,8 @@ With raw bounds low < mean(a) - mean(b) < high both one-sided tests ask whether 
 Percent bounds are shares of the mean of b, the control. That mean is itself estimated, so a bound of delta is tested
 as the contrast mean(a) - (1 + delta) mean(b) (Sasabuchi), with variance Var(a) + (1 + delta)^2 Var(b): taking the
 control's mean as known would claim too much. The interval beside it holds all delta that such a test does not reject
-(Fieller). Either way it has level 1 - 2 alpha and lies within the bounds just where the tests reject. Where the control's
-mean cannot be told from 0 there is no such interval, and then no percentage is shown, whatever the tests at bounds say.
+(Fieller). Either way it has level 1 - 2 alpha and lies within the bounds just where the tests reject. Where the
+control's mean cannot be told from 0 there is no such interval, and no percentage is shown whatever the tests say.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number
+from stats.checks import Missing, as_level, as_number, as_pair
 from stats.contrast import Contrast, contrasts
 from stats.groups import read_groups
 from stats.results import Result
+from stats.t_tests import AS_A_AND_B, Names
 from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
 
 Bounds = Literal["raw", "percent"]
@@ -105,9 +106,12 @@ class Equivalence(Result):
     """Both tests with one scatter pooled from both groups."""
     missing: int
     """How many values were left out as NaN."""
+    names: Names = AS_A_AND_B
+    """What groups a and b are called in reasons and in the sentence."""
 
-    def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
+    def sentence(self, a: str | None = None, b: str | None = None, unit: str = "") -> str:
         """Return the result in words: estimate with interval, bounds, t at each bound, p, n."""
+        a, b = self.names[0] if a is None else a, self.names[1] if b is None else b
         if isinstance(self.estimate, Undefined):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.estimate.reason}."
         unit = unit if self.bounds == "raw" else f"% of {b}'s mean"
@@ -147,13 +151,15 @@ def equivalence(
     route: EquivalenceRoute = "welch",
     alpha: float = 0.05,
     missing: Missing = "refuse",
+    names: Names = AS_A_AND_B,
 ) -> Equivalence:
     """Test whether the means of two independent samples, shapes (n_a,) and (n_b,), differ by less than the bounds.
 
     `low` alone (with `high` None) is non-inferiority, `high` alone its mirror image. Percent bounds are in percent of
-    mean(b), which must be positive; how they are tested stands at the top of this module.
+    mean(b), which must be positive; how they are tested stands at the top of this module. `names` are what the groups
+    are called in the sentence, and where something is undefined or refused.
     Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", for bounds that are none, in the
-    wrong order or at most -100 percent, or alpha from 0.5.
+    wrong order or at most -100 percent, alpha from 0.5, or one name for both groups.
     """
     if bounds not in BOUNDS:
         raise unknown_name("unit of bounds", bounds, BOUNDS)
@@ -162,7 +168,7 @@ def equivalence(
     low, high = _checked(low, high, lowest=-100.0 if bounds == "percent" else -math.inf)
     if as_level("alpha", alpha) >= 0.5:
         raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5, for example 0.05.")
-    read = read_groups({"a": a, "b": b}, missing)
+    read = read_groups(as_pair(names, a, b), missing)
     percent = bounds == "percent"
     pair = contrasts(read, percent=percent)
     unit = 0.01 if percent else 1.0
@@ -174,10 +180,10 @@ def equivalence(
     sizes = dict(zip(read.names, read.sizes, strict=True))
     chosen = found[route]
     return Equivalence(
-        n_a=sizes.get("a", 0),
-        n_b=sizes.get("b", 0),
-        mean_a=means.get("a", Undefined("group a is empty")),
-        mean_b=means.get("b", Undefined("group b is empty")),
+        n_a=sizes.get(names[0], 0),
+        n_b=sizes.get(names[1], 0),
+        mean_a=means.get(names[0], Undefined(f"group {names[0]} is empty")),
+        mean_b=means.get(names[1], Undefined(f"group {names[1]} is empty")),
         bounds=bounds,
         low=_NO_LOW if low is None else low,
         high=_NO_HIGH if high is None else high,
@@ -191,6 +197,7 @@ def equivalence(
         welch=found["welch"],
         student=found["student"],
         missing=read.missing,
+        names=names,
     )
 
 
