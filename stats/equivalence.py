@@ -23,7 +23,7 @@ from stats.contrast import Contrast, contrasts
 from stats.groups import read_groups
 from stats.results import Result
 from stats.t_tests import AS_A_AND_B, Names
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
 
 Bounds = Literal["raw", "percent"]
 BOUNDS: tuple[Bounds, ...] = ("raw", "percent")
@@ -123,7 +123,7 @@ class Equivalence(Result):
             why = f"because its {100.0 * (1.0 - 2.0 * self.alpha):g} % CI is undefined: {self.estimate_ci.reason}"
             return f"{estimate} and is not shown to {self._claim(unit)}, {why}{missing_text(self.missing)}."
         tests = [
-            f"t({number_text(df)}) = {number_text(t)}"
+            f"t({df_text(df)}) = {number_text(t)}"
             for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
             if not isinstance(t, Undefined)
         ]

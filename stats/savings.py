@@ -82,10 +82,15 @@ class Savings(Result):
         sizes = f"(n = {self.n_treated} against {self.n_control})"
         if isinstance(self.percent, Undefined):
             return f"The savings of {treated} against {control} {sizes} are undefined: {self.percent.reason}."
+        interval = interval_text(self.percent_ci, self.level, "%")
+        if isinstance(self.percent_ci, Undefined):
+            interval += f", because {self.percent_ci.reason}"
+        else:
+            interval += ", Fieller"
         return (
             f"{treated} used {number_text(abs(self.percent), 3)} % {'less' if self.percent >= 0 else 'more'} "
             f"than {control} (savings {number_text(self.percent, 3)} %, "
-            f"{interval_text(self.percent_ci, self.level, '%')}, Fieller) {sizes}{missing_text(self.missing)}."
+            f"{interval}) {sizes}{missing_text(self.missing)}."
         )
 
 

@@ -22,7 +22,7 @@ from stats.results import Result
 from stats.sums import Moments, finite, moments
 from stats.t_tests import AS_A_AND_B, Names, empty, student, welch
 from stats.variances import brown_forsythe_of, variance_ratio
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
 
 Route = Literal["f_then_t", "welch", "student"]
 ROUTES: tuple[Route, ...] = ("f_then_t", "welch", "student")
@@ -116,10 +116,10 @@ class TwoSample(Result):
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
-        text += f", {self.test}'s t({number_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}"
+        text += f", {self.test}'s t({df_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}"
         if self.test != "Welch" and not isinstance(self.welch_t, Undefined):
             welch_p = p_text(self.welch_p, self.welch_log10_p)
-            text += f" (Welch's t({number_text(self.welch_df)}) = {number_text(self.welch_t)}, {welch_p})"
+            text += f" (Welch's t({df_text(self.welch_df)}) = {number_text(self.welch_t)}, {welch_p})"
         effect = f"Hedges's g {number_text(self.hedges_g)} ({interval_text(self.hedges_g_ci, 1.0 - self.alpha)})"
         return f"{text}, {effect}{missing_text(self.missing_a, self.missing_b)}."
 
