@@ -157,6 +157,10 @@ class BlockedByDay(Result):
             return self.f if isinstance(self.f, Undefined) else Undefined("it has no degrees of freedom")
         return f_upper(self.f, self.df_between, self.lmertest_df_within)
 
+    def rows(self) -> tuple[Contrast, ...]:
+        """Return the contrasts of the mixed model, for `to_frame`."""
+        return self.contrasts
+
     def sentence(self, unit: str = "") -> str:
         """Return the test, the differences to the control and what the design cannot tell, in words.
 

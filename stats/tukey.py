@@ -70,6 +70,10 @@ class AllPairs(Result):
     missing: int
     """How many values were left out as NaN."""
 
+    def rows(self) -> tuple[PairDifference, ...]:
+        """Return the pairs, for `to_frame`."""
+        return self.pairs
+
     def sentence(self, unit: str = "") -> str:
         """Return the pairs in words: each difference with its simultaneous interval and adjusted p."""
         sizes = f"{len(self.groups)} groups, n = {sum(self.group_ns)}{missing_text(self.missing)}"
