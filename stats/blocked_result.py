@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from data_schema.vocabulary import Undefined
 from stats.results import Result
 from stats.tails import Tail, f_upper
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
 
 Interval = tuple[float, float]
 
@@ -63,7 +63,7 @@ class Contrast(Result):
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
-        return f"{text}, t({number_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
+        return f"{text}, t({df_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,6 +157,10 @@ class BlockedByDay(Result):
             return self.f if isinstance(self.f, Undefined) else Undefined("it has no degrees of freedom")
         return f_upper(self.f, self.df_between, self.lmertest_df_within)
 
+    def rows(self) -> tuple[Contrast, ...]:
+        """Return the contrasts of the mixed model, for `to_frame`."""
+        return self.contrasts
+
     def sentence(self, unit: str = "") -> str:
         """Return the test, the differences to the control and what the design cannot tell, in words.
 
@@ -170,7 +174,7 @@ class BlockedByDay(Result):
         mixed = ""
         if not isinstance(self.f, Undefined):
             mixed = (
-                f"with day as a random effect F({self.df_between}, {number_text(self.df_within)}) = "
+                f"with day as a random effect F({self.df_between}, {df_text(self.df_within)}) = "
                 f"{number_text(self.f)}, {p_text(self.p, self.log10_p)} (REML, Satterthwaite)"
             )
         if exact is not None and (exact.balanced or not mixed):

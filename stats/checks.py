@@ -11,17 +11,24 @@ from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Rational, Real
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
 
+T = TypeVar("T")
 Missing = Literal["refuse", "drop"]
 MISSING: tuple[Missing, ...] = ("refuse", "drop")
 """What to do with values that are NaN: refuse them all, or leave them out and say how many."""
 
+_WAY_OUT: dict[Missing, str] = {
+    "refuse": 'leave missing values out before calling, or say missing="drop"',
+    "drop": "leave infinite values out before calling",
+}
+_LEVELS = {"alpha": 0.05, "power": 0.8}
+"""What such a number usually is, by its name."""
 _LARGEST_EXACT = 2**53
 NO_VALUE = ("NAType", "NaTType", "NoneType")
 """Types of a missing value, by name: pandas itself need not be loaded."""
@@ -59,9 +66,16 @@ def as_sample(name: str, values: ArrayLike | Iterable[Decimal | Fraction], missi
         raise InputRefused(
             f"{name} holds {int(bad.sum())} of {doubles.size} values that are "
             f"{'NaN or infinite' if missing == 'refuse' else 'infinite'}, the first at position "
-            f"{int(np.argmax(bad)) + 1}: leave missing values out before calling."
+            f"{int(np.argmax(bad)) + 1}: {_WAY_OUT[missing]}."
         )
     return Sample(doubles[finite], None if rest is None else rest[finite], int(doubles.size - finite.sum()))
+
+
+def as_pair(names: tuple[str, str], first: T, second: T) -> dict[str, T]:
+    """Return two things by their names; raises `InputRefused` where these are the same."""
+    if names[0] == names[1]:
+        raise InputRefused(f"both groups are called {names[0]!r}: give each a name of its own.")
+    return {names[0]: first, names[1]: second}
 
 
 def as_values(name: str, values: ArrayLike) -> NDArray[np.float64]:
@@ -92,7 +106,9 @@ def as_level(name: str, value: float) -> float:
     """Return a probability strictly between 0 and 1; raises `InputRefused` otherwise."""
     number = _one(name, value)
     if not 0.0 < number < 1.0:
-        raise InputRefused(f"{name} is {value!r}: give a number between 0 and 1, for example 0.95.")
+        raise InputRefused(
+            f"{name} is {value!r}: give a number between 0 and 1, for example {_LEVELS.get(name, 0.95)}."
+        )
     return number
 
 

@@ -114,12 +114,11 @@ class Contrasts:
 
 
 def contrasts(read: Groups, *, percent: bool) -> Contrasts:
-    """Return the contrasts of groups "a" and "b"."""
-    by_name = {group.name: group for group in read.filled}
-    if "a" not in by_name or "b" not in by_name:
-        none = Undefined(f"group {'b' if 'a' in by_name else 'a'} is empty")
+    """Return the contrasts of two groups, the second of which is the control."""
+    if read.empty:
+        none = Undefined(f"group {read.empty[0]} is empty")
         return Contrasts(none, (none, none))
-    a, b = by_name["a"], by_name["b"]
+    a, b = read.filled
     difference = a.minus(b)
     control_mean = b.mean
     if percent and control_mean <= 0.0:

@@ -72,6 +72,10 @@ class Dunnett(Result):
     missing: int
     """How many values were left out as NaN."""
 
+    def rows(self) -> tuple[AgainstControl, ...]:
+        """Return the comparisons, for `to_frame`."""
+        return self.comparisons
+
     def sentence(self, unit: str = "") -> str:
         """Return the comparisons in words: differences with simultaneous intervals, t, adjusted p, n."""
         shown = [self._one(item, unit) for item in self.comparisons]

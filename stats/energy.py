@@ -82,6 +82,10 @@ class EnergyBudget(Result):
     missing: int = 0
     """Runs left out because a value was NaN."""
 
+    def rows(self) -> tuple[BudgetTerm, ...]:
+        """Return the terms, for `to_frame`."""
+        return self.terms
+
     def sentence(self) -> str:
         """Return the budget in words: mean, its standard error, what each term adds to it, n."""
         terms = [

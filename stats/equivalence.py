@@ -4,7 +4,8 @@ With raw bounds low < mean(a) - mean(b) < high both one-sided tests ask whether 
 Percent bounds are shares of the mean of b, the control. That mean is itself estimated, so a bound of delta is tested
 as the contrast mean(a) - (1 + delta) mean(b) (Sasabuchi), with variance Var(a) + (1 + delta)^2 Var(b): taking the
 control's mean as known would claim too much. The interval beside it holds all delta that such a test does not reject
-(Fieller). Either way it has level 1 - 2 alpha and lies within the bounds just where the tests reject.
+(Fieller). Either way it has level 1 - 2 alpha and lies within the bounds just where the tests reject. Where the
+control's mean cannot be told from 0 there is no such interval, and no percentage is shown whatever the tests say.
 """
 
 from __future__ import annotations
@@ -17,11 +18,12 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number
+from stats.checks import Missing, as_level, as_number, as_pair
 from stats.contrast import Contrast, contrasts
 from stats.groups import read_groups
 from stats.results import Result
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.t_tests import AS_A_AND_B, Names
+from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
 
 Bounds = Literal["raw", "percent"]
 BOUNDS: tuple[Bounds, ...] = ("raw", "percent")
@@ -63,7 +65,7 @@ class Tost(Result):
     estimate_ci: tuple[float, float] | Undefined
     """Two-sided interval of level 1 - 2 alpha, in the unit of the bounds."""
     equivalent: bool | Undefined
-    """Whether p is at most alpha."""
+    """Whether p is at most alpha and, in percent, the interval exists and lies within the bounds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,9 +106,12 @@ class Equivalence(Result):
     """Both tests with one scatter pooled from both groups."""
     missing: int
     """How many values were left out as NaN."""
+    names: Names = AS_A_AND_B
+    """What groups a and b are called in reasons and in the sentence."""
 
-    def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
+    def sentence(self, a: str | None = None, b: str | None = None, unit: str = "") -> str:
         """Return the result in words: estimate with interval, bounds, t at each bound, p, n."""
+        a, b = self.names[0] if a is None else a, self.names[1] if b is None else b
         if isinstance(self.estimate, Undefined):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.estimate.reason}."
         unit = unit if self.bounds == "raw" else f"% of {b}'s mean"
@@ -114,8 +119,11 @@ class Equivalence(Result):
         if isinstance(self.equivalent, Undefined):
             return f"{estimate}; no test whether it {self._claim(unit)}, because {self.equivalent.reason}."
         chosen = self.welch if self.route == "welch" else self.student
+        if isinstance(self.estimate_ci, Undefined):
+            why = f"because its {100.0 * (1.0 - 2.0 * self.alpha):g} % CI is undefined: {self.estimate_ci.reason}"
+            return f"{estimate} and is not shown to {self._claim(unit)}, {why}{missing_text(self.missing)}."
         tests = [
-            f"t({number_text(df)}) = {number_text(t)}"
+            f"t({df_text(df)}) = {number_text(t)}"
             for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
             if not isinstance(t, Undefined)
         ]
@@ -143,13 +151,15 @@ def equivalence(
     route: EquivalenceRoute = "welch",
     alpha: float = 0.05,
     missing: Missing = "refuse",
+    names: Names = AS_A_AND_B,
 ) -> Equivalence:
     """Test whether the means of two independent samples, shapes (n_a,) and (n_b,), differ by less than the bounds.
 
     `low` alone (with `high` None) is non-inferiority, `high` alone its mirror image. Percent bounds are in percent of
-    mean(b), which must be positive; how they are tested stands at the top of this module.
+    mean(b), which must be positive; how they are tested stands at the top of this module. `names` are what the groups
+    are called in the sentence, and where something is undefined or refused.
     Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", for bounds that are none, in the
-    wrong order or at most -100 percent, or alpha from 0.5.
+    wrong order or at most -100 percent, alpha from 0.5, or one name for both groups.
     """
     if bounds not in BOUNDS:
         raise unknown_name("unit of bounds", bounds, BOUNDS)
@@ -158,7 +168,7 @@ def equivalence(
     low, high = _checked(low, high, lowest=-100.0 if bounds == "percent" else -math.inf)
     if as_level("alpha", alpha) >= 0.5:
         raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5, for example 0.05.")
-    read = read_groups({"a": a, "b": b}, missing)
+    read = read_groups(as_pair(names, a, b), missing)
     percent = bounds == "percent"
     pair = contrasts(read, percent=percent)
     unit = 0.01 if percent else 1.0
@@ -170,10 +180,10 @@ def equivalence(
     sizes = dict(zip(read.names, read.sizes, strict=True))
     chosen = found[route]
     return Equivalence(
-        n_a=sizes.get("a", 0),
-        n_b=sizes.get("b", 0),
-        mean_a=means.get("a", Undefined("group a is empty")),
-        mean_b=means.get("b", Undefined("group b is empty")),
+        n_a=sizes.get(names[0], 0),
+        n_b=sizes.get(names[1], 0),
+        mean_a=means.get(names[0], Undefined(f"group {names[0]} is empty")),
+        mean_b=means.get(names[1], Undefined(f"group {names[1]} is empty")),
         bounds=bounds,
         low=_NO_LOW if low is None else low,
         high=_NO_HIGH if high is None else high,
@@ -187,6 +197,7 @@ def equivalence(
         welch=found["welch"],
         student=found["student"],
         missing=read.missing,
+        names=names,
     )
 
 
@@ -212,6 +223,9 @@ def _tost(
             tests[side] = contrast.test(bound * unit, above=side == "low")
     worst = max(tests.values(), key=lambda one: one.log10_p)
     ends = contrast.interval(1.0 - 2.0 * alpha)
+    shown = worst.p <= alpha
+    if contrast.relative:
+        shown = shown and not isinstance(ends, Undefined) and _within(ends, low, high, unit)
     at_low, at_high = tests.get("low"), tests.get("high")
     return Tost(
         test=name,
@@ -226,5 +240,9 @@ def _tost(
         p=worst.p,
         log10_p=worst.log10_p,
         estimate_ci=ends if isinstance(ends, Undefined) else (ends[0] / unit, ends[1] / unit),
-        equivalent=worst.p <= alpha,
+        equivalent=shown,
     )
+
+
+def _within(ends: tuple[float, float], low: float | None, high: float | None, unit: float) -> bool:
+    return (low is None or ends[0] >= low * unit) and (high is None or ends[1] <= high * unit)

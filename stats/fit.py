@@ -11,6 +11,7 @@ import numpy as np
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
+from stats.coefficients import Coefficient, one_by_one
 from stats.distributions import f_upper_p, t_quantile, t_two_sided_p
 from stats.double_double import Floats
 from stats.results import Result
@@ -101,6 +102,15 @@ class Fit(Result):
     def f_log10_p(self) -> float | Undefined:
         """Decimal logarithm of `f_p`, right at any size."""
         return self.f if isinstance(self.f, Undefined) else f_upper(self.f, self.df_model, self.df).log10_p
+
+    def rows(self) -> tuple[Coefficient, ...]:
+        """Return the coefficients, for `to_frame`."""
+        of_each = self.standard_errors, self.t, self.p, self.log10_p, self.ci
+        return one_by_one(self.names, self.coefficients, *of_each, self._inflations())
+
+    def _inflations(self) -> tuple[float | Undefined, ...]:
+        """Return the variance inflation of each coefficient, where the fit has such."""
+        return (Undefined("this fit has no columns of their own"),) * len(self.names)
 
     def sentence(self, response: str = "the response", unit: str = "") -> str:
         """Return the fit in words: each coefficient with interval, t, df and p; R squared, residual SD, n."""

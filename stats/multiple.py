@@ -17,6 +17,24 @@ from stats.wording import p_text
 
 
 @dataclass(frozen=True, slots=True)
+class HolmMember(Result):
+    """One test of a family."""
+
+    name: str
+    """Of the test."""
+    p: float | Undefined
+    """As given."""
+    log10_p: float | Undefined
+    """Its decimal logarithm."""
+    adjusted_p: float | Undefined
+    """Holm's p-value."""
+    adjusted_log10_p: float | Undefined
+    """Its decimal logarithm."""
+    rejected: bool | Undefined
+    """Whether the adjusted p is at most alpha."""
+
+
+@dataclass(frozen=True, slots=True)
 class HolmFamily(Result):
     """A named family of tests with adjusted p-values, in the order given."""
 
@@ -36,6 +54,11 @@ class HolmFamily(Result):
     """Whether the adjusted p is at most alpha."""
     alpha: float
     """The chance allowed of rejecting any true hypothesis of the family."""
+
+    def rows(self) -> tuple[HolmMember, ...]:
+        """Return the tests, for `to_frame`."""
+        columns = self.names, self.p, self.log10_p, self.adjusted_p, self.adjusted_log10_p, self.rejected
+        return tuple(HolmMember(*row) for row in zip(*columns, strict=True))
 
     def sentence(self) -> str:
         """Return the family in words: how many tests, which are rejected, with adjusted p."""

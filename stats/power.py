@@ -2,22 +2,24 @@
 
 Nothing is approximated by the normal distribution: Student's t, F and both one-sided tests through their noncentral
 distributions, Welch's t by integration over the ratio of the two estimated variances, on which its degrees of freedom
-depend. Differences and standard deviations have the unit of the values. Values are independent: where days are compared
-within, `sd` is the scatter within days; where conditions have days of their own, count days, not values.
+depend, and so for both one-sided tests by Welch. Differences and standard deviations have the unit of the values.
+Values are independent: where days are compared within, `sd` is the scatter within days; where conditions have days of
+their own, count days, not values.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
 
-from data_schema.errors import InputRefused
+from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number, as_values
+from stats.equivalence import ROUTES, EquivalenceRoute
 from stats.noncentral import f_tails, t_tails
 from stats.owens_q import NODES, TINY, WEIGHTS, within_both
 from stats.results import Result
@@ -38,6 +40,8 @@ class Power(Result):
     """Level of the test."""
     power: float | Undefined
     """Chance of rejecting, 0 to 1."""
+    never: str | None = None
+    """Why no number of values brings the chance above alpha; None where enough of them find the effect."""
 
     def sentence(self) -> str:
         """Return the plan in words: sizes, test, level, chance."""
@@ -59,13 +63,14 @@ def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.0
     )
     sizes, sides = _sizes(n_a, n_b), _sides(sides)
     test = f"Student's t-test for a difference of {difference:g} at sd {sd:g} ({_sided(sides)})"
-    df = sum(sizes) - 2
+    df, never = sum(sizes) - 2, _no_difference(difference, sides)
     if df < 1 or min(sizes) < 1:
-        return Power(test, sizes, alpha, Undefined("there are too few values for a pooled variance"))
+        return Power(test, sizes, alpha, Undefined("there are too few values for a pooled variance"), never)
     ncp = difference / (sd * math.sqrt(1.0 / sizes[0] + 1.0 / sizes[1]))
     critical = -float(special.stdtrit(df, alpha / sides))
     power = t_tails(critical, df, ncp)[1]
-    return Power(test, sizes, alpha, min(1.0, power + (t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0)))
+    power += t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0
+    return Power(test, sizes, alpha, min(1.0, power), never)
 
 
 def power_welch(
@@ -80,20 +85,35 @@ def power_welch(
     sds = as_number("sd of a", sd_a, above=0.0), as_number("sd of b", sd_b, above=0.0)
     sizes, sides = _sizes(n_a, n_b), _sides(sides)
     test = f"Welch's t-test for a difference of {difference:g} at sd {sds[0]:g} and {sds[1]:g} ({_sided(sides)})"
+    never = _no_difference(difference, sides)
     if min(sizes) < 2:
-        return Power(test, sizes, alpha, Undefined("each group needs at least 2 values for its variance"))
+        return Power(test, sizes, alpha, _NO_VARIANCE, never)
+    df, se = sum(sizes) - 2.0, _standard_error(sds, sizes)
+    ncp = difference / se
+    total = 0.0
+    for critical, weight in _welch_criticals(sds, sizes, alpha / sides):
+        total += weight * (t_tails(critical, df, ncp)[1] + (t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0))
+    return Power(test, sizes, alpha, min(1.0, total), never)
+
+
+def _standard_error(sds: tuple[float, float], sizes: tuple[int, int]) -> float:
+    return math.sqrt(sds[0] ** 2 / sizes[0] + sds[1] ** 2 / sizes[1])
+
+
+def _welch_criticals(sds: tuple[float, float], sizes: tuple[int, int], tail: float) -> Iterator[tuple[float, float]]:
+    """Yield pairs of critical value and weight, over the share of group a in both sums of squares.
+
+    The critical value is Welch's one-sided at `tail`, for a t that is divided by the true standard error times a
+    chi / sqrt(df) with n_a + n_b - 2 degrees of freedom.
+    """
     df_a, df_b = sizes[0] - 1.0, sizes[1] - 1.0
     df = df_a + df_b
     true_a, true_b = sds[0] ** 2 / sizes[0], sds[1] ** 2 / sizes[1]
-    ncp = difference / math.sqrt(true_a + true_b)
-    total = 0.0
     for share, weight in zip(*_share_nodes(df_a, df_b), strict=True):
         part_a, part_b = share * true_a * df / df_a, (1.0 - share) * true_b * df / df_b
         both = part_a + part_b
         welch_df = 1.0 / ((part_a / both) ** 2 / df_a + (part_b / both) ** 2 / df_b)
-        critical = -float(special.stdtrit(welch_df, alpha / sides)) * math.sqrt(both / (true_a + true_b))
-        total += weight * (t_tails(critical, df, ncp)[1] + (t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0))
-    return Power(test, sizes, alpha, min(1.0, total))
+        yield -float(special.stdtrit(welch_df, tail)) * math.sqrt(both / (true_a + true_b)), weight
 
 
 def _share_nodes(df_a: float, df_b: float) -> tuple[list[float], list[float]]:
@@ -122,36 +142,62 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     n, k = as_count("n", n), truth.size
     test = f"one-way ANOVA for means {', '.join(f'{mean:g}' for mean in truth)} at sd {sd:g}"
     sizes = (n,) * k
+    never = "the true means are equal" if float(np.ptp(truth)) == 0.0 else None
     if n < 2:
-        return Power(test, sizes, alpha, Undefined("each group needs at least 2 values"))
+        return Power(test, sizes, alpha, Undefined("each group needs at least 2 values"), never)
     ncp = n * float(np.sum((truth - truth.mean()) ** 2)) / sd**2
     df_within = k * (n - 1)
     critical = float(special.fdtri(k - 1, df_within, 1.0 - alpha))
-    return Power(test, sizes, alpha, f_tails(critical, k - 1, df_within, ncp)[1])
+    return Power(test, sizes, alpha, f_tails(critical, k - 1, df_within, ncp)[1], never)
 
 
 def power_equivalence(
-    difference: float, sd: float, low: float, high: float, n_a: int, n_b: int, alpha: float = 0.05
+    difference: float,
+    sd: float,
+    low: float,
+    high: float,
+    n_a: int,
+    n_b: int,
+    alpha: float = 0.05,
+    *,
+    route: EquivalenceRoute = "welch",
+    sd_b: float | None = None,
 ) -> Power:
-    """Return the power of two one-sided t-tests (TOST) to show that a true difference lies between low and high."""
-    difference, sd, alpha = (
-        as_number("difference", difference),
-        as_number("sd", sd, above=0.0),
-        as_level("alpha", alpha),
-    )
+    """Return the power of two one-sided t-tests (TOST) to show that a true difference lies between low and high.
+
+    Welch's, as `stats.equivalence` has it by default, or Student's. `sd_b` is the second group's standard deviation
+    where it is not `sd`, for Welch's alone. Welch's is integrated as in `power_welch`, Owen's Q in place of the tails.
+    """
+    difference, alpha = as_number("difference", difference), as_level("alpha", alpha)
+    sds = as_number("sd", sd, above=0.0), as_number("sd_b", sd if sd_b is None else sd_b, above=0.0)
     low, high = as_number("low", low), as_number("high", high)
+    if route not in ROUTES:
+        raise unknown_name("route", route, ROUTES)
     if low >= high:
         raise InputRefused(f"the bounds are {low!r} and {high!r}: give the lower one first.")
     if alpha >= 0.5:
         raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5 for an equivalence test.")
+    if route == "student" and sds[0] != sds[1]:
+        raise InputRefused(f"the standard deviations are {sd!r} and {sd_b!r}: Student's test has one, give sd alone.")
     sizes = _sizes(n_a, n_b)
-    test = f"an equivalence test between {low:g} and {high:g} for a difference of {difference:g} at sd {sd:g}"
-    df = sum(sizes) - 2
-    if df < 1 or min(sizes) < 1:
-        return Power(test, sizes, alpha, Undefined("there are too few values for a pooled variance"))
-    se = sd * math.sqrt(1.0 / sizes[0] + 1.0 / sizes[1])
-    critical = -float(special.stdtrit(df, alpha))
-    return Power(test, sizes, alpha, within_both((low - difference) / se, (high - difference) / se, critical, df))
+    scatter = f"{sds[0]:g}" if sds[0] == sds[1] else f"{sds[0]:g} and {sds[1]:g}"
+    test = (
+        f"{route.capitalize()}'s equivalence test (TOST) between {low:g} and {high:g} for a difference of "
+        f"{difference:g} at sd {scatter}"
+    )
+    never = None
+    if not low < difference < high:
+        never = f"the true difference {difference:g} does not lie between the bounds {low:g} and {high:g}"
+    if min(sizes) < (2 if route == "welch" else 1) or sum(sizes) < 3:
+        few = _NO_VARIANCE if route == "welch" else Undefined("there are too few values for a pooled variance")
+        return Power(test, sizes, alpha, few, never)
+    df, se = sum(sizes) - 2, _standard_error(sds, sizes)
+    ends = (low - difference) / se, (high - difference) / se
+    criticals: Iterable[tuple[float, float]] = [(-float(special.stdtrit(df, alpha)), 1.0)]
+    if route == "welch":
+        criticals = _welch_criticals(sds, sizes, alpha)
+    power = math.fsum(weight * within_both(*ends, critical, df) for critical, weight in criticals)
+    return Power(test, sizes, alpha, min(1.0, power), never)
 
 
 def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int = LARGEST_N) -> Power | Undefined:
@@ -167,6 +213,9 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
 
     n = 2
     while not enough(n):
+        never = plan(n).never
+        if never is not None and target > plan(n).alpha:
+            return Undefined(never)
         if n >= largest:
             return Undefined(f"{largest} values a group do not reach a power of {target:g}")
         n = min(2 * n, largest)
@@ -175,6 +224,17 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
         middle = (n + below) // 2
         below, n = (below, middle) if enough(middle) else (middle, n)
     return plan(n)
+
+
+_NO_VARIANCE = Undefined("each group needs at least 2 values for its variance")
+
+
+def _no_difference(difference: float, sides: int) -> str | None:
+    if difference == 0.0:
+        return "the true difference is 0"
+    if sides == 1 and difference < 0.0:
+        return f"the true difference {difference:g} lies below 0 and the one-sided test asks for one above"
+    return None
 
 
 def _sizes(n_a: int, n_b: int) -> tuple[int, int]:

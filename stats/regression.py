@@ -41,6 +41,10 @@ class LinearFit(Fit):
     highest: tuple[float, ...]
     """Range of each column."""
 
+    def _inflations(self) -> tuple[float | Undefined, ...]:
+        constant: tuple[float | Undefined, ...] = (Undefined("the intercept is no column"),) if self.intercept else ()
+        return (*constant, *self.vif)
+
     def at(self, values: Mapping[str, float], level: float = 0.95) -> Response:
         """Return the fitted response where each column has the value given.
 

@@ -1,4 +1,4 @@
-"""What all results have in common: a row for pandas and plain data for JSON, with the reasons of what is undefined.
+"""What all results have in common: rows for pandas and plain data for JSON, with the reasons of what is undefined.
 
 A number that does not exist is a missing value in both, and `<field>_reason` says why; nothing is rounded.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from fractions import Fraction
@@ -38,9 +38,16 @@ class Result:
         """Return `to_dict` as text."""
         return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False)
 
+    def rows(self) -> Sequence[Result]:
+        """Return what `to_frame` has a row of: the parts, of a result that is a list of such, or else the result."""
+        return (self,)
+
     def to_frame(self) -> pd.DataFrame:
-        """Return one row: nested results as `<field>_<its field>`, intervals as `<field>_low` and `<field>_high`."""
-        return frame_of([self])
+        """Return a row of each of `rows()`; what a list of parts has in common stands in `to_dict`.
+
+        Nested results become `<field>_<its field>`, intervals `<field>_low` and `<field>_high`.
+        """
+        return frame_of(self.rows())
 
 
 @cache

@@ -37,7 +37,7 @@ from dataclasses import dataclass, replace
 from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number
+from stats.checks import Missing, as_level, as_number, as_pair
 from stats.groups import read_groups
 from stats.results import Result
 from stats.shared_error import SharedError, joint
@@ -82,10 +82,15 @@ class Savings(Result):
         sizes = f"(n = {self.n_treated} against {self.n_control})"
         if isinstance(self.percent, Undefined):
             return f"The savings of {treated} against {control} {sizes} are undefined: {self.percent.reason}."
+        interval = interval_text(self.percent_ci, self.level, "%")
+        if isinstance(self.percent_ci, Undefined):
+            interval += f", because {self.percent_ci.reason}"
+        else:
+            interval += ", Fieller"
         return (
             f"{treated} used {number_text(abs(self.percent), 3)} % {'less' if self.percent >= 0 else 'more'} "
             f"than {control} (savings {number_text(self.percent, 3)} %, "
-            f"{interval_text(self.percent_ci, self.level, '%')}, Fieller) {sizes}{missing_text(self.missing)}."
+            f"{interval}) {sizes}{missing_text(self.missing)}."
         )
 
 
@@ -98,27 +103,29 @@ def percent_savings(
     scale_relative_se: float = 0.0,
     level: float = 0.95,
     missing: Missing = "refuse",
+    names: tuple[str, str] = ("control", "treated"),
 ) -> Savings:
     """Return 100 (C - T) / C of two samples of run values, shapes (n_c,) and (n_t,), in one unit (joules a jump).
 
     The shared errors, in that unit, are what each group's mean takes from errors common to runs of both (the drain
     fit). `scale_relative_se` is that of a common factor (the reference voltage): it cancels. Derivation at the top of
-    this module. Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", for a negative scale
-    error or a level outside 0 to 1.
+    this module. `names` are what both groups are called where something is undefined or refused. Raises `InputRefused`
+    for infinite values, for NaN unless `missing` is "drop", for a negative scale error, a level outside 0 to 1 or one
+    name for both groups.
     """
     level = as_level("level", level)
     scale_relative_se = as_number("scale_relative_se", scale_relative_se, low=0.0)
     in_control, in_treated = shared_in_control or SharedError(), shared_in_treated or SharedError()
     # Scaled by one power of two: squares stay within the range of doubles, no digit changes.
-    read = read_groups({"control": control, "treated": treated}, missing)
+    read = read_groups(as_pair(names, control, treated), missing)
     means = dict(zip(read.names, read.means, strict=True))
     sizes = dict(zip(read.names, read.sizes, strict=True))
-    unknown = Undefined("the control or the treated group is empty")
+    unknown = Undefined(f"group {' and group '.join(read.empty)} is empty")
     result = Savings(
-        n_control=sizes.get("control", 0),
-        n_treated=sizes.get("treated", 0),
-        control_mean=means.get("control", unknown),
-        treated_mean=means.get("treated", unknown),
+        n_control=sizes.get(names[0], 0),
+        n_treated=sizes.get(names[1], 0),
+        control_mean=means.get(names[0], unknown),
+        treated_mean=means.get(names[1], unknown),
         percent=unknown,
         percent_ci=unknown,
         delta_ci=unknown,
@@ -130,7 +137,7 @@ def percent_savings(
         scale_relative_se=scale_relative_se,
         missing=read.missing,
     )
-    if len(read.filled) < 2:
+    if read.empty:
         return result
     of_c, of_t = read.filled
     c, t = of_c.mean, of_t.mean
@@ -146,7 +153,8 @@ def percent_savings(
     shared = in_treated.minus(in_control.times(rho))
     result = replace(result, percent=percent, shared_se_percent=100.0 * shared.se / c)
     if of_c.n < 2 or of_t.n < 2:
-        none = Undefined("a group has a single run and so no scatter")
+        single = of_c if of_c.n < 2 else of_t
+        none = Undefined(f"group {single.name} has a single run and so no scatter")
         return replace(_without_interval(result, none), se_percent=none)
     variance_c, variance_t = of_c.mean_variance, of_t.mean_variance
     scatter_part = variance_t + rho * rho * variance_c

@@ -21,7 +21,7 @@ from stats.distributions import t_quantile, t_two_sided_p
 from stats.results import Result
 from stats.summary import Summary, describe
 from stats.tails import t_two_sided
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
 
 CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""
@@ -210,7 +210,7 @@ class SharedTest(Result):
             ends = (self.ci_low, self.ci_high)
         return (
             f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
-            f"t({number_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
+            f"t({df_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
         )
 
 

@@ -15,6 +15,9 @@ from stats.sums import Moments, finite, finite_pair
 from stats.tails import t_two_sided
 
 Interval = tuple[float, float]
+Names = tuple[str, str]
+AS_A_AND_B: Names = ("a", "b")
+"""What two groups are called in reasons and sentences where their own names are not given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,22 +34,22 @@ class TTest:
     """Standard error of the difference."""
 
 
-def student(a: Moments, b: Moments, level: float = 0.95) -> TTest:
+def student(a: Moments, b: Moments, level: float = 0.95, names: Names = AS_A_AND_B) -> TTest:
     """Return Student's test of mean(a) - mean(b), with one variance pooled from both groups."""
     df = a.n + b.n - 2
     if a.n == 0 or b.n == 0:
-        return _no_test(_empty(a))
+        return _no_test(empty(a, names))
     if df < 1:
         return _no_test(f"there are {a.n} and {b.n} values and the pooled variance needs at least 3 in all")
     pooled = (a.exact_sum_squares + b.exact_sum_squares) / df
     return _t_test(a.exact_mean - b.exact_mean, pooled * (Fraction(1, a.n) + Fraction(1, b.n)), Fraction(df), level)
 
 
-def welch(a: Moments, b: Moments, level: float = 0.95) -> TTest:
+def welch(a: Moments, b: Moments, level: float = 0.95, names: Names = AS_A_AND_B) -> TTest:
     """Return Welch's test of mean(a) - mean(b), with Welch and Satterthwaite's degrees of freedom."""
     if a.n == 0 or b.n == 0:
-        return _no_test(_empty(a))
-    small = too_small(a, b)
+        return _no_test(empty(a, names))
+    small = too_small(a, b, names)
     if small is not None:
         return _no_test(small)
     part_a, part_b = a.exact_variance / a.n, b.exact_variance / b.n
@@ -57,9 +60,9 @@ def welch(a: Moments, b: Moments, level: float = 0.95) -> TTest:
     return _t_test(a.exact_mean - b.exact_mean, total, df, level)
 
 
-def too_small(a: Moments, b: Moments) -> str | None:
+def too_small(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> str | None:
     """Return why a group has no variance, or None where both have one."""
-    for name, group in (("a", a), ("b", b)):
+    for name, group in zip(names, (a, b), strict=True):
         if group.n < 2:
             return f"group {name} has {group.n} value{'' if group.n == 1 else 's'} and its variance needs at least 2"
     return None
@@ -81,5 +84,6 @@ def _no_test(reason: str) -> TTest:
     return TTest(none, none, none, none, none, none)
 
 
-def _empty(a: Moments) -> str:
-    return f"group {'a' if a.n == 0 else 'b'} is empty"
+def empty(a: Moments, names: Names = AS_A_AND_B) -> str:
+    """Return that the first group is empty, or else the second."""
+    return f"group {names[0 if a.n == 0 else 1]} is empty"

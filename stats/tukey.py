@@ -20,7 +20,7 @@ from stats.checks import Missing, as_level
 from stats.groups import Group, Groups, read_groups
 from stats.results import Result
 from stats.studentized_range import range_critical, range_tail
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
 
 Variances = Literal["equal", "unequal"]
 VARIANCES: tuple[Variances, ...] = ("equal", "unequal")
@@ -70,18 +70,28 @@ class AllPairs(Result):
     missing: int
     """How many values were left out as NaN."""
 
+    def rows(self) -> tuple[PairDifference, ...]:
+        """Return the pairs, for `to_frame`."""
+        return self.pairs
+
     def sentence(self, unit: str = "") -> str:
         """Return the pairs in words: each difference with its simultaneous interval and adjusted p."""
         sizes = f"{len(self.groups)} groups, n = {sum(self.group_ns)}{missing_text(self.missing)}"
         if not self.pairs:
             return f"No pairs to compare ({sizes})."
         shown = [
-            f"{pair.a} minus {pair.b} {number_text(pair.difference)}{with_unit(unit)} "
-            f"({interval_text(pair.difference_ci, self.level, unit)}, q({len(self.groups)}, {number_text(pair.df)}) = "
-            f"{number_text(pair.q)}, {p_text(pair.p, pair.log10_p)})"
+            f"{pair.a} minus {pair.b} {number_text(pair.difference)}{with_unit(unit)} ({self._test(pair, unit)})"
             for pair in self.pairs
         ]
         return f"All pairs by {self.method}, simultaneous ({sizes}): {'; '.join(shown)}."
+
+    def _test(self, pair: PairDifference, unit: str) -> str:
+        if isinstance(pair.q, Undefined):
+            return f"no test, because {pair.q.reason}"
+        return (
+            f"{interval_text(pair.difference_ci, self.level, unit)}, q({len(self.groups)}, {df_text(pair.df)}) = "
+            f"{number_text(pair.q)}, {p_text(pair.p, pair.log10_p)}"
+        )
 
 
 def compare_all_pairs(

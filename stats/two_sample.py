@@ -15,14 +15,14 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import unknown_name
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_sample
+from stats.checks import Missing, as_level, as_pair, as_sample
 from stats.effect_size import hedges_factor, hedges_g_ci
 from stats.error_free import exact_root
 from stats.results import Result
 from stats.sums import Moments, finite, moments
-from stats.t_tests import student, welch
+from stats.t_tests import AS_A_AND_B, Names, empty, student, welch
 from stats.variances import brown_forsythe_of, variance_ratio
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
 
 Route = Literal["f_then_t", "welch", "student"]
 ROUTES: tuple[Route, ...] = ("f_then_t", "welch", "student")
@@ -91,6 +91,8 @@ class TwoSample(Result):
     """Values of group a left out because they were NaN."""
     missing_b: int = 0
     """Values of group b left out because they were NaN."""
+    names: Names = AS_A_AND_B
+    """What groups a and b are called in reasons and in the sentence."""
 
     @property
     def hedges_g_ci(self) -> _Interval | Undefined:
@@ -101,8 +103,9 @@ class TwoSample(Result):
             return self.pooled_t
         return hedges_g_ci(self.pooled_t, self.n_a + self.n_b - 2, self.n_a, self.n_b, 1.0 - self.alpha)
 
-    def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
+    def sentence(self, a: str | None = None, b: str | None = None, unit: str = "") -> str:
         """Return the comparison in words: means, difference with interval, test, p, n; Welch's t always."""
+        a, b = self.names[0] if a is None else a, self.names[1] if b is None else b
         if isinstance(self.difference, Undefined):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.difference.reason}."
         text = (
@@ -113,40 +116,47 @@ class TwoSample(Result):
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
-        text += f", {self.test}'s t({number_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}"
+        text += f", {self.test}'s t({df_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}"
         if self.test != "Welch" and not isinstance(self.welch_t, Undefined):
             welch_p = p_text(self.welch_p, self.welch_log10_p)
-            text += f" (Welch's t({number_text(self.welch_df)}) = {number_text(self.welch_t)}, {welch_p})"
+            text += f" (Welch's t({df_text(self.welch_df)}) = {number_text(self.welch_t)}, {welch_p})"
         effect = f"Hedges's g {number_text(self.hedges_g)} ({interval_text(self.hedges_g_ci, 1.0 - self.alpha)})"
         return f"{text}, {effect}{missing_text(self.missing_a, self.missing_b)}."
 
 
 def compare_two(
-    a: ArrayLike, b: ArrayLike, route: Route = "f_then_t", alpha: float = 0.05, missing: Missing = "refuse"
+    a: ArrayLike,
+    b: ArrayLike,
+    route: Route = "f_then_t",
+    alpha: float = 0.05,
+    missing: Missing = "refuse",
+    *,
+    names: Names = AS_A_AND_B,
 ) -> TwoSample:
     """Compare two independent groups, shapes (n_a,) and (n_b,), by a two-sided t-test.
 
     Every field stands for itself: two constant groups still have a difference, but no t and no p. Raises `UnknownName`
-    for another route and `InputRefused` for infinite values, and for NaN unless `missing` is "drop".
+    for another route and `InputRefused` for infinite values, and for NaN unless `missing` is "drop". `names` are what
+    the groups are called in the sentence, and where something is undefined or refused.
     """
     if route not in ROUTES:
         raise unknown_name("route", route, ROUTES)
     alpha = as_level("alpha", alpha)
-    first, second = as_sample("group a", a, missing), as_sample("group b", b, missing)
+    first, second = (as_sample(f"group {name}", x, missing) for name, x in zip(names, (a, b), strict=True))
     of_a, of_b = moments(first.values, rest=first.rest), moments(second.values, rest=second.rest)
 
-    ratio, of_ratio = variance_ratio(of_a, of_b)
+    ratio, of_ratio = variance_ratio(of_a, of_b, names)
     equal: bool | Undefined = of_ratio if isinstance(of_ratio, Undefined) else of_ratio.p >= alpha
-    difference = _difference(of_a, of_b)
-    spreads = brown_forsythe_of({"a": first, "b": second})
-    by_welch, by_student = welch(of_a, of_b, 1.0 - alpha), student(of_a, of_b, 1.0 - alpha)
+    difference = _difference(of_a, of_b, names)
+    spreads = brown_forsythe_of(as_pair(names, first, second))
+    by_welch, by_student = (test(of_a, of_b, 1.0 - alpha, names) for test in (welch, student))
     use_student = route == "student" or (route == "f_then_t" and equal is True)
     chosen = by_student if use_student else by_welch
     return TwoSample(
         n_a=of_a.n,
         n_b=of_b.n,
-        mean_a=of_a.mean if of_a.n else Undefined("group a is empty"),
-        mean_b=of_b.mean if of_b.n else Undefined("group b is empty"),
+        mean_a=of_a.mean if of_a.n else Undefined(empty(of_a, names)),
+        mean_b=of_b.mean if of_b.n else Undefined(f"group {names[1]} is empty"),
         route=route,
         alpha=alpha,
         f=ratio if isinstance(ratio, Undefined) else finite(ratio, "the ratio"),
@@ -167,22 +177,23 @@ def compare_two(
         welch_p=by_welch.p,
         welch_log10_p=by_welch.log10_p,
         welch_ci=by_welch.ci,
-        hedges_g=_hedges_g(of_a, of_b),
+        hedges_g=_hedges_g(of_a, of_b, names),
         pooled_t=by_student.t,
         missing_a=first.missing,
         missing_b=second.missing,
+        names=names,
     )
 
 
-def _difference(a: Moments, b: Moments) -> float | Undefined:
+def _difference(a: Moments, b: Moments, names: Names) -> float | Undefined:
     if a.n == 0 or b.n == 0:
-        return Undefined(f"group {'a' if a.n == 0 else 'b'} is empty")
+        return Undefined(empty(a, names))
     return finite(a.exact_mean - b.exact_mean, "the difference")
 
 
-def _hedges_g(a: Moments, b: Moments) -> float | Undefined:
+def _hedges_g(a: Moments, b: Moments, names: Names) -> float | Undefined:
     if a.n == 0 or b.n == 0:
-        return Undefined(f"group {'a' if a.n == 0 else 'b'} is empty")
+        return Undefined(empty(a, names))
     df = a.n + b.n - 2
     if df < 2:
         return Undefined("there are too few values for a pooled standard deviation and its correction")

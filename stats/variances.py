@@ -22,7 +22,7 @@ from stats.error_free import scaled, shortened
 from stats.results import Result
 from stats.spreads import from_mean, from_median
 from stats.sums import Moments, finite, finite_pair, moments, out_of_range
-from stats.t_tests import too_small
+from stats.t_tests import AS_A_AND_B, Names, too_small
 from stats.tails import Tail, chi2_upper, f_two_sided, f_upper
 from stats.wording import interval_text, missing_text, number_text, p_text
 
@@ -70,25 +70,33 @@ class VarianceTest(Result):
         )
 
 
-def f_test(a: ArrayLike, b: ArrayLike, level: float = 0.95, missing: Missing = "refuse") -> VarianceTest:
+def f_test(
+    a: ArrayLike,
+    b: ArrayLike,
+    level: float = 0.95,
+    missing: Missing = "refuse",
+    *,
+    names: Names = AS_A_AND_B,
+) -> VarianceTest:
     """Compare the variances of two groups, shapes (n_a,) and (n_b,), by their ratio; as R's `var.test`.
 
+    `names` are what the groups are called where something is undefined or refused.
     Raises `InputRefused` for infinite values, and for NaN unless `missing` is "drop".
     """
     level = as_level("level", level)
-    first, second = as_sample("group a", a, missing), as_sample("group b", b, missing)
+    first, second = (as_sample(f"group {name}", x, missing) for name, x in zip(names, (a, b), strict=True))
     of_a, of_b = moments(first.values, rest=first.rest), moments(second.values, rest=second.rest)
-    ratio, tail = variance_ratio(of_a, of_b)
+    ratio, tail = variance_ratio(of_a, of_b, names)
     sizes, df = (of_a.n, of_b.n), (of_a.n - 1, of_b.n - 1)
     left_out = first.missing + second.missing
     f = ratio if isinstance(ratio, Undefined) else finite(ratio, "the ratio")
     if isinstance(tail, Undefined) or isinstance(ratio, Undefined):
         none = tail if isinstance(tail, Undefined) else Undefined("there is no ratio")
-        return VarianceTest("F", ("a", "b"), sizes, f, df, none, none, none, level, left_out)
+        return VarianceTest("F", names, sizes, f, df, none, none, none, level, left_out)
     outside = (1.0 - level) / 2.0
     low, high = (Fraction(float(special.fdtri(df[1], df[0], share))) for share in (outside, 1.0 - outside))
     ends = finite_pair(ratio * low, ratio * high)
-    return VarianceTest("F", ("a", "b"), sizes, f, df, tail.p, tail.log10_p, ends, level, left_out)
+    return VarianceTest("F", names, sizes, f, df, tail.p, tail.log10_p, ends, level, left_out)
 
 
 def bartlett(groups: Mapping[str, ArrayLike], missing: Missing = "refuse") -> VarianceTest:
@@ -130,16 +138,16 @@ def brown_forsythe_of(samples: Mapping[str, Sample]) -> VarianceTest:
     return _of_spreads("Brown-Forsythe", samples, from_median)
 
 
-def variance_ratio(a: Moments, b: Moments) -> tuple[Fraction | Undefined, Tail | Undefined]:
+def variance_ratio(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> tuple[Fraction | Undefined, Tail | Undefined]:
     """Return var(a) / var(b) and its two-sided tail, from the moments of two groups."""
-    small = too_small(a, b)
+    small = too_small(a, b, names)
     if small is not None:
         return Undefined(small), Undefined(small)
     if b.constant:
-        both = "both groups are constant" if a.constant else "group b is constant"
+        both = "both groups are constant" if a.constant else f"group {names[1]} is constant"
         return Undefined(f"{both}, so that the ratio divides by 0"), Undefined(both)
     if a.constant:
-        return Fraction(0), Undefined("group a is constant")
+        return Fraction(0), Undefined(f"group {names[0]} is constant")
     ratio = shortened(a.exact_variance / b.exact_variance)
     return ratio, f_two_sided(ratio, a.n - 1, b.n - 1)
 

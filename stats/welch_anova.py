@@ -24,7 +24,7 @@ from stats.checks import Missing
 from stats.groups import Group, read_groups
 from stats.results import Result
 from stats.tails import f_upper
-from stats.wording import missing_text, number_text, p_text
+from stats.wording import df_text, missing_text, number_text, p_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +59,7 @@ class WelchAnova(Result):
             return f"No Welch ANOVA over {what} ({len(self.groups)} groups, n = {n}): {self.f.reason}."
         limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
         return (
-            f"Welch ANOVA over {what}: F({self.df_between}, {number_text(self.df_within)}) = {number_text(self.f)}, "
+            f"Welch ANOVA over {what}: F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
             f"{p_text(self.p, self.log10_p)} ({len(self.groups)} groups, n = {n}{missing_text(self.missing)}{limit})."
         )
 

@@ -18,6 +18,13 @@ def number_text(value: float | Undefined, digits: int = 4) -> str:
     return "0" if text == "-0" else text
 
 
+def df_text(df: float | Undefined) -> str:
+    """Return degrees of freedom: 64 for 64.0, 20.9 for 20.93."""
+    if isinstance(df, Undefined):
+        return "undefined"
+    return f"{df:.0f}" if math.isclose(df, round(df), rel_tol=1e-9) or df >= 1e4 else f"{df:.1f}"
+
+
 def estimate_texts(values: Sequence[float], se: float) -> list[str]:
     """Return an estimate and its ends with the decimals that their standard error is worth: two digits of it."""
     decimals = max(0, 1 - math.floor(math.log10(se))) if se > 0.0 and math.isfinite(se) else 3

@@ -128,11 +128,12 @@ def _assumed(
     if sd is not None and mean is not None:
         return Assumed(sd, mean)
     found = spread(quantity)
-    if isinstance(found, Undefined):
-        return Assumed(sd, mean, why_no_mean=f"no control has {quantity} yet: give {options[1]}") if sd else found
-    mean = found.control_mean if mean is None else mean
-    why = f"no control has {quantity} yet: give {options[1]}"
-    return Assumed(found.sd if sd is None else sd, mean, found if sd is None else None, why)
+    if mean is None and not isinstance(found, Undefined):
+        mean = found.control_mean
+    known = Undefined(f"no control has {quantity} yet: give {options[1]}") if mean is None else mean
+    if sd is not None:
+        return Assumed(sd, known)
+    return found if isinstance(found, Undefined) else Assumed(found.sd, known, found)
 
 
 def _difference(request: PowerRequest, outcome: Outcome, primary: Assumed) -> float:
@@ -141,8 +142,8 @@ def _difference(request: PowerRequest, outcome: Outcome, primary: Assumed) -> fl
     assert request.saving_percent is not None  # noqa: S101 - `refuse_impossible` has asked
     if outcome is not Outcome.JOULES:
         raise UsageError("--saving is of joules, and the primary outcome is apex height: give --difference in m.")
-    if primary.mean is None:
-        raise UsageError(f"{primary.why_no_mean}, or the effect in joules with --difference.")
+    if isinstance(primary.mean, Undefined):
+        raise UsageError(f"{primary.mean.reason}, or the effect in joules with --difference.")
     return request.saving_percent / 100.0 * primary.mean
 
 

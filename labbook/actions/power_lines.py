@@ -26,8 +26,9 @@ def power_head(found: StudyPower) -> list[str]:
         if found.planned.first_measured_utc is None
         else "though [analysis] decided nothing before the first measurement"
     )
-    saving = found.saving_percent
-    of_mean = "" if saving is None else f", {saving:g} % of the control's {_value(found.primary.mean or 0.0, unit)}"
+    saving, of_mean = found.saving_percent, ""
+    if saving is not None and not isinstance(found.primary.mean, Undefined):
+        of_mean = f", {saving:g} % of the control's {_value(found.primary.mean, unit)}"
     mean = found.primary.spread
     so_far = f" (mean of {mean.control_n} so far)" if mean is not None and saving is not None else ""
     lines = [

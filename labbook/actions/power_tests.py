@@ -16,13 +16,12 @@ from stats.power import Power, power_anova, power_equivalence, power_t, power_we
 class Assumed:
     """A standard deviation and a control mean, in J or m; `spread` is what the former was estimated from, if it was.
 
-    `why_no_mean` says what to do where there is no mean.
+    An undefined mean says what to do to have one.
     """
 
     sd: float
-    mean: float | None
+    mean: float | Undefined
     spread: Spread | None = None
-    why_no_mean: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,8 +114,8 @@ def _equivalence(
     name = "no loss of apex height (TOST)"
     low, high = bounds.low, bounds.high
     if bounds.percent and not isinstance(apex, Undefined):
-        if apex.mean is None:
-            apex = Undefined(f"the bounds are in percent and {apex.why_no_mean}")
+        if isinstance(apex.mean, Undefined):
+            apex = Undefined(f"the bounds are in percent and {apex.mean.reason}")
         else:
             low, high = (end / 100.0 * apex.mean for end in (low, high))
     return PlannedTest(
@@ -124,7 +123,7 @@ def _equivalence(
         alpha,
         apex,
         lambda sd, n: power_equivalence(0.0, sd, low, high, *design.sizes(n), alpha),
-        "apexes do not differ at all",
+        "by Welch, as the report tests; apexes do not differ at all",
     )
 
 

@@ -30,6 +30,20 @@ def test_it_says_what_is_needed_and_writes_nothing(fresh: SmallBook) -> None:
     assert data["difference"] == pytest.approx(4.2)
 
 
+def test_json_holds_a_mean_or_why_there_is_none(fresh: SmallBook) -> None:
+    words = ("plan", "--power", "--difference", "4", "--sd", "4", "--json")
+    without = good(labbook(*words, at=fresh.folder)).json["primary"]
+    assert without["mean"] == {"reason": "no control has joules a jump yet: give --mean"}
+    given = good(labbook(*words, "--mean", "42", at=fresh.folder)).json["primary"]
+    assert given == {"sd": 4.0, "mean": 42.0, "spread": None}
+
+
+def test_a_mean_from_the_books_own_runs_stands_without_an_excuse(whole: SmallBook) -> None:
+    data = good(labbook("plan", "--power", "--difference", "4", "--sd", "4", "--json", at=whole.folder)).json
+    assert data["primary"]["mean"] > 10.0
+    assert "no control has" not in str(data["primary"])
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -46,8 +46,10 @@ def test_what_no_n_reaches_and_what_has_no_power_is_undefined(tmp_path: Path) ->
     words = ("--test", "tost", "--low", "-1", "--high", "1", "--difference", "2", "--sd", "1")
     never = good(labbook("stats", "power", *words, "--json", at=tmp_path)).json
     assert never["plan"] is None
-    assert "do not reach a power of 0.8" in never["plan_reason"]
+    assert never["plan_reason"] == "the true difference 2 does not lie between the bounds -1 and 1"
     assert "undefined because" in good(labbook("stats", "power", *words, at=tmp_path)).out
+    tost = ("--test", "tost", "--low", "-1", "--high", "1", "--sd", "1", "--n", "8")
+    assert "Welch's equivalence test (TOST)" in good(labbook("stats", "power", *tost, at=tmp_path)).out
     single = ("--difference", "1", "--sd", "1", "--n", "1")
     assert "undefined because there are too few values" in good(labbook("stats", "power", *single, at=tmp_path)).out
 

@@ -1,4 +1,4 @@
-"""What every result of the package has: fields nobody can change, each documented, a row, JSON and a sentence."""
+"""What every result of the package has: fields nobody can change, each documented, rows, JSON and a sentence."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def classes() -> Iterator[type]:
 
 
 RESULTS = [kind for kind in classes() if issubclass(kind, Result)]
-OF_CHECKED_INPUT = {"brown_forsythe_of", "exact_test"}
+OF_CHECKED_INPUT = {"brown_forsythe_of", "exact_test", "one_by_one"}
 """Functions that serve others and take what those have read."""
 
 
@@ -182,7 +182,7 @@ def test_every_result_comes_from_a_function_tried_here():
         for make in DEFINED.values()
         for value in (getattr(result, field.name) for result in [make()] for field in fields(result))
         for item in (value if isinstance(value, tuple) else (value,))
-    }
+    } | {type(row) for make in DEFINED.values() for row in make().rows()}
     assert set(RESULTS) <= made | parts | {base for kind in made for base in kind.__mro__}
 
 
@@ -202,19 +202,49 @@ def test_every_field_is_documented(kind):
 
 
 @ALL
-def test_a_result_is_frozen_and_has_one_row_of_its_documented_columns(name, make, undefined):
+def test_a_result_is_frozen_and_has_rows_of_documented_columns(name, make, undefined):
     result = make()
     assert isinstance(result, Result)
     first = fields(result)[0].name
     with pytest.raises((FrozenInstanceError, TypeError)):
         setattr(result, first, None)
-    row = result.to_frame()
-    assert isinstance(row, pd.DataFrame)
-    assert len(row) == 1
-    for field in fields(result):
-        assert any(column == field.name or column.startswith(f"{field.name}_") for column in row.columns), field.name
+    table, rows = result.to_frame(), result.rows()
+    assert isinstance(table, pd.DataFrame)
+    assert len(table) == len(rows) >= 1
+    for field in fields(rows[0]):
+        assert any(column == field.name or column.startswith(f"{field.name}_") for column in table.columns), field.name
     if undefined:
-        assert list(row.columns) == list(DEFINED[name]().to_frame().columns)
+        assert list(table.columns) == list(DEFINED[name]().to_frame().columns)
+
+
+TABLES = {
+    "fit_linear": ("name", ["intercept", "b"]),
+    "fit_polynomial": ("name", ["intercept", "x", "x^2"]),
+    "blocked_by_day": ("condition", ["b"]),
+    "compare_all_pairs": ("b", ["b", "c", "c"]),
+    "dunnett": ("treatment", ["b", "c"]),
+    "holm": ("name", ["one", "two"]),
+}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_result_of_several_parts_has_a_row_of_each_and_no_lists_in_cells(name):
+    column, expected = TABLES[name]
+    table = DEFINED[name]().to_frame()
+    assert list(table[column]) == expected
+    assert not any(isinstance(cell, list | tuple | dict) for cell in table.to_numpy().ravel())
+
+
+def test_the_row_of_a_coefficient_is_that_of_the_fit():
+    fit = fit_linear(A, {"b": B})
+    row = fit.to_frame().iloc[1]
+    assert (row["coefficient"], row["standard_error"], row["t"], row["p"], row["log10_p"]) == (
+        fit.coefficients[1], fit.standard_errors[1], fit.t[1], fit.p[1], fit.log10_p[1],
+    )  # fmt: skip
+    assert (row["ci_low"], row["ci_high"]) == fit.ci[1]
+    assert row["vif"] == fit.vif[0]
+    assert fit.to_frame()["vif_reason"][0] == "the intercept is no column"
+    assert set(fit.to_dict()) >= {"r_squared", "residual_sd", "condition", "f_p"}
 
 
 def has_reason(data: Any) -> bool:

@@ -163,3 +163,17 @@ def test_p_below_all_doubles_goes_by_its_logarithm():
     assert found.p == 0.0
     assert -4000.0 < found.log10_p < -308.0
     assert found.equivalent is True
+
+
+@pytest.mark.parametrize("route", ROUTES)
+@pytest.mark.parametrize("high", [None, 9e6])
+def test_no_percentage_is_shown_of_a_mean_that_may_be_0(route, high):
+    """The test at the bound rejects, yet what share of nearly nothing the difference is nobody can say."""
+    far, near_0 = [2000.0, 1900.0, 2100.0, 2050.0, 1980.0], [3.0, -2.0, 5.0, -1.0, 2.0]
+    found = equivalence(far, near_0, -5.0, high, bounds="percent", route=route)
+    chosen = found.welch if route == "welch" else found.student
+    assert chosen.p_low < 1e-6
+    assert isinstance(found.estimate_ci, Undefined)
+    assert found.equivalent is chosen.equivalent is False
+    assert "is not shown to lie" in found.sentence()
+    assert "because its 90 % CI is undefined: the control's mean is not distinguishable from 0" in found.sentence()

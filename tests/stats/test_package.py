@@ -1,7 +1,9 @@
 import importlib
 import pkgutil
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -25,3 +27,34 @@ def test_statistics_load_without_database_tables_or_plots() -> None:
     code = f"import sys, {', '.join(MODULES)}; print([name for name in {heavy!r} if name in sys.modules])"
     printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert printed.stdout.strip() == "[]"
+
+
+def test_what_users_call_is_there_by_name() -> None:
+    """Whatever was imported before, also where a function is called as its module is."""
+    assert set(stats.__all__) == set(stats._MODULE_OF)
+    assert set(stats.__all__) <= set(dir(stats))
+    for name in stats.__all__:
+        module = importlib.import_module(f"stats.{stats._MODULE_OF[name]}")
+        assert getattr(stats, name) is getattr(module, name)
+        assert getattr(stats, name).__module__ == module.__name__
+    with pytest.raises(AttributeError, match="no attribute 'compare_tow'"):
+        _ = stats.compare_tow
+
+
+def test_all_results_come_from_functions_at_hand() -> None:
+    """Every public function that returns a result is offered, but those that take checked input."""
+    source = (Path(__file__).parent / "test_all_results.py").read_text()
+    tried = set(re.findall(r'^    "(\w+)": lambda', source, flags=re.MULTILINE))
+    assert len(tried) > 30
+    assert tried <= set(stats.__all__)
+
+
+@pytest.mark.parametrize("first", ["stats.equivalence(a, b, -9, 9)", "stats.compare_two(a, b)"])
+def test_a_notebook_needs_one_import(first: str) -> None:
+    """Loading the package loads nothing of weight."""
+    code = (
+        "import sys, stats; light = not {'numpy', 'scipy', 'pandas'} & set(sys.modules); a, b = [1, 2, 4], [2, 3, 3]; "
+        f"print(light, {first}.n_a, stats.equivalence(a, b, -9, 9).n_b, stats.dunnett(a, {{'b': b}}).sentence()[:1])"
+    )
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert printed.stdout.split()[:3] == ["True", "3", "3"]

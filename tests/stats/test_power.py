@@ -7,10 +7,11 @@ import math
 from pathlib import Path
 
 import mpmath
+import numpy as np
 import pytest
 from scipy import special
 
-from data_schema.errors import InputRefused
+from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.noncentral import f_tails, t_tails
 from stats.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
@@ -28,7 +29,7 @@ def planned(row: dict[str, str]) -> Power:
         return power_welch(number["difference"], number["sd"], number["sd_b"], *sizes, number["alpha"])
     if row["test"] == "equivalence":
         return power_equivalence(
-            number["difference"], number["sd"], number["low"], number["high"], *sizes, number["alpha"]
+            number["difference"], number["sd"], number["low"], number["high"], *sizes, number["alpha"], route="student"
         )
     return power_t(number["difference"], number["sd"], *sizes, number["alpha"], int(number["sides"]))
 
@@ -84,7 +85,7 @@ def test_published_values():
     assert power_t(0.5, 1.0, 63, 63).power < 0.8
     sd = math.sqrt(math.log(1.09) / 2.0)
     bounds = math.log(0.8), math.log(1.25)
-    plan = sample_size(lambda n: power_equivalence(math.log(0.95), sd, *bounds, n, n))
+    plan = sample_size(lambda n: power_equivalence(math.log(0.95), sd, *bounds, n, n, route="student"))
     assert isinstance(plan, Power)
     assert plan.group_ns == (20, 20)
     assert plan.power == pytest.approx(0.815845, abs=5e-7)
@@ -114,9 +115,57 @@ def test_large_samples_and_far_tails():
     assert power_equivalence(5.0, 1.0, -1.0, 1.0, 50, 50).power == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("difference", "sds", "bounds", "sizes"),
+    [
+        (0.0, (0.004, 0.004), (-0.01, 0.01), (3, 3)),
+        (0.0, (1.0, 2.0), (-3.0, 3.0), (2, 2)),
+        (0.0, (1.0, 3.0), (-3.0, 2.5), (3, 10)),
+        (0.5, (2.0, 1.0), (-2.0, 2.0), (5, 20)),
+    ],
+)
+def test_welchs_equivalence_test_is_that_of_simulated_studies(difference, sds, bounds, sizes):
+    """From n_a + n_b normal values each, within 4 standard errors."""
+    studies, rng = 200_000, np.random.default_rng(64)
+    a, b = (rng.normal(0.0, sd, (studies, n)) for sd, n in zip(sds, sizes, strict=True))
+    found = difference + a.mean(axis=1) - b.mean(axis=1)
+    part_a, part_b = a.var(axis=1, ddof=1) / sizes[0], b.var(axis=1, ddof=1) / sizes[1]
+    df = (part_a + part_b) ** 2 / (part_a**2 / (sizes[0] - 1) + part_b**2 / (sizes[1] - 1))
+    half = -special.stdtrit(df, 0.05) * np.sqrt(part_a + part_b)
+    shown = float(np.mean((found - half >= bounds[0]) & (found + half <= bounds[1])))
+    error = math.sqrt(shown * (1.0 - shown) / studies)
+    power = power_equivalence(difference, sds[0], *bounds, *sizes, sd_b=sds[1]).power
+    assert power == pytest.approx(shown, abs=4.0 * error)
+    if sizes == (3, 3):  # Student's test, which nobody makes here, is far off
+        student = power_equivalence(difference, sds[0], *bounds, *sizes, route="student").power
+        assert abs(student - shown) > 40.0 * error
+
+
+def test_welchs_equivalence_test_becomes_students_in_large_balanced_groups():
+    for n, near in ((50, 2e-3), (5000, 2e-5), (500_000, 2e-7)):
+        bound = 3.0 * math.sqrt(2.0 / n)
+        welch, student = (
+            power_equivalence(0.3 * bound, 1.0, -bound, bound, n, n, route=route).power
+            for route in ("welch", "student")
+        )
+        assert welch == pytest.approx(student, abs=near)
+        assert 0.5 < student < 0.9
+
+
 def test_sample_sizes_that_are_never_enough():
-    assert isinstance(sample_size(lambda n: power_t(0.0, 1.0, n, n), largest=1000), Undefined)
-    assert isinstance(sample_size(lambda n: power_equivalence(2.0, 1.0, -1.0, 1.0, n, n), largest=1000), Undefined)
+    for plan, reason in (
+        (lambda n: power_t(0.0, 1.0, n, n), "the true difference is 0"),
+        (lambda n: power_welch(0.0, 1.0, 2.0, n, n), "the true difference is 0"),
+        (lambda n: power_t(-1.0, 1.0, n, n, sides=1), "the true difference -1 lies below 0 and the one-sided test"),
+        (lambda n: power_anova([2.0, 2.0, 2.0], 1.0, n), "the true means are equal"),
+        (lambda n: power_equivalence(2.0, 1.0, -1.0, 1.0, n, n), "difference 2 does not lie between the bounds -1 and"),
+        (lambda n: power_equivalence(1.0, 1.0, -1.0, 1.0, n, n, route="student"), "difference 1 does not lie between"),
+        (lambda n: power_t(1e-3, 1.0, n, n), "1000 values a group do not reach a power of 0.8"),
+    ):
+        never = sample_size(plan, largest=1000)
+        assert isinstance(never, Undefined)
+        assert reason in never.reason
+    assert isinstance(sample_size(lambda n: power_t(0.0, 1.0, n, n), 0.04), Power)  # alpha itself is reached
     assert sample_size(lambda n: power_t(50.0, 1.0, n, n)) == power_t(50.0, 1.0, 2, 2)
     for target in (0.5, 0.9, 0.99):
         plan = sample_size(lambda n: power_welch(1.0, 1.0, 2.0, n, 2 * n), target)
@@ -141,6 +190,9 @@ def test_too_few_values_and_refusals():
         lambda: power_anova([1.0], 1.0, 5),
         lambda: power_equivalence(0.0, 1.0, 1.0, -1.0, 5, 5),
         lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 5, 5, 0.6),
+        lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 5, 5, route="student", sd_b=2.0),
     ):
         with pytest.raises(InputRefused):
             wrong()
+    with pytest.raises(UnknownName, match="did you mean 'welch'"):
+        power_equivalence(0.0, 1.0, -1.0, 1.0, 5, 5, route="welsh")

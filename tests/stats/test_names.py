@@ -1,0 +1,63 @@
+"""Two groups are called by the names that the caller gives them, wherever something is undefined, refused or said."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from data_schema.errors import InputRefused
+from stats.equivalence import equivalence
+from stats.results import Result, as_dict
+from stats.savings import percent_savings
+from stats.two_sample import compare_two
+from stats.variances import f_test
+
+NAMES = ("gain 400", "gain 0")
+TESTS: dict[str, Callable[[Any, Any], Result]] = {
+    "compare_two": lambda a, b: compare_two(a, b, names=NAMES),
+    "f_test": lambda a, b: f_test(a, b, names=NAMES),
+    "equivalence": lambda a, b: equivalence(a, b, -1.0, 1.0, names=NAMES),
+    "percent_savings": lambda a, b: percent_savings(a, b, names=NAMES),
+}
+
+
+def reasons(data: dict[str, Any]) -> list[str]:
+    inner = [reason for value in data.values() if isinstance(value, dict) for reason in reasons(value)]
+    return inner + [str(value) for name, value in data.items() if name.endswith("_reason")]
+
+
+@pytest.mark.parametrize("test", TESTS)
+@pytest.mark.parametrize(("a", "b", "named"), [([], [1.0, 2.0], 0), ([3.0], [1.0, 2.0], 0), ([1.0, 2.0], [3.0], 1)])
+def test_reasons_name_the_group_that_is_too_small(test, a, b, named):
+    said = [reason for reason in reasons(as_dict(TESTS[test](a, b))) if "group" in reason]
+    assert said
+    assert all(NAMES[named] in reason and NAMES[1 - named] not in reason for reason in said)
+
+
+def test_a_constant_group_is_named():
+    found = compare_two([1.0, 2.0], [3.0, 3.0], names=NAMES)
+    assert found.f.reason == "group gain 0 is constant, so that the ratio divides by 0"
+    assert found.sentence().startswith("gain 400 (mean 1.5, n = 2) minus gain 0 (mean 3")
+    assert equivalence([1.0, 2.0], [3.0, 4.0], -1.0, 1.0, names=NAMES).sentence().startswith("gain 400 (n = 2) minus")
+    assert f_test([1.0, 2.0], [3.0, 4.0], names=NAMES).groups == NAMES
+
+
+@pytest.mark.parametrize("test", TESTS)
+def test_refusals_name_the_group_and_the_way_out(test):
+    with pytest.raises(InputRefused, match=r"gain 0.* holds 1 of 2 values that are NaN.*or say missing=\"drop\"\."):
+        TESTS[test]([1.0, 2.0], [float("nan"), 2.0])
+
+
+def test_one_name_for_both_groups_is_refused():
+    for test in (compare_two, percent_savings, lambda a, b, names: equivalence(a, b, -1.0, 1.0, names=names)):
+        with pytest.raises(InputRefused, match="both groups are called 'x': give each a name of its own"):
+            test([1.0, 2.0], [3.0, 5.0], names=("x", "x"))
+
+
+def test_the_example_of_an_alpha_is_an_alpha():
+    with pytest.raises(InputRefused, match=r"alpha is 5: give a number between 0 and 1, for example 0\.05\."):
+        compare_two([1.0, 2.0], [3.0, 5.0], alpha=5)
+    with pytest.raises(InputRefused, match=r"level is 95: give a number between 0 and 1, for example 0\.95\."):
+        percent_savings([1.0, 2.0], [3.0, 5.0], level=95)
