@@ -302,7 +302,7 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
     assert all("" not in reasons for reasons in found.values())
     assert found[Quantity.APEX, POOLED] == {"the primary outcome decided on is joules a jump"}
     for claim in made.content.claims:
-        assert ("Exploratory." in claim.text) == claim.text.startswith("The apex")
+        assert (", an exploratory comparison." in claim.text) == claim.text.startswith("The apex")
     page = quick_page(made.content)
     assert "before the first measurement came into the book" in page
     assert (
@@ -315,7 +315,7 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
 def test_where_nothing_was_decided_all_is_exploratory_and_the_report_says_so(reports: Reports) -> None:
     made = reports()
     assert all("" not in reasons for reasons in by_name(made).values())
-    assert all("Exploratory." in claim.text for claim in made.content.claims)
+    assert all(", an exploratory comparison." in claim.text for claim in made.content.claims)
     assert "Nothing was decided about the analysis before the first measurement" in quick_page(made.content)
 
 
