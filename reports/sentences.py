@@ -47,7 +47,7 @@ def _lost_by_holm(comparison: Comparison) -> str:
     if adjusted is None or isinstance(adjusted.value, Undefined):
         return ""
     alpha = round(1.0 - comparison.welch_difference.ci_level, 12)  # 1 - 0.95 is a little above 0.05
-    counted = f" once the {adjusted.n} tests of the family are counted (Holm)"
+    counted = f" once the {adjusted.n} tests of the family are counted by Holm"
     return "" if adjusted.value < alpha else counted
 
 

@@ -30,8 +30,8 @@ def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple
     for tested in analysis.anovas:
         name = f"one-way analysis of variance ({tested.quantity})"
         reasons.setdefault(planned.exploratory_anova(), {})[name] = None
-    for item in analysis.jump_tests:
-        reasons.setdefault(planned.exploratory_jumps(), {})[f"{item.pair.family}, over single jumps"] = None
+    for jumps in analysis.jump_tests:
+        reasons.setdefault(planned.exploratory_jumps(), {})[f"{jumps.pair.family}, over single jumps"] = None
     found = (f"Exploratory, because {reason}: {', '.join(families)}." for reason, families in reasons.items())
     return (*said, *found)
 

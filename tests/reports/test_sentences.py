@@ -134,7 +134,7 @@ def holm_of(comparison, p):
 
 def test_what_the_interval_shows_and_holm_does_not_is_not_stated_as_shown(content, headline):
     saved = with_savings(headline, value=15.2, se=3.4, ci_low=8.1, ci_high=21.9)
-    once = "once the 4 tests of the family are counted (Holm)"
+    once = "once the 4 tests of the family are counted by Holm"
     assert once not in savings_claim(content, holm_of(saved, 0.049)).text
     for p in (0.05, 0.064):
         text = plain(savings_claim(content, holm_of(saved, p)).text)
