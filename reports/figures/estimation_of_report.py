@@ -29,7 +29,7 @@ from reports.sentences import absence_text
 from reports.tables.table import STORED_UNITS
 
 _ROW_IN = 3.0
-_THIN, _THICK = 1.2, 3.6
+_THIN, _THICK = 1.0, 5.0
 """Widths in points of the interval of a difference and of the one that is held against bounds."""
 _TITLES = {Quantity.JOULES: "Energy of a jump", Quantity.APEX: "Apex height"}
 
@@ -84,12 +84,13 @@ def _draw(content: ReportContent, width_in: float, quantity: Quantity) -> Figure
     chosen = pooled(content, quantity)
     across = min(len(chosen), 2 if is_narrow(width_in) else 4)
     rows = -(-len(chosen) // across)
-    figure = new_figure(width_in, _ROW_IN * rows)
-    grid = figure.subplots(2 * rows, across, squeeze=False, gridspec_kw={"height_ratios": (3, 2) * rows})
-    for axes in grid.flat:
-        axes.set_visible(False)
     sides = [_sides(content, comparison) for comparison in chosen]
     tested = [_tested(comparison, control.mean) for comparison, (control, _) in zip(chosen, sides, strict=True)]
+    figure = new_figure(width_in, _ROW_IN * rows)
+    parts = (3, 3 if any(item.bounds for item in tested) else 2)  # bounds make the intervals small
+    grid = figure.subplots(2 * rows, across, squeeze=False, gridspec_kw={"height_ratios": parts * rows})
+    for axes in grid.flat:
+        axes.set_visible(False)
     all_values = [value for groups in sides for group in groups for value in group.values]
     below = [end for comparison in chosen for end in ends_of(as_shown(comparison.welch_difference))]
     below += [0.0, *(value for item in tested for value in (*item.bounds, *(item.ends or ())))]
@@ -127,7 +128,7 @@ def _draw(content: ReportContent, width_in: float, quantity: Quantity) -> Figure
 def _draw_difference(axes: Axes, number: Number, tested: tuple[float, float] | None) -> None:
     """Draw a difference as a stroke across its interval, which a dot would hide where the bounds are far apart.
 
-    The interval that is held against the bounds lies over it as a thicker line.
+    The interval that is held against the bounds lies behind it as a thicker line.
     """
     found = ends_of(number)
     if len(found) < 3:
@@ -136,8 +137,8 @@ def _draw_difference(axes: Axes, number: Number, tested: tuple[float, float] | N
     estimate, *ends = found
     axes.plot([1.0, 1.0], ends, color=BLACK, linewidth=_THIN, solid_capstyle="butt", zorder=5)
     if tested is not None:
-        axes.plot([1.0, 1.0], tested, color=BLACK, linewidth=_THICK, solid_capstyle="butt", zorder=5)
-    axes.plot([1.0], [estimate], "_", color=BLACK, markersize=11.0, markeredgewidth=0.9, zorder=6)
+        axes.plot([1.0, 1.0], tested, color=GREY, linewidth=_THICK, solid_capstyle="butt", zorder=4)
+    axes.plot([1.0], [estimate], "_", color=BLACK, markersize=12.0, markeredgewidth=0.7, zorder=6)
 
 
 def _tested(comparison: Comparison, control_mean: float | None) -> _Tested:
@@ -160,7 +161,7 @@ def _caption(content: ReportContent, quantity: Quantity) -> str:
         ""
         if tested is None
         else f" Dashed: the bounds within which a difference counts as none; the test against them (TOST) goes by the "
-        f"{level_text(tested)}, the thick part of the line."
+        f"{level_text(tested)}, the thick grey line."
     )
     axes = (
         "all upper panels share one vertical axis, and all lower ones another"

@@ -83,11 +83,11 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
         assert found == pytest.approx([-30.0 * mean_m, 30.0 * mean_m])
     caption = FIGURES["estimation_apex"].caption(content).replace("\u00a0", " ")
     assert "Dashed: the bounds" in caption
-    assert "(TOST) goes by the 90 % CI, the thick part of the line." in caption
+    assert "(TOST) goes by the 90 % CI, the thick grey line." in caption
     assert "Dashed" not in FIGURES["estimation_joules"].caption(content)
 
 
-def test_the_interval_of_the_test_lies_thick_over_that_of_the_difference(content):
+def test_the_interval_of_the_test_lies_thick_behind_that_of_the_difference(content):
     pooled = [c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX]
     for axes, comparison in zip(panels("estimation_apex", content)[1], pooled, strict=True):
         estimate = comparison.equivalence.estimate
