@@ -85,7 +85,7 @@ class Planned:
         touching = [item for item in self.left_out if item.jumps is None or quantity is Quantity.APEX]
         if touching:
             said = "; ".join(item.sentence for item in touching)
-            return f"not everything was left out for reasons that were allowed ({said}), and {AS_A_WHOLE}"
+            return f"something was left out for a reason that was not allowed ({said}), and {AS_A_WHOLE}"
         return None
 
 
