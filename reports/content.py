@@ -191,9 +191,9 @@ class ReportContent:
     """All of one report. `claims[0]` is the headline; `selection` is the --where text as given.
 
     `drains` has one line a robot; `robots` counts the analysed runs of each. `decided` says what was decided about the
-    analysis before the first run, `departures` what departs from it; `no_equivalence` why heights were not tested for
-    equality, "" where they were or there are none. `counted` is the unit of analysis that comparisons count: "run", or
-    "day" where they rest on the means of days.
+    analysis before the first measurement, `departures` what departs from it; `no_equivalence` why heights were not
+    tested for equality, "" where they were or there are none. `counted` is the unit of analysis that comparisons count:
+    "run", or "day" where they rest on the means of days.
     """
 
     title: str

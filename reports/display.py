@@ -169,12 +169,9 @@ def p_text(p: Value, *, name: bool = True) -> str:
 
 
 def degrees_text(df: tuple[Value, ...]) -> str:
-    """Write degrees of freedom: whole ones as such, Welch's with one decimal."""
+    """Write degrees of freedom with one decimal, and none where it would be 0: 64 and 63.99998 are both "64"."""
     return f",{NO_BREAK}".join(
-        value_text(entry)
-        if isinstance(entry, Undefined)
-        else decimal_text(entry, 0 if float(entry).is_integer() else 1)
-        for entry in df
+        value_text(entry) if isinstance(entry, Undefined) else decimal_text(entry, 1).removesuffix(".0") for entry in df
     )
 
 

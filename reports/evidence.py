@@ -52,7 +52,10 @@ class Comparison:
 
 @dataclass(frozen=True, slots=True)
 class Anova:
-    """One-way analysis of variance over the swept factor's levels, control left out, within one group."""
+    """One-way analysis of variance over the swept factor's levels, control left out, within one group.
+
+    `exploratory` says why it was not planned, "" where it was.
+    """
 
     label: str
     quantity: Quantity
@@ -60,6 +63,7 @@ class Anova:
     test: SignificanceTest
     n: int
     provenance: str = ""
+    exploratory: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -156,6 +156,8 @@ def _anova_paragraph(content: ReportContent, quantity: Quantity) -> tuple[Paragr
         "Whether the level of the treatment matters is tested by a one-way analysis of variance over the levels "
         f"of the {swept_words(swept_factor(content)).coefficient}, control left out: {list_text(results)}."
     )
+    if reasons := dict.fromkeys(anova.exploratory for anova in anovas if anova.exploratory):
+        text += f" That is exploratory, because {list_text(list(reasons))}."
     return (Paragraph(text, tuple(anova.provenance for anova in anovas if anova.provenance)),)
 
 
@@ -226,7 +228,8 @@ def _methods(content: ReportContent) -> Section:
     if gains := gains_text(content):
         parts.append(Paragraph(gains))
     if content.decided:
-        parts += [Heading("Decided before the first run"), *map(Paragraph, content.decided)]
+        parts.append(Heading("What was decided before the first measurement was ingested"))
+        parts += map(Paragraph, content.decided)
     if content.departures:
         parts.append(Bullets(tuple(map(Paragraph, content.departures))))
     if content.limitations:

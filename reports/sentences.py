@@ -38,6 +38,19 @@ def _excludes_zero(number: Number) -> bool | None:
     return None
 
 
+def _lost_by_holm(comparison: Comparison) -> str:
+    """Say that the family's tests leave nothing shown, " once the 4 tests ..."; "" where they do not, or are one.
+
+    An interval of level 1 - alpha is not adjusted: what it shows alone, Holm's p may not.
+    """
+    adjusted = comparison.adjusted
+    if adjusted is None or isinstance(adjusted.value, Undefined):
+        return ""
+    alpha = round(1.0 - comparison.welch_difference.ci_level, 12)  # 1 - 0.95 is a little above 0.05
+    counted = f" once the {adjusted.n} tests of the family are counted by Holm"
+    return "" if adjusted.value < alpha else counted
+
+
 def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say what the treatment saved: value, interval, group, n and the Welch test; no more than they show.
 
@@ -50,25 +63,30 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     places = places_of(savings)
     size = with_unit(value_text(abs(savings.value), places), savings.unit)
     interval = interval_text(savings)
-    counts = f"n{EQUALS}{comparison.n_control} control and {comparison.n_treatment} treatment {content.counted}s"
+    counts = _counts(content, comparison)
     evidence = f"{level_text(savings)} {interval}; {counts}; {_tests(comparison)}" if interval else counts
     shown, treatment = _excludes_zero(savings), sentence_start(treatment_name(content, comparison.group))
     against, between = _sides(content, comparison)
+    once = _lost_by_holm(comparison) if shown else ""
     if shown is None and savings.value < 0:
         lead = (
             f"{treatment} cost {size} more energy a jump{against}{where} by the best estimate, which cannot be bounded"
         )
     elif shown is None:
         lead = f"The savings{against}{where} cannot be bounded: the best estimate is {size}"
-    elif not shown:
+    elif not shown or once:
         sign = MINUS if savings.value < 0 else ""
-        lead = f"No difference in energy was shown{between}{where}: the estimated saving is {sign}{size}"
+        lead = f"No difference in energy was shown{between}{where}{once}: the estimated saving is {sign}{size}"
     elif savings.value > 0:
         lead = f"{treatment} saved {size} of the energy of a jump{against}{where}"
     else:
         lead = f"{treatment} cost {size} more energy a jump{against}{where}"
-    more = _picked(content, comparison) + _exploratory(comparison)
-    return Claim(f"{lead} ({evidence}).{more}", _ids(comparison))
+    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}."
+    return Claim(sentence + _picked(content, comparison), _ids(comparison))
+
+
+def _counts(content: ReportContent, comparison: Comparison) -> str:
+    return f"n{EQUALS}{comparison.n_control} control and {comparison.n_treatment} treatment {content.counted}s"
 
 
 def _tests(comparison: Comparison) -> str:
@@ -83,8 +101,9 @@ def _tests(comparison: Comparison) -> str:
     return "; ".join(parts)
 
 
-def _exploratory(comparison: Comparison) -> str:
-    return " Exploratory." if comparison.exploratory else ""
+def _exploratory(why: str, what: str = "comparison") -> str:
+    """End the sentence on what was not planned."""
+    return f", an exploratory {what}" if why else ""
 
 
 def bounds_text(item: Equivalence) -> str:
@@ -102,9 +121,9 @@ def _equivalence(item: Equivalence | None) -> str:
     what = f"Equivalence within {bounds_text(item)}{of_mean}"
     if isinstance(item.p, Undefined):
         return f" {what} could not be tested: {item.p.reason}."
-    exploratory = "; exploratory" if item.exploratory else ""
-    evidence = f"{level_text(item.estimate)} {interval_text(item.estimate)}; TOST, {p_text(item.p)}{exploratory}"
-    return f" {what} was {'shown' if item.shown else 'not shown'} ({evidence})."
+    evidence = f"{level_text(item.estimate)} {interval_text(item.estimate)}; TOST, {p_text(item.p)}"
+    exploratory = _exploratory(item.exploratory, "test")
+    return f" {what} was {'shown' if item.shown else 'not shown'} ({evidence}){exploratory}."
 
 
 def _sides(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
@@ -143,17 +162,20 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     size = with_unit(value_text(abs(difference.value), places_of(comparison.welch_difference)), difference.unit)
     interval = interval_text(comparison.welch_difference)
     evidence = (
-        f"{level_text(difference)} of the difference {interval}; {_tests(comparison)}"
+        f"{level_text(difference)} of the difference {interval}; {_counts(content, comparison)}; {_tests(comparison)}"
         if interval
         else f"{count_text(comparison.n_control, f'control {content.counted}')} and "
         f"{count_text(comparison.n_treatment, f'treatment {content.counted}')} are too few for an interval"
     )
-    verdict = {True: "", False: ", which the interval does not tell from zero", None: ""}[_excludes_zero(difference)]
+    once = _lost_by_holm(comparison)
+    lost = f", which is not shown{once}" if once else ""
+    verdict = {True: lost, False: ", which the interval does not tell from zero", None: ""}[_excludes_zero(difference)]
     than = "" if swept_words(swept_factor(content)).of_active_damping else f" than under {control_name(content)}"
     treatment = treatment_name(content, comparison.group)
     lead = f"{what} was {size} {comparative} under {treatment}{than}{where}{verdict}"
-    more = _exploratory(comparison) + _equivalence(comparison.equivalence)
-    return Claim(f"{lead} ({evidence}).{more}", (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
+    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}."
+    more = _equivalence(comparison.equivalence)
+    return Claim(sentence + more, (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
 
 
 def _ids(comparison: Comparison) -> tuple[str, ...]:

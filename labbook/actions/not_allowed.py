@@ -5,14 +5,19 @@ from __future__ import annotations
 import sqlalchemy as sa
 
 from labbook.analysis.left_out import is_allowed
-from labbook.analysis.planned import planned_analysis
+from labbook.analysis.planned import AS_A_WHOLE, planned_analysis
 from labbook.config.parsing import Configuration
 
 
-def reason_remarks(connection: sa.Connection, configuration: Configuration, reason: str) -> list[str]:
-    """Return what to say of a reason while it can still be thought over: nothing, or one remark."""
+def reason_remarks(
+    connection: sa.Connection, configuration: Configuration, reason: str, concerned: str = "every comparison"
+) -> list[str]:
+    """Return what to say of a reason while it can still be thought over: nothing, or one remark.
+
+    `concerned` are the comparisons that become exploratory: all by a void run, those of heights by a rejected jump.
+    """
     planned = planned_analysis(connection, configuration)
     if not planned.stated or is_allowed(reason, planned.settings.exclusions):
         return []
     listed = ", ".join(map(str, planned.settings.exclusions)) or "no reason"
-    return [f"[analysis] allows {listed}, so the report calls exploratory what rests on leaving this out ({reason})."]
+    return [f"[analysis] allows {listed}, so the report calls {concerned} exploratory ({reason}): {AS_A_WHOLE}."]

@@ -14,6 +14,8 @@ from dataclasses import dataclass, replace
 import sqlalchemy as sa
 
 from data_schema.queries.first_measurement import StatedConfiguration, first_measurement, stated_configurations
+from data_schema.queries.runs import RunRow, list_runs
+from data_schema.vocabulary import RunState
 from labbook.analysis import pairing
 from labbook.analysis.corrected_later import corrected_later
 from labbook.analysis.departures import Departure, parted_conditions
@@ -27,6 +29,8 @@ QUANTITY_OF: Mapping[Outcome, Quantity] = {Outcome.JOULES: Quantity.JOULES, Outc
 FAMILY_OF: Mapping[Family, str] = {Family.EACH: pairing.EACH, Family.POOLED: pairing.POOLED}
 """The family of comparisons that a setting means."""
 NOTHING_DECIDED = "nothing was decided before the first run was ingested"
+AS_A_WHOLE = "a family counts as planned only as a whole, because Holm's p of each comparison rests on all of its runs"
+"""Why a run left out for a reason that was not allowed concerns groups that it does not belong to."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +41,8 @@ class Planned:
     too late; None where they never were. `first_measured_utc` is None before the first measurement. `left_out` is what
     people left out for reasons that the settings do not allow; `bounds_stated` tells whether the settings' bounds, if
     they have any, were stated in time. `further` departs in what the numbers rest on: the runs selected, corrections,
-    the rules of `[protocol]` which jumps count.
+    the rules of `[protocol]` which jumps count. `run_before` is the day of the first run where its own date lies before
+    the statement, which then shows only that the numbers were not in the book yet.
     """
 
     settings: AnalysisSettings
@@ -49,6 +54,7 @@ class Planned:
     left_out: tuple[LeftOut, ...] = ()
     bounds_stated: bool = True
     further: tuple[Departure, ...] = ()
+    run_before: str | None = None
 
     def exploratory(self, quantity: Quantity, family: str, conditions: Collection[str] | None = None) -> str | None:
         """Say why a comparison of a family (a name of `pairing`) is exploratory; None where it is the planned one.
@@ -70,6 +76,15 @@ class Planned:
             return "no bounds of apex height were stated before the first run was ingested"
         return self._beside_the_plan(Quantity.APEX, family, conditions)
 
+    def exploratory_anova(self) -> str:
+        """Say why an analysis of variance is exploratory: no family that can be decided on has one."""
+        return "the families that can be decided on have no analysis of variance" if self.stated else NOTHING_DECIDED
+
+    def exploratory_jumps(self) -> str:
+        """Say why a test over single jumps is exploratory: no unit of analysis is the jump."""
+        unit = self.settings.unit_of_analysis
+        return f"the unit of analysis decided on is the {unit}, not the jump" if self.stated else NOTHING_DECIDED
+
     def _beside_the_plan(self, quantity: Quantity, family: str, conditions: Collection[str] | None) -> str | None:
         planned = FAMILY_OF[self.settings.family]
         if family != planned:
@@ -77,7 +92,7 @@ class Planned:
         touching = [item for item in self.left_out if item.jumps is None or quantity is Quantity.APEX]
         if touching:
             said = "; ".join(item.sentence for item in touching)
-            return f"left out for reasons that were not allowed: {said}"
+            return f"something was left out for a reason that was not allowed ({said}), and {AS_A_WHOLE}"
         rests_on = [item.sentence for item in self.further if item.touches(quantity, conditions)]
         return "; ".join(rests_on) or None
 
@@ -104,7 +119,7 @@ def planned_analysis(
         return Planned(
             now or AnalysisSettings(), False, (NOTHING_DECIDED + too_late,), *_said(known), first.at_utc
         )  # fmt: skip
-    out = left_out(connection, stood.exclusions)
+    out, since = left_out(connection, stood.exclusions), _since(before, stood)
     further = [
         *_jump_rules(before[-1][0].text, configuration),
         *corrected_later(connection, first.seq),
@@ -120,12 +135,23 @@ def planned_analysis(
         replace(stood, apex_bounds=late_bounds) if late_bounds else stood,
         True,
         tuple(departures),
-        *_said(_since(before, stood)),
+        *_said(since),
         first.at_utc,
         out,
         bounds_stated=late_bounds is None,
         further=tuple(further),
+        run_before=None if since is None else _run_before(list_runs(connection), since.at_utc),
     )
+
+
+def _run_before(runs: Sequence[RunRow], at_utc: str) -> str | None:
+    """Return the day of the first run that was made, where that was before a time; None where it was later.
+
+    A run without the time of its start is before where its day is.
+    """
+    made = [run for run in runs if run.started_utc is not None or run.state is not RunState.OPEN]
+    times = [(run.started_utc or run.day, run.day) for run in made]
+    return min((day for time, day in times if time < at_utc[: len(time)]), default=None)
 
 
 _History = Sequence[tuple[StatedConfiguration, AnalysisSettings | None]]

@@ -107,7 +107,8 @@ def _decide(
             decide(opened_book, desk, run, decided, verdict, reason, note, found)
             stale = desk.stale
             rejecting = verdict == "reject"
-            remarks = reason_remarks(desk.connection, opened_book.configuration, reason) if rejecting else []
+            about = (desk.connection, opened_book.configuration, reason, "every comparison of apex heights")
+            remarks = reason_remarks(*about) if rejecting else []
     listed = ", ".join(map(str, decided))
     emit(
         {"run": run, "jumps": decided, "verdict": verdict, "stale": stale, "remarks": remarks},

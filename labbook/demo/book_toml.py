@@ -75,7 +75,7 @@ leg_max_m = 0.3
 run_pattern = '^(?P<run>r\\d+)'
 """
 _ANALYSIS = """
-# Decided before the first run, as a careful author would: apexes scatter by up to 7.5 mm within a condition (4.3.3), so
+# Decided before the first file, as a careful author would: apexes scatter by up to 7.5 mm in a condition (4.3.3), so
 # that less than 3 % of some 0.3 m is no loss of height.
 [analysis]
 primary_outcome = "joules"

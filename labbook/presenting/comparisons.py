@@ -27,7 +27,8 @@ def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]
 
 def jump_comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
     """Return the thesis's route to apex heights: the pooled comparisons over single jumps."""
-    return tuple(_tested(item, shown, item.pair.family) for item in analysis.jump_tests)
+    why = analysis.planned.exploratory_jumps()
+    return tuple(replace(_tested(item, shown, item.pair.family), exploratory=why) for item in analysis.jump_tests)
 
 
 def _family(analysis: StudyAnalysis, item: Compared) -> str:
@@ -57,7 +58,8 @@ def anovas(analysis: StudyAnalysis, shown: Shown) -> tuple[Anova, ...]:
         df = (float(payload["df_between"]), float(payload["df_within"]))
         test = shown.test(item.result, "one-way ANOVA", "f", "p", df)
         p = shown.number(item.result, "p")
-        found.append(Anova(item.label, item.quantity, item.group, test, payload["n"], p.provenance))
+        why = analysis.planned.exploratory_anova()
+        found.append(Anova(item.label, item.quantity, item.group, test, payload["n"], p.provenance, why))
     return tuple(found)
 
 

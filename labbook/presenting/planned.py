@@ -39,7 +39,18 @@ def planned_sentences(planned: Planned) -> tuple[str, ...]:
             f"every comparison is exploratory. Used are: {said}",
             *_departures(planned),
         )
-    return (f"Decided{by}, before the first measurement came into the book on {first}: {said}", *_departures(planned))
+    decided = f"Decided{by}, before the first measurement came into the book on {first}: {said}"
+    return (decided, *made_before(planned), *_departures(planned))
+
+
+def made_before(planned: Planned) -> tuple[str, ...]:
+    """Say that runs are dated before the decision, which the book cannot place before their numbers; or nothing."""
+    if planned.run_before is None or planned.stated_utc is None:
+        return ()
+    return (
+        f"The first run is dated {planned.run_before}, before the decision was stated on {planned.stated_utc[:10]}: "
+        "nothing shows that it was made before the data were seen.",
+    )
 
 
 def _departures(planned: Planned) -> tuple[str, ...]:

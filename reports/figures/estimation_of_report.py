@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data_schema.vocabulary import Undefined
@@ -22,11 +24,13 @@ from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.inference import Side
 from reports.naming import levels_name, swept_factor, swept_words
-from reports.numbers import Quantity
+from reports.numbers import Number, Quantity
 from reports.sentences import absence_text
 from reports.tables.table import STORED_UNITS
 
 _ROW_IN = 3.0
+_THIN, _THICK = 1.0, 5.0
+"""Widths in points of the interval of a difference and of the one that is held against bounds."""
 _TITLES = {Quantity.JOULES: "Energy of a jump", Quantity.APEX: "Apex height"}
 
 
@@ -64,19 +68,32 @@ def _scaled(side: Side | None, name: str, factor: float) -> float | None:
     return None if value is None or isinstance(value, Undefined) else factor * value
 
 
+@dataclass(frozen=True, slots=True)
+class _Tested:
+    """Bounds of equivalence and the interval held against them, in the unit that is shown; `ends` is None without."""
+
+    bounds: tuple[float, ...] = ()
+    ends: tuple[float, float] | None = None
+
+
 def _draw(content: ReportContent, width_in: float, quantity: Quantity) -> Figure:
-    """Draw a pair of panels a group, values above and difference below; those of a row share the lower axis."""
+    """Draw a pair of panels a group, values above and difference below.
+
+    Differences share their axis, and so do joules. Heights do not: groups lie further apart than their runs scatter.
+    """
     chosen = pooled(content, quantity)
     across = min(len(chosen), 2 if is_narrow(width_in) else 4)
     rows = -(-len(chosen) // across)
+    sides = [_sides(content, comparison) for comparison in chosen]
+    tested = [_tested(comparison, control.mean) for comparison, (control, _) in zip(chosen, sides, strict=True)]
     figure = new_figure(width_in, _ROW_IN * rows)
-    grid = figure.subplots(2 * rows, across, squeeze=False, gridspec_kw={"height_ratios": (3, 2) * rows})
+    parts = (3, 3 if any(item.bounds for item in tested) else 2)  # bounds make the intervals small
+    grid = figure.subplots(2 * rows, across, squeeze=False, gridspec_kw={"height_ratios": parts * rows})
     for axes in grid.flat:
         axes.set_visible(False)
-    sides = [_sides(content, comparison) for comparison in chosen]
-    bounds = [_bounds(comparison, control.mean) for comparison, (control, _) in zip(chosen, sides, strict=True)]
+    all_values = [value for groups in sides for group in groups for value in group.values]
     below = [end for comparison in chosen for end in ends_of(as_shown(comparison.welch_difference))]
-    below += [0.0, *(bound for both in bounds for bound in both)]
+    below += [0.0, *(value for item in tested for value in (*item.bounds, *(item.ends or ())))]
     uppers = []
     for place, (comparison, groups) in enumerate(zip(chosen, sides, strict=True)):
         row, column = divmod(place, across)
@@ -86,15 +103,16 @@ def _draw(content: ReportContent, width_in: float, quantity: Quantity) -> Figure
             axes.set_visible(True)
             axes.set_xlim(-0.6, 1.6)
             light_grid(axes)
-        set_limits(upper, [value for group in groups for value in group.values])
+        own_values = [value for group in groups for value in group.values]
+        set_limits(upper, all_values if quantity is Quantity.JOULES else own_values)
         set_limits(lower, below)
         upper.set_xticks([])
         upper.set_title(levels_name(content, comparison.group).replace(", ", "\n") or "all runs", fontsize=7)
         set_names(lower, groups, (), width_in / across)
         lower.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
-        for bound in bounds[place]:
+        for bound in tested[place].bounds:
             lower.axhline(bound, color=BLACK, linewidth=0.8, linestyle="--", zorder=2)
-        draw_difference(lower, difference, 1.0, 0.0)
+        _draw_difference(lower, difference, tested[place].ends)
         if column == 0:
             unit = difference.unit
             upper.set_ylabel(named_with_unit(_TITLES[quantity], unit))
@@ -107,31 +125,54 @@ def _draw(content: ReportContent, width_in: float, quantity: Quantity) -> Figure
     return figure
 
 
-def _bounds(comparison: Comparison, control_mean: float | None) -> tuple[float, ...]:
-    """Return the bounds of equivalence in the unit that is shown; those in percent are of the control's mean."""
+def _draw_difference(axes: Axes, number: Number, tested: tuple[float, float] | None) -> None:
+    """Draw a difference as a stroke across its interval, which a dot would hide where the bounds are far apart.
+
+    The interval that is held against the bounds lies behind it as a thicker line.
+    """
+    found = ends_of(number)
+    if len(found) < 3:
+        draw_difference(axes, number, 1.0, 0.0)
+        return
+    estimate, *ends = found
+    axes.plot([1.0, 1.0], ends, color=BLACK, linewidth=_THIN, solid_capstyle="butt", zorder=5)
+    if tested is not None:
+        axes.plot([1.0, 1.0], tested, color=GREY, linewidth=_THICK, solid_capstyle="butt", zorder=4)
+    axes.plot([1.0], [estimate], "_", color=BLACK, markersize=12.0, markeredgewidth=0.7, zorder=6)
+
+
+def _tested(comparison: Comparison, control_mean: float | None) -> _Tested:
+    """Return what a height was held against; bounds and interval in percent are of the control's mean."""
     item = comparison.equivalence
-    if item is None:
-        return ()
-    if item.estimate.unit != "%":
-        factor = shown_unit(item.estimate.unit)[1]
-        return factor * item.low, factor * item.high
-    return () if control_mean is None else (0.01 * control_mean * item.low, 0.01 * control_mean * item.high)
+    if item is None or (item.estimate.unit == "%" and control_mean is None):
+        return _Tested()
+    factor = 0.01 * (control_mean or 0.0) if item.estimate.unit == "%" else shown_unit(item.estimate.unit)[1]
+    found = ends_of(item.estimate)  # estimate, low, high
+    ends = (factor * found[1], factor * found[2]) if len(found) == 3 else None
+    return _Tested((factor * item.low, factor * item.high), ends)
 
 
 def _caption(content: ReportContent, quantity: Quantity) -> str:
     chosen = pooled(content, quantity)
     called = swept_words(swept_factor(content))
     level = level_text(chosen[0].welch_difference) if chosen else "confidence interval"
+    tested = next((c.equivalence.estimate for c in chosen if c.equivalence is not None), None)
     dashed = (
-        " Dashed: the bounds within which a difference counts as none."
-        if any(c.equivalence is not None for c in chosen)
-        else ""
+        ""
+        if tested is None
+        else f" Dashed: the bounds within which a difference counts as none; the test against them (TOST) goes by the "
+        f"{level_text(tested)}, the thick grey line."
+    )
+    axes = (
+        "all upper panels share one vertical axis, and all lower ones another"
+        if quantity is Quantity.JOULES
+        else "the lower panels share their vertical axis, each upper one has its own"
     )
     of_days = " Means, standard deviations and differences are those of day means." if content.counted == "day" else ""
     return (
         f"{_TITLES[quantity]}, every run of {called.control_long} and of {called.treatment} (all levels of the "
         f"{called.coefficient} together), group by group. Beside the points: mean (gap) and standard deviation (line). "
-        f"Below: treatment less control with its {level} by Welch; the panels share this axis.{dashed}{of_days}"
+        f"Below: treatment less control (stroke) with its {level} by Welch (line); {axes}.{dashed}{of_days}"
     )
 
 

@@ -47,5 +47,13 @@ def placed(
 
 def exploratory_note(comparisons: Iterable[Comparison], why: Why = why_exploratory) -> str:
     """Return the end of a caption that says why comparisons are exploratory, "" where all are planned."""
-    reasons = dict.fromkeys(reason for comparison in comparisons if (reason := why(comparison)))
-    return f" Rows called exploratory are so because {'; or because '.join(reasons)}." if reasons else ""
+    return reasons_note(why(comparison) for comparison in comparisons)
+
+
+def reasons_note(given: Iterable[str]) -> str:
+    """Return the end of a caption that gives the reasons, each once; "" is none."""
+    reasons = list(dict.fromkeys(filter(None, given)))
+    if len(reasons) > 1:
+        numbered = "; ".join(f"({place}) {reason}" for place, reason in enumerate(reasons, 1))
+        return f" Rows called exploratory are so for one of these reasons: {numbered}."
+    return f" Rows called exploratory are so because {reasons[0]}." if reasons else ""

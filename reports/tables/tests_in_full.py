@@ -8,7 +8,7 @@ from dataclasses import replace
 from reports.content import ReportContent
 from reports.naming import levels_name, swept_factor, swept_words
 from reports.numbers import Quantity
-from reports.tables.placing import COMPARISON, placed
+from reports.tables.placing import COMPARISON, EXPLORATORY, exploratory_note, placed, reasons_note
 from reports.tables.table import (
     PROVENANCE,
     STORED_UNITS,
@@ -74,6 +74,7 @@ def _jump_tests(content: ReportContent) -> Table:
         Column("chosen", ("test",), numeric=False),
         *statistic_columns("t", "t"),
         *statistic_columns("Welch t", "welch"),
+        EXPLORATORY,
     )
     rows = tuple(
         Row(
@@ -85,6 +86,7 @@ def _jump_tests(content: ReportContent) -> Table:
                 words(comparison.test.name),
                 *statistic_cells(comparison.test),
                 *statistic_cells(comparison.welch),
+                words(comparison.exploratory),
             ),
             block=block,
         )
@@ -93,6 +95,7 @@ def _jump_tests(content: ReportContent) -> Table:
     caption = (
         "Apex heights by the thesis's route, the same tests over single jumps. It takes all jumps as independent, "
         "while jumps of one run share its bed, pack and day: the true p is larger. No claim rests on this table."
+        f"{exploratory_note(content.jump_comparisons)}"
     )
     return Table("tests_jumps", caption, columns, rows)
 
@@ -103,6 +106,7 @@ def _anovas(content: ReportContent) -> Table:
         Column("n", ("n_runs",)),
         *statistic_columns("F", "f", 2),
         PROVENANCE,
+        EXPLORATORY,
     )
     rows = tuple(
         Row(
@@ -111,13 +115,15 @@ def _anovas(content: ReportContent) -> Table:
                 count(anova.n),
                 *statistic_cells(anova.test, 2),
                 provenance_cell(anova.provenance),
+                words(anova.exploratory),
             ),
-            block=anova.quantity,
+            block=f"{anova.quantity} (exploratory)" if anova.exploratory else str(anova.quantity),
         )
         for anova in content.anovas
     )
     swept = swept_words(swept_factor(content)).coefficient
     caption = f"One-way analysis of variance over the levels of the {swept} in each group, control left out."
+    caption += reasons_note(anova.exploratory for anova in content.anovas)
     return Table("anovas", caption, columns, rows)
 
 

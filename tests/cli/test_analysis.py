@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from labbook.analysis.planned import AS_A_WHOLE
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
 
@@ -34,15 +35,16 @@ def test_what_was_decided_is_shown_with_its_day_and_its_departures(tmp_path: Pat
     made = small_book(tmp_path, ingested=False, two_people=True)
     made.toml.write_text(made.toml.read_text() + EXAMPLE)
     good(labbook("charge", "r001", "120", "--as", "BO", at=made.folder))
-    line, not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
+    line, made_before, not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
     assert not_watched.startswith("Not watched: conditions left out whole")
     assert line.startswith("Decided on 20")
+    assert made_before.startswith("The first run is dated 2021-")
     assert "by Ben Ode, before the first measurement" in line
     assert "the primary outcome is joules a jump" in line
     assert "from -3 to 3 % of the control's count as none" in line
     made.toml.write_text(made.toml.read_text().replace("0.05\n", "0.1\n"))
     good(labbook("note", "r001", "heard", "--as", "AN", at=made.folder))
-    decided, departure, _not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
+    decided, _, departure, _not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
     assert decided == line
     assert departure.startswith(
         "Departure: alpha was 0.05 before the first run was ingested and is 0.1 in labbook.toml"
@@ -54,11 +56,13 @@ def test_leaving_out_for_a_reason_that_was_not_allowed_is_remarked_on(tmp_path: 
     made = small_book(tmp_path, ingested=False)
     made.toml.write_text(made.toml.read_text() + EXAMPLE + 'exclusions = ["misfire", "sensor_fault"]\n')
     good(labbook("ingest", made.log("r001"), at=made.folder))
-    remark = "look again: [analysis] allows misfire, sensor_fault, so the report calls exploratory what rests on"
-    assert remark in good(labbook("jumps", "reject", "r001", "1", "--reason", "wrong_apex", at=made.folder)).out
+    remark = "look again: [analysis] allows misfire, sensor_fault, so the report calls every comparison"
+    said = good(labbook("jumps", "reject", "r001", "1", "--reason", "wrong_apex", at=made.folder)).out
+    assert f"{remark} of apex heights exploratory (wrong_apex): {AS_A_WHOLE}." in said
     assert remark not in good(labbook("jumps", "reject", "r001", "1", "--reason", "misfire", at=made.folder)).out
     assert remark not in good(labbook("jumps", "clear", "r001", "1", at=made.folder)).out
-    assert remark in good(labbook("void", "r001", "--reason", "foot came loose", at=made.folder)).out
+    said = good(labbook("void", "r001", "--reason", "foot came loose", at=made.folder)).out
+    assert f"{remark} exploratory (foot came loose): {AS_A_WHOLE}." in said
     assert remark not in good(labbook("void", "r001", "--undo", "--reason", "it was r002", at=made.folder)).out
     assert remark not in good(labbook("void", "r001", "--reason", "sensor fault: no string", at=made.folder)).out
     assert "Departure" not in good(labbook("analysis", at=made.folder)).out
@@ -70,6 +74,6 @@ def test_a_correction_that_takes_a_run_out_is_told_and_named(tmp_path: Path) -> 
     good(labbook("charge", "r002", "120", at=made.folder))
     assert "Departure" not in good(labbook("analysis", at=made.folder)).out
     good(labbook("correct", "r002", "jumps_made=0", "--why", "looks odd", at=made.folder))
-    _decided, departure, _not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
+    _decided, _made_before, departure, _not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
     assert departure.startswith("Departure: corrected after the first measurement: jumps_made of run r002 was 3 and is")
     assert departure.endswith("which leaves run r002 without joules a jump.")

@@ -74,6 +74,7 @@ def test_a_test_in_words():
     assert plain(significance_text(anova)) == "one-way ANOVA F(4, 45) = 1.32, p = .277"
     assert plain(significance_text(anova, name=False)) == "F(4, 45) = 1.32, p = .277"
     assert plain(degrees_text((4.0, 45.0))) == "4, 45"
+    assert [degrees_text((df,)) for df in (64.0, 63.9999998, 64.04, 18.24)] == ["64", "64", "64", "18.2"]
 
 
 def test_undefined_gives_its_reason_everywhere():

@@ -113,9 +113,51 @@ def test_a_claim_has_holms_p_and_the_test_by_day_beside_welchs(content, headline
 
 
 def test_a_claim_that_was_not_planned_says_so(content, headline):
-    assert "Exploratory" not in savings_claim(content, headline).text
+    assert "exploratory" not in savings_claim(content, headline).text
     unplanned = dataclasses.replace(headline, exploratory="nothing was decided")
-    assert savings_claim(content, unplanned).text.endswith(" Exploratory.")
+    first = savings_claim(content, unplanned).text.removesuffix(_picked_of(content, unplanned))
+    assert first.endswith("), an exploratory comparison.")
+    apex = next(c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX)
+    height = difference_claim(content, dataclasses.replace(apex, exploratory="nothing was decided")).text
+    assert height.count("exploratory") == 1
+    assert height.index("), an exploratory comparison. Equivalence within") > 0
+
+
+def _picked_of(content, comparison):
+    found = savings_claim(content, comparison).text.partition(" It stands first")
+    return "".join(found[1:])
+
+
+def holm_of(comparison, p):
+    return dataclasses.replace(comparison, adjusted=dataclasses.replace(comparison.adjusted, value=p))
+
+
+def test_what_the_interval_shows_and_holm_does_not_is_not_stated_as_shown(content, headline):
+    saved = with_savings(headline, value=15.2, se=3.4, ci_low=8.1, ci_high=21.9)
+    once = "once the 4 tests of the family are counted by Holm"
+    assert once not in savings_claim(content, holm_of(saved, 0.049)).text
+    for p in (0.05, 0.064):
+        text = plain(savings_claim(content, holm_of(saved, p)).text)
+        assert text.startswith("No difference in energy was shown with the small foot and k = 1091 N/m " + once)
+        assert ": the estimated saving is 15.2 % (95 % CI 8.1 to 21.9 %; n" in text
+    apex = next(c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX)
+    shown = dataclasses.replace(apex.welch_difference, value=0.00123, se=0.0005, ci_low=0.00012, ci_high=0.00234)
+    higher = dataclasses.replace(apex, welch_difference=shown)
+    text = plain(difference_claim(content, holm_of(higher, 0.064)).text)
+    assert (
+        "The apex was 1.23 mm higher under active damping with the small foot and k = 835.4 N/m, which is not shown "
+        f"{once} (95" in text
+    )
+    assert once not in difference_claim(content, holm_of(higher, 0.049)).text
+    assert once not in difference_claim(content, dataclasses.replace(higher, adjusted=None)).text
+    strict = dataclasses.replace(higher, welch_difference=dataclasses.replace(shown, ci_level=0.99))
+    assert once in difference_claim(content, holm_of(strict, 0.02)).text
+
+
+def test_a_claim_on_heights_counts_runs_as_one_on_joules_does(content):
+    apex = next(c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX)
+    text = plain(difference_claim(content, apex).text)
+    assert f"; n = {apex.n_control} control and {apex.n_treatment} treatment runs; Welch t(" in text
 
 
 @pytest.mark.parametrize(
@@ -123,7 +165,7 @@ def test_a_claim_that_was_not_planned_says_so(content, headline):
     [
         ({"shown": True}, "Equivalence within −5 to 5 mm was shown (90 % CI "),
         ({"shown": False}, "Equivalence within −5 to 5 mm was not shown (90 % CI "),
-        ({"exploratory": "no bounds then"}, "; exploratory)."),
+        ({"exploratory": "no bounds then"}, "), an exploratory test."),
         (
             {"p": Undefined("one run only"), "shown": None},
             "Equivalence within −5 to 5 mm could not be tested: one run only.",

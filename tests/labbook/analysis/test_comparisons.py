@@ -17,8 +17,10 @@ from labbook.analysis.comparisons import Compared
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.family import adjust, adjusted
 from labbook.analysis.pairing import EACH, POOLED
+from labbook.analysis.study import VarianceAnalysed
 from labbook.analysis.workbench import Workbench, number
 from labbook.presenting.making import MadeReport
+from labbook.presenting.stated import departures
 from labbook.presenting.weak_points import Use, weaknesses
 from reports.content import Comparison
 from reports.numbers import Quantity
@@ -302,7 +304,7 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
     assert all("" not in reasons for reasons in found.values())
     assert found[Quantity.APEX, POOLED] == {"the primary outcome decided on is joules a jump"}
     for claim in made.content.claims:
-        assert ("Exploratory." in claim.text) == claim.text.startswith("The apex")
+        assert (", an exploratory comparison." in claim.text) == claim.text.startswith("The apex")
     page = quick_page(made.content)
     assert "before the first measurement came into the book" in page
     assert (
@@ -310,12 +312,26 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
         "height)" in page
     )
     assert "all levels pooled against the control (exploratory)" in page
+    assert "The first run is dated 2021-" in made.content.decided[1]
+    assert made.content.decided[1] in made.content.limitations
+    said = "".join(made.content.departures)
+    assert made.content.jump_comparisons
+    assert "Exploratory, because the unit of analysis decided on is the run, not the jump: " + POOLED in said
+    assert {item.exploratory for item in made.content.jump_comparisons} == {
+        "the unit of analysis decided on is the run, not the jump"
+    }
+    row = made.analysis.compared[0].result
+    varied = replace(made.analysis, anovas=[VarianceAnalysed("all runs", {}, Quantity.JOULES, row)])
+    assert departures(varied, made.content.comparisons)[-2] == (
+        "Exploratory, because the families that can be decided on have no analysis of variance: one-way analysis of "
+        "variance (joules a jump)."
+    )
 
 
 def test_where_nothing_was_decided_all_is_exploratory_and_the_report_says_so(reports: Reports) -> None:
     made = reports()
     assert all("" not in reasons for reasons in by_name(made).values())
-    assert all("Exploratory." in claim.text for claim in made.content.claims)
+    assert all(", an exploratory comparison." in claim.text for claim in made.content.claims)
     assert "Nothing was decided about the analysis before the first measurement" in quick_page(made.content)
 
 

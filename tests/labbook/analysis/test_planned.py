@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from data_schema.queries.first_measurement import first_measurement, stated_configurations
-from data_schema.vocabulary import Action, ReasonCode
+from data_schema.queries.runs import list_runs
+from data_schema.vocabulary import Action, ReasonCode, RunState
 from labbook.actions.correcting import correct, unvoid, void
 from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.jump_review import decide
 from labbook.actions.typed_charge import state_charge
 from labbook.analysis.pairing import EACH, POOLED
-from labbook.analysis.planned import NOTHING_DECIDED, Planned, planned_analysis
+from labbook.analysis.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before, planned_analysis
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from labbook.config.model import AnalysisSettings, Bounds, Family, Outcome
+from labbook.presenting.planned import planned_sentences
 from reports.numbers import Quantity
 from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
 from tests.helpers.statements import note, said_alike
@@ -157,6 +160,29 @@ def test_a_later_change_is_taken_over_and_told_and_rules_nothing(fresh: SmallBoo
     assert found.exploratory(Quantity.JOULES, POOLED) is None
 
 
+def test_runs_that_are_older_than_the_decision_are_told(fresh: SmallBook) -> None:
+    decides(fresh, DECIDED)
+    measured_by_one(fresh)
+    found = planned(fresh)
+    with fresh.open() as book, book.reading() as connection:
+        first = list_runs(connection)[0]
+    assert found.run_before == first.day
+    said = planned_sentences(found)
+    assert said[1].startswith(f"The first run is dated {first.day}, before the decision was stated on 20")
+    assert "nothing shows that it was made before the data were seen" in said[1]
+
+
+def test_a_run_is_older_by_its_start_and_without_one_by_its_day(fresh: SmallBook) -> None:
+    with fresh.open() as book, book.reading() as connection:
+        run = replace(list_runs(connection)[0], day="2026-03-05", state=RunState.COMPLETE)
+    at = "2026-03-05T12:00:00Z"
+    for started, expected in ((None, None), ("2026-03-05T11:59:59Z", "2026-03-05"), ("2026-03-05T12:00:01Z", None)):
+        assert _run_before([replace(run, started_utc=started)], at) == expected
+    earlier = replace(run, day="2026-03-04", started_utc=None)
+    assert _run_before([run, earlier], at) == "2026-03-04"
+    assert _run_before([replace(earlier, state=RunState.OPEN)], at) is None
+
+
 def test_what_is_changed_back_is_no_departure(fresh: SmallBook) -> None:
     decides(fresh, DECIDED)
     measured_by_one(fresh)
@@ -233,6 +259,7 @@ def test_what_was_left_out_for_other_reasons_is_told(tmp_path: Path) -> None:
     found = planned(made)
     assert found.departures == ("run r002 is void (misfired badly), which was not allowed",)
     assert "run r002 is void" in str(found.exploratory(Quantity.JOULES, POOLED))
+    assert str(found.exploratory(Quantity.JOULES, POOLED)).endswith(AS_A_WHOLE)
     with made.open() as book, book.desk(ADA) as desk:
         unvoid(desk, "r002", "it was another")
         void(desk, "r002", "misfire")

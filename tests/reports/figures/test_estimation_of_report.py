@@ -16,9 +16,15 @@ def panels(name, content, width_in=TWO_COLUMNS_IN):
     return uppers, [axes for axes in shown if axes not in uppers]
 
 
-def points(axes):
-    """How many values are drawn as marks on an axis, the difference's own left out."""
-    return sorted(y for line in axes.lines if line.get_marker() == "o" for y in line.get_ydata())
+def points(axes, mark="o"):
+    """The values that are drawn with a mark on an axis."""
+    return sorted(y for line in axes.lines if line.get_marker() == mark for y in line.get_ydata())
+
+
+def intervals(axes):
+    """The ends of the vertical lines at the treatment's place, the thinner first."""
+    found = [line for line in axes.lines if list(line.get_xdata()) == [1.0, 1.0]]
+    return [list(line.get_ydata()) for line in sorted(found, key=lambda line: line.get_linewidth())]
 
 
 @pytest.mark.parametrize(
@@ -43,8 +49,15 @@ def test_every_run_of_control_and_treatment_is_drawn(content, name, quantity, fa
         assert points(axes) == pytest.approx(sorted(values))
     pooled = [c for c in content.comparisons if c.headline and c.quantity is quantity]
     for axes, comparison in zip(lowers, pooled, strict=True):
-        assert points(axes) == pytest.approx([factor * comparison.welch_difference.value])
+        difference = comparison.welch_difference
+        assert points(axes, "_") == pytest.approx([factor * difference.value])
+        assert points(axes) == []
+        assert intervals(axes)[0] == pytest.approx([factor * difference.ci_low, factor * difference.ci_high])
     assert len({axes.get_ylim() for axes in lowers}) == 1
+    assert len({axes.get_ylim() for axes in uppers}) == (1 if quantity is Quantity.JOULES else 4)
+    said = FIGURES[name].caption(content)
+    assert ("all upper panels share one" in said) == (quantity is Quantity.JOULES)
+    assert ("each upper one has its own" in said) == (quantity is Quantity.APEX)
 
 
 def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
@@ -68,8 +81,20 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
     means_m = [c.sides[0].mean for c in percent if c.headline and c.quantity is Quantity.APEX]
     for found, mean_m in zip(dashed(panels("estimation_apex", changed)[1]), means_m, strict=True):
         assert found == pytest.approx([-30.0 * mean_m, 30.0 * mean_m])
-    assert "Dashed" in FIGURES["estimation_apex"].caption(content)
+    caption = FIGURES["estimation_apex"].caption(content).replace("\u00a0", " ")
+    assert "Dashed: the bounds" in caption
+    assert "(TOST) goes by the 90 % CI, the thick grey line." in caption
     assert "Dashed" not in FIGURES["estimation_joules"].caption(content)
+
+
+def test_the_interval_of_the_test_lies_thick_behind_that_of_the_difference(content):
+    pooled = [c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX]
+    for axes, comparison in zip(panels("estimation_apex", content)[1], pooled, strict=True):
+        estimate = comparison.equivalence.estimate
+        thin, thick = intervals(axes)
+        assert thick == pytest.approx([1000.0 * estimate.ci_low, 1000.0 * estimate.ci_high])
+        assert thin[0] < thick[0] < thick[1] < thin[1]
+    assert all(len(intervals(axes)) == 1 for axes in panels("estimation_joules", content)[1])
 
 
 def test_in_one_column_two_groups_stand_side_by_side(content):

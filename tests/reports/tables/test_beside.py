@@ -126,5 +126,33 @@ def test_what_is_exploratory_stands_under_its_word_with_the_reason_in_caption_an
 def test_what_was_decided_and_what_departs_stand_under_a_heading_of_their_own(content):
     told = dataclasses.replace(content, decided=("Alpha is 0.05.",), departures=("Departure: alpha was 0.01.",))
     page = quick_page(told)
-    assert page.index("Decided before the first run") < page.index("Alpha is 0.05.") < page.index("alpha was 0.01.")
-    assert "Decided before the first run" not in quick_page(content)
+    heading = "What was decided before the first measurement was ingested"
+    assert page.index(heading) < page.index("Alpha is 0.05.") < page.index("alpha was 0.01.")
+    assert heading not in quick_page(content)
+
+
+def test_several_reasons_why_rows_are_exploratory_stand_numbered_in_the_caption(content):
+    told = changed(content, lambda c: dataclasses.replace(c, exploratory=f"of {c.level != 'pooled'}; then"))
+    assert (
+        TABLES["comparisons_joules"]
+        .make(told)
+        .caption.endswith(
+            " Rows called exploratory are so for one of these reasons: (1) of False; then; (2) of True; then."
+        )
+    )
+
+
+def test_analyses_of_variance_and_tests_over_jumps_are_called_exploratory_too(content):
+    assert not any("exploratory" in TABLES[name].make(content).caption for name in ("anovas", "tests_jumps"))
+    told = dataclasses.replace(
+        content,
+        anovas=tuple(dataclasses.replace(anova, exploratory="no family has one") for anova in content.anovas),
+        jump_comparisons=tuple(dataclasses.replace(c, exploratory="runs count") for c in content.jump_comparisons),
+    )
+    for name, reason in (("anovas", "no family has one"), ("tests_jumps", "runs count")):
+        table = TABLES[name].make(told)
+        assert table.rows
+        assert all(block.endswith("(exploratory)") for block, _ in table.blocks)
+        assert table.caption.endswith(f" Rows called exploratory are so because {reason}.")
+        assert {row["exploratory"] for row in csv_rows(name, told)} == {reason}
+    assert "That is exploratory, because no family has one." in quick_page(told)
