@@ -10,8 +10,10 @@ from labbook.actions.stats_compare import compared, holm_of
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_plan import NO_ANOVA, plan_notes
 from stats.anova import one_way_anova
 from stats.checks import Missing
 from stats.dunnett import AgainstControl, dunnett
@@ -81,7 +83,8 @@ def analyse(
         ),
         level,
     )
-    return told.about(observed, pictures)
+    notes = [*plan_notes(observed, False, alpha, NO_ANOVA), *day_notes(observed)]
+    return told.about(observed, pictures, notes)
 
 
 def _ends(one: AgainstControl) -> tuple[float, float] | Undefined:

@@ -11,8 +11,10 @@ from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import days_with_shared
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, in_groups, number_of
+from labbook.presenting.stats_plan import plan_notes
 from stats.blocked import blocked_by_day
 from stats.blocked_result import BlockedByDay, Contrast, ExactTest
 from stats.results import as_dict
@@ -34,7 +36,8 @@ def block(
     if pooled:
         observed = observed.pooled()
     observed.others()
-    level = 1.0 - alpha_of(alpha, level, observed)
+    alpha = alpha_of(alpha, level, observed)
+    level = 1.0 - alpha
     found = _compared(observed, level, with_runs=given.run is not None)
     told = Told()
     told.lines.append(found.sentence(observed.unit))
@@ -58,7 +61,8 @@ def block(
         level,
         by_day=True,
     )
-    return told.about(observed, pictures)
+    notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed, by_day=True)]
+    return told.about(observed, pictures, notes)
 
 
 def _compared(observed: Observations, level: float, *, with_runs: bool) -> BlockedByDay:

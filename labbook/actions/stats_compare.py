@@ -11,8 +11,10 @@ from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import two_with_shared
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_plan import plan_notes
 from stats.checks import Missing
 from stats.multiple import HolmFamily, holm
 from stats.results import as_dict
@@ -56,7 +58,8 @@ def compare(given: Given, request: CompareRequest, pictures: Pictures, step: Cal
         for label, result in found.items()
     }
     pictures.write(observed, lambda: estimation_of(observed, differences), level)
-    return told.about(observed, pictures)
+    notes = [*plan_notes(observed, request.pooled, alpha), *day_notes(observed)]
+    return told.about(observed, pictures, notes)
 
 
 def compared(observed: Observations, label: str, route: str, alpha: float, missing: str) -> TwoSample:

@@ -14,8 +14,10 @@ from labbook.actions.stats_told import Told, alpha_of
 from labbook.analysis.conditions import NUMBER_OF
 from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_plan import bounds_notes
 from reports.numbers import Quantity
 from stats.checks import Missing
 from stats.equivalence import EquivalenceRoute, equivalence
@@ -76,7 +78,8 @@ def equal(given: Given, request: EquivalenceRequest, pictures: Pictures, step: C
         ),
         1.0 - alpha,
     )
-    return told.about(observed, pictures)
+    notes = [*bounds_notes(observed, request.pooled, alpha, (low, high, percent)), *day_notes(observed)]
+    return told.about(observed, pictures, notes)
 
 
 def _bounds(request: EquivalenceRequest, observed: Observations) -> tuple[float | None, float | None, bool]:

@@ -8,8 +8,10 @@ from typing import cast
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_plan import plan_notes
 from stats.checks import Missing
 from stats.results import as_dict
 from stats.savings import percent_savings
@@ -28,7 +30,8 @@ def save(
     observed = observe(given, step)
     if pooled:
         observed = observed.pooled()
-    level = 1.0 - alpha_of(alpha, level, observed)
+    alpha = alpha_of(alpha, level, observed)
+    level = 1.0 - alpha
     found = {
         label: percent_savings(
             observed.values(observed.control),
@@ -56,4 +59,5 @@ def save(
         ),
         level,
     )
-    return told.about(observed, pictures)
+    notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed)]
+    return told.about(observed, pictures, notes)
