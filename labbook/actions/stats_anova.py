@@ -79,7 +79,9 @@ def analyse(
     pictures.write(
         observed,
         lambda: estimation_of(
-            observed, {label: number_of(one.difference, _ends(one), level, unit) for label, one in found.items()}
+            observed,
+            {label: number_of(one.difference, _ends(one), level, unit) for label, one in found.items()},
+            interval="Dunnett's test",
         ),
         level,
     )

@@ -57,6 +57,7 @@ def block(
                 names[one.condition]: number_of(one.difference, one.interval, level, observed.unit)
                 for one in _shown(found)
             },
+            interval="the exact test" if _shown(found) is not found.contrasts else "REML with Satterthwaite's df",
         ),
         level,
         by_day=True,

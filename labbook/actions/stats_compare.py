@@ -57,7 +57,8 @@ def compare(given: Given, request: CompareRequest, pictures: Pictures, step: Cal
         label: number_of(result.difference, result.difference_ci, level, observed.unit)
         for label, result in found.items()
     }
-    pictures.write(observed, lambda: estimation_of(observed, differences), level)
+    tests = " or ".join(f"{test}'s t" for test in sorted({result.test for result in found.values()}))
+    pictures.write(observed, lambda: estimation_of(observed, differences, interval=tests), level)
     notes = [*plan_notes(observed, request.pooled, alpha), *day_notes(observed)]
     return told.about(observed, pictures, notes)
 

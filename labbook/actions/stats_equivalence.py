@@ -75,6 +75,7 @@ def equal(given: Given, request: EquivalenceRequest, pictures: Pictures, step: C
             observed,
             {label: number_of(result.estimate, result.estimate_ci, level, unit) for label, result in found.items()},
             [bound for bound in (low, high) if bound is not None],
+            interval=f"both one-sided tests ({request.route})",
         ),
         1.0 - alpha,
     )

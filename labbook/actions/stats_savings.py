@@ -55,7 +55,8 @@ def save(
         lambda: estimation_of(
             observed,
             {label: number_of(result.percent, result.percent_ci, level, "%") for label, result in found.items()},
-            difference=f"Savings against {control}",
+            difference="Savings against",
+            interval="Fieller's",
         ),
         level,
     )

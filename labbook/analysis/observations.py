@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -109,12 +110,16 @@ class Observations:
             )
         return labels
 
+    @property
+    def rest(self) -> str:
+        """The label of all groups but the control where they are one."""
+        return f"every other {self.by}"
+
     def pooled(self) -> Observations:
         """Return all groups but the control as one."""
         self.others()
-        name = f"every other {self.by}"
         return replace(
-            self, rows=tuple(row if row.label == self.control else replace(row, label=name) for row in self.rows)
+            self, rows=tuple(row if row.label == self.control else replace(row, label=self.rest) for row in self.rows)
         )
 
     def known(self) -> Observations:
@@ -136,11 +141,13 @@ def with_control(control: str | None, by: str, labels: Sequence[str], usual: str
     return min(labels, key=_order) if control is None else control
 
 
-def _order(label: str) -> tuple[int, float, str]:
+def _order(label: str) -> tuple[int, float, tuple[tuple[str, int], ...], str]:
+    """Return what sorts numbers by size, and words by alphabet with whole numbers in them by size."""
     try:
-        return (0, float(label), label)
+        return (0, float(label), (), label)
     except ValueError:
-        return (1, 0.0, label)
+        parts = re.findall(r"([^0-9]*)([0-9]*)", label)
+        return (1, 0.0, tuple((word, int(digits or -1)) for word, digits in parts), label)
 
 
 @dataclass(frozen=True, slots=True)
