@@ -1,4 +1,4 @@
-"""The figures of `labbook stats`: names as in the report, values that lie close together far from zero, large groups."""
+"""The figures of `labbook stats`: names as in the report, values close together far from zero, large groups."""
 
 from __future__ import annotations
 
