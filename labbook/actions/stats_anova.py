@@ -9,7 +9,8 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.stats_compare import compared, holm_of
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of
+from labbook.actions.stats_told import Told, alpha_of, told_of
+from labbook.analysis.observations import Observations
 from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
@@ -31,8 +32,13 @@ def analyse(
     """Analyse the variance of all groups; intervals of pairs and against the control are simultaneous."""
     pictures.check()
     observed = observe(given, step)
-    others = observed.others()
+    observed.others()
     alpha = alpha_of(alpha, level, observed)
+    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, drawn))
+
+
+def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictures) -> Told:
+    others = observed.others()
     level, missing = 1.0 - alpha, cast(Missing, given.missing)
     groups, control, unit = observed.groups(), observed.name(observed.control), observed.unit
 

@@ -8,7 +8,7 @@ from typing import Any
 from data_schema.errors import UsageError
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of
+from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import days_with_shared
 from labbook.presenting.stats_days import day_notes
@@ -37,6 +37,10 @@ def block(
         observed = observed.pooled()
     observed.others()
     alpha = alpha_of(alpha, level, observed)
+    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, pooled, drawn))
+
+
+def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pictures: Pictures) -> Told:
     level = 1.0 - alpha
     found = _compared(observed, level, with_runs=given.run is not None)
     told = Told()

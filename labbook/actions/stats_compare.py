@@ -8,7 +8,7 @@ from typing import cast
 
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of
+from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import two_with_shared
 from labbook.presenting.stats_days import day_notes
@@ -37,6 +37,10 @@ def compare(given: Given, request: CompareRequest, pictures: Pictures, step: Cal
     observed = observe(given, step)
     if request.pooled:
         observed = observed.pooled()
+    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, request, drawn))
+
+
+def _answer(observed: Observations, given: Given, request: CompareRequest, pictures: Pictures) -> Told:
     alpha = alpha_of(request.alpha, request.level, observed)
     found = {label: compared(observed, label, request.route, alpha, given.missing) for label in observed.others()}
     told = Told()

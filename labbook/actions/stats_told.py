@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Any
@@ -54,6 +54,14 @@ class Told:
             self.lines += ["", *(f"note: {note}" for note in notes)]
         self.lines += [str(path) for path in pictures.files.values()]
         return self
+
+
+def told_of(observed: Observations, pictures: Pictures, answer: Callable[[Observations, Pictures], Told]) -> Told:
+    """Return an answer whose data and figures are in the values' unit, and whose lines have lengths below 1 m in mm."""
+    told, short = answer(observed, pictures), observed.in_millimetres()
+    if short is not observed:
+        told.lines = [*answer(short, Pictures()).lines, *map(str, pictures.files.values())]
+    return told
 
 
 def alpha_of(alpha: float | None, level: float | None, observed: Observations | None = None) -> float:

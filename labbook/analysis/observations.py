@@ -122,6 +122,17 @@ class Observations:
             self, rows=tuple(row if row.label == self.control else replace(row, label=self.rest) for row in self.rows)
         )
 
+    def in_millimetres(self) -> Observations:
+        """Return lengths below 1 m in mm, as people read them; anything else as it is."""
+        values = [row.value for row in self.rows if row.value is not None]
+        if self.unit != "m" or any(abs(float(value)) >= 1.0 for value in values):
+            return self
+        rows = tuple(
+            replace(row, value=None if row.value is None else row.value * 1000, shared=row.shared.times(1000.0))
+            for row in self.rows
+        )
+        return replace(self, rows=rows, unit="mm")
+
     def known(self) -> Observations:
         """Return the observations that hold a value."""
         return replace(self, rows=tuple(row for row in self.rows if row.value is not None))

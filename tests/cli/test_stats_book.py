@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -260,3 +261,13 @@ def test_groups_that_share_hardly_a_day_are_named(decided: SmallBook) -> None:
     assert "`labbook stats blocked` has the day in its model" in compared
     assert "only days that are shared tell the groups from their days" in by_day
     assert "share" not in " ".join(asked(decided, "compare", *SMALL)["notes"])
+
+
+@pytest.mark.parametrize(
+    "words", [("compare",), ("anova",), ("blocked",), ("equivalence", "--low", "-0.002", "--high", "0.002")]
+)
+def test_people_read_heights_in_millimetres(decided: SmallBook, words: tuple[str, ...]) -> None:
+    line = good(labbook("stats", *words, *SMALL, "--quantity", "apex", at=decided.folder)).out
+    assert " mm" in line
+    assert not re.search(r"\d m\b", line.split("\nnote:")[0])
+    assert asked(decided, *words, *SMALL)["unit"] == "m"
