@@ -7,7 +7,8 @@ from typing import cast
 
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of
+from labbook.actions.stats_told import Told, alpha_of, told_of
+from labbook.analysis.observations import Observations
 from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
@@ -31,6 +32,10 @@ def save(
     if pooled:
         observed = observed.pooled()
     alpha = alpha_of(alpha, level, observed)
+    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, pooled, drawn))
+
+
+def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pictures: Pictures) -> Told:
     level = 1.0 - alpha
     found = {
         label: percent_savings(
