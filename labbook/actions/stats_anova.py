@@ -9,9 +9,12 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.stats_compare import compared, holm_of
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of
+from labbook.actions.stats_told import Told, alpha_of, told_of
+from labbook.analysis.observations import Observations
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_plan import NO_ANOVA, plan_notes
 from stats.anova import one_way_anova
 from stats.checks import Missing
 from stats.dunnett import AgainstControl, dunnett
@@ -29,8 +32,13 @@ def analyse(
     """Analyse the variance of all groups; intervals of pairs and against the control are simultaneous."""
     pictures.check()
     observed = observe(given, step)
-    others = observed.others()
+    observed.others()
     alpha = alpha_of(alpha, level, observed)
+    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, drawn))
+
+
+def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictures) -> Told:
+    others = observed.others()
     level, missing = 1.0 - alpha, cast(Missing, given.missing)
     groups, control, unit = observed.groups(), observed.name(observed.control), observed.unit
 
@@ -77,11 +85,14 @@ def analyse(
     pictures.write(
         observed,
         lambda: estimation_of(
-            observed, {label: number_of(one.difference, _ends(one), level, unit) for label, one in found.items()}
+            observed,
+            {label: number_of(one.difference, _ends(one), level, unit) for label, one in found.items()},
+            interval="Dunnett's test",
         ),
         level,
     )
-    return told.about(observed, pictures)
+    notes = [*plan_notes(observed, False, alpha, NO_ANOVA), *day_notes(observed)]
+    return told.about(observed, pictures, notes)
 
 
 def _ends(one: AgainstControl) -> tuple[float, float] | Undefined:

@@ -8,11 +8,13 @@ from typing import Any
 from data_schema.errors import UsageError
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of
+from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import days_with_shared
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, in_groups, number_of
+from labbook.presenting.stats_plan import plan_notes
 from stats.blocked import blocked_by_day
 from stats.blocked_result import BlockedByDay, Contrast, ExactTest
 from stats.results import as_dict
@@ -34,7 +36,12 @@ def block(
     if pooled:
         observed = observed.pooled()
     observed.others()
-    level = 1.0 - alpha_of(alpha, level, observed)
+    alpha = alpha_of(alpha, level, observed)
+    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, pooled, drawn))
+
+
+def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pictures: Pictures) -> Told:
+    level = 1.0 - alpha
     found = _compared(observed, level, with_runs=given.run is not None)
     told = Told()
     told.lines.append(found.sentence(observed.unit))
@@ -54,11 +61,13 @@ def block(
                 names[one.condition]: number_of(one.difference, one.interval, level, observed.unit)
                 for one in _shown(found)
             },
+            interval="the exact test" if _shown(found) is not found.contrasts else "REML with Satterthwaite's df",
         ),
         level,
         by_day=True,
     )
-    return told.about(observed, pictures)
+    notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed, by_day=True)]
+    return told.about(observed, pictures, notes)
 
 
 def _compared(observed: Observations, level: float, *, with_runs: bool) -> BlockedByDay:

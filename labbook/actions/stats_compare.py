@@ -8,11 +8,13 @@ from typing import cast
 
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of
+from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import two_with_shared
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_plan import plan_notes
 from stats.checks import Missing
 from stats.multiple import HolmFamily, holm
 from stats.results import as_dict
@@ -35,6 +37,10 @@ def compare(given: Given, request: CompareRequest, pictures: Pictures, step: Cal
     observed = observe(given, step)
     if request.pooled:
         observed = observed.pooled()
+    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, request, drawn))
+
+
+def _answer(observed: Observations, given: Given, request: CompareRequest, pictures: Pictures) -> Told:
     alpha = alpha_of(request.alpha, request.level, observed)
     found = {label: compared(observed, label, request.route, alpha, given.missing) for label in observed.others()}
     told = Told()
@@ -55,8 +61,10 @@ def compare(given: Given, request: CompareRequest, pictures: Pictures, step: Cal
         label: number_of(result.difference, result.difference_ci, level, observed.unit)
         for label, result in found.items()
     }
-    pictures.write(observed, lambda: estimation_of(observed, differences), level)
-    return told.about(observed, pictures)
+    tests = " or ".join(f"{test}'s t" for test in sorted({result.test for result in found.values()}))
+    pictures.write(observed, lambda: estimation_of(observed, differences, interval=tests), level)
+    notes = [*plan_notes(observed, request.pooled, alpha), *day_notes(observed)]
+    return told.about(observed, pictures, notes)
 
 
 def compared(observed: Observations, label: str, route: str, alpha: float, missing: str) -> TwoSample:

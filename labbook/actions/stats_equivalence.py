@@ -10,12 +10,14 @@ from data_schema.errors import UsageError
 from labbook.actions.stats_anova import SHARED_NOTE
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of
+from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.conditions import NUMBER_OF
 from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_plan import Bounded, bounds_notes
 from reports.numbers import Quantity
 from stats.checks import Missing
 from stats.equivalence import EquivalenceRoute, equivalence
@@ -40,7 +42,26 @@ def equal(given: Given, request: EquivalenceRequest, pictures: Pictures, step: C
     observed = observe(given, step)
     if request.pooled:
         observed = observed.pooled()
-    low, high, percent = _bounds(request, observed)
+    bounds = _bounds(request, observed)
+    return told_of(
+        observed,
+        pictures,
+        lambda own, drawn: _answer(own, given, request, bounds, drawn, 1000.0 if own is not observed else 1.0),
+    )
+
+
+def _answer(
+    observed: Observations,
+    given: Given,
+    request: EquivalenceRequest,
+    bounds: Bounded,
+    pictures: Pictures,
+    factor: float,
+) -> Told:
+    """Test against bounds, which are `factor` times as large in the unit of these values."""
+    low, high, percent = bounds
+    if not percent:
+        low, high = (None if end is None else factor * end for end in (low, high))
     alpha = alpha_of(request.alpha, None, observed)
     found = {
         label: equivalence(
@@ -73,10 +94,12 @@ def equal(given: Given, request: EquivalenceRequest, pictures: Pictures, step: C
             observed,
             {label: number_of(result.estimate, result.estimate_ci, level, unit) for label, result in found.items()},
             [bound for bound in (low, high) if bound is not None],
+            interval=f"both one-sided tests ({request.route})",
         ),
         1.0 - alpha,
     )
-    return told.about(observed, pictures)
+    notes = [*bounds_notes(observed, request.pooled, alpha, bounds), *day_notes(observed)]
+    return told.about(observed, pictures, notes)
 
 
 def _bounds(request: EquivalenceRequest, observed: Observations) -> tuple[float | None, float | None, bool]:

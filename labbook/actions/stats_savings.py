@@ -7,9 +7,12 @@ from typing import cast
 
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of
+from labbook.actions.stats_told import Told, alpha_of, told_of
+from labbook.analysis.observations import Observations
+from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_plan import plan_notes
 from stats.checks import Missing
 from stats.results import as_dict
 from stats.savings import percent_savings
@@ -28,7 +31,12 @@ def save(
     observed = observe(given, step)
     if pooled:
         observed = observed.pooled()
-    level = 1.0 - alpha_of(alpha, level, observed)
+    alpha = alpha_of(alpha, level, observed)
+    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, pooled, drawn))
+
+
+def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pictures: Pictures) -> Told:
+    level = 1.0 - alpha
     found = {
         label: percent_savings(
             observed.values(observed.control),
@@ -52,8 +60,10 @@ def save(
         lambda: estimation_of(
             observed,
             {label: number_of(result.percent, result.percent_ci, level, "%") for label, result in found.items()},
-            difference=f"Savings against {control}",
+            difference="Savings against",
+            interval="Fieller's",
         ),
         level,
     )
-    return told.about(observed, pictures)
+    notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed)]
+    return told.about(observed, pictures, notes)

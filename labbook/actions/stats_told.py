@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import Any
@@ -36,9 +36,9 @@ class Told:
         if results:
             self.lines += ["", f"{title}:", table_of(results, left_out), *reasons_of(results, left_out)]
 
-    def about(self, observed: Observations, pictures: Pictures) -> Told:
-        """Add where the values come from and what was written."""
-        known = observed.known()
+    def about(self, observed: Observations, pictures: Pictures, notes: Sequence[str] = ()) -> Told:
+        """Add where the values come from, what is to be known about them and the comparison, and what was written."""
+        known, notes = observed.known(), [*observed.notes, *notes]
         self.data = {
             "source": observed.source,
             "quantity": observed.quantity,
@@ -46,14 +46,22 @@ class Told:
             "by": observed.by,
             "control": observed.name(observed.control),
             "groups": {observed.name(label): len(known.values(label)) for label in observed.labels},
-            "notes": list(observed.notes),
+            "notes": notes,
             **self.data,
             "files": {name: str(path) for name, path in pictures.files.items()},
         }
-        if observed.notes:
-            self.lines += ["", *(f"note: {note}" for note in observed.notes)]
+        if notes:
+            self.lines += ["", *(f"note: {note}" for note in notes)]
         self.lines += [str(path) for path in pictures.files.values()]
         return self
+
+
+def told_of(observed: Observations, pictures: Pictures, answer: Callable[[Observations, Pictures], Told]) -> Told:
+    """Return an answer whose data and figures are in the values' unit, and whose lines have lengths below 1 m in mm."""
+    told, short = answer(observed, pictures), observed.in_millimetres()
+    if short is not observed:
+        told.lines = [*answer(short, Pictures()).lines, *map(str, pictures.files.values())]
+    return told
 
 
 def alpha_of(alpha: float | None, level: float | None, observed: Observations | None = None) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -18,6 +19,7 @@ from labbook.analysis.conditions import NUMBER_OF, RunNumber, run_numbers
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence, gather
 from labbook.analysis.passive_drain import passive_drains
+from labbook.analysis.planned import Planned, planned_analysis
 from labbook.analysis.run_apexes import as_protocol, run_apexes
 from labbook.analysis.run_energy import run_energies
 from labbook.analysis.workbench import Workbench
@@ -62,8 +64,19 @@ class Observations:
     rows: tuple[Observation, ...]
     notes: tuple[str, ...] = ()
     """What was left out, pooled or taken for granted."""
-    settings: AnalysisSettings | None = None
-    """What the book decided about the analysis."""
+    plan: Planned | None = None
+    """What rules the analysis of the book's values; None for a table."""
+    measured: Quantity = Quantity.JOULES
+    """Which of the book's quantities the values are."""
+    beside_plan: str = ""
+    """Why no family of the plan has this question, where none has it."""
+    configuration: Configuration | None = None
+    """Of the book, which names its factors and their levels."""
+
+    @property
+    def settings(self) -> AnalysisSettings | None:
+        """What was decided about the analysis of the book: what was stated in time, not what labbook.toml says now."""
+        return None if self.plan is None else self.plan.settings
 
     @property
     def labels(self) -> list[str]:
@@ -97,13 +110,28 @@ class Observations:
             )
         return labels
 
+    @property
+    def rest(self) -> str:
+        """The label of all groups but the control where they are one."""
+        return f"every other {self.by}"
+
     def pooled(self) -> Observations:
         """Return all groups but the control as one."""
         self.others()
-        name = f"every other {self.by}"
         return replace(
-            self, rows=tuple(row if row.label == self.control else replace(row, label=name) for row in self.rows)
+            self, rows=tuple(row if row.label == self.control else replace(row, label=self.rest) for row in self.rows)
         )
+
+    def in_millimetres(self) -> Observations:
+        """Return lengths below 1 m in mm, as people read them; anything else as it is."""
+        values = [row.value for row in self.rows if row.value is not None]
+        if self.unit != "m" or any(abs(float(value)) >= 1.0 for value in values):
+            return self
+        rows = tuple(
+            replace(row, value=None if row.value is None else row.value * 1000, shared=row.shared.times(1000.0))
+            for row in self.rows
+        )
+        return replace(self, rows=rows, unit="mm")
 
     def known(self) -> Observations:
         """Return the observations that hold a value."""
@@ -124,11 +152,13 @@ def with_control(control: str | None, by: str, labels: Sequence[str], usual: str
     return min(labels, key=_order) if control is None else control
 
 
-def _order(label: str) -> tuple[int, float, str]:
+def _order(label: str) -> tuple[int, float, tuple[tuple[str, int], ...], str]:
+    """Return what sorts numbers by size, and words by alphabet with whole numbers in them by size."""
     try:
-        return (0, float(label), label)
+        return (0, float(label), (), label)
     except ValueError:
-        return (1, 0.0, label)
+        parts = re.findall(r"([^0-9]*)([0-9]*)", label)
+        return (1, 0.0, tuple((word, int(digits or -1)) for word, digits in parts), label)
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +213,10 @@ def observations_of_book(
         control=control,
         rows=rows,
         notes=(*_left_out(evidence, numbers, missing, asked.quantity), *_pooled_over(numbers, by, configuration)),
-        settings=configuration.analysis,
+        plan=planned_analysis(connection, configuration),
+        measured=asked.quantity,
+        beside_plan=_beside_plan(by, control, asked.jumps, numbers, configuration),
+        configuration=configuration,
     )
 
 
@@ -224,16 +257,35 @@ def _left_out(
     return [f"{len(left)} of {len(evidence.runs)} runs have no {what} and are left out: {', '.join(reasons)}{more}."]
 
 
-def _pooled_over(numbers: Sequence[RunNumber], by: str, configuration: Configuration) -> list[str]:
-    """Say which factors differ within the groups: a report compares within them."""
-    found = [
+def _several_levels(numbers: Sequence[RunNumber], by: str, configuration: Configuration) -> list[str]:
+    """Return which factors differ within the groups."""
+    return [
         name
         for name in configuration.factors
         if name != by and len({item.run.levels.get(name) for item in numbers}) > 1
     ]
+
+
+def _pooled_over(numbers: Sequence[RunNumber], by: str, configuration: Configuration) -> list[str]:
+    found = _several_levels(numbers, by, configuration)
     if not found:
         return []
     return [
-        f"Runs of several levels of {' and '.join(found)} are compared as one: select one level with --where, as the "
-        "report does."
+        f"Runs of several levels of {' and '.join(found)} are compared as one: --where selects one level, within which "
+        "the planned families compare."
     ]
+
+
+def _beside_plan(by: str, control: str, jumps: bool, numbers: Sequence[RunNumber], configuration: Configuration) -> str:
+    """Say why none of the families that can be decided on has this question; "" where one has."""
+    swept = pairing.swept_factor(configuration)
+    if swept is None or by != swept:
+        other = "" if swept is None else f", its families compare levels of {swept}"
+        return f"the plan has no comparison by {by}{other}"
+    usual = configuration.factors[swept].control
+    if control != usual:
+        return f"the plan's families compare with the control {swept} {usual}, not with {control}"
+    several = _several_levels(numbers, by, configuration)
+    if several:
+        return f"the plan's families compare within one level of {' and '.join(several)}, not over several"
+    return "the unit of analysis is a run or a day's mean, not the single jump" if jumps else ""

@@ -8,6 +8,8 @@ from dataclasses import replace
 from data_schema.vocabulary import Undefined
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats_fields import interval_ends
+from labbook.presenting.stats_names import drawn_name
+from labbook.presenting.stats_scale import Scale, scale_of
 from reports.figures.estimation import Estimation, EstimationGroup
 from reports.figures.quantiles import Quantiles
 from reports.figures.residuals import Against, ResidualPlot
@@ -26,26 +28,50 @@ def estimation_of(
     differences: Mapping[str, Number],
     bounds: Sequence[float | Undefined] = (),
     difference: str = "",
+    interval: str = "",
 ) -> Estimation:
-    """Return an estimation plot of all groups; `differences` from the control by a group's label."""
+    """Return an estimation plot of all groups; `differences` from the control by a group's label.
+
+    `difference` begins what these are called, `interval` says which method their intervals are of.
+    """
     known = observed.known()
     labels = observed.labels
+    scale = scale_of([row.value for row in known.rows if row.value is not None])
+    numbers = {label: _scaled(number, observed.unit, scale) for label, number in differences.items()}
+    same_unit = all(number.unit == observed.unit for number in differences.values())
     groups = tuple(
         EstimationGroup(
-            observed.name(label),
-            tuple(float(row.value) for row in known.rows if row.label == label and row.value is not None),
+            drawn_name(observed, label),
+            tuple(scale.drawn(row.value) for row in known.rows if row.label == label and row.value is not None),
             tuple(row.day for row in known.rows if row.label == label) if any(row.day for row in known.rows) else (),
         )
         for label in labels
     )
     return Estimation(
-        quantity=_sentence_case(observed.quantity),
-        unit=observed.unit,
+        quantity=scale.quantity(_sentence_case(observed.quantity), observed.unit),
+        unit=scale.unit(observed.unit),
         groups=groups,
         reference=0,
-        differences=tuple(differences.get(label) for label in labels),
-        bounds=tuple(bound for bound in bounds if not isinstance(bound, Undefined)),
-        difference=difference,
+        differences=tuple(numbers.get(label) for label in labels),
+        bounds=tuple(
+            scale.difference(bound) if same_unit else bound for bound in bounds if not isinstance(bound, Undefined)
+        ),
+        difference=f"{difference} {drawn_name(observed, observed.control)}" if difference else "",
+        interval=interval,
+    )
+
+
+def _scaled(number: Number, unit: str, scale: Scale) -> Number:
+    """Return a difference in the values' unit as it is drawn; one in percent stays."""
+    if number.unit != unit:
+        return number
+
+    def drawn(value: float | Undefined | None) -> float | Undefined | None:
+        return scale.difference(value) if isinstance(value, int | float) else value
+
+    value = number.value if isinstance(number.value, Undefined) else scale.difference(number.value)
+    return replace(
+        number, value=value, unit=scale.unit(unit), ci_low=drawn(number.ci_low), ci_high=drawn(number.ci_high)
     )
 
 

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from reports.display import as_shown, level_text, shown_unit
+from reports.display import NO_BREAK, as_shown, level_text, shown_unit
 from reports.figures.estimation_parts import (
+    MOST_DRAWN,
     SD_AT,
     DrawnGroup,
     draw_difference,
@@ -44,6 +45,8 @@ _SQUASHED = 3.0
 
 _LETTERS_BESIDE, _LETTERS_BELOW = 34, 26
 """Letters that fit into a line along the axis of the difference."""
+_SMALL_PT, _LETTER_PT = 6.5, 3.6
+"""Size of the line above the figure, and the width of its letters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +64,8 @@ class Estimation:
 
     Values are in `unit` ("J", "m"); `reference` is the place of the group that the others are compared with, and
     `differences` has one number a group, in `unit` or "%", None for the reference. `bounds` are differences that
-    matter, in the unit of `differences`. `difference` names these where they are no plain differences ("Savings").
+    matter, in the unit of `differences`. `difference` names these where they are no plain differences ("Savings");
+    `interval` says by which method their intervals are, which a line above the figure repeats.
     """
 
     quantity: str
@@ -71,6 +75,7 @@ class Estimation:
     differences: tuple[Number | None, ...]
     bounds: tuple[float, ...] = ()
     difference: str = ""
+    interval: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +90,8 @@ class _Drawn:
     bounds: tuple[float, ...]
     quantity: str
     difference: str
+    line: str
+    """What stands above the figure."""
 
 
 def draw_estimation(estimation: Estimation, width_in: float = TWO_COLUMNS_IN) -> Figure:
@@ -110,7 +117,7 @@ def _drawn(estimation: Estimation) -> _Drawn:
     lone = None if stored is None else as_shown(stored)
     of_bounds = 1.0 if stored is None else shown_unit(stored.unit)[1]
     reference = groups[estimation.reference]
-    difference = estimation.difference or f"Difference from {reference.name}"
+    difference = estimation.difference or f"Difference from {_whole(reference.name)}"
     return _Drawn(
         groups=tuple(groups),
         reference=reference,
@@ -119,7 +126,34 @@ def _drawn(estimation: Estimation) -> _Drawn:
         bounds=tuple(bound * of_bounds for bound in estimation.bounds),
         quantity=named_with_unit(estimation.quantity, unit),
         difference=difference if lone is None else named_with_unit(difference, lone.unit),
+        line=_line(estimation),
     )
+
+
+def _whole(name: str) -> str:
+    """Keep a short name in one line."""
+    return name.replace(" ", NO_BREAK) if len(name) < _LETTERS_BELOW // 2 else name
+
+
+def _line(estimation: Estimation) -> str:
+    """Say what is drawn, where the method of the intervals is known or where not every value is."""
+    parts = []
+    if estimation.interval:
+        parts.append(f"Gapped line: mean and SD. Interval: {estimation.interval}.")
+    if any(len(group.values) > MOST_DRAWN for group in estimation.groups):
+        parts.append(f"Of larger groups {MOST_DRAWN} values are drawn, evenly by rank, with the ends.")
+    return " ".join(parts)
+
+
+def _broken(text: str, letters: int) -> str:
+    """Break a text into lines between words only."""
+    return textwrap.fill(text, letters, break_long_words=False, break_on_hyphens=False)
+
+
+def _put_above(figure: Figure, line: str, width_in: float) -> None:
+    if line:
+        letters = int(72.0 * width_in / _LETTER_PT)
+        figure.suptitle(textwrap.fill(line, letters), x=0.01, ha="left", fontsize=_SMALL_PT)
 
 
 def _fits_beside(drawn: _Drawn, estimation: Estimation) -> bool:
@@ -135,12 +169,13 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
     number, zero = drawn.lone, drawn.reference.mean or 0.0
     order = sorted(drawn.groups, key=lambda group: group is not drawn.reference)
     figure = new_figure(width_in, 2.7 if is_narrow(width_in) else 3.3)
+    _put_above(figure, drawn.line, width_in)
     axes = figure.add_subplot()
     values = [value for group in order for value in group.values]
     set_limits(axes, values + [zero + end for end in (*ends_of(number), *drawn.bounds)])
     axes.set_xlim(-0.55, 2.5)
     set_names(axes, order, ["difference" if number is None else f"difference\n({level_text(number)})"], width_in)
-    axes.set_ylabel(drawn.quantity)
+    axes.set_ylabel(_broken(drawn.quantity, _LETTERS_BESIDE))
     for place, group in enumerate(order):
         if group.mean is not None:
             axes.plot([place + SD_AT, 2.5], [group.mean, group.mean], color=GREY, linewidth=0.6, zorder=1)
@@ -148,7 +183,7 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
     right.set_ylim(*(end - zero for end in axes.get_ylim()))
     right.yaxis.set_major_locator(MaxNLocator(6))
     right.spines["right"].set_visible(True)
-    right.set_ylabel(textwrap.fill(drawn.difference, _LETTERS_BESIDE))
+    right.set_ylabel(_broken(drawn.difference, _LETTERS_BESIDE))
     for bound in drawn.bounds:
         axes.plot([1.7, 2.5], [zero + bound, zero + bound], color=BLACK, linewidth=0.8, linestyle="--", zorder=2)
     if number is not None:
@@ -159,16 +194,17 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
 
 def _cumming(drawn: _Drawn, width_in: float) -> Figure:
     figure = new_figure(width_in, 3.9 if is_narrow(width_in) else 4.4)
+    _put_above(figure, drawn.line, width_in)
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
     groups = drawn.groups
     set_limits(upper, [value for group in groups for value in group.values])
-    upper.set_ylabel(drawn.quantity)
+    upper.set_ylabel(_broken(drawn.quantity, _LETTERS_BELOW))
     upper.tick_params(axis="x", length=0)
     set_limits(lower, [0.0, *drawn.bounds, *(end for number in drawn.differences for end in ends_of(number))])
     lower.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
     for bound in drawn.bounds:
         lower.axhline(bound, color=BLACK, linewidth=0.8, linestyle="--", zorder=2)
-    difference = textwrap.fill(drawn.difference, _LETTERS_BELOW)
+    difference = _broken(drawn.difference, _LETTERS_BELOW)
     lower.set_ylabel(difference if drawn.lone is None else f"{difference}\n({level_text(drawn.lone)})")
     lower.set_xlim(-0.6, len(groups) - 0.4)
     set_names(lower, groups, (), width_in)

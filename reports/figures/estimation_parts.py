@@ -22,6 +22,9 @@ SD_AT = 0.38
 MARKS = ("o", "s", "^", "D", "v", "P")
 """Marks of what the values belong to: with more than these nobody tells them apart."""
 
+MOST_DRAWN = 2000
+"""Of larger groups so many values are drawn: more only lie on each other."""
+
 _GAP = 0.012
 """Half of the gap at the mean, as a part of the axis."""
 _LABEL_PT = 4.3
@@ -82,13 +85,15 @@ def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, st
     size = marker_pt(max((len(group.values) for group in groups), default=0))
     for place, group in enumerate(groups):
         _draw_mean(axes, place + SD_AT, group)
-        offsets = swarm(group.values, axes, size)
-        labels = group.labels if marks else ("",) * len(group.values)
+        kept = _kept(group.values)
+        values = [group.values[index] for index in kept]
+        offsets = swarm(values, axes, size)
+        labels = [group.labels[index] for index in kept] if marks else [""] * len(values)
         for label in dict.fromkeys(labels):
             chosen = [index for index, own in enumerate(labels) if own == label]
             axes.plot(
                 [place + offsets[index] for index in chosen],
-                [group.values[index] for index in chosen],
+                [values[index] for index in chosen],
                 marks.get(label, "o"),
                 color=group.colour,
                 markersize=size,
@@ -96,6 +101,15 @@ def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, st
                 alpha=0.75,
                 zorder=3,
             )
+
+
+def _kept(values: Sequence[float]) -> list[int]:
+    """Return which values are drawn: all, or of many those at even ranks, both ends among them, in their order."""
+    if len(values) <= MOST_DRAWN:
+        return list(range(len(values)))
+    by_size = sorted(range(len(values)), key=values.__getitem__)
+    last = len(values) - 1
+    return sorted(by_size[round(place * last / (MOST_DRAWN - 1))] for place in range(MOST_DRAWN))
 
 
 def _draw_mean(axes: Axes, x: float, group: DrawnGroup) -> None:
@@ -140,7 +154,9 @@ def set_names(axes: Axes, groups: Sequence[DrawnGroup], more: Sequence[str], wid
     columns = len(groups) + len(more)
     letters = int((72.0 * width_in - _BESIDE_PT) / columns / _LABEL_PT)
     counts = [f"n{EQUALS}{len(group.values)}" for group in groups]
-    upright = any(len(word) > letters for group in groups for word in group.name.split())
+    upright = any(
+        len(word) > letters for name in (*(group.name for group in groups), *counts) for word in name.split(" ")
+    )
     names = [
         "\n".join([*textwrap.wrap(group.name, _UPRIGHT if upright else letters, break_on_hyphens=False), count])
         for group, count in zip(groups, counts, strict=True)

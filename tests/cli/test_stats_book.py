@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,14 @@ import pytest
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis import pairing
+from labbook.analysis.planned import NOTHING_DECIDED
 from labbook.book.opening import opened
 from labbook.presenting.making import make_report
 from reports.content import Comparison, Quantity, ReportContent
 from reports.numbers import Number
 from stats.blocked import blocked_by_day
 from tests.cli.shell import good, labbook, refused, unchanged
-from tests.helpers.books import SmallBook, small_book
+from tests.helpers.books import SmallBook, ingest_all, small_book
 
 SMALL = ("--where", "foot=small")
 
@@ -148,7 +150,7 @@ def test_runs_without_a_number_are_left_out_as_in_the_report_and_named(tmp_path:
     good(labbook("void", "r001", "--reason", "foot came loose", at=book.folder))
     found = good(labbook("stats", "compare", "--quantity", "apex", *SMALL, "--json", at=book.folder)).json
     assert found["groups"] == {"b_ad_gain 0": 3, "b_ad_gain 100": 4}
-    assert found["notes"] == []
+    assert found["notes"] == [f"Exploratory: {NOTHING_DECIDED}."]
     refused(labbook("stats", "compare", at=book.folder), 2, "no value to group by b_ad_gain")
 
 
@@ -190,3 +192,89 @@ def test_refused_with_a_sentence(reported: Reported, words: list[str], said: str
 
 def test_away_from_a_book_a_table_is_asked_for(tmp_path: Path) -> None:
     refused(labbook("stats", "compare", at=tmp_path), 2, "there is no book")
+
+
+APART = ("--where", "foot=small and (b_ad_gain=0 and day=2021-06-14 or b_ad_gain=100 and day=2021-06-16)")
+DECIDED = '\n[analysis]\nprimary_outcome = "apex"\nalpha = 0.01\napex_bounds_percent = [-4, 5]\n'
+
+
+@pytest.fixture(scope="module")
+def decided(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
+    """A book whose analysis was decided before the first measurement, and whose labbook.toml says otherwise now."""
+    book = small_book(tmp_path_factory.mktemp("decided"), ingested=False)
+    text = book.toml.read_text(encoding="utf-8")
+    book.toml.write_text(text + DECIDED, encoding="utf-8")
+    with book.open() as opened_book:
+        ingest_all(opened_book, book.instruments)
+    late = DECIDED.replace("0.01", "0.1").replace("[-4, 5]", "[-40, 50]")
+    book.toml.write_text(text + late, encoding="utf-8")
+    return book
+
+
+def asked(book: SmallBook, *words: str) -> Any:
+    return good(labbook("stats", *words, "--quantity", "apex", "--json", at=book.folder)).json
+
+
+def test_what_was_stated_before_the_first_measurement_rules(decided: SmallBook) -> None:
+    (equal,) = asked(decided, "equivalence", *SMALL, "--pooled")["equivalence"]
+    assert (equal["low"], equal["high"], equal["alpha"]) == (-4.0, 5.0, 0.01)
+    assert asked(decided, "compare", *SMALL)["comparisons"][0]["alpha"] == 0.01
+    for command in ("compare", "savings", "equivalence", "anova", "blocked"):
+        notes = " ".join(asked(decided, command, *SMALL)["notes"])
+        assert "Alpha was 0.01 before the first run was ingested and is 0.1 in labbook.toml" in notes
+        assert "bounds was -4 to 5 % before the first run was ingested and is -40 to 50 % in labbook.toml" in notes
+
+
+@pytest.mark.parametrize(
+    ("words", "note"),
+    [
+        (["compare", *SMALL, "--pooled"], "As decided on "),
+        (["savings", *SMALL, "--pooled"], "As decided on "),
+        (["blocked", *SMALL, "--pooled"], "As decided on "),
+        (["equivalence", *SMALL, "--pooled"], "As decided on "),
+        (["compare", *SMALL], "Exploratory: the family decided on is all levels pooled against the control."),
+        (["compare", *SMALL, "--pooled", "--alpha", "0.1"], "Exploratory: alpha decided on is 0.01, and 0.1 is used"),
+        (["equivalence", *SMALL, "--pooled", "--low", "-1"], "Exploratory: the bounds decided on are -4 to 5 %, and"),
+        (["anova", *SMALL], "Exploratory: the plan compares with the control only"),
+        (["compare", "--by", "foot"], "Exploratory: the plan has no comparison by foot"),
+        (["compare", "--pooled"], "Exploratory: the plan's families compare within one level of foot"),
+        (["compare", *SMALL, "--pooled", "--control", "100"], "compare with the control b_ad_gain 0, not with 100"),
+        (["blocked", *SMALL, "--pooled", "--run-within-day", "run"], "not the single jump"),
+    ],
+)
+def test_every_comparison_says_whether_it_is_the_planned_one(decided: SmallBook, words: list[str], note: str) -> None:
+    notes = asked(decided, *words)["notes"]
+    assert [note in said for said in notes if said.startswith(("Exploratory", "As decided"))] == [True]
+
+
+def test_where_nothing_was_decided_every_comparison_is_exploratory(reported: Reported) -> None:
+    assert f"Exploratory: {NOTHING_DECIDED}." in reported.stats("compare", "--pooled")["notes"]
+    other = good(labbook("stats", "compare", *SMALL, "--quantity", "apex", at=reported.book.folder)).out
+    assert f"note: Exploratory: {NOTHING_DECIDED}." in other
+
+
+def test_groups_that_share_hardly_a_day_are_named(decided: SmallBook) -> None:
+    compared, by_day = (" ".join(asked(decided, command, *APART)["notes"]) for command in ("compare", "blocked"))
+    assert "share 0 of 2 days" in compared
+    assert "share 0 of 2 days" in by_day
+    assert "Welch's test at alpha = 0.05 found a difference that is not there in" in compared
+    assert "`labbook stats blocked` has the day in its model" in compared
+    assert "only days that are shared tell the groups from their days" in by_day
+    assert "share" not in " ".join(asked(decided, "compare", *SMALL)["notes"])
+
+
+@pytest.mark.parametrize(
+    "words", [("compare",), ("anova",), ("blocked",), ("equivalence", "--low", "-0.002", "--high", "0.002")]
+)
+def test_people_read_heights_in_millimetres(decided: SmallBook, words: tuple[str, ...]) -> None:
+    line = good(labbook("stats", *words, *SMALL, "--quantity", "apex", at=decided.folder)).out
+    assert " mm" in line
+    assert not re.search(r"\d m\b", line.split("\nnote:")[0])
+    assert asked(decided, *words, *SMALL)["unit"] == "m"
+
+
+def test_means_beside_savings_are_in_millimetres_too(decided: SmallBook) -> None:
+    (saved,) = asked(decided, "savings", *SMALL)["savings"]
+    said = good(labbook("stats", "savings", *SMALL, "--quantity", "apex", at=decided.folder)).out
+    (shown,) = re.findall(r"control_mean +([0-9.]+)", said)
+    assert float(shown) == pytest.approx(1000 * saved["control_mean"], rel=1e-5)

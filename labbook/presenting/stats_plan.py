@@ -1,0 +1,83 @@
+"""Whether what is asked on the command line is what was decided before the first measurement, as notes say it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from labbook.analysis import pairing
+from labbook.analysis.observations import Observations
+from labbook.analysis.planned import NOTHING_DECIDED, Planned
+from labbook.config.model import UnitOfAnalysis
+from reports.numbers import Quantity
+
+NO_ANOVA = "the plan compares with the control only, not all groups or all pairs"
+NO_BOUNDS_OF_JOULES = "the plan has bounds of apex height only"
+
+Bounded = tuple[float | None, float | None, bool]
+"""Both bounds, None for one that is not there, and whether they are in percent."""
+
+
+def plan_notes(observed: Observations, pooled: bool, alpha: float, beside: str = "") -> list[str]:
+    """Say whether the comparisons of a book's values are planned; `beside` is why the plan has no such question."""
+    plan = observed.plan
+    if plan is None:
+        return []
+    family = _family(pooled)
+    why = plan.exploratory(observed.measured, family)
+    return _notes(plan, [_beside(plan, observed, beside) or why or "", _other_alpha(plan, alpha)], family)
+
+
+def bounds_notes(observed: Observations, pooled: bool, alpha: float, bounds: Bounded) -> list[str]:
+    """Say whether tests against bounds are planned: with the bounds that were stated, on apex heights."""
+    plan = observed.plan
+    if plan is None:
+        return []
+    family, stated = _family(pooled), plan.settings.apex_bounds
+    beside = _beside(plan, observed, "" if observed.measured is Quantity.APEX else NO_BOUNDS_OF_JOULES)
+    reasons = [beside or plan.exploratory_equivalence(family) or "", _other_alpha(plan, alpha)]
+    decided = None if stated is None else (stated.low, stated.high, stated.percent)
+    if plan.stated and not beside and decided is not None and decided != bounds:
+        reasons.append(f"the bounds decided on are {_bounds_text(decided)}, and here {_bounds_text(bounds)} are used")
+    return _notes(plan, reasons, family)
+
+
+def _family(pooled: bool) -> str:
+    return pairing.POOLED if pooled else pairing.EACH
+
+
+def _beside(plan: Planned, observed: Observations, beside: str) -> str:
+    """Return why the plan has no such question; where nothing was decided, that alone is the reason."""
+    if not plan.stated:
+        return NOTHING_DECIDED
+    of_days = plan.settings.unit_of_analysis is UnitOfAnalysis.DAY
+    return beside or observed.beside_plan or (
+        "the unit of analysis decided on is the mean of a day's runs, and these are single runs" if of_days else ""
+    )  # fmt: skip
+
+
+def _other_alpha(plan: Planned, alpha: float) -> str:
+    decided = plan.settings.alpha
+    return (
+        f"alpha decided on is {decided:g}, and {alpha:g} is used here"
+        if plan.stated and abs(alpha - decided) > 1e-12
+        else ""
+    )
+
+
+def _bounds_text(bounds: Bounded) -> str:
+    low, high, percent = bounds
+    ends = " to ".join("none" if end is None else f"{end:g}" for end in (low, high))
+    return f"{ends} {'%' if percent else 'm'}"
+
+
+def _notes(plan: Planned, reasons: Sequence[str], family: str) -> list[str]:
+    given = [reason for reason in reasons if reason]
+    if given:
+        return [f"Exploratory: {'; '.join(given)}.", *_departures(plan)]
+    since = "" if plan.stated_utc is None else f" on {plan.stated_utc[:10]} by {plan.stated_by}"
+    return [f"As decided{since}, before the first measurement: {family}.", *_departures(plan)]
+
+
+def _departures(plan: Planned) -> list[str]:
+    """Say what labbook.toml says otherwise now, and what was left out that was not to be."""
+    return [f"{said[:1].upper()}{said[1:]}." for said in plan.departures] if plan.stated else []
