@@ -31,7 +31,10 @@ COLUMNS = (
     "seed",
 )
 MOST_SIZE, LEAST_COVERAGE = 0.06, 0.93
-"""Beyond these a report says so."""
+"""Beyond these by more than `ERRORS` Monte-Carlo errors a report says so."""
+ERRORS = 2.0
+SEVERAL = 3
+"""So many groups, and more, are alike here."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,15 +58,22 @@ class Recorded:
     day_sd: float | None = None
     """SD between days in SDs of the last group's values; None where there are no days."""
     layout: str = ""
-    """"shared" where all groups share their days, "own" where each has days of its own; of shared days "holes"
-    where values are missing, "runs" where each group has two runs a day; empty without days."""
+    """"shared" where all groups share their days, "own" where each has days of its own, "partly" where they share the
+    first and each has others of its own; of shared days "holes" where values are missing, "runs" where each group has
+    two runs a day; empty without days."""
     distribution: str = "normal"
     """Of the values: normal, t5, t3, exponential or uniform."""
 
     @property
+    def standard_error(self) -> float:
+        """Monte-Carlo error of the share."""
+        return math.sqrt(self.value * (1.0 - self.value) / self.runs)
+
+    @property
     def weak(self) -> bool:
-        """Whether the size is above 0.06 or the coverage below 0.93."""
-        return self.value > MOST_SIZE if self.kind == "size" else self.value < LEAST_COVERAGE
+        """Whether the size is above 0.06 or the coverage below 0.93, by more than chance in drawing explains."""
+        margin = ERRORS * self.standard_error
+        return self.value - margin > MOST_SIZE if self.kind == "size" else self.value + margin < LEAST_COVERAGE
 
 
 @lru_cache(maxsize=1)
@@ -83,13 +93,17 @@ def weak_points(
     """Return where a method errs more than 0.06 or covers less than 0.93, at the recorded sizes nearest to `n`.
 
     `n` holds the number of values of each group; with `days`, rows simulated over the nearest number of days are
-    meant, otherwise rows without days where there are any. Nearest is by the ratios of smallest and largest group.
-    Empty where the method holds what it states there, or is none of those recorded.
+    meant, otherwise rows without days where there are any. Nearest is by the ratios of smallest and largest group;
+    two groups are looked up among two, several among several. Empty where the method holds what it states there, or is
+    none of those recorded.
     """
     rows = [
         row
         for row in recorded()
-        if row.method == method and row.distribution == distribution and layout in (None, row.layout)
+        if row.method == method
+        and row.distribution == distribution
+        and layout in (None, row.layout)
+        and min(len(row.n), SEVERAL) == min(len(n), SEVERAL)
     ]
     if days is None:
         rows = [row for row in rows if row.days is None] or rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, pairs
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, apart, pairs
 from benchmarks.stats_evidence.sizes.method import Method, alike, never, of_one_p, of_p
 from stats.equivalence import EquivalenceRoute, equivalence
 
@@ -18,10 +18,10 @@ def _raw(route: EquivalenceRoute) -> Method:
     return Method(
         "equivalence" if route == "welch" else f"equivalence_{route}",
         "size",
-        pairs(),
+        (*pairs(), *(apart(2) if route == "welch" else ())),
         # One bound alone, or the other one far away: nearer bounds only make the tests err less.
-        lambda groups, _: of_one_p(equivalence(groups[0], groups[1], None, 0.0, route=route).p),
-        lambda groups, _: of_p(over_arrays(*groups).p_below_zero),
+        lambda groups, _: of_one_p(equivalence(groups[0].ravel(), groups[1].ravel(), None, 0.0, route=route).p),
+        lambda groups, _: of_p(over_arrays(*map(arrays.flat, groups)).p_below_zero),
         alike if route == "student" else never,
     )
 
@@ -33,16 +33,16 @@ def _in_percent(groups: Groups) -> tuple[Floats, Floats]:
 
 def _percent_one(groups: Groups, _design: Design) -> tuple[float, bool]:
     treated, control = _in_percent(groups)
-    return of_one_p(equivalence(treated, control, None, LOSS_PERCENT, bounds="percent").p)
+    return of_one_p(equivalence(treated.ravel(), control.ravel(), None, LOSS_PERCENT, bounds="percent").p)
 
 
 def _percent_many(groups: Groups, _design: Design) -> Floats:
-    treated, control = _in_percent(groups)
+    treated, control = map(arrays.flat, _in_percent(groups))
     return of_p(arrays.welch(treated, control, weight=1.0 + LOSS_PERCENT / 100.0).p_below_zero)
 
 
 METHODS = (
     _raw("welch"),
     _raw("student"),
-    Method("equivalence_percent", "size", pairs(), _percent_one, _percent_many),
+    Method("equivalence_percent", "size", (*pairs(), *apart(2)), _percent_one, _percent_many),
 )

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 RUNS_A_DAY = 2
+APART = ("own", "partly")
+"""Layouts of days that groups do not share, or not all."""
 Groups = Sequence[Floats]
 """One array a group, shape (runs, n_i); over days (runs, days, values a day)."""
 
@@ -36,7 +38,8 @@ class Design:
     day_sd: float | None = None
     """SD between days, in SDs of the values of the last group."""
     layout: str = ""
-    """"shared" where all groups share their days, "own" where each has days of its own; of shared days "holes" where
+    """"shared" where all groups share their days, "own" where each has days of its own, "partly" where they share the
+    first and each has others of its own; of shared days "holes" where
     two of five values are missing, "runs" where each group has two runs a day that differ with an SD of 1; empty
     without days."""
     distribution: str = "normal"
@@ -67,7 +70,9 @@ def draw(design: Design, runs: int, rng: np.random.Generator) -> list[Floats]:
     together = rng.standard_normal(of_day)
     found = []
     for sd in design.sds:
-        level = rng.standard_normal(of_day) if design.layout == "own" else together
+        level = rng.standard_normal(of_day) if design.layout in APART else together
+        if design.layout == "partly":
+            level[:, 0] = together[:, 0]
         values = sd * scatter(rng, (runs, design.days, design.times)) + (design.day_sd or 0.0) * level
         if design.layout == "runs":
             of_runs = rng.standard_normal((runs, design.days, RUNS_A_DAY))
@@ -77,6 +82,8 @@ def draw(design: Design, runs: int, rng: np.random.Generator) -> list[Floats]:
 
 
 EVERY_N = (3, 5, 10, 25)
+SOME_N = (3, 5, 10)
+DAYS = (1, 2, 3, 4, 5, 6)
 UNEQUAL_N = ((5, 20), (10, 40), (3, 10))
 RATIOS = (1.0, 1.5, 2.0, 3.0)
 
@@ -95,3 +102,29 @@ def several(groups: int) -> tuple[Design, ...]:
 def pairs() -> tuple[Design, ...]:
     """Return designs of two groups; where sizes differ the smaller group scatters less, as much or more."""
     return *equal_groups(2), *(Design(n, ratio) for n in UNEQUAL_N for ratio in (0.5, *RATIOS))
+
+
+def designs_over_days(
+    groups: int,
+    layout: str,
+    day_sds: Sequence[float] = (1.0,),
+    times_a_day: Sequence[int] = EVERY_N,
+    fewest_days: int = 1,
+) -> tuple[Design, ...]:
+    """Return designs of groups that were each measured so often on each of at most six days."""
+    return tuple(
+        Design((times * days,) * groups, 1.0, days, day_sd, layout)
+        for times in times_a_day
+        for days in DAYS[fewest_days - 1 :]
+        for day_sd in day_sds
+    )
+
+
+def partly(groups: int, times_a_day: Sequence[int] = SOME_N) -> tuple[Design, ...]:
+    """Return designs of groups that share the first of their days."""
+    return designs_over_days(groups, "partly", times_a_day=times_a_day, fewest_days=2)
+
+
+def apart(groups: int) -> tuple[Design, ...]:
+    """Return designs of groups on days of their own, and on days of which they share the first."""
+    return *designs_over_days(groups, "own", times_a_day=SOME_N), *partly(groups)

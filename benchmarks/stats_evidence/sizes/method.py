@@ -28,8 +28,8 @@ def never(_design: Design) -> bool:
 
 
 def alike(design: Design) -> bool:
-    """Say that a method is exact for normal values of one SD."""
-    return design.normal_and_alike
+    """Say that a method is exact for normal values of one SD that no day moves."""
+    return design.normal_and_alike and not design.day_sd
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,37 +2,43 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import special
 
-from benchmarks.stats_evidence.sizes.design import EVERY_N, RUNS_A_DAY, Design, Floats, Groups
+from benchmarks.stats_evidence.sizes.design import (
+    APART,
+    RUNS_A_DAY,
+    SOME_N,
+    Design,
+    Floats,
+    Groups,
+    designs_over_days,
+    partly,
+)
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval, of_one_p, of_p
 from benchmarks.stats_evidence.sizes.two_groups import test_of
 from stats.blocked import blocked_by_day
 from stats.blocked_result import BlockedByDay, ExactTest
 from stats.two_sample import ROUTES
 
-CONDITIONS, DAYS, DAY_SDS = 3, (1, 2, 3, 4, 5, 6), (0.0, 1.0)
+CONDITIONS, DAY_SDS = 3, (0.0, 1.0)
 HOLES = 0.4
 """Share of the values of all days but the first that is missing from a study with holes."""
 
 
-def _designs(groups: int, layout: str, day_sds: tuple[float, ...], ratio: float = 1.0) -> tuple[Design, ...]:
-    fewest = 2 if layout == "own" and groups == CONDITIONS else 1  # one day each has no test
-    return tuple(
-        Design((times * days,) * groups, ratio, days, day_sd, layout)
-        for times in EVERY_N
-        for days in DAYS[fewest - 1 :]
-        for day_sd in day_sds
-    )
-
-
-SHARED, OWN = _designs(CONDITIONS, "shared", DAY_SDS), _designs(CONDITIONS, "own", DAY_SDS)
-UNEQUAL = tuple(one for one in _designs(CONDITIONS, "shared", (1.0,), 2.0) if one.times in (3, 10))
+SHARED, OWN = (
+    designs_over_days(CONDITIONS, "shared", DAY_SDS),
+    designs_over_days(CONDITIONS, "own", DAY_SDS, fewest_days=2),
+)
+UNEQUAL = tuple(replace(one, sd_ratio=2.0) for one in designs_over_days(CONDITIONS, "shared", times_a_day=(3, 10)))
 FULL = (*SHARED, *OWN, *UNEQUAL)
-POOLED = (*_designs(2, "own", (1.0,)), *_designs(2, "shared", (1.0,)))
+PAIRS = (
+    *designs_over_days(2, "shared", times_a_day=SOME_N),
+    *designs_over_days(2, "own", times_a_day=SOME_N, fewest_days=2),
+)
+POOLED = (*designs_over_days(2, "own"), *designs_over_days(2, "shared"), *partly(2))
 WITH_HOLES = tuple(Design((3 * days,) * 3, 1.0, days, day_sd, "holes") for days in (2, 3, 6) for day_sd in DAY_SDS)
 WITH_RUNS = tuple(Design((6 * days,) * 3, 1.0, days, 1.0, "runs") for days in (1, 2, 3, 6))
 
@@ -106,8 +112,8 @@ def _fit(groups: Groups, design: Design) -> BlockedByDay:
     k, days, times = values.shape
     condition = np.repeat(np.arange(k), days * times).reshape(values.shape)
     day = np.tile(np.repeat(np.arange(days), times), k).reshape(values.shape)
-    if design.layout == "own":
-        day = day * k + condition
+    if design.layout in APART:
+        day = np.where((design.layout == "partly") & (day == 0), 0, (day + 1) * k + condition)
     kept = np.ones(values.shape, dtype=bool)
     if design.layout == "holes":  # the same ones in every study of a design
         kept[:, 1:] = np.random.default_rng(design.n[0]).random(kept[:, 1:].shape) >= HOLES
@@ -145,5 +151,9 @@ METHODS = (
     Method("blocked_by_day_exact", "size", FULL, _exact_one, _exact_many, _alike, runs=10_000),
     Method("blocked_by_day_exact", "size", WITH_RUNS, _exact_one, _exact_many, _alike, runs=10_000),
     Method("blocked_by_day_ci", "coverage", FULL, _contrast_one, _contrast_many, _one_day, runs=10_000),
+    Method("blocked_by_day", "size", PAIRS, _size_one, _size_many, _one_day, runs=10_000),
+    Method("blocked_by_day", "size", partly(2, (3, 10)), _size_one, runs=2000),
+    Method("blocked_by_day_ci", "coverage", PAIRS, _contrast_one, _contrast_many, _one_day, runs=10_000),
+    Method("blocked_by_day_ci", "coverage", partly(2, (3, 10)), _contrast_one, runs=2000),
     *(test_of(route, POOLED) for route in ROUTES),
 )

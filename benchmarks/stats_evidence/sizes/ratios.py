@@ -6,7 +6,7 @@ import numpy as np
 from scipy import special
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, pairs
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, apart, pairs
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval
 from stats.savings import percent_savings
 
@@ -21,12 +21,13 @@ def _values(groups: Groups, design: Design) -> tuple[Floats, Floats]:
 
 
 def _one(field: str, groups: Groups, design: Design) -> tuple[float, float, bool]:
-    return of_one_interval(getattr(percent_savings(*_values(groups, design)), field), SAVINGS_PERCENT)
+    control, treated = _values(groups, design)
+    return of_one_interval(getattr(percent_savings(control.ravel(), treated.ravel()), field), SAVINGS_PERCENT)
 
 
 def _ends(name: str, groups: Groups, design: Design) -> tuple[Floats, Floats]:
     """Return the ends of the ratio treated / control, infinite where there is no interval."""
-    control, treated = _values(groups, design)
+    control, treated = map(arrays.flat, _values(groups, design))
     c, t = control.mean(axis=1), treated.mean(axis=1)
     rho = t / c
     of_c, of_t = arrays.variance(control) / control.shape[1], arrays.variance(treated) / treated.shape[1]
@@ -56,7 +57,7 @@ def _method(name: str) -> Method:
     return Method(
         name,
         "coverage",
-        pairs(),
+        (*pairs(), *(apart(2) if name == "fieller" else ())),
         lambda groups, design: _one(FIELDS[name], groups, design),
         lambda groups, design: _many(name, groups, design),
     )

@@ -9,9 +9,10 @@ from itertools import combinations
 
 import numpy as np
 
-from benchmarks.stats_evidence.sizes.design import EVERY_N, UNEQUAL_N, Design, Floats, Groups
+from benchmarks.stats_evidence.sizes.design import EVERY_N, UNEQUAL_N, Design, Floats, Groups, equal_groups
 from benchmarks.stats_evidence.sizes.method import Method, of_one_interval, of_one_p, of_p, studies
 from stats.resampling import bootstrap_difference, permutation_test
+from stats.resampling_result import Bootstrap
 
 QUICK, MOST_ARRANGEMENTS = 1000, 200_000
 """Arrangements of which many studies, and any, are counted over arrays."""
@@ -62,10 +63,17 @@ def _permutation(groups: Groups, design: Design) -> Floats:
     return np.array([_permutation_one(study, design) for study in studies(groups)])
 
 
-def _bootstrap_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
+def _redrawn(groups: Groups) -> Bootstrap:
     a, b, days = _with_days(groups)
-    found = bootstrap_difference(a, b, days, days, resamples=REDRAWS, seed=_seed(groups))
-    return of_one_interval(found.interval, 0.0)
+    return bootstrap_difference(a, b, days, days, resamples=REDRAWS, seed=_seed(groups))
+
+
+def _bootstrap_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
+    return of_one_interval(_redrawn(groups).interval, 0.0)
+
+
+def _bca_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
+    return of_one_interval(_redrawn(groups).bca_interval, 0.0)
 
 
 def _with_days(groups: Groups) -> tuple[Floats, Floats, list[str] | None]:
@@ -85,4 +93,5 @@ METHODS = (
     Method("permutation", "size", BY_DAY, _permutation_one, runs=1000),
     Method("bootstrap", "coverage", DESIGNS, _bootstrap_one, runs=2000),
     Method("bootstrap", "coverage", BY_DAY, _bootstrap_one, runs=1000),
+    Method("bootstrap_bca", "coverage", equal_groups(2, (1.0,)), _bca_one, runs=1000),
 )

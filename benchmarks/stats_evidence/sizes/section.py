@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from benchmarks.stats_evidence.sizes.method import standard_error
 from benchmarks.stats_evidence.sizes.record import design_of
 from benchmarks.stats_evidence.sizes.registry import METHODS
-from stats.recorded import FILE, LEAST_COVERAGE, MOST_SIZE, Recorded, recorded
+from stats.recorded import ERRORS, FILE, LEAST_COVERAGE, MOST_SIZE, Recorded, recorded
 
 NAMES = {
     "f_test": "F-test",
@@ -37,6 +37,7 @@ NAMES = {
     "delta": "savings, delta",
     "log_ratio": "savings, logarithm",
     "bootstrap": "difference, studentised bootstrap",
+    "bootstrap_bca": "difference, BCa bootstrap",
     "mean_ci": "mean",
     "fit_linear_ci": "slope of a line",
     "blocked_by_day": "mixed model",
@@ -46,6 +47,7 @@ NAMES = {
 LAYOUTS = {
     "shared": "shared",
     "own": "each condition's own",
+    "partly": "the first shared, the others each condition's own",
     "holes": "shared, 40 % of values missing",
     "runs": "shared, two runs each",
 }
@@ -58,12 +60,15 @@ TWO_MEANS = (
 )
 MANY_MEANS = ("one_way_anova", "welch_anova", "tukey", "games_howell", "dunnett", "holm")
 INTERVALS = (
-    *("difference_ci_f_then_t", "difference_ci_student", "difference_ci_welch", "bootstrap", "hedges_g_ci"),
-    *("eta_squared_ci", "fieller", "delta", "log_ratio", "fit_linear_ci"),
+    *("difference_ci_f_then_t", "difference_ci_student", "difference_ci_welch", "bootstrap", "bootstrap_bca"),
+    *("hedges_g_ci", "eta_squared_ci", "fieller", "delta", "log_ratio", "fit_linear_ci"),
 )
 BY_DISTRIBUTION = ("mean_ci", "f_ratio_ci")
 MODELS = ("blocked_by_day", "blocked_by_day_exact", "blocked_by_day_ci", "permutation", "bootstrap")
-POOLED = ("f_then_t", "student", "welch")
+POOLED = (
+    *("f_then_t", "student", "welch", "one_way_anova", "equivalence", "equivalence_percent"),
+    *("difference_ci_f_then_t", "difference_ci_welch", "fieller"),
+)
 Label = Callable[[Recorded], str]
 
 
@@ -118,17 +123,20 @@ def section() -> list[str]:
         "",
         "### Conditions over days",
         "",
-        "Three conditions, each measured so often on each of its days; two for the permutation test and the bootstrap, "
-        "which shuffle and redraw within days. Days differ with the SD given, runs of a day with 1. The exact test has "
+        "Two or three conditions, each measured so often on each of its days. The permutation test and the bootstrap "
+        "shuffle and redraw within days. Days differ with the SD given, runs of a day with 1. The exact test has "
         "its size whatever days do. The mixed model is the same test where it finds that days differ; where it puts "
         "their variance at 0 it takes days and values together, which on days of each condition's own makes it err too "
         "rarely if days do not differ, and a little too often if they do and are two. Both take all conditions to "
-        "scatter alike: where one has twice the SD, intervals of its differences cover 0.91 to 0.92.",
+        "scatter alike: where one of three has twice the SD, intervals of its differences cover 0.91 to 0.92. Two "
+        "conditions that share one day of several stand for designs between shared days and own ones: there the mixed "
+        "model errs too often, the more so the fewer the days.",
         "",
         *_over_days(_of(few, MODELS)),
         "",
-        "The same days ignored: two conditions, all values compared as if each told something new. With days of their "
-        "own a t-test finds the days; on shared days it errs too rarely and so overlooks effects.",
+        "The same days ignored: all values compared as if each told something new. With days of their own a test finds "
+        "the days and an interval misses the truth, and one day in common of several mends the smaller part of it; on "
+        "shared days a test errs too rarely and so overlooks effects.",
         "",
         *_over_days(pooled),
     ]
@@ -150,18 +158,21 @@ def _introduction(rows: Sequence[Recorded]) -> list[str]:
         f"{standard_error(0.05, least):.4f} where {least}. Where a method is exact for what was drawn "
         f"({len(errors)} rows) its share lies within {max(errors):.1f} such errors of the stated one; elsewhere the "
         f"share here is what the method does. Bold is a size above {MOST_SIZE:g} or a coverage below "
-        f"{LEAST_COVERAGE:g}: a report that uses the method on a design like this one says so in a sentence, with the "
-        "number.",
+        f"{LEAST_COVERAGE:g} by more than {ERRORS:g} errors of the share: a report that uses the method on a design "
+        "like this one says so in a sentence, with the number.",
         "",
         "The bootstrap, shuffles within days or of more than 200 000 arrangements, and the mixed model where values "
-        "are missing or lie in runs are the library's own calls, study by study; all else is computed over arrays of "
-        "studies, by formulas that the tests hold to the library's functions to 1e-12. "
+        "are missing or lie in runs or conditions share one day of several are the library's own calls, study by "
+        "study; all else is computed over arrays of studies, by formulas that the tests hold to the library's "
+        "functions to 1e-12. "
         "`python benchmarks/stats_evidence/sizes/record.py` makes rows that are missing.",
         "",
         "Three things decide more than all the rest: days that differ and are not in the analysis, a smaller group "
         "that scatters more, and an F-test of variances on values that are not normal. Hence reports show Welch's test "
-        "beside any other, Brown and Forsythe's beside the F-test, and give no p where each condition had one day. The "
-        "worst of every method that needs a sentence at all:",
+        "beside any other and Brown and Forsythe's beside the F-test. Where each condition had one day of its own the "
+        "comparison by day gives no p; t-tests and tests of equivalence give theirs and savings their interval all the "
+        "same, and the report says how far these are off on such days. The worst of every method that needs a sentence "
+        "at all:",
     ]
 
 
@@ -189,7 +200,14 @@ def where(row: Recorded) -> str:
 
 
 def _over_days(rows: Sequence[Recorded]) -> list[str]:
-    down = {"method": _name, "days": _layout, "SD of days": _day_sd, "SD ratio": _ratio, "values a day": _times}
+    down = {
+        "method": _name,
+        "conditions": _conditions,
+        "days": _layout,
+        "SD of days": _day_sd,
+        "SD ratio": _ratio,
+        "values a day": _times,
+    }
     return _table(rows, down, lambda row: f"{row.days} d")
 
 
@@ -218,6 +236,10 @@ def _sizes(row: Recorded) -> str:
     if len(set(row.n)) == 1:
         return str(row.n[0])
     return ", ".join(map(str, row.n[:3])) + (" …" if len(row.n) > 3 else "")
+
+
+def _conditions(row: Recorded) -> str:
+    return str(len(row.n))
 
 
 def _name(row: Recorded) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import optimize, special
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, several
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, apart, several
 from benchmarks.stats_evidence.sizes.method import (
     LEVEL,
     Method,
@@ -34,7 +34,7 @@ def named(groups: Groups) -> dict[str, Floats]:
 
 
 def _anova(groups: Groups, _design: Design) -> Floats:
-    f, between, within = arrays.anova_f(list(groups))
+    f, between, within = arrays.anova_f(list(map(arrays.flat, groups)))
     return of_p(special.fdtrc(between, within, f))
 
 
@@ -81,7 +81,14 @@ def _share_one(groups: Groups, design: Design) -> tuple[float, bool]:
 
 
 METHODS = (
-    Method("one_way_anova", "size", several(3), lambda g, _: of_one_p(one_way_anova(named(g)).p), _anova, alike),
+    Method(
+        "one_way_anova",
+        "size",
+        (*several(3), *apart(3)),
+        lambda groups, _: of_one_p(one_way_anova({name: each.ravel() for name, each in named(groups).items()}).p),
+        _anova,
+        alike,
+    ),
     Method("welch_anova", "size", several(3), lambda g, _: of_one_p(welch_anova(named(g)).p), _welch_anova),
     Method("eta_squared_ci", "coverage", several(3), _share_one, _share_many, alike),
 )

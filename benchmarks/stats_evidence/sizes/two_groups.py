@@ -9,7 +9,7 @@ from functools import lru_cache
 from scipy import optimize
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, pairs
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, apart, pairs
 from benchmarks.stats_evidence.sizes.method import (
     LEVEL,
     Method,
@@ -51,9 +51,9 @@ def _interval_of(route: Route) -> Method:
     return Method(
         f"difference_ci_{route}",
         "coverage",
-        pairs(),
-        lambda groups, _: of_one_interval(compare_two(groups[0], groups[1], route).difference_ci, 0.0),
-        lambda groups, _: of_interval(*OVER_ARRAYS[route](*groups).ends, 0.0),
+        (*pairs(), *(() if route == "student" else apart(2))),
+        lambda groups, _: of_one_interval(compare_two(groups[0].ravel(), groups[1].ravel(), route).difference_ci, 0.0),
+        lambda groups, _: of_interval(*OVER_ARRAYS[route](*map(arrays.flat, groups)).ends, 0.0),
         alike if route == "student" else never,
     )
 
