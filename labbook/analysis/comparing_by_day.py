@@ -16,7 +16,7 @@ from stats.blocked import blocked_by_day
 from stats.shared_error import difference_with_shared
 
 ALGORITHM = Algorithm(
-    "comparison_by_day", 1, ("labbook.analysis.comparing_by_day", "stats.blocked", "stats.shared_error")
+    "comparison_by_day", 2, ("labbook.analysis.comparing_by_day", "stats.blocked", "stats.shared_error")
 )
 
 CONTROL, TREATED = "the control", "the treatment"
