@@ -81,6 +81,16 @@ def test_creeping_takes_the_place_of_ringing_that_the_accuracy_does_not_see() ->
     assert crept.cost_J == pytest.approx(rung.cost_J, rel=4e-5)
 
 
+def test_a_creeping_foot_settles_where_the_body_held_back_by_its_rail_lets_the_force_rise_no_more() -> None:
+    scene = load_scene("sim2").changed(
+        {"kg_scale": 1e8, "initial_velocity": 0.0, "rail_friction_force": 9.0}, ("rail_friction",)
+    )
+    crept, rung = (simulate(scene, accuracy).jump for accuracy in (1e-4, 1e-6))
+    assert "jammed" in [change.after for change in crept.mode_changes if change.before == "creeping"]
+    assert crept.steps * 1000 < rung.steps
+    assert crept.max_depth_m == pytest.approx(rung.max_depth_m, rel=2e-5)
+
+
 def test_growing_errors_are_told() -> None:
     jump = simulate(load_scene("sim1"), 1e-6).jump
     assert jump.error_growth > 1e9
