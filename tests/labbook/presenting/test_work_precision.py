@@ -42,7 +42,11 @@ def test_the_sentences_a_user_wants() -> None:
         "for 1 % of the cost in joules you need step 1e-4 s with Euler; you pay 200 µs, 2 times what labbook takes."
         in lines
     )
-    assert "for 1 % of the cost in joules no setting of peer that was tried will do." in lines
+    assert (
+        "for 1 % of the cost in joules you need rtol 1e-3 with peer; you pay 10 ms, 100 times what labbook takes."
+        in lines
+    )
+    assert "for 1e-6 of the cost in joules no setting of peer that was tried will do." in lines
     assert "for 1 % of the cost in joules you need accuracy 1e-2 with labbook; you pay 100 µs." in lines
     assert (
         "for 1e-6 of the cost in joules no setting of Euler that was tried will do: step 1e-4 s is off by 3.0e-03, "
