@@ -12,6 +12,7 @@ PostgreSQL: a writer takes a lock on the journal, so that the journal has one or
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import sqlite3
 from collections.abc import Iterator
@@ -28,8 +29,17 @@ from data_schema.mounts import refuse_network_drive
 BUSY_TIMEOUT_S = 10.0
 SQLITE_MINIMUM = (3, 37, 0)
 _PRAGMAS = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
+_POOL_LOG = logging.getLogger("sqlalchemy.pool.impl.QueuePool")
 _SEEN = "labbook_seen"
 """Under this name a connection keeps what a file looked like that is read as one that does not change."""
+
+
+def _is_told_elsewhere(record: logging.LogRecord) -> bool:
+    """Whether a message is of a Ctrl-C that met a connection on its way back: it is raised too, and told as that."""
+    return record.exc_info is not None and record.exc_info[0] is KeyboardInterrupt
+
+
+_POOL_LOG.addFilter(lambda record: not _is_told_elsewhere(record))
 
 
 def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.Engine:

@@ -11,6 +11,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from data_schema.errors import BookDamaged
+from ingest.arrow_columns import to_arrow, to_numpy
 from ingest.model import ChannelData, SignalPart
 
 _PICKED = 1 << 12
@@ -25,9 +26,10 @@ def signal_sha256(part: SignalPart) -> str:
 def write_samples(part: SignalPart, handle: pa.NativeFile) -> None:
     """Write each column in the encoding that suits it; measured in docs/performance.md."""
     columns = {"time [s]": part.time_s, **{_column_name(channel): channel.values for channel in part.channels}}
+    table = pa.table([to_arrow(values) for values in columns.values()], list(columns))
     steady = [name for name, values in columns.items() if _rises(values)]
     pq.write_table(
-        pa.table(columns),
+        table,
         handle,
         compression="zstd",
         use_dictionary=[name for name, values in columns.items() if name not in steady and _repeats(values)],
@@ -50,7 +52,7 @@ def read_samples(path: Path, channels: Sequence[str]) -> dict[str, np.ndarray]:
         raise BookDamaged(
             f"the samples {path} cannot be read ({error}): run `labbook rebuild` to read them anew from the raw copy."
         ) from error
-    return {name: table.column(column).to_numpy() for name, column in wanted.items()}
+    return {name: to_numpy(table.column(column)) for name, column in wanted.items()}
 
 
 def kept_sha256(path: Path) -> str:
@@ -61,7 +63,7 @@ def kept_sha256(path: Path) -> str:
     with pq.ParquetFile(path, page_checksum_verification=True) as source:
         table = source.read()
     time, *channels = table.column_names
-    return _sha256(channels, (table.column(name).to_numpy() for name in (time, *channels)))
+    return _sha256(channels, (to_numpy(table.column(name)) for name in (time, *channels)))
 
 
 def _sha256(names: Sequence[str], columns: Iterable[np.ndarray]) -> str:

@@ -62,6 +62,8 @@ def _read_clean(
     import pyarrow as pa
     from pyarrow import csv
 
+    from ingest.arrow_columns import to_numpy
+
     if start >= stop or not wanted:
         return None
     types = {CellKind.NUMBER: pa.float64(), CellKind.INTEGER: pa.int64(), CellKind.CLOCK: pa.binary()}
@@ -93,7 +95,7 @@ def _read_clean(
         if column.kind is CellKind.CLOCK:
             clocks[column.position] = cells.to_pylist()
             continue
-        values = cells.to_numpy()
+        values = to_numpy(cells)
         if column.kind is CellKind.NUMBER and np.isinf(values).any():
             return None
         numbers[column.position] = values

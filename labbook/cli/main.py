@@ -37,12 +37,11 @@ from labbook.cli import (
     void,
     why,
 )
+from labbook.cli.start import INTERRUPTED, tell
 
 GARBAGE_AFTER = 100_000
 """New objects between two passes of the garbage collector. With Python's own 700 a tenth of a command's time goes into
 looking again and again at all that was imported."""
-INTERRUPTED = 130
-"""Exit code after Ctrl-C, as shells have it."""
 
 COMMANDS = (
     init,
@@ -114,7 +113,7 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
                 typer.echo(json.dumps({"error": sentence, "exit_code": code}, ensure_ascii=False))
             typer.echo(f"labbook: {sentence}", err=True)
     if code == INTERRUPTED:
-        typer.echo("labbook: interrupted; what was finished before is kept, what was not is left out.", err=True)
+        tell()
     sys.exit(code or 0)
 
 

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from tests.helpers.books import small_book
+
 PROJECT = Path(__file__).parents[2]
 HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "matplotlib", "sqlalchemy", "alembic", "pint", "xarray", "jinja2")
 DATABASE_FREE = ("stats", "simulator", "reports")
@@ -67,3 +69,17 @@ def test_a_report_loads_the_simulator_only_where_a_scene_is_named() -> None:
 def test_listing_runs_draws_nothing() -> None:
     code = "import labbook.book.opening, labbook.cli.runs, labbook.actions.run_list"
     assert loaded_by(code, ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray")) == set()
+
+
+def test_taking_a_log_in_does_without_pandas(tmp_path: Path) -> None:
+    stated = small_book(tmp_path, ingested=False)
+    code = f"""
+import os
+os.chdir({str(stated.folder)!r})
+from labbook.cli.main import run
+try:
+    run(["ingest", {str(stated.instruments / "logs")!r}])
+except SystemExit as end:
+    assert not end.code
+"""
+    assert loaded_by(code, ("pandas", "pyarrow")) == {"pyarrow"}

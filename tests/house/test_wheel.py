@@ -24,7 +24,7 @@ def test_wheel_holds_the_six_packages_whole_and_nothing_else(tmp_path: Path) -> 
     with zipfile.ZipFile(tmp_path / built.stdout.split()[-1]) as wheel:
         names = set(wheel.namelist())
         entry = next(name for name in names if name.endswith("entry_points.txt"))
-        assert "labbook = labbook.cli.main:run" in wheel.read(entry).decode()
+        assert "labbook = labbook.cli.start:main" in wheel.read(entry).decode()
     inside = {name for name in names if ".dist-info/" not in name}
     there = {
         str(path.relative_to(PROJECT))

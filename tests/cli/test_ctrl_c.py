@@ -1,0 +1,134 @@
+"""Ctrl-C ends a command with one sentence, whatever it is at: starting, importing, giving a connection back."""
+
+from __future__ import annotations
+
+import logging
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+from sqlalchemy import event
+
+from data_schema.engine import sqlite_engine
+from tests.cli.shell import LABBOOK, environment, good, labbook, rows
+from tests.helpers.books import SmallBook
+
+TOLD = "labbook: interrupted; what was finished before is kept, what was not is left out.\n"
+MOMENTS = 60
+
+INTERRUPTED_IMPORT = """
+import sys
+
+class Interrupting:
+    def find_spec(self, name, path=None, target=None):
+        if name == interrupted:
+            raise KeyboardInterrupt
+
+interrupted = sys.argv.pop()
+sys.argv.append("--help")
+sys.meta_path.insert(0, Interrupting())
+from labbook.cli.start import main
+main()
+"""
+
+
+INTERRUPTED_CLASS = """
+import os, signal, sys
+
+class Interrupting:
+    def __set_name__(self, owner, name):
+        os.kill(os.getpid(), signal.SIGINT)
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == interrupted:
+            type("Owner", (), {"interrupting": Interrupting()})  # Python makes a RuntimeError of what comes out of it
+
+interrupted = sys.argv.pop()
+sys.argv.append("--help")
+sys.meta_path.insert(0, Finder())
+from labbook.cli.start import main
+main()
+"""
+
+
+@pytest.mark.parametrize("code", [INTERRUPTED_IMPORT, INTERRUPTED_CLASS])
+@pytest.mark.parametrize("module", ["labbook.cli.main", "typer", "labbook.cli.ingest"])
+def test_while_it_starts(code: str, module: str) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", code, module],
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", TOLD)
+
+
+def test_while_a_connection_goes_back(stated: SmallBook, caplog: pytest.LogCaptureFixture) -> None:
+    engine = sqlite_engine(stated.database)
+
+    @event.listens_for(engine, "reset")
+    def interrupt(*_given: object) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), engine.connect() as connection:
+        connection.execute(sa.text("SELECT 1"))
+    assert caplog.records == []
+    event.remove(engine, "reset", interrupt)
+
+    @event.listens_for(engine, "reset")
+    def fail(*_given: object) -> None:
+        raise RuntimeError("the disk is gone")
+
+    with engine.connect() as connection:
+        connection.execute(sa.text("SELECT 1"))
+    (told,) = caplog.records  # other troubles stay visible
+    assert told.levelno == logging.ERROR
+    event.remove(engine, "reset", fail)
+    engine.dispose()
+
+
+def ingesting(book: SmallBook) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [LABBOOK, "ingest", str(book.instruments / "logs"), "--json"],
+        cwd=book.folder,
+        env=environment(),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler) and None,
+    )
+
+
+@pytest.mark.soak
+def test_at_any_moment(stated: SmallBook, tmp_path: Path) -> None:
+    untouched = tmp_path / "untouched"
+    shutil.copytree(stated.folder, untouched)
+    started = time.monotonic()
+    ingesting(stated).communicate(timeout=60)
+    whole_s = time.monotonic() - started
+    moments, interrupted = random.Random(4), 0
+    for _ in range(MOMENTS):
+        shutil.rmtree(stated.folder)
+        shutil.copytree(untouched, stated.folder)
+        running = ingesting(stated)
+        time.sleep(moments.uniform(0.1, 0.9) * whole_s)  # not before Python runs, nor after the last word
+        running.send_signal(signal.SIGINT)
+        out, err = running.communicate(timeout=60)
+        kept = len(rows(stated.folder, "SELECT uid FROM file"))
+        if err:
+            assert (running.returncode, out, err) == (130, "", TOLD)
+            interrupted += 1
+        else:
+            assert kept == 12
+        again = good(labbook("ingest", stated.instruments / "logs", "--json", at=stated.folder)).json
+        assert [item["status"] for item in again] == ["duplicate"] * kept + ["imported"] * (12 - kept)
+    assert interrupted > MOMENTS / 2
