@@ -61,10 +61,21 @@ class BookDamaged(BookError):
     """What is stored contradicts itself."""
 
 
+SHORTENED = 3
+"""Letters from which on a name counts as shortened; fewer begin many."""
+
+
 def nearest(given: str, allowed: Iterable[str]) -> str | None:
-    """Return the allowed name that looks most like `given`, or None when nothing is close."""
+    """Return the one allowed name that `given` begins, else the one that looks most like it; None when none is close.
+
+    An ending left out is longer than most slips of the finger: without it `b_e` would look more like `b_g` than like
+    `b_extension`.
+    """
     names = list(allowed)
     folded = {name.lower(): name for name in names}
+    begun = [name for name in folded if name.startswith(given.lower())] if len(given) >= SHORTENED else []
+    if len(begun) == 1:
+        return folded[begun[0]]
     match = difflib.get_close_matches(given.lower(), folded, n=1, cutoff=0.5)
     return folded[match[0]] if match else None
 

@@ -211,8 +211,13 @@ def _check_parameters(swept: Sequence[Quantity]) -> None:
     names = [item.parameter for item in swept]
     for item in swept:
         if names.count(item.parameter) > 1:
-            others = " and ".join(dict.fromkeys(other.name for other in swept if other.parameter == item.parameter))
-            raise UsageError(f"{others} would sweep {item.parameter} more than once: name it in one --over.")
+            others = list(dict.fromkeys(other.name for other in swept if other.parameter == item.parameter))
+            twice = (
+                f"{' and '.join(others)} both sweep {item.parameter}"
+                if len(others) > 1
+                else f"{others[0]} is swept twice"
+            )
+            raise UsageError(f"{twice}: sweep it by one --over.")
 
 
 def _check_rows(rows: int) -> None:

@@ -92,6 +92,7 @@ def test_auto_is_told_from_the_other_words(words: str | None, rest: tuple[str | 
         (["=3"], None, "is not NAME=VALUE"),
         (["foot_radius="], None, "is not NAME=VALUE"),
         (["foot_radus=0.03"], None, "'foot_radus' is not a known parameter: did you mean 'foot_radius'?"),
+        (["b_e=3"], None, "'b_e' is not a known parameter: did you mean 'b_extension'?"),
         (["gian=300"], None, "'gian' is not a known parameter: did you mean 'gain'?"),
         (["foot_radius=0.03m"], None, "foot_radius=0.03m is not a number: give a plain one in m, without its unit."),
         (["mu=two"], None, "mu=two is not a number: give a plain one, without its unit."),
