@@ -9,9 +9,11 @@ import numpy as np
 
 from data_schema.vocabulary import Undefined
 from stats.blocked_result import ConditionMean, Contrast
-from stats.cells import Cells, Floats, reflector, rows_of
+from stats.blocks import Floats, blocks_of
+from stats.cells import Cells
 from stats.distributions import t_quantile
-from stats.reml import DAY, RUN, Profile, RemlModel, minimise
+from stats.reml import DAY, RUN, Profile, RemlModel
+from stats.reml_search import minimise
 from stats.satterthwaite import Satterthwaite
 from stats.strata import Strata, negligible
 from stats.tails import Tail, f_upper, t_two_sided
@@ -93,7 +95,8 @@ def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
 def _f_test(cells: Cells, doubt: Satterthwaite) -> Overall | Undefined:
     k = cells.n_conditions
     # Rows at right angles to the mean of all and to each other: another order of conditions only turns them.
-    found, by_type_one = doubt.f_test(reflector(np.ones(k))[1:]), doubt.f_test(_type_one_contrasts(cells))
+    turned = blocks_of(np.zeros(k, dtype=np.intp)).reflected(np.ones(k), np.eye(k))
+    found, by_type_one = doubt.f_test(turned[1:]), doubt.f_test(_type_one_contrasts(cells))
     if found is None or by_type_one is None:
         return Undefined("days differ too much more than values for comparisons within and between them to be joined")
     return Overall(*found, by_type_one[1], f_upper(found[0], k - 1, found[1]))
@@ -109,7 +112,7 @@ def _squared(variance: float, cells: Cells) -> float | Undefined:
 def _residual_squares(cells: Cells, free: tuple[bool, bool]) -> float:
     """Return the sum of squares that conditions and the terms of the model leave over."""
     block = cells.run if free[RUN] else cells.day if free[DAY] else np.zeros_like(cells.day)
-    between, within = rows_of(cells, np.eye(cells.n_conditions), block)
+    between, within = cells.rows(np.eye(cells.n_conditions), block)
     rows = within if any(free) else np.concatenate([between, within])
     solution = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
     left = rows[:, -1] - rows[:, :-1] @ solution
@@ -213,7 +216,7 @@ def _contrast(design: Fitted, profile: Profile, doubt: Satterthwaite, place: int
 def _type_one_contrasts(cells: Cells) -> Floats:
     """Return lmerTest's contrasts of one factor, shape (k - 1, k): Doolittle's rows of the cross products."""
     k = cells.n_conditions
-    counts = np.bincount(cells.condition, weights=cells.size)
+    counts = cells.counts
     cross = np.diag(counts[1:]) - np.outer(counts[1:], counts[1:]) / counts.sum()
     lower = np.linalg.cholesky(cross)
     upper = (lower / np.diag(lower)).T
@@ -223,11 +226,10 @@ def _type_one_contrasts(cells: Cells) -> Floats:
 def _without(design: Fitted, days_of: list[int], means: Floats, none: Undefined) -> Fit:
     """Return the means and differences of a design that allows no test."""
     cells = design.cells
-    counts = np.bincount(cells.condition, weights=cells.size)
     return Fit(
         conditions=tuple(
             ConditionMean(name, int(n), days, _in_unit(cells, float(mean)), none, none, none)
-            for name, n, days, mean in zip(design.names, counts, days_of, means, strict=True)
+            for name, n, days, mean in zip(design.names, cells.counts, days_of, means, strict=True)
         ),
         contrasts=tuple(
             Contrast(name, design.names[0], math.ldexp(float(mean - means[0]), cells.exponent), *(none,) * 6)
