@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from stats.blocked_unit import Unit
 from stats.blocks import Blocks, Codes, Floats, blocks_of
 from stats.checks import Sample
 from stats.error_free import greatest, two_product, two_sum
@@ -19,7 +20,7 @@ from stats.sums import common_shift, sum_of_products
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """The cells of a design, shapes (m,), by day and run; values are counted from `shift` in a unit, a power of two."""
+    """The cells of a design, shapes (m,), by day and run, in a unit that leaves room for squares."""
 
     condition: Codes
     """Number of the condition, 0 to k - 1."""
@@ -30,18 +31,14 @@ class Cells:
     size: Floats
     """How many values the cell holds."""
     mean: Floats
-    """Mean of its values, from `shift`, in the unit."""
+    """Mean of its values."""
     base: Floats
-    """Median of all values of its day, from `shift`."""
+    """Median of all values of its day."""
     offset: Floats
     """Mean of its values from `base`: comparisons within a day lose nothing to how much days differ."""
     sum_squares: float
     """Sum of squared deviations of all values from the mean of their cell, in the unit squared."""
-    shift: float
-    """What the means are counted from, in units of 2**shift_exponent."""
-    shift_exponent: int
-    exponent: int
-    """The unit is 2**exponent."""
+    unit: Unit
 
     @property
     def n(self) -> int:
@@ -100,9 +97,7 @@ def cells_of(sample: Sample, condition: Codes, day: Codes, run: Codes) -> Cells:
         base=base[day],
         offset=offset,
         sum_squares=squares,
-        shift=shift,
-        shift_exponent=outer,
-        exponent=outer + inner,
+        unit=Unit(shift, outer, outer + inner),
     )
 
 

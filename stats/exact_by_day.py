@@ -47,16 +47,13 @@ def exact_test(
             Contrast(
                 condition=name,
                 control=names[0],
-                difference=math.ldexp(difference, units.exponent),
-                se=math.ldexp(se, units.exponent),
+                difference=units.unit.difference(difference, "the difference"),
+                se=units.unit.spread(se, "the standard error"),
                 df=float(found.df),
                 t=t,
                 p=tail.p,
                 log10_p=tail.log10_p,
-                interval=(
-                    math.ldexp(difference - half, units.exponent),
-                    math.ldexp(difference + half, units.exponent),
-                ),
+                interval=units.unit.differences(difference - half, difference + half),
             )
         )
     overall = f_upper(found.f, between, found.df)

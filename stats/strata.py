@@ -110,7 +110,5 @@ def units_of(cells: Cells, group: Codes, size: Floats) -> Cells | None:
         base=np.zeros(means.size),
         offset=means,
         sum_squares=0.0,
-        shift=cells.shift,
-        shift_exponent=cells.shift_exponent,
-        exponent=cells.exponent,
+        unit=cells.unit,
     )
