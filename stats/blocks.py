@@ -16,6 +16,9 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Codes = NDArray[np.intp]
 
+WIDTH = 16
+"""Members of a bundle: their pairs are written down, those of different bundles are told by triangles."""
+
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
@@ -79,28 +82,32 @@ def pair_squares(factors: Sequence[Floats], group: Codes) -> tuple[Floats, list[
     `factors` are arrays of shapes (m, rows, columns), one matrix a member. The first result, shape (f, f), holds above
     the diagonal and on it the sums of |AB'|^2 over both orders of every pair, A of the one factor and B of the other.
     The second holds for each factor matrices G with G'G the sum of A'A over the group, shapes (g, ..., columns).
-    Neighbours are joined two by two, their triangle standing for both: squares are only added, whatever the sizes.
+    Neighbours are bundled and their triangle stands for them, up a tree: squares are only added, whatever the sizes.
     """
     sums, joined = np.zeros((len(factors), len(factors))), list(factors)
     while group.size > int(group[-1]) + 1:
-        odd = (np.arange(group.size) - blocks_of(group).first[group]) % 2 == 1
-        beside = np.cumsum(~odd)[odd] - 1
-        lefts = [each[~odd] for each in joined]
-        rights = [np.zeros_like(left) for left in lefts]
-        for right, each in zip(rights, joined, strict=True):
-            right[beside] = each[odd]
+        place = np.arange(group.size) - blocks_of(group).first[group]
+        leads = place % WIDTH == 0
+        bundle, slot = np.cumsum(leads) - 1, place % WIDTH
+        bundles = [np.zeros((int(bundle[-1]) + 1, int(slot.max()) + 1, *each.shape[1:])) for each in joined]
+        for members, each in zip(bundles, joined, strict=True):
+            members[bundle, slot] = each
         for i, j in combinations_with_replacement(range(len(factors)), 2):
-            sums[i, j] += _squares(lefts[i], rights[j]) + _squares(lefts[j], rights[i])
-        joined = [_as_one(left, right) for left, right in zip(lefts, rights, strict=True)]
-        group = group[~odd]
+            sums[i, j] += _squares(bundles[i], bundles[j])
+        joined = [_as_one(members) for members in bundles]
+        group = group[leads]
     return sums, joined
 
 
 def _squares(a: Floats, b: Floats) -> float:
-    product = a @ b.transpose(0, 2, 1)
+    """Return the sum of |AB'|^2 over different members of one bundle, for shapes (bundles, members, rows, columns)."""
+    n, width = a.shape[:2]
+    product = a.reshape(n, -1, a.shape[-1]) @ b.reshape(n, -1, b.shape[-1]).transpose(0, 2, 1)
+    own = np.arange(width)
+    product.reshape(n, width, a.shape[2], width, b.shape[2])[:, own, :, own, :] = 0.0
     return float(np.vdot(product, product))
 
 
-def _as_one(left: Floats, right: Floats) -> Floats:
-    both = np.concatenate([left, right], axis=1)
-    return np.asarray(np.linalg.qr(both, mode="r")) if both.shape[1] > both.shape[2] else both
+def _as_one(members: Floats) -> Floats:
+    rows = members.reshape(members.shape[0], -1, members.shape[-1])
+    return np.asarray(np.linalg.qr(rows, mode="r")) if rows.shape[1] > rows.shape[2] else rows
