@@ -15,7 +15,8 @@ from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.blocked_fit import Fitted, fit_by_day
 from stats.blocked_result import BlockedByDay
-from stats.cells import Codes, cells_of
+from stats.blocks import Codes
+from stats.cells import cells_of
 from stats.checks import Missing, as_level, as_sample
 from stats.complete import Labels, as_labels, complete_rows
 from stats.exact_by_day import exact_test
@@ -57,8 +58,7 @@ def blocked_by_day(
     run_codes, n_runs = day_codes, 0
     if runs:
         _names, within_day = _coded("run", runs[0], numbers.size)
-        pairs = np.stack([day_codes, within_day])
-        run_codes = np.unique(pairs, axis=1, return_inverse=True)[1].ravel()
+        run_codes = np.unique(day_codes * numbers.size + within_day, return_inverse=True)[1]
         n_runs = int(run_codes.max()) + 1
     notes = _merged(n_runs, len(day_names), numbers.size)
     with_runs = n_runs > 0 and not notes

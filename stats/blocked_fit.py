@@ -9,9 +9,11 @@ import numpy as np
 
 from data_schema.vocabulary import Undefined
 from stats.blocked_result import ConditionMean, Contrast
-from stats.cells import Cells, Floats, reflector, rows_of
+from stats.blocks import Floats, blocks_of
+from stats.cells import Cells
 from stats.distributions import t_quantile
-from stats.reml import DAY, RUN, Profile, RemlModel, minimise
+from stats.reml import DAY, RUN, Profile, RemlModel
+from stats.reml_search import minimise
 from stats.satterthwaite import Satterthwaite
 from stats.strata import Strata, negligible
 from stats.tails import Tail, f_upper, t_two_sided
@@ -81,11 +83,11 @@ def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
     return Fit(
         conditions=tuple(conditions),
         contrasts=tuple(contrasts),
-        day_variance=_squared(gamma[DAY] * variance, cells) if free[DAY] else _no_day_variance(design),
-        run_variance=_squared(gamma[RUN] * variance, cells) if free[RUN] else _no_run_variance(),
-        residual_variance=_squared(variance, cells),
+        day_variance=_variance(design, gamma[DAY] * variance) if free[DAY] else _no_day_variance(design),
+        run_variance=_variance(design, gamma[RUN] * variance) if free[RUN] else _no_run_variance(),
+        residual_variance=_variance(design, variance),
         singular=any(each and value == 0.0 for each, value in zip(free, gamma, strict=True)),
-        reml_criterion=profile.deviance + 2.0 * model.degrees * cells.exponent * math.log(2.0),
+        reml_criterion=profile.deviance + 2.0 * model.degrees * cells.unit.exponent * math.log(2.0),
         overall=overall,
     )
 
@@ -93,23 +95,21 @@ def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
 def _f_test(cells: Cells, doubt: Satterthwaite) -> Overall | Undefined:
     k = cells.n_conditions
     # Rows at right angles to the mean of all and to each other: another order of conditions only turns them.
-    found, by_type_one = doubt.f_test(reflector(np.ones(k))[1:]), doubt.f_test(_type_one_contrasts(cells))
+    turned = blocks_of(np.zeros(k, dtype=np.intp)).reflected(np.ones(k), np.eye(k))
+    found, by_type_one = doubt.f_test(turned[1:]), doubt.f_test(_type_one_contrasts(cells))
     if found is None or by_type_one is None:
         return Undefined("days differ too much more than values for comparisons within and between them to be joined")
     return Overall(*found, by_type_one[1], f_upper(found[0], k - 1, found[1]))
 
 
-def _squared(variance: float, cells: Cells) -> float | Undefined:
-    try:
-        return math.ldexp(variance, 2 * cells.exponent)
-    except OverflowError:
-        return Undefined("the variance is too large for a double: give the values in a larger unit")
+def _variance(design: Fitted, scaled: float) -> float | Undefined:
+    return design.cells.unit.spread(scaled, "the variance", power=2)
 
 
 def _residual_squares(cells: Cells, free: tuple[bool, bool]) -> float:
     """Return the sum of squares that conditions and the terms of the model leave over."""
     block = cells.run if free[RUN] else cells.day if free[DAY] else np.zeros_like(cells.day)
-    between, within = rows_of(cells, np.eye(cells.n_conditions), block)
+    between, within = cells.rows(np.eye(cells.n_conditions), block)
     rows = within if any(free) else np.concatenate([between, within])
     solution = np.linalg.lstsq(rows[:, :-1], rows[:, -1], rcond=None)[0]
     left = rows[:, -1] - rows[:, :-1] @ solution
@@ -171,27 +171,23 @@ def _mean(
     weights = np.eye(len(design.names))[place]
     estimate = float(profile.estimates.of(weights))
     n = int(cells.size[cells.condition == place].sum())
-    middle = _in_unit(cells, estimate)
+    middle = cells.unit.value(estimate, "the mean")
     if unknown is not None:
         return ConditionMean(design.names[place], n, n_days, middle, unknown, unknown, unknown)
     se = math.sqrt(profile.residual_variance * profile.estimates.variance(weights))
     df = doubt.df(weights)
     half = t_quantile(design.level, df) * se
-    ends = (_in_unit(cells, estimate - half), _in_unit(cells, estimate + half))
-    return ConditionMean(design.names[place], n, n_days, middle, math.ldexp(se, cells.exponent), df, ends)
-
-
-def _in_unit(cells: Cells, scaled: float) -> float:
-    return math.ldexp(cells.shift, cells.shift_exponent) + math.ldexp(scaled, cells.exponent)
+    ends = cells.unit.values(estimate - half, estimate + half)
+    return ConditionMean(design.names[place], n, n_days, middle, cells.unit.spread(se, "the standard error"), df, ends)
 
 
 def _contrast(design: Fitted, profile: Profile, doubt: Satterthwaite, place: int) -> Contrast:
-    exponent, names = design.cells.exponent, design.names
+    unit, names = design.cells.unit, design.names
     weights = np.eye(len(names))[place] - np.eye(len(names))[0]
     difference = float(profile.estimates.of(weights))
     none = _untellable(design, place)
     if none is not None:
-        return Contrast(names[place], names[0], math.ldexp(difference, exponent), *(none,) * 6)
+        return Contrast(names[place], names[0], unit.difference(difference, "the difference"), *(none,) * 6)
     se = math.sqrt(profile.residual_variance * profile.estimates.variance(weights))
     df = doubt.df(weights)
     half = t_quantile(design.level, df) * se
@@ -200,20 +196,20 @@ def _contrast(design: Fitted, profile: Profile, doubt: Satterthwaite, place: int
     return Contrast(
         condition=names[place],
         control=names[0],
-        difference=math.ldexp(difference, exponent),
-        se=math.ldexp(se, exponent),
+        difference=unit.difference(difference, "the difference"),
+        se=unit.spread(se, "the standard error"),
         df=df,
         t=t,
         p=tail.p,
         log10_p=tail.log10_p,
-        interval=(math.ldexp(difference - half, exponent), math.ldexp(difference + half, exponent)),
+        interval=unit.differences(difference - half, difference + half),
     )
 
 
 def _type_one_contrasts(cells: Cells) -> Floats:
     """Return lmerTest's contrasts of one factor, shape (k - 1, k): Doolittle's rows of the cross products."""
     k = cells.n_conditions
-    counts = np.bincount(cells.condition, weights=cells.size)
+    counts = cells.counts
     cross = np.diag(counts[1:]) - np.outer(counts[1:], counts[1:]) / counts.sum()
     lower = np.linalg.cholesky(cross)
     upper = (lower / np.diag(lower)).T
@@ -222,15 +218,14 @@ def _type_one_contrasts(cells: Cells) -> Floats:
 
 def _without(design: Fitted, days_of: list[int], means: Floats, none: Undefined) -> Fit:
     """Return the means and differences of a design that allows no test."""
-    cells = design.cells
-    counts = np.bincount(cells.condition, weights=cells.size)
+    cells, control = design.cells, design.names[0]
     return Fit(
         conditions=tuple(
-            ConditionMean(name, int(n), days, _in_unit(cells, float(mean)), none, none, none)
-            for name, n, days, mean in zip(design.names, counts, days_of, means, strict=True)
+            ConditionMean(name, int(n), days, cells.unit.value(float(mean), "the mean"), none, none, none)
+            for name, n, days, mean in zip(design.names, cells.counts, days_of, means, strict=True)
         ),
         contrasts=tuple(
-            Contrast(name, design.names[0], math.ldexp(float(mean - means[0]), cells.exponent), *(none,) * 6)
+            Contrast(name, control, cells.unit.difference(float(mean - means[0]), "the difference"), *(none,) * 6)
             for name, mean in zip(design.names[1:], means[1:], strict=True)
         ),
         day_variance=none,

@@ -22,7 +22,7 @@ class ConditionMean(Result):
     """Number of values."""
     n_days: int
     """Number of days it was measured on."""
-    estimate: float
+    estimate: float | Undefined
     """Generalised least-squares mean, for an average day."""
     se: float | Undefined
     """Standard error, for days drawn at random."""
@@ -40,7 +40,7 @@ class Contrast(Result):
     """Label of the condition."""
     control: str
     """Label of the condition that it is compared with."""
-    difference: float
+    difference: float | Undefined
     """Condition minus control."""
     se: float | Undefined
     """Standard error of the difference."""

@@ -1,7 +1,7 @@
-"""Values gathered into cells (one condition in one run of one day), and what is left of them within groups of cells.
+"""Values gathered into cells (one condition in one run of one day): sizes, means, and the squares within them.
 
-All values of a cell have the same expectation and the same random effects, so that a mixed model needs only the cells'
-sizes, their means and the sum of squares within them: its cost does not grow with the number of values.
+All values of a cell have the same expectation and the same random effects, so that a mixed model needs nothing else of
+them: its cost does not grow with the number of values.
 """
 
 from __future__ import annotations
@@ -10,39 +10,35 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stats.blocked_unit import Unit
+from stats.blocks import Blocks, Codes, Floats, blocks_of
 from stats.checks import Sample
-from stats.sums import common_shift, moments
-
-Floats = NDArray[np.float64]
-Codes = NDArray[np.intp]
+from stats.error_free import greatest, two_product, two_sum
+from stats.sums import common_shift, sum_of_products
 
 
 @dataclass(frozen=True, slots=True)
 class Cells:
-    """The cells of a design, shapes (m,); values are counted from `shift` in a unit that is a power of two."""
+    """The cells of a design, shapes (m,), by day and run, in a unit that leaves room for squares."""
 
     condition: Codes
     """Number of the condition, 0 to k - 1."""
     day: Codes
+    """Number of the day, ascending."""
     run: Codes
-    """Number of the run, 0 to r - 1; a run belongs to one day."""
+    """Number of the run, 0 to r - 1, ascending; a run belongs to one day."""
     size: Floats
     """How many values the cell holds."""
     mean: Floats
-    """Mean of its values, from `shift`, in the unit."""
+    """Mean of its values."""
     base: Floats
-    """Median of all values of its day, from `shift`."""
+    """Median of all values of its day."""
     offset: Floats
     """Mean of its values from `base`: comparisons within a day lose nothing to how much days differ."""
     sum_squares: float
     """Sum of squared deviations of all values from the mean of their cell, in the unit squared."""
-    shift: float
-    """What the means are counted from, in units of 2**shift_exponent."""
-    shift_exponent: int
-    exponent: int
-    """The unit is 2**exponent."""
+    unit: Unit
 
     @property
     def n(self) -> int:
@@ -55,90 +51,85 @@ class Cells:
         return int(self.condition.max()) + 1
 
     @property
-    def dummies(self) -> Floats:
-        """One column a condition, shape (m, k)."""
-        return np.asarray(np.eye(self.n_conditions)[self.condition])
+    def counts(self) -> Floats:
+        """Number of values of each condition, shape (k,)."""
+        return np.asarray(np.bincount(self.condition, weights=self.size))
+
+    def rows(self, basis: Floats, group: Codes) -> tuple[Floats, Floats]:
+        """Return rows between groups and within them: the conditions in a basis, shape (k, c), and the values.
+
+        As `Blocks.split` has it, the values in the last column; `group`, shape (m,), is the day, the run or one for
+        all.
+        """
+        blocks, design = blocks_of(group), basis[self.condition]
+        base = self.base[blocks.first]
+        if (self.base != base[group]).any():  # groups of several days
+            return blocks.split(np.column_stack([design, self.mean]), self.size)
+        between, within = blocks.split(np.column_stack([design, self.offset]), self.size)
+        between[:, -1] += np.sqrt(blocks.sums(self.size)) * base
+        return between, within
 
 
 def cells_of(sample: Sample, condition: Codes, day: Codes, run: Codes) -> Cells:
     """Return the cells of values of shape (n,) with the numbers of their conditions, days and runs."""
     values = sample.values
-    outer = math.frexp(float(np.max(np.abs(values))))[1]
+    outer = math.frexp(greatest(values))[1]
     scaled = np.ldexp(values, -outer)
     shift = common_shift(scaled)
     scaled = scaled - shift
     if sample.rest is not None:
         scaled = scaled + np.ldexp(sample.rest, -outer)
-    inner = math.frexp(float(np.max(np.abs(scaled))))[1]
+    inner = math.frexp(greatest(scaled))[1]
     scaled = np.ldexp(scaled, -inner)
-    keys, member = np.unique(np.stack([day, run, condition]), axis=1, return_inverse=True)
-    order = np.argsort(member.ravel(), kind="stable")
-    edges = np.cumsum(np.bincount(member.ravel()))[:-1]
-    base = np.array([common_shift(scaled[day == number]) for number in range(int(day.max()) + 1)])
-    parts = [moments(part, 0.0) for part in np.split((scaled - base[day])[order], edges)]
-    offset = np.array([part.offset for part in parts])
+    order = np.lexsort((scaled, condition, run, day))
+    scaled, condition, day, run = scaled[order], condition[order], day[order], run[order]
+    new = [np.diff(each, prepend=-1) != 0 for each in (condition, run, day)]
+    cells = blocks_of(np.cumsum(new[0] | new[1] | new[2]) - 1)
+    base = _medians(scaled, day)
+    offset, squares = _means(scaled - base[day], cells)
+    day = day[cells.first]
     return Cells(
-        condition=keys[2],
-        day=keys[0],
-        run=keys[1],
-        size=np.array([float(part.n) for part in parts]),
-        mean=base[keys[0]] + offset,
-        base=base[keys[0]],
+        condition=condition[cells.first],
+        day=day,
+        run=run[cells.first],
+        size=cells.sums(np.ones(scaled.size)),
+        mean=base[day] + offset,
+        base=base[day],
         offset=offset,
-        sum_squares=math.fsum(part.sum_squares for part in parts),
-        shift=shift,
-        shift_exponent=outer,
-        exponent=outer + inner,
+        sum_squares=squares,
+        unit=Unit(shift, outer, outer + inner),
     )
 
 
-def parts_of(condition: Codes, group: Codes) -> Codes:
-    """Return for each condition, shape (k,), the number of the connected part it belongs to through shared groups."""
-    label = np.arange(int(condition.max()) + 1)
-    while True:
-        before = label.copy()
-        for number in range(int(group.max()) + 1):
-            members = condition[group == number]
-            label[members] = label[members].min()
-        label = label[label]
-        if (label == before).all():
-            return np.asarray(np.unique(label, return_inverse=True)[1])
+def _medians(values: Floats, group: Codes) -> Floats:
+    """Return the lower median of each group's values."""
+    first, size = blocks_of(group).first, np.bincount(group)
+    return np.asarray(values[np.lexsort((values, group))][first + (size - 1) // 2])
 
 
-def reflector(direction: Floats) -> Floats:
-    """Return the orthogonal matrix (a Householder reflection) that turns `direction` onto the first axis."""
-    axis = direction.copy()
-    length = float(np.linalg.norm(direction))
-    axis[0] += math.copysign(length, axis[0])
-    turned = np.eye(axis.size) - (2.0 / float(axis @ axis)) * np.outer(axis, axis)
-    return -math.copysign(1.0, direction[0]) * turned
+def _means(values: Floats, cells: Blocks) -> tuple[Floats, float]:
+    """Return the mean of each cell and the sum of all squared deviations from them, rounded once.
 
-
-def split_by_group(columns: Floats, size: Floats, group: Codes) -> tuple[Floats, Floats]:
-    """Turn weighted cells into (between, within): one row a group, its root-sized mean, and all rows orthogonal to it.
-
-    `columns` has shape (m, c) and holds cell means; rows of equal variance result, shapes (g, c) and (m - g, c). No
-    mean is subtracted from anything, so that large differences between groups leave the rows within them unharmed.
+    Values are at most 4 in size. They are counted from the first of their cell, so that a constant cell has no
+    deviations; sums are those of whole numbers of a common grid (`stats.error_free.exact_sum`), means pairs of doubles.
     """
-    between, within = [], []
-    for number in range(int(group.max()) + 1):
-        chosen = group == number
-        weight = np.sqrt(size[chosen])
-        # The first cell as origin: what all cells of a group have in common must not reach the rows within it.
-        origin = columns[chosen][0]
-        turned = reflector(weight) @ (weight[:, None] * (columns[chosen] - origin))
-        between.append(turned[0] + math.sqrt(float(size[chosen].sum())) * origin)
-        within.append(turned[1:])
-    return np.array(between), np.concatenate(within)
-
-
-def rows_of(cells: Cells, basis: Floats, group: Codes) -> tuple[Floats, Floats]:
-    """Return `split_by_group` of the conditions in a basis, shape (k, c), and the values as the last column."""
-    design = cells.dummies @ basis
-    in_one_day = all(np.unique(cells.base[group == number]).size == 1 for number in range(int(group.max()) + 1))
-    if not in_one_day:
-        return split_by_group(np.column_stack([design, cells.mean]), cells.size, group)
-    between, within = split_by_group(np.column_stack([design, cells.offset]), cells.size, group)
-    first = np.unique(group, return_index=True)[1]
-    between[:, -1] += np.sqrt(np.bincount(group, weights=cells.size)) * cells.base[first]
-    return between, within
+    origin = values[cells.first]
+    high, low = two_sum(values, -origin[cells.group])
+    size = cells.sums(np.ones(values.size))
+    room = int(size.max()).bit_length() + 1
+    grid, left, sums = math.ldexp(16.0, room), high, []
+    for _ in range(2):
+        part = (grid + left) - grid
+        sums.append(cells.sums(part))
+        left = left - part
+        grid = math.ldexp(grid, room - 53)
+    total, error = two_sum(*sums)
+    mean = total / size
+    product, rest = two_product(mean, size)
+    small = (((total - product) - rest) + error + cells.sums(left + low)) / size
+    away, further = two_sum(high, -mean[cells.group])
+    away, further = two_sum(away, further + (low - small[cells.group]))
+    exponent = math.frexp(greatest(away))[1]
+    pair = (np.ldexp(away, -exponent), np.ldexp(further, -exponent))
+    middle, rest = two_sum(origin, mean)
+    return middle + (rest + small), math.ldexp(float(sum_of_products(pair, pair)), 2 * exponent)

@@ -15,7 +15,8 @@ import numpy as np
 
 from data_schema.vocabulary import Undefined
 from stats.blocked_result import Contrast, ExactTest
-from stats.cells import Cells, Codes
+from stats.blocks import Codes
+from stats.cells import Cells
 from stats.distributions import t_quantile
 from stats.strata import Strata, fixed_blocks, units_of
 from stats.tails import f_upper, t_two_sided
@@ -46,16 +47,13 @@ def exact_test(
             Contrast(
                 condition=name,
                 control=names[0],
-                difference=math.ldexp(difference, units.exponent),
-                se=math.ldexp(se, units.exponent),
+                difference=units.unit.difference(difference, "the difference"),
+                se=units.unit.spread(se, "the standard error"),
                 df=float(found.df),
                 t=t,
                 p=tail.p,
                 log10_p=tail.log10_p,
-                interval=(
-                    math.ldexp(difference - half, units.exponent),
-                    math.ldexp(difference + half, units.exponent),
-                ),
+                interval=units.unit.differences(difference - half, difference + half),
             )
         )
     overall = f_upper(found.f, between, found.df)
@@ -75,10 +73,9 @@ def exact_test(
 def _balanced(units: Cells, block: Codes) -> bool:
     if not block.any():  # nothing is held fixed
         return True
-    pairs, member = np.unique(np.stack([block, units.condition]), axis=1, return_inverse=True)
-    counts = np.bincount(member.ravel(), weights=units.size)
-    complete = pairs.shape[1] == (int(block.max()) + 1) * units.n_conditions
-    return bool(complete and (counts == counts[0]).all())
+    pairs = block * units.n_conditions + units.condition
+    counts = np.bincount(pairs, weights=units.size, minlength=(int(block.max()) + 1) * units.n_conditions)
+    return bool((counts == counts[0]).all())
 
 
 def _layout(cells: Cells, strata: Strata, with_runs: bool) -> tuple[Cells, Codes, str, str] | Undefined:

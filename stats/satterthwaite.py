@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from stats.cells import Floats
+from stats.blocks import Floats
 from stats.reml import Profile
 
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stats.cells import Cells, Codes, Floats, parts_of, rows_of
+from stats.blocks import Codes, Floats, blocks_of, parts_of
+from stats.cells import Cells
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +72,7 @@ class FixedBlocks:
 def fixed_blocks(cells: Cells, block: Codes) -> FixedBlocks | None:
     """Fit cell means of equal variance per value within blocks; None where no degree of freedom is left."""
     k = cells.n_conditions
-    _between, within = rows_of(cells, np.eye(k)[:, 1:], block)
+    _between, within = cells.rows(np.eye(k)[:, 1:], block)
     df = cells.n - k - int(block.max())
     if df < 1 or within.shape[0] < k - 1 or k < 2:
         return None
@@ -94,25 +95,20 @@ def negligible(cells: Cells) -> float:
 
 def units_of(cells: Cells, group: Codes, size: Floats) -> Cells | None:
     """Return one value for each group (run or day), its mean; None unless groups are alike: one condition, one size."""
-    numbers = np.unique(group)
-    members = [np.flatnonzero(group == number) for number in numbers]
-    if any(np.unique(cells.condition[each]).size > 1 for each in members):
+    blocks = blocks_of(group)
+    condition = cells.condition[blocks.first]
+    totals = blocks.sums(size)
+    if (cells.condition != condition[group]).any() or (totals != totals[0]).any():
         return None
-    totals = np.array([size[each].sum() for each in members])
-    if not (totals == totals[0]).all():
-        return None
-    first = np.array([each[0] for each in members])
-    means = np.array([float(size[each] @ cells.mean[each]) for each in members]) / totals
+    means = blocks.sums(size * cells.mean) / totals
     return Cells(
-        condition=cells.condition[first],
-        day=cells.day[first],
-        run=cells.run[first],
-        size=np.ones(numbers.size),
+        condition=condition,
+        day=cells.day[blocks.first],
+        run=cells.run[blocks.first],
+        size=np.ones(means.size),
         mean=means,
-        base=np.zeros(numbers.size),
+        base=np.zeros(means.size),
         offset=means,
         sum_squares=0.0,
-        shift=cells.shift,
-        shift_exponent=cells.shift_exponent,
-        exponent=cells.exponent,
+        unit=cells.unit,
     )

@@ -111,15 +111,23 @@ def two_by_day(
                 "value."
             )
         samples.append(sample)
-        days.append(np.array(words, dtype=object))
+        days.append(words)
         left_out += fewer
     first, second = _as_doubles(*samples)
-    strata = [
-        Stratum(np.sort(first[days[0] == day]), np.sort(second[days[1] == day])) for day in set(days[0]) & set(days[1])
-    ]
+    of_a, of_b = (_by_day(values, words) for values, words in zip((first, second), days, strict=True))
+    strata = [Stratum(of_a[day], of_b[day]) for day in of_a.keys() & of_b.keys()]
     strata.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
     n_days: int | Undefined = Undefined("no days were given") if day_a is None else len(strata)
     return TwoByDay(tuple(strata), first.size, second.size, n_days, left_out)
+
+
+def _by_day(values: Floats, words: list[str]) -> dict[str, Floats]:
+    """Return the values of each day in ascending order."""
+    places = {word: place for place, word in enumerate(dict.fromkeys(words))}
+    codes = np.array([places[word] for word in words], dtype=np.intp)
+    ends = np.cumsum(np.bincount(codes, minlength=len(places)))
+    parts = np.split(values[np.lexsort((values, codes))], ends)
+    return dict(zip(places, parts, strict=False))  # the last part is what no day holds: nothing
 
 
 def _as_doubles(a: Sample, b: Sample) -> tuple[Floats, Floats]:

@@ -71,3 +71,57 @@ def test_the_derivatives_are_those_of_the_deviance():
         for weights in np.eye(3) - np.eye(3)[0]:
             change = after.estimates.variance(weights) - before.estimates.variance(weights)
             assert found.slope(i, weights) == pytest.approx(change / (2 * step), rel=1e-7)
+
+
+def exact_derivatives(counts: np.ndarray, values: list[list[int]], gamma: Fraction) -> tuple[Fraction, Fraction]:
+    """First and second derivative by the days' gamma of the deviance of two conditions, in fractions.
+
+    `counts`, shape (days, 2), says how many values each condition has on each day; `values` has all values of a day.
+    """
+    sizes = [Fraction(int(each)) for each in counts.sum(axis=1)]
+    cells = [[Fraction(int(each)) for each in row] for row in counts]
+    shrinks = [1 / (1 + gamma * size) for size in sizes]
+    of_days = [sum(map(Fraction, each)) for each in values]
+    of_conditions = [sum(sum(each[: row[0]]) for each, row in zip(values, counts.tolist(), strict=True))]
+    of_conditions.append(sum(of_days) - of_conditions[0])
+    days, both = range(len(sizes)), range(2)
+
+    def through(a: list[Fraction], b: list[Fraction]) -> Fraction:
+        return sum(gamma * x * y * shrink for x, y, shrink in zip(a, b, shrinks, strict=True))
+
+    columns = [[row[c] for row in cells] for c in both]
+    cross = [[(sum(columns[c]) if c == d else 0) - through(columns[c], columns[d]) for d in both] for c in both]
+    along = [of_conditions[c] - through(columns[c], of_days) for c in both]
+    det = cross[0][0] * cross[1][1] - cross[0][1] ** 2
+    inverse = [[cross[1][1] / det, -cross[0][1] / det], [-cross[0][1] / det, cross[0][0] / det]]
+    means = [sum(inverse[c][d] * along[d] for d in both) for c in both]
+    own = sum(Fraction(x) ** 2 for each in values for x in each) - through(of_days, of_days)
+    squares = own - sum(m * a for m, a in zip(means, along, strict=True))
+    reach = [[columns[c][day] * shrinks[day] for c in both] for day in days]
+    pull = [of_days[day] * shrinks[day] - sum(reach[day][c] * means[c] for c in both) for day in days]
+    m = [
+        [
+            (sizes[i] * shrinks[i] if i == j else 0)
+            - sum(reach[i][c] * inverse[c][d] * reach[j][d] for c in both for d in both)
+            for j in days
+        ]
+        for i in days
+    ]
+    nu, force = sum(sizes) - 2, sum(w * w for w in pull)
+    bent = sum(pull[i] * m[i][j] * pull[j] for i in days for j in days)
+    curve = nu * (2 * bent / squares - (force / squares) ** 2)
+    return sum(m[i][i] for i in days) - nu * force / squares, curve - sum(m[i][j] ** 2 for i in days for j in days)
+
+
+@pytest.mark.parametrize("gamma", [Fraction(0), Fraction(1, 64), Fraction(4)])
+def test_days_that_hold_nearly_one_condition_only_keep_their_curvature(gamma):
+    """What days tell of each other here, about 2, is what is left of 10000: sums less large squares would lose it."""
+    rng = np.random.default_rng(3)
+    counts = np.array([[10_000, 1], [1, 10_000], [2, 1]])
+    day, condition = np.repeat([0, 0, 1, 1, 2, 2], counts.ravel()), np.repeat([0, 1] * 3, counts.ravel())
+    numbers = np.round(50.0 * rng.normal(size=day.size)).astype(int)
+    model = RemlModel(cells_of(as_sample("values", numbers), condition, day, day))
+    found = model.at(np.array([float(gamma), 0.0]))
+    slope, curve = exact_derivatives(counts, [numbers[day == each].tolist() for each in range(3)], gamma)
+    assert found.gradient[0] == pytest.approx(float(slope), rel=1e-10)
+    assert found.hessian[0, 0] == pytest.approx(float(curve), rel=1e-10)
