@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 
 from data_schema.queries.results import ResultRow
+from data_schema.vocabulary import Undefined
 from labbook.analysis import pairing
 from labbook.analysis.comparisons import Compared
 from labbook.analysis.family import adjusted
@@ -140,15 +141,18 @@ def _side(item: Compared, shown: Shown, name: str) -> Side:
 
 def _by_day(row: ResultRow, shown: Shown) -> ByDay:
     payload = json.loads(row.payload_json)
-    return ByDay(
+    found = ByDay(
         difference=shown.number(row, "difference"),
         test=shown.test(row, "by day", "t", "p"),
         days=payload["days"],
         day_sd=shown.number(row, "day_sd"),
         run_sd=shown.number(row, "run_sd"),
+        method=values_as("run", payload["method"]),
         confounding=values_as("run", payload["confounding"]),
         notes=tuple(values_as("run", note) for note in payload["notes"]),
     )
+    untested = isinstance(found.test.statistic, Undefined)
+    return found if untested else replace(found, test=replace(found.test, name=f"by day ({found.kind})"))
 
 
 def _equivalence(analysis: StudyAnalysis, item: Compared, row: ResultRow, shown: Shown) -> Equivalence:

@@ -106,7 +106,7 @@ def test_a_difference_in_height(content):
 
 def test_a_claim_has_holms_p_and_the_test_by_day_beside_welchs(content, headline):
     text = plain(savings_claim(content, headline).text)
-    assert " by Holm over 4 tests; by day t(" in text
+    assert " by Holm over 4 tests; by day (mixed model) t(" in text
     alone = dataclasses.replace(headline, adjusted=None, by_day=None)
     assert "Holm" not in savings_claim(content, alone).text
     assert "by day" not in savings_claim(content, alone).text

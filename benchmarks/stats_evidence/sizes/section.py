@@ -48,6 +48,7 @@ LAYOUTS = {
     "shared": "shared",
     "own": "each condition's own",
     "partly": "the first shared, the others each condition's own",
+    "mostly": "shared but the last, which is each condition's own",
     "holes": "shared, 40 % of values missing",
     "runs": "shared, two runs each",
 }
@@ -129,13 +130,14 @@ def section() -> list[str]:
         "their variance at 0 it takes days and values together, which on days of each condition's own makes it err too "
         "rarely if days do not differ, and a little too often if they do and are two. Both take all conditions to "
         "scatter alike: where one of three has twice the SD, intervals of its differences cover 0.91 to 0.92. Two "
-        "conditions that share one day of several stand for designs between shared days and own ones: there the mixed "
-        "model errs too often, the more so the fewer the days.",
+        "conditions that share one day of several, or all but one, stand for designs between shared days and own ones: "
+        "there the mixed model errs too often, the more so the fewer days there are and are shared.",
         "",
         *_over_days(_of(few, MODELS)),
         "",
         "The same days ignored: all values compared as if each told something new. With days of their own a test finds "
-        "the days and an interval misses the truth, and one day in common of several mends the smaller part of it; on "
+        "the days and an interval misses the truth; one day in common of several mends the smaller part of it, and one "
+        "day that is not in common still tells with ten values a day. On "
         "shared days a test errs too rarely and so overlooks effects.",
         "",
         *_over_days(pooled),

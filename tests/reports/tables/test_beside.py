@@ -50,6 +50,21 @@ def test_by_day_has_difference_interval_test_and_spreads_unrounded(content, quan
         assert float(row[f"run_sd_{slug}"]) == by_day.run_sd.value
 
 
+def test_the_table_by_day_names_the_test_of_every_row(content):
+    on_runs = "exact test on runs, day held fixed"
+    joules = [c for c in content.comparisons if c.quantity is Quantity.JOULES]
+    exact = changed(
+        content,
+        lambda c: dataclasses.replace(c, by_day=dataclasses.replace(c.by_day, method=on_runs)),
+        lambda c: c is joules[0],
+    )
+    table = TABLES["by_day_joules"].make(exact)
+    (place,) = [number for number, column in enumerate(table.columns) if column.title == "test"]
+    assert [row.cells[place].text for row in table.rows] == ["exact test", *["mixed model"] * (len(joules) - 1)]
+    assert [row["method"] for row in csv_rows("by_day_joules", exact)][:2] == [on_runs, "mixed model"]
+    assert "the exact test where the design is balanced, else a mixed model" in table.caption
+
+
 def confounded(comparison):
     nothing = Undefined("one day each")
     test = dataclasses.replace(comparison.by_day.test, statistic=nothing, df=(nothing,), p=nothing)
