@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from labbook.analysis import pairing
 from labbook.analysis.comparisons import Compared
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.leading_by_day import MIXED_MODEL
@@ -133,20 +132,12 @@ def _methods(analysis: StudyAnalysis, item: Compared) -> Iterator[str]:
 
 
 def _of_anovas(analysis: StudyAnalysis) -> Iterator[Use]:
-    if analysis.swept is None:
-        return
-    for quantity, conditions in ((Quantity.JOULES, analysis.joules), (Quantity.APEX, analysis.apex_heights)):
-        groups = {
-            pairing.group_label(group): pairing.treated_and_control(items)[0]
-            for group, items in pairing.groups(conditions, analysis.swept)
-        }
-        for item in analysis.anovas:
-            if item.quantity is quantity:
-                levels = [(one,) for one in groups[item.label]]
-                if _on_day_means(analysis):
-                    yield Use("one_way_anova", tuple(map(len, _by_day(levels))))
-                else:
-                    yield _on_runs("one_way_anova", levels)
+    for item in analysis.anovas:
+        levels = [(one,) for one in analysis.levels_of(item)]
+        if _on_day_means(analysis):
+            yield Use("one_way_anova", tuple(map(len, _by_day(levels))))
+        else:
+            yield _on_runs("one_way_anova", levels)
 
 
 def _off(row: Recorded) -> float:

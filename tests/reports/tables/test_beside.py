@@ -109,6 +109,40 @@ def test_equivalence_has_both_tests_and_the_verdict(content):
     assert len({column.title for column in table.heads} & {"90\u00a0% CI"}) == 1
 
 
+@pytest.mark.parametrize(
+    ("name", "titles"),
+    [
+        ("headlines", {"p", "Holm", "95\u00a0% CI"}),
+        ("comparisons_apex", {"p", "Holm", "95\u00a0% CI"}),
+        ("equivalence", {"p", "equivalence", "90\u00a0% CI"}),
+        ("tests_joules", {"p"}),
+        ("tests_jumps", {"p"}),
+        ("anovas", {"p"}),
+    ],
+)
+def test_what_a_p_cannot_tell_is_its_footnote_and_stands_in_the_file(content, name, titles):
+    why = "control and treatment had one day each"
+    told = dataclasses.replace(
+        changed(content, lambda c: dataclasses.replace(c, one_day_each=why)),
+        jump_comparisons=tuple(dataclasses.replace(c, one_day_each=why) for c in content.jump_comparisons),
+        anovas=tuple(dataclasses.replace(anova, one_day_each=why) for anova in content.anovas),
+    )
+    table, plain = (TABLES[name].make(each) for each in (told, content))
+    assert table.footnotes == plain.footnotes | {why: "abc"[len(plain.footnotes)]}
+    of_tests = {"F (df)", "t (df)", "Welch t (df)", "Brown-Forsythe p"}
+    for row in table.rows:
+        marked = {column.title for column, cell in zip(table.columns, row.cells, strict=True) if cell.note == why}
+        assert marked <= titles
+        assert "p" in marked
+        assert not marked & of_tests
+    assert {row["one_day_each"] for row in csv_rows(name, told)} == {why}
+    assert {row["one_day_each"] for row in csv_rows(name, content)} == {""}
+    if name == "equivalence":
+        assert {row.cells[9].text for row in table.rows} == {"–"}
+    if name == "anovas":
+        assert "Control and treatment had one day each." in quick_page(told)
+
+
 def test_without_a_test_of_equivalence_the_page_says_why(content):
     none = changed(content, lambda c: dataclasses.replace(c, equivalence=None))
     told = dataclasses.replace(none, no_equivalence="No bounds were stated.")
