@@ -24,13 +24,14 @@ def one_day_each(days: Mapping[str, Collection[str]]) -> str:
     )
 
 
-def said_of_group(observed: Observations, label: str) -> str:
-    """Say it of one group and the control, as a sentence; "" where days are not known or are themselves the groups."""
+def with_days_said(sentence: str, observed: Observations, label: str) -> str:
+    """Return the sentence on a group and the control, followed by one on what its p cannot tell where there is any.
+
+    There is none where days are not known, or are themselves the groups.
+    """
     rows = [row for row in observed.known().rows if row.label in (label, observed.control)]
     if observed.by == "day" or not all(row.day for row in rows):
-        return ""
-    days = {
-        observed.name(one): {row.day for row in rows if row.label == one} for one in (label, observed.control)
-    }  # fmt: skip
-    said = one_day_each(days)
-    return f"{said}." if said else ""
+        return sentence
+    sides = (label, observed.control)
+    said = one_day_each({observed.name(one): {row.day for row in rows if row.label == one} for one in sides})
+    return f"{sentence} {said}." if said else sentence

@@ -11,7 +11,7 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.analysis.observations import Observation, Observations
 from labbook.presenting.making import MadeReport
-from labbook.presenting.one_day_each import one_day_each, said_of_group
+from labbook.presenting.one_day_each import one_day_each, with_days_said
 from reports.content import Quantity
 from tests.helpers.books import ADA, DAYS, small_book
 from tests.helpers.pages import quick_page
@@ -45,15 +45,16 @@ def of_table(rows: str, by: str = "gain") -> Observations:
     return Observations("table.csv", "height", "m", by, "0", cells)
 
 
-def test_on_the_command_line_it_is_said_of_a_group_and_the_control() -> None:
+def test_on_the_command_line_it_follows_the_sentence_on_a_group_and_the_control() -> None:
     table = of_table("0a 0a 1b 1b 2a 2a")
-    assert said_of_group(table, "1").startswith("gain 1 and gain 0 were measured on one day each, and not the same one")
-    assert said_of_group(table, "1").endswith("between their days.")
-    assert said_of_group(table, "2") == ""
-    assert said_of_group(of_table("0 0 1 1"), "1") == ""  # no column of days
-    assert said_of_group(of_table("0a 0a 1b 1b", by="day"), "1") == ""  # days are what is compared
+    text = with_days_said("They differ.", table, "1")
+    assert text.startswith("They differ. gain 1 and gain 0 were measured on one day each, and not the same one, so")
+    assert text.endswith("between their days.")
+    assert with_days_said("They differ.", table, "2") == "They differ."
+    assert with_days_said("They differ.", of_table("0 0 1 1"), "1") == "They differ."  # no column of days
+    assert with_days_said("", of_table("0a 0a 1b 1b", by="day"), "1") == ""  # days are what is compared
     missing = replace(table, rows=(*table.rows, Observation(None, "1", "a")))
-    assert said_of_group(missing, "1") == said_of_group(table, "1")
+    assert with_days_said("They differ.", missing, "1") == text
 
 
 @pytest.fixture(scope="module")
