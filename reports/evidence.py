@@ -20,7 +20,8 @@ class Comparison:
     common (foot, k_gain); `level` is the AD level as text or "pooled" (`POOLED`). `test` is what the F-test
     chose (Student or Welch), `welch` stands beside it always. `headline` marks the comparison of the first claim.
     `sides` are those of the control and of the treatment. `adjusted` is Welch's p by Holm's method over the `n` tests
-    of the family; `exploratory` says why the comparison is not a planned one, "" where it is.
+    of the family; `exploratory` says why the comparison is not a planned one, "" where it is; `one_day_each` what p and
+    intervals cannot tell where each side had one day, and not the same, "" elsewhere.
     """
 
     label: str
@@ -43,6 +44,7 @@ class Comparison:
     adjusted: Number | None = None
     equivalence: Equivalence | None = None
     exploratory: str = ""
+    one_day_each: str = ""
 
     @property
     def opens(self) -> bool:
@@ -54,7 +56,7 @@ class Comparison:
 class Anova:
     """One-way analysis of variance over the swept factor's levels, control left out, within one group.
 
-    `exploratory` says why it was not planned, "" where it was.
+    `exploratory` says why it was not planned, "" where it was; `one_day_each` what p cannot tell, as in a comparison.
     """
 
     label: str
@@ -64,6 +66,7 @@ class Anova:
     n: int
     provenance: str = ""
     exploratory: str = ""
+    one_day_each: str = ""
 
 
 @dataclass(frozen=True, slots=True)

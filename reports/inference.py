@@ -17,10 +17,12 @@ class Side:
 
 @dataclass(frozen=True, slots=True)
 class ByDay:
-    """Treatment less control by y ~ condition + (1 | day), fitted by REML, degrees of freedom after Satterthwaite.
+    """Treatment less control by y ~ condition + (1 | day).
 
-    `day_sd` and `run_sd` are the standard deviations between days and between runs of a day. `confounding` says what
-    cannot be told because days and conditions go together, "" where they do not; `notes` what the model left out.
+    `method` names the test: "mixed model" (REML, degrees of freedom after Satterthwaite), or "exact test on ..." where
+    the design is balanced. `day_sd` and `run_sd` are the standard deviations between days and between runs of a day, by
+    REML. `confounding` says what cannot be told because days and conditions go together, "" where they do not; `notes`
+    what the model left out.
     """
 
     difference: Number
@@ -28,8 +30,14 @@ class ByDay:
     days: int
     day_sd: Number
     run_sd: Number
+    method: str
     confounding: str = ""
     notes: tuple[str, ...] = ()
+
+    @property
+    def kind(self) -> str:
+        """The test in two words: "mixed model" or "exact test"."""
+        return self.method.partition(" on ")[0]
 
 
 @dataclass(frozen=True, slots=True)

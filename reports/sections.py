@@ -18,7 +18,7 @@ from reports.naming import (
 )
 from reports.numbers import Quantity
 from reports.prediction_sentences import prediction_sentences
-from reports.wording import count_text, list_text
+from reports.wording import count_text, list_text, sentence_start
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,6 +156,8 @@ def _anova_paragraph(content: ReportContent, quantity: Quantity) -> tuple[Paragr
         "Whether the level of the treatment matters is tested by a one-way analysis of variance over the levels "
         f"of the {swept_words(swept_factor(content)).coefficient}, control left out: {list_text(results)}."
     )
+    for said in dict.fromkeys(anova.one_day_each for anova in anovas if anova.one_day_each):
+        text += f" {sentence_start(said)}."
     if reasons := dict.fromkeys(anova.exploratory for anova in anovas if anova.exploratory):
         text += f" That is exploratory, because {list_text(list(reasons))}."
     return (Paragraph(text, tuple(anova.provenance for anova in anovas if anova.provenance)),)

@@ -65,7 +65,8 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     interval = interval_text(savings)
     counts = _counts(content, comparison)
     evidence = f"{level_text(savings)} {interval}; {counts}; {_tests(comparison)}" if interval else counts
-    shown, treatment = _excludes_zero(savings), sentence_start(treatment_name(content, comparison.group))
+    shown = False if comparison.one_day_each else _excludes_zero(savings)
+    treatment = sentence_start(treatment_name(content, comparison.group))
     against, between = _sides(content, comparison)
     once = _lost_by_holm(comparison) if shown else ""
     if shown is None and savings.value < 0:
@@ -74,6 +75,9 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
         )
     elif shown is None:
         lead = f"The savings{against}{where} cannot be bounded: the best estimate is {size}"
+    elif comparison.one_day_each:
+        sign = MINUS if savings.value < 0 else ""
+        lead = f"No saving{against}{where} can be told from a difference between days: the estimate is {sign}{size}"
     elif not shown or once:
         sign = MINUS if savings.value < 0 else ""
         lead = f"No difference in energy was shown{between}{where}{once}: the estimated saving is {sign}{size}"
@@ -81,7 +85,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
         lead = f"{treatment} saved {size} of the energy of a jump{against}{where}"
     else:
         lead = f"{treatment} cost {size} more energy a jump{against}{where}"
-    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}."
+    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}.{_one_day_each(comparison)}"
     return Claim(sentence + _picked(content, comparison), _ids(comparison))
 
 
@@ -101,6 +105,11 @@ def _tests(comparison: Comparison) -> str:
     return "; ".join(parts)
 
 
+def _one_day_each(comparison: Comparison) -> str:
+    """Say in a sentence of its own what the p before it cannot tell."""
+    return f" {sentence_start(comparison.one_day_each)}." if comparison.one_day_each else ""
+
+
 def _exploratory(why: str, what: str = "comparison") -> str:
     """End the sentence on what was not planned."""
     return f", an exploratory {what}" if why else ""
@@ -113,8 +122,9 @@ def bounds_text(item: Equivalence) -> str:
     return with_unit(f"{low} to {high}", unit)
 
 
-def _equivalence(item: Equivalence | None) -> str:
+def _equivalence(comparison: Comparison) -> str:
     """Say whether a difference was shown to lie within the bounds; "" where it was not tested."""
+    item = comparison.equivalence
     if item is None:
         return ""
     of_mean = " of the control's mean" if item.estimate.unit == "%" else ""
@@ -123,7 +133,10 @@ def _equivalence(item: Equivalence | None) -> str:
         return f" {what} could not be tested: {item.p.reason}."
     evidence = f"{level_text(item.estimate)} {interval_text(item.estimate)}; TOST, {p_text(item.p)}"
     exploratory = _exploratory(item.exploratory, "test")
-    return f" {what} was {'shown' if item.shown else 'not shown'} ({evidence}){exploratory}."
+    verdict = f"was {'shown' if item.shown else 'not shown'}"
+    if comparison.one_day_each:
+        verdict = "cannot be told from a difference between days"
+    return f" {what} {verdict} ({evidence}){exploratory}."
 
 
 def _sides(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
@@ -170,11 +183,13 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     once = _lost_by_holm(comparison)
     lost = f", which is not shown{once}" if once else ""
     verdict = {True: lost, False: ", which the interval does not tell from zero", None: ""}[_excludes_zero(difference)]
+    if comparison.one_day_each:
+        verdict = ", which cannot be told from a difference between days"
     than = "" if swept_words(swept_factor(content)).of_active_damping else f" than under {control_name(content)}"
     treatment = treatment_name(content, comparison.group)
     lead = f"{what} was {size} {comparative} under {treatment}{than}{where}{verdict}"
     sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}."
-    more = _equivalence(comparison.equivalence)
+    more = f"{_one_day_each(comparison)}{_equivalence(comparison)}"
     return Claim(sentence + more, (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
 
 

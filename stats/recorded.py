@@ -59,8 +59,8 @@ class Recorded:
     """SD between days in SDs of the last group's values; None where there are no days."""
     layout: str = ""
     """"shared" where all groups share their days, "own" where each has days of its own, "partly" where they share the
-    first and each has others of its own; of shared days "holes" where values are missing, "runs" where each group has
-    two runs a day; empty without days."""
+    first and each has others of its own, "mostly" where they share all but the last; of shared days "holes" where
+    values are missing, "runs" where each group has two runs a day; empty without days."""
     distribution: str = "normal"
     """Of the values: normal, t5, t3, exponential or uniform."""
 

@@ -1,9 +1,4 @@
-"""Predictions held against measurements: the difference, and whether the uncertainties of both account for it.
-
-The difference is divided by the expanded uncertainty of both, the error ratio E_n of ISO 13528: of the measured value
-the half width of its 95 % interval on the side of the prediction, of the prediction two standard uncertainties, added
-in quadrature. They agree where the ratio lies within -1 to 1.
-"""
+"""Predictions held against measurements: of every condition's mean, and of savings, for the runs as they were made."""
 
 from __future__ import annotations
 
@@ -19,20 +14,25 @@ from labbook.analysis import pairing
 from labbook.analysis.comparing import Pair
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.predicting import Predicted
+from labbook.analysis.prediction_agreement import agreement
 from labbook.analysis.prediction_error import error_parts, in_all
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, number, rests_on_result
 from reports.numbers import Quantity
-from reports.predicted import COVERAGE_FACTOR, PredictedQuantity
-from stats.distributions import t_quantile
+from reports.predicted import PredictedQuantity
 
 ALGORITHM = Algorithm(
     "prediction_check",
     4,
-    ("labbook.analysis.checking", "labbook.analysis.prediction_error", "stats.distributions"),
+    (
+        "labbook.analysis.checking",
+        "labbook.analysis.prediction_agreement",
+        "labbook.analysis.prediction_error",
+        "stats.distributions",
+    ),
 )
 
-PREDICTED, DIFFERENCE, RATIO = "predicted", "difference", "error_ratio"
-"""Names of numbers of a check: what is predicted of the runs as they were made, and how it compares."""
+PREDICTED = "predicted"
+"""Name of a number of a check: what is predicted of the runs as they were made."""
 
 AllPredicted = Mapping[tuple[str, str], Predicted]
 """Predictions by a condition's key and a robot's uid."""
@@ -140,12 +140,6 @@ def error_by(source: str) -> str:
     return f"{PREDICTED}, error by {source}"
 
 
-def agrees(result: ResultRow) -> bool | None:
-    """Whether a check found agreement, None where it could not tell."""
-    ratio = number(result, RATIO).value
-    return None if ratio is None else abs(ratio) <= 1.0
-
-
 def _side(conditions: Sequence[ConditionValues], predicted: AllPredicted) -> Side:
     """Return the predictions that stand for conditions as they were run, each with the number of its runs."""
     counts = Counter((item.run.condition_key, item.run.robot_uid) for one in conditions for item in one.runs)
@@ -186,12 +180,12 @@ def _outcome(
         ends = sorted({one.ends for side in sides for one, _runs in side if one.value(Quantity.JOULES) is None})
         reason = f"the simulated jump ends otherwise: {', '.join(ends)}" if ends else "the simulated control is free"
         none = Undefined(reason)
-        return Outcome((NewNumber(PREDICTED, none, measured.unit), *_agreement(measured, none, none)))
+        return Outcome((NewNumber(PREDICTED, none, measured.unit), *agreement(measured, none, none)))
     parts = error_parts(value, accuracy_part, otherwise)
     error = in_all(parts)
     numbers = [NewNumber(PREDICTED, value, measured.unit, se=error)]
     numbers += [NewNumber(error_by(source), part, measured.unit) for source, part in parts.items()]
-    return Outcome((*numbers, *_agreement(measured, value, error)))
+    return Outcome((*numbers, *agreement(measured, value, error)))
 
 
 def _varied(
@@ -234,30 +228,3 @@ def _percent(joules: Sequence[float | None]) -> float | None:
 
 def _accuracy(sides: Sequence[Side]) -> float:
     return max(float(one.payload["relative_error"]) for side in sides for one, _runs in side)
-
-
-def _agreement(measured: NumberRow, value: float | Undefined, error: float | Undefined) -> tuple[NewNumber, NewNumber]:
-    """Return the difference and the error ratio."""
-    unit = measured.unit
-    if isinstance(value, Undefined) or measured.value is None:
-        none = value if isinstance(value, Undefined) else Undefined(measured.undefined_reason or "nothing was measured")
-        return NewNumber(DIFFERENCE, none, unit), NewNumber(RATIO, none, "1")
-    difference = value - measured.value
-    return NewNumber(DIFFERENCE, difference, unit), NewNumber(RATIO, _ratio(measured, difference, error), "1")
-
-
-def _ratio(measured: NumberRow, difference: float, error: float | Undefined) -> float | Undefined:
-    end = measured.ci_high if difference > 0.0 else measured.ci_low
-    if end is None or measured.value is None:
-        return Undefined("the measured value has no interval")
-    if isinstance(error, Undefined):
-        return error
-    expanded = math.hypot(_to_95_percent(measured) * (end - measured.value), COVERAGE_FACTOR * error)
-    return difference / expanded if expanded > 0.0 else Undefined("neither value has an uncertainty")
-
-
-def _to_95_percent(measured: NumberRow) -> float:
-    """Return by what an interval of another level is multiplied to be one of 95 %."""
-    if measured.df is None or measured.ci_level in (None, 0.95):
-        return 1.0
-    return t_quantile(0.95, measured.df) / t_quantile(measured.ci_level, measured.df)

@@ -9,7 +9,7 @@ from typing import Any
 from data_schema.queries.results import InputRow, ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.conditions import NUMBER_OF, ConditionValues
-from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on_result
+from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, ends_of, rests_on_result
 from reports.numbers import Quantity
 from stats.anova import one_way_anova
 from stats.savings import percent_savings
@@ -148,7 +148,7 @@ def _has_savings(pair: Pair, quantity: Quantity) -> bool:
 
 def _savings(pair: Pair, a: Sequence[float], b: Sequence[float], level: float) -> NewNumber:
     saved = percent_savings(a, b, shared_in_control=shared_by(pair.a), shared_in_treated=shared_by(pair.b), level=level)
-    low, high = _interval(saved.percent_ci)
+    low, high = ends_of(saved.percent_ci)
     shared_se = saved.shared_se_percent
     return NewNumber(
         "savings", saved.percent, "%", saved.se_percent, None if isinstance(shared_se, Undefined) else shared_se,
@@ -167,7 +167,3 @@ def _analysed(groups: Mapping[str, Sequence[float]]) -> Outcome:
         ),
         {"df_between": found.df_between, "df_within": found.df_within, "n": total},
     )
-
-
-def _interval(ends: tuple[float, float] | Undefined) -> tuple[float | Undefined, float | Undefined]:
-    return (ends, ends) if isinstance(ends, Undefined) else ends

@@ -8,15 +8,25 @@ from typing import Any
 
 from data_schema.queries.results import InputRow, ResultRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparing import Pair, rests_on_sides, shared_by
+from labbook.analysis.comparing import Pair, rests_on_sides
 from labbook.analysis.conditions import NUMBER_OF
+from labbook.analysis.day_weights import day_ratio, shared_by_day
+from labbook.analysis.leading_by_day import leading
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
 from reports.numbers import Quantity
 from stats.blocked import blocked_by_day
 from stats.shared_error import difference_with_shared
 
 ALGORITHM = Algorithm(
-    "comparison_by_day", 2, ("labbook.analysis.comparing_by_day", "stats.blocked", "stats.shared_error")
+    "comparison_by_day",
+    2,
+    (
+        "labbook.analysis.comparing_by_day",
+        "labbook.analysis.day_weights",
+        "labbook.analysis.leading_by_day",
+        "stats.blocked",
+        "stats.shared_error",
+    ),
 )
 
 CONTROL, TREATED = "the control", "the treatment"
@@ -25,7 +35,11 @@ CONTROL, TREATED = "the control", "the treatment"
 def compare_by_day(
     bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any], alpha: float
 ) -> list[ResultRow]:
-    """Ensure y ~ condition + (1 | day) over the runs of every pair, in order; intervals have level 1 - alpha."""
+    """Ensure y ~ condition + (1 | day) over the runs of every pair, in order; intervals have level 1 - alpha.
+
+    Numbers are those that lead (`leading`): of the exact test where the design is balanced; "method" names which. The
+    spreads of days and of runs are the mixed model's.
+    """
     return bench.ensure(
         [
             Request(
@@ -49,13 +63,12 @@ def _days(pair: Pair) -> list[InputRow]:
 def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Outcome:
     sides = ((CONTROL, pair.a), (TREATED, pair.b))
     rows = [(item, name) for name, side in sides for condition in side for item in condition.runs]
-    days = [item.run.day for item, _name in rows]
-    found = blocked_by_day(
-        [item.value for item, _name in rows], [name for _item, name in rows], days, control=CONTROL, level=1.0 - alpha
-    )
-    (contrast,) = found.contrasts
+    names, days = [name for _item, name in rows], [item.run.day for item, _name in rows]
+    found = blocked_by_day([item.value for item, _name in rows], names, days, control=CONTROL, level=1.0 - alpha)
+    lead = leading(found)
+    (contrast,) = lead.contrasts
     unit, n = NUMBER_OF[quantity][1], found.n
-    shared = shared_by(pair.b).minus(shared_by(pair.a))
+    shared = shared_by_day(contrast, day_ratio(found, lead.exact), names, days, [item.shared for item, _name in rows])
     shared_se = shared.se if quantity is Quantity.JOULES else None
     test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, shared, found.level)
     return Outcome(
@@ -69,7 +82,7 @@ def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Outcome:
             NewNumber("day_sd", _root(found.day_variance), unit, n=found.n_days),
             NewNumber("run_sd", _root(found.residual_variance), unit, n=n),
         ),
-        {"days": found.n_days, "confounding": found.confounding, "notes": list(found.notes)},
+        {"days": found.n_days, "method": lead.method, "confounding": found.confounding, "notes": list(found.notes)},
     )  # fmt: skip
 
 

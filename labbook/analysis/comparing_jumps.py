@@ -7,10 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from data_schema.queries.results import ResultRow
-from data_schema.vocabulary import Undefined
 from labbook.analysis.comparing import Pair
 from labbook.analysis.conditions import ConditionValues
-from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on_result
+from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, ends_of, rests_on_result
 from stats.two_sample import compare_two
 
 ALGORITHM = Algorithm(
@@ -58,7 +57,7 @@ def _compared(pair: Pair, alpha: float) -> Outcome:
             NewNumber("welch_t", test.welch_t, "1", df=test.welch_df, n=total),
             NewNumber("welch_p", test.welch_p, "1", df=test.welch_df, n=total),
             *(
-                NewNumber(name, test.difference, "m", None, None, *_ends(interval), 1.0 - alpha, df=df, n=total)
+                NewNumber(name, test.difference, "m", None, None, *ends_of(interval), 1.0 - alpha, df=df, n=total)
                 for name, interval, df in differences
             ),
         ),
@@ -73,7 +72,3 @@ def _heights_m(side: Sequence[ConditionValues]) -> list[float]:
         for item in condition.runs
         for height_m in json.loads(item.result.payload_json)["heights_m"]
     ]
-
-
-def _ends(interval: tuple[float, float] | Undefined) -> tuple[float | Undefined, float | Undefined]:
-    return (interval, interval) if isinstance(interval, Undefined) else interval

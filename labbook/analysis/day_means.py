@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -51,7 +51,7 @@ def by_day(
     bench: Workbench, sides: Sequence[Sequence[ConditionValues]], quantity: Quantity, scope: Mapping[str, Any]
 ) -> list[ConditionValues]:
     """Ensure the means of each side's runs by day, in order: one set of values a side, under its first condition."""
-    days = [_by_day(side) for side in sides]
+    days = [days_of(item for condition in side for item in condition.runs) for side in sides]
     rows = bench.ensure(
         [
             Request(
@@ -78,22 +78,25 @@ def unit_scope(scope: Mapping[str, Any], unit: UnitOfAnalysis) -> dict[str, Any]
     return dict(scope) if unit is UnitOfAnalysis.RUN else {**scope, "unit": str(unit)}
 
 
-def _by_day(side: Sequence[ConditionValues]) -> dict[str, list[RunNumber]]:
+def days_of(items: Iterable[RunNumber]) -> dict[str, list[RunNumber]]:
+    """Return runs by their day, in order of first occurrence."""
     found: dict[str, list[RunNumber]] = {}
-    for condition in side:
-        for item in condition.runs:
-            found.setdefault(item.run.day, []).append(item)
+    for item in items:
+        found.setdefault(item.run.day, []).append(item)
     return found
 
 
-def _means(days: _Days, unit: str) -> Outcome:
-    return Outcome(tuple(NewNumber(f"mean of {day}", _mean(items), unit, n=len(items)) for day, items in days.items()))
-
-
-def _mean(items: Sequence[RunNumber]) -> float:
+def mean_of(items: Sequence[RunNumber]) -> float:
+    """Return the mean of runs' numbers."""
     return math.fsum(item.value for item in items) / len(items)
+
+
+def _means(days: _Days, unit: str) -> Outcome:
+    return Outcome(
+        tuple(NewNumber(f"mean of {day}", mean_of(items), unit, n=len(items)) for day, items in days.items())
+    )
 
 
 def _as_one(row: ResultRow, items: Sequence[RunNumber]) -> RunNumber:
     """Return a day's runs as one; its run is the day's first, which knows the day."""
-    return RunNumber(items[0].run, _mean(items), shared_of_mean([item.shared for item in items]), row)
+    return RunNumber(items[0].run, mean_of(items), shared_of_mean([item.shared for item in items]), row)

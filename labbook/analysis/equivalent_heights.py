@@ -9,7 +9,7 @@ from typing import Any
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparing import Pair, rests_on_sides, values_of
-from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
+from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, ends_of
 from labbook.config.model import Bounds
 from reports.numbers import Quantity
 from stats.equivalence import equivalence
@@ -40,8 +40,8 @@ def _tested(pair: Pair, bounds: Bounds, alpha: float) -> Outcome:
         values_of(pair.b), values_of(pair.a), bounds.low, bounds.high,
         bounds="percent" if bounds.percent else "raw", alpha=alpha,
     )  # fmt: skip
-    welch, n, interval = found.welch, found.n_a + found.n_b, found.welch.estimate_ci
-    low, high = (interval, interval) if isinstance(interval, Undefined) else interval
+    welch, n = found.welch, found.n_a + found.n_b
+    low, high = ends_of(welch.estimate_ci)
     unit = "%" if bounds.percent else "m"
     return Outcome(
         (

@@ -18,6 +18,7 @@ from labbook.analysis import pairing
 from labbook.analysis.conditions import NUMBER_OF, RunNumber, run_numbers
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence, gather
+from labbook.analysis.observed_notes import beside_plan, left_out, pooled_over
 from labbook.analysis.passive_drain import passive_drains
 from labbook.analysis.planned import Planned, planned_analysis
 from labbook.analysis.run_apexes import as_protocol, run_apexes
@@ -35,7 +36,6 @@ OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
 }
 """What runs can be grouped by beside the study's factors."""
 
-_MOST_NAMED = 5
 _AXIS = {Quantity.JOULES: "Energy of a jump", Quantity.APEX: "Apex height"}
 
 
@@ -212,10 +212,10 @@ def observations_of_book(
         by=by,
         control=control,
         rows=rows,
-        notes=(*_left_out(evidence, numbers, missing, asked.quantity), *_pooled_over(numbers, by, configuration)),
+        notes=(*left_out(evidence, numbers, missing, asked.quantity), *pooled_over(numbers, by, configuration)),
         plan=planned_analysis(connection, configuration),
         measured=asked.quantity,
-        beside_plan=_beside_plan(by, control, asked.jumps, numbers, configuration),
+        beside_plan=beside_plan(by, control, asked.jumps, numbers, configuration),
         configuration=configuration,
     )
 
@@ -242,50 +242,3 @@ def _label(run: RunRow, by: str) -> str:
 def _heights(item: RunNumber) -> list[float]:
     found: list[float] = json.loads(item.result.payload_json)["heights_m"]
     return found
-
-
-def _left_out(
-    evidence: Evidence, numbers: Sequence[RunNumber], missing: Mapping[str, str], quantity: Quantity
-) -> list[str]:
-    used = {item.run.uid for item in numbers}
-    left = [run for run in evidence.runs if run.uid not in used]
-    if not left:
-        return []
-    reasons = [f"{run.name} ({missing.get(run.uid, 'undefined')})" for run in left[:_MOST_NAMED]]
-    more = ", ..." if len(left) > _MOST_NAMED else ""
-    what = "joules" if quantity is Quantity.JOULES else "apex height"
-    return [f"{len(left)} of {len(evidence.runs)} runs have no {what} and are left out: {', '.join(reasons)}{more}."]
-
-
-def _several_levels(numbers: Sequence[RunNumber], by: str, configuration: Configuration) -> list[str]:
-    """Return which factors differ within the groups."""
-    return [
-        name
-        for name in configuration.factors
-        if name != by and len({item.run.levels.get(name) for item in numbers}) > 1
-    ]
-
-
-def _pooled_over(numbers: Sequence[RunNumber], by: str, configuration: Configuration) -> list[str]:
-    found = _several_levels(numbers, by, configuration)
-    if not found:
-        return []
-    return [
-        f"Runs of several levels of {' and '.join(found)} are compared as one: --where selects one level, within which "
-        "the planned families compare."
-    ]
-
-
-def _beside_plan(by: str, control: str, jumps: bool, numbers: Sequence[RunNumber], configuration: Configuration) -> str:
-    """Say why none of the families that can be decided on has this question; "" where one has."""
-    swept = pairing.swept_factor(configuration)
-    if swept is None or by != swept:
-        other = "" if swept is None else f", its families compare levels of {swept}"
-        return f"the plan has no comparison by {by}{other}"
-    usual = configuration.factors[swept].control
-    if control != usual:
-        return f"the plan's families compare with the control {swept} {usual}, not with {control}"
-    several = _several_levels(numbers, by, configuration)
-    if several:
-        return f"the plan's families compare within one level of {' and '.join(several)}, not over several"
-    return "the unit of analysis is a run or a day's mean, not the single jump" if jumps else ""

@@ -9,14 +9,13 @@ as one standard uncertainty.
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
-from data_schema.errors import LabbookError, unknown_name
+from data_schema.errors import unknown_name
 from data_schema.journal import canonical
 from data_schema.queries.facts import read_fact
 from data_schema.queries.predictions import PredictionRow, add_predictions
@@ -27,12 +26,12 @@ from labbook.analysis.condition_scenes import ROBOT_PARAMETERS, condition_scene,
 from labbook.analysis.facts import condition_input
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.prediction_error import error_parts, in_all
+from labbook.analysis.simulated_values import simulated, varied
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
 from labbook.config.model import SimulationSettings
 from reports.numbers import Quantity
 
 if TYPE_CHECKING:
-    from simulator.result import JumpResult
     from simulator.scene import Scene
 
 ALGORITHM = Algorithm(
@@ -42,6 +41,7 @@ ALGORITHM = Algorithm(
         "labbook.analysis.predicting",
         "labbook.analysis.condition_scenes",
         "labbook.analysis.prediction_error",
+        "labbook.analysis.simulated_values",
         "simulator.ill_conditioned",
         "simulator.jump",
     ),
@@ -55,24 +55,6 @@ NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
 
 BRANCH = "other branch"
 """The part of an error that is due to a decision on a knife's edge, beside the assumed parameters."""
-
-
-@dataclass(frozen=True, slots=True)
-class Simulated:
-    """One simulation of a scene: a value a quantity (None where a jump has no apex), and how the jump ended.
-
-    `close_decision`: whether a decision hangs on a knife's edge; `branch` holds the values had it fallen otherwise,
-    where that was simulated. `rounding`: what rounding has grown to, 0 where the accuracy has room for it.
-    `under_surface`: whether the body gets under the grains; `open_book`: whether an energy book does not close.
-    """
-
-    values: Mapping[str, float | None]
-    outcome: str
-    close_decision: bool
-    rounding: float
-    under_surface: bool
-    open_book: bool
-    branch: Mapping[str, float | None] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,10 +166,10 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
     progress("compiling the simulator, up to 30 s")
     kernel_for(scene.effects)
     progress("simulating each condition")
-    found, parts = _simulated(scene, settings.accuracy), _parts(settings, scene)
+    found, parts = simulated(scene, settings.accuracy), _parts(settings, scene)
     error = max(settings.accuracy, found.rounding)
     otherwise = {
-        name: [_varied(scene, name, 1.0 + sign * part, settings.accuracy) for sign in (-1.0, 1.0)]
+        name: [varied(scene, name, 1.0 + sign * part, settings.accuracy) for sign in (-1.0, 1.0)]
         for name, part in parts.items()
     }
     if found.branch is not None:
@@ -224,42 +206,3 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
         "otherwise": otherwise,
     }
     return Outcome(tuple(numbers), payload)
-
-
-def _varied(scene: Scene, name: str, factor: float, accuracy: float) -> Mapping[str, float | None]:
-    """Simulate with one parameter times a factor; nothing comes of what no scene can have."""
-    try:
-        changed = scene.changed({name: scene[name] * factor})
-    except LabbookError:
-        return dict.fromkeys(map(str, Quantity))
-    return _simulated(changed, accuracy).values
-
-
-def _simulated(scene: Scene, accuracy: float) -> Simulated:
-    """Simulate a scene and take the mean over its jumps."""
-    from simulator.ill_conditioned import close_decision, grown_rounding
-    from simulator.jump import simulate
-
-    jumps = simulate(scene, accuracy).jumps
-    ended = next((jump.outcome for jump in jumps if jump.apex_height_m is None), jumps[-1].outcome)
-    branch = None
-    if any(jump.other_branch is not None for jump in jumps):
-        branch = _means([jump.other_branch or jump for jump in jumps])
-    rounding = max(grown_rounding(jump, accuracy) for jump in jumps)
-    return Simulated(
-        _means(jumps),
-        ended,
-        any(map(close_decision, jumps)),
-        rounding,
-        any(jump.under_surface for jump in jumps),
-        any(jump.open_book for jump in jumps),
-        branch,
-    )
-
-
-def _means(jumps: Sequence[JumpResult]) -> dict[str, float | None]:
-    heights = [jump.apex_height_m for jump in jumps if jump.apex_height_m is not None]
-    if len(heights) < len(jumps):
-        return dict.fromkeys(map(str, Quantity))
-    joules = math.fsum(jump.cost_J for jump in jumps)
-    return {str(Quantity.JOULES): joules / len(jumps), str(Quantity.APEX): math.fsum(heights) / len(jumps)}

@@ -10,6 +10,7 @@ from scipy import special
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.conditions import NUMBER_OF, RunNumber, run_numbers
+from labbook.analysis.day_means import days_of, mean_of
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import passive_drains
@@ -81,10 +82,7 @@ def run_spread(
 def _values(items: Sequence[RunNumber], unit: UnitOfAnalysis) -> list[float]:
     if unit is UnitOfAnalysis.RUN:
         return [item.value for item in items]
-    days: dict[str, list[float]] = {}
-    for item in items:
-        days.setdefault(item.run.day, []).append(item.value)
-    return [math.fsum(of_day) / len(of_day) for of_day in days.values()]
+    return [mean_of(of_day) for of_day in days_of(items).values()]
 
 
 def _squares(values: Sequence[float]) -> float:

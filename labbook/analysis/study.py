@@ -58,6 +58,16 @@ class StudyAnalysis:
     predicted: dict[tuple[str, str], Predicted]
     checked: list[Checked]
 
+    def levels_of(self, item: VarianceAnalysed) -> list[ConditionValues]:
+        """Return the treated conditions of an analysis of variance with their runs."""
+        conditions = self.joules if item.quantity is Quantity.JOULES else self.apex_heights
+        return [
+            treated
+            for group, items in pairing.groups(conditions, self.swept or "")
+            if pairing.group_label(group) == item.label
+            for treated in pairing.treated_and_control(items)[0]
+        ]
+
 
 def analyse(
     bench: Workbench, detections: Detections, evidence: Evidence, progress: Callable[[str], None]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 from data_schema.vocabulary import Undefined
+from labbook.analysis.day_weights import day_ratio, shared_by_day
 from stats.blocked_result import BlockedByDay, Contrast, ExactTest
 from stats.shared_error import SharedError, SharedTest, difference_with_shared
 from stats.tails import t_two_sided
@@ -41,6 +43,30 @@ def days_with_shared(found: BlockedByDay, shared: dict[str, SharedError]) -> Blo
     if isinstance(exact, ExactTest):
         exact = replace(exact, contrasts=tuple(map(of, exact.contrasts)))
     return replace(found, contrasts=tuple(map(of, found.contrasts)), exact=exact)
+
+
+def by_day_with_shared(
+    found: BlockedByDay, conditions: Sequence[str], days: Sequence[str], errors: Sequence[SharedError]
+) -> BlockedByDay:
+    """Add to each contrast what is left of the errors of its values, each by its own weight in that contrast.
+
+    Conditions, days and errors are those of the values compared. The F-tests leave the shared error out.
+    """
+
+    def of(contrasts: Sequence[Contrast], exact: ExactTest | None) -> tuple[Contrast, ...]:
+        return tuple(added(contrast, day_ratio(found, exact)) for contrast in contrasts)
+
+    def added(contrast: Contrast, ratio: float) -> Contrast:
+        left = shared_by_day(contrast, ratio, conditions, days, errors)
+        if left.se == 0.0:
+            return contrast
+        test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, left, found.level)
+        return _changed(contrast, test, "", "interval")
+
+    exact = found.exact
+    if isinstance(exact, ExactTest):
+        exact = replace(exact, contrasts=of(exact.contrasts, exact))
+    return replace(found, contrasts=of(found.contrasts, None), exact=exact)
 
 
 def _changed(result: _T, test: SharedTest, prefix: str, interval: str) -> _T:

@@ -117,6 +117,11 @@ def rests_on_result(role: str, row: ResultRow) -> InputRow:
     return InputRow(role, "result", row.uid, row.key)
 
 
+def ends_of(interval: tuple[float, float] | Undefined) -> tuple[float | Undefined, float | Undefined]:
+    """Return both ends of an interval as a number's; each is the reason where there is none."""
+    return (interval, interval) if isinstance(interval, Undefined) else interval
+
+
 def number(row: ResultRow, name: str) -> NumberRow:
     """Return one number of a result."""
     return next(item for item in row.numbers if item.name == name)

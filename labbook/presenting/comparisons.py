@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from data_schema.queries.results import ResultRow
+from data_schema.vocabulary import Undefined
 from labbook.analysis import pairing
 from labbook.analysis.comparisons import Compared
+from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.family import adjusted
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.design import factor_title
-from labbook.presenting.numbers import Shown, values_as
+from labbook.presenting.numbers import Shown, side_names, values_as
+from labbook.presenting.one_day_each import one_day_each
 from reports.content import Anova, Comparison, Quantity, ReportContent, Sensitivity, Variant
 from reports.inference import ByDay, Equivalence, Side
 from reports.naming import levels_name
+from reports.numbers import SignificanceTest
 
 
 def comparisons(analysis: StudyAnalysis, shown: Shown) -> tuple[Comparison, ...]:
@@ -59,7 +64,9 @@ def anovas(analysis: StudyAnalysis, shown: Shown) -> tuple[Anova, ...]:
         test = shown.test(item.result, "one-way ANOVA", "f", "p", df)
         p = shown.number(item.result, "p")
         why = analysis.planned.exploratory_anova()
-        found.append(Anova(item.label, item.quantity, item.group, test, payload["n"], p.provenance, why))
+        levels = {one.levels.get(analysis.swept or "", one.key): (one,) for one in analysis.levels_of(item)}
+        days = _days_untold(test, {f"level {label}": side for label, side in levels.items()})
+        found.append(Anova(item.label, item.quantity, item.group, test, payload["n"], p.provenance, why, days))
     return tuple(found)
 
 
@@ -118,6 +125,7 @@ def _tested(item: Compared, shown: Shown, family: str) -> Comparison:
     """Show the thesis's route, and Welch's test beside it."""
     payload = json.loads(item.result.payload_json)
     n_a, n_b = payload["n_a"], payload["n_b"]
+    test = shown.test(item.result, payload["test"], "t", "p")
     return Comparison(
         label=item.pair.label,
         quantity=item.quantity,
@@ -126,12 +134,22 @@ def _tested(item: Compared, shown: Shown, family: str) -> Comparison:
         n_control=n_a,
         n_treatment=n_b,
         variance_test=shown.test(item.result, "F-test", "f", "f_p", (float(n_b - 1), float(n_a - 1))),
-        test=shown.test(item.result, payload["test"], "t", "p"),
+        test=test,
         difference=shown.number(item.result, "difference"),
         welch=shown.test(item.result, "Welch", "welch_t", "welch_p"),
         welch_difference=shown.number(item.result, "welch_difference"),
         family=family,
+        one_day_each=_days_untold(
+            test, dict(zip(side_names(item.pair.family), (item.pair.b, item.pair.a), strict=True))
+        ),
     )
+
+
+def _days_untold(test: SignificanceTest, sides: Mapping[str, Sequence[ConditionValues]]) -> str:
+    """Say that a test cannot tell its sides from their days, where each had one day; "" where there is no test."""
+    if isinstance(test.statistic, Undefined):
+        return ""
+    return one_day_each({name: {item.run.day for one in side for item in one.runs} for name, side in sides.items()})
 
 
 def _side(item: Compared, shown: Shown, name: str) -> Side:
@@ -140,15 +158,18 @@ def _side(item: Compared, shown: Shown, name: str) -> Side:
 
 def _by_day(row: ResultRow, shown: Shown) -> ByDay:
     payload = json.loads(row.payload_json)
-    return ByDay(
+    found = ByDay(
         difference=shown.number(row, "difference"),
         test=shown.test(row, "by day", "t", "p"),
         days=payload["days"],
         day_sd=shown.number(row, "day_sd"),
         run_sd=shown.number(row, "run_sd"),
+        method=values_as("run", payload["method"]),
         confounding=values_as("run", payload["confounding"]),
         notes=tuple(values_as("run", note) for note in payload["notes"]),
     )
+    untested = isinstance(found.test.statistic, Undefined)
+    return found if untested else replace(found, test=replace(found.test, name=f"by day ({found.kind})"))
 
 
 def _equivalence(analysis: StudyAnalysis, item: Compared, row: ResultRow, shown: Shown) -> Equivalence:

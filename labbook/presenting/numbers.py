@@ -71,11 +71,15 @@ def _reason(row: ResultRow, item: NumberRow) -> str:
     family = scope.get("family")
     if family is None:
         return reason
-    between = family.startswith(pairing.BETWEEN.partition("{")[0])
-    names = ("the level", "the level it is compared with") if between else ("the treatment", "the control")
-    for group, name in zip(("group a", "group b"), names, strict=True):
+    for group, name in zip(("group a", "group b"), side_names(family), strict=True):
         reason = reason.replace(group, name).replace(f"group '{group[-1]}'", name)
     return values_as(scope.get("unit", "run"), reason)
+
+
+def side_names(family: str) -> tuple[str, str]:
+    """Return what a family of comparisons calls the side that is compared, and the one that it is compared with."""
+    between = family.startswith(pairing.BETWEEN.partition("{")[0])
+    return ("the level", "the level it is compared with") if between else ("the treatment", "the control")
 
 
 def values_as(unit: str, text: str) -> str:

@@ -8,15 +8,19 @@ from collections.abc import Sequence
 
 from data_schema.queries.results import ResultRow
 from labbook.analysis.comparisons import Compared
+from labbook.analysis.leading_by_day import MIXED_MODEL
 from labbook.analysis.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.workbench import number
 from labbook.config.model import Bounds
+from labbook.presenting.numbers import values_as
 from labbook.presenting.weak_points import weaknesses
 from reports.display import general_text
 from reports.naming import SweptWords
 from reports.numbers import Quantity
 from reports.wording import count_text, list_text
+
+_BY_DAY = {MIXED_MODEL: f"{MIXED_MODEL} (REML, degrees of freedom after Satterthwaite)"}
 
 
 def tests_used(analysis: StudyAnalysis, called: SweptWords) -> tuple[str, ...]:
@@ -56,10 +60,13 @@ def _by_day(compared: Sequence[Compared]) -> str:
     tested = [row for row in found if _exists(row, "t")]
     if not tested:
         return "No comparison could be made by day." if found else ""
-    untold = f"; {len(found) - len(tested)} could not be tested so" if len(tested) < len(found) else ""
+    methods = Counter(values_as("run", json.loads(row.payload_json)["method"]) for row in tested)
+    said = [f"{count_text(count, 'comparison')} by the {_BY_DAY.get(name, name)}" for name, count in methods.items()]
+    untold = [f"{len(found) - len(tested)} could not be tested so"] if len(tested) < len(found) else []
+    rule = "" if set(methods) == {MIXED_MODEL} else " The exact test stands where the design is balanced."
     return (
-        f"With the day as a random effect, y ~ condition + (1 | day), {count_text(len(tested), 'comparison')} with the "
-        f"control were made again by a mixed model (REML, degrees of freedom after Satterthwaite){untold}."
+        "Comparisons with the control were made again with the day as a random effect, y ~ condition + (1 | day): "
+        f"{'; '.join([*said, *untold])}.{rule}"
     )
 
 

@@ -7,12 +7,13 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from labbook.analysis import pairing
 from labbook.analysis.comparisons import Compared
 from labbook.analysis.conditions import ConditionValues
+from labbook.analysis.leading_by_day import MIXED_MODEL
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.workbench import number
 from labbook.config.model import UnitOfAnalysis
+from labbook.presenting.day_layout import MOSTLY, OWN, PARTLY, SHARED, with_days, without_days
 from reports.display import general_text
 from reports.numbers import Quantity
 from reports.wording import count_text, list_text
@@ -26,25 +27,28 @@ _NAMES = {
     "difference_ci_welch": "Welch's interval",
     "blocked_by_day": "the test by day",
     "blocked_by_day_ci": "the interval by day",
+    "blocked_by_day_exact": "the exact test by day",
     "equivalence": "TOST",
     "equivalence_percent": "TOST",
     "fieller": "Fieller's interval",
     "one_way_anova": "the analysis of variance",
 }
-_OWN, _PARTLY, _SHARED = "own", "partly", "shared"
-_NEARLY_ALL = 0.8
-"""Share of common days from which days count as shared: at four of five, with days that differ as much as runs,
-Welch's test errs in 2 to 6 % of studies with one to five runs a day."""
-_WHOSE = {_OWN: "of its own", _PARTLY: "of which all groups share one", _SHARED: "that all groups share"}
-_BY_DAY = ("blocked_by_day", "blocked_by_day_ci")
+_WHOSE = {
+    OWN: "of its own",
+    PARTLY: "of which all groups share one",
+    MOSTLY: "of which all groups share all but one",
+    SHARED: "that all groups share",
+}
+_MIXED, _EXACT = ("blocked_by_day", "blocked_by_day_ci"), ("blocked_by_day_exact",)
+_BY_DAY = (*_MIXED, *_EXACT)
 
 
 @dataclass(frozen=True, slots=True)
 class Use:
     """A method and a design that it was used on.
 
-    `n` counts what was tested of each group, runs or day means; `days` are those of the group that has most, and
-    `layout` says whether groups share them. Day means have neither: a day is one value.
+    `n` counts what was tested of each group, runs or day means; `days` and `layout` are those of the design on record
+    that stands for how groups share their days (`day_layout`). Day means have neither: a day is one value.
     """
 
     method: str
@@ -56,7 +60,7 @@ class Use:
         """Return what is on record of the method at such a design; days matter where groups do not share them all."""
         by_day = self.method in _BY_DAY
         rows: tuple[Recorded, ...] = ()
-        if by_day or self.layout in (_OWN, _PARTLY):
+        if by_day or self.layout in (OWN, PARTLY, MOSTLY):
             rows = weak_points(self.method, self.n, self.days, layout=self.layout)
         return rows if rows or by_day else weak_points(self.method, self.n, layout="")
 
@@ -99,21 +103,12 @@ def _on_day_means(analysis: StudyAnalysis) -> bool:
 
 
 def _on_runs(method: str, groups: Sequence[Sequence[ConditionValues]]) -> Use:
-    days = _days(groups)
-    n = tuple(sum(len(condition.runs) for condition in group) for group in groups)
-    return Use(method, n, max(map(len, days)), layout_of(days))
+    by_day = _by_day(groups)
+    return Use(method, *(with_days(by_day) if method in _BY_DAY else without_days(method, by_day)))
 
 
-def _days(groups: Sequence[Sequence[ConditionValues]]) -> list[set[str]]:
-    return [{one.run.day for condition in group for one in condition.runs} for group in groups]
-
-
-def layout_of(days: Sequence[set[str]]) -> str:
-    """Return how groups share their days: "own" where no two groups share one, "shared" where all share nearly all."""
-    if sum(map(len, days)) == len(set().union(*days)):
-        return _OWN
-    common = set.intersection(*days)
-    return _SHARED if all(len(common) >= _NEARLY_ALL * len(each) for each in days) else _PARTLY
+def _by_day(groups: Sequence[Sequence[ConditionValues]]) -> list[Counter[str]]:
+    return [Counter(one.run.day for condition in group for one in condition.runs) for group in groups]
 
 
 def _methods(analysis: StudyAnalysis, item: Compared) -> Iterator[str]:
@@ -124,7 +119,7 @@ def _methods(analysis: StudyAnalysis, item: Compared) -> Iterator[str]:
     if number(item.result, "brown_forsythe").value is not None:
         yield "brown_forsythe"
     if item.by_day is not None and number(item.by_day, "t").value is not None:
-        yield from _BY_DAY
+        yield from _MIXED if json.loads(item.by_day.payload_json)["method"] == MIXED_MODEL else _EXACT
     bounds = analysis.planned.settings.apex_bounds
     if bounds is not None and item.equivalent is not None and number(item.equivalent, "p").value is not None:
         yield "equivalence_percent" if bounds.percent else "equivalence"
@@ -137,20 +132,12 @@ def _methods(analysis: StudyAnalysis, item: Compared) -> Iterator[str]:
 
 
 def _of_anovas(analysis: StudyAnalysis) -> Iterator[Use]:
-    if analysis.swept is None:
-        return
-    for quantity, conditions in ((Quantity.JOULES, analysis.joules), (Quantity.APEX, analysis.apex_heights)):
-        groups = {
-            pairing.group_label(group): pairing.treated_and_control(items)[0]
-            for group, items in pairing.groups(conditions, analysis.swept)
-        }
-        for item in analysis.anovas:
-            if item.quantity is quantity:
-                levels = [(one,) for one in groups[item.label]]
-                if _on_day_means(analysis):
-                    yield Use("one_way_anova", tuple(map(len, _days(levels))))
-                else:
-                    yield _on_runs("one_way_anova", levels)
+    for item in analysis.anovas:
+        levels = [(one,) for one in analysis.levels_of(item)]
+        if _on_day_means(analysis):
+            yield Use("one_way_anova", tuple(map(len, _by_day(levels))))
+        else:
+            yield _on_runs("one_way_anova", levels)
 
 
 def _off(row: Recorded) -> float:

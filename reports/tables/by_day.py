@@ -12,6 +12,7 @@ from reports.tables.placing import COMPARISON, EXPLORATORY, exploratory_note, pl
 from reports.tables.table import (
     PROVENANCE,
     STORED_UNITS,
+    Cell,
     Column,
     Row,
     Table,
@@ -52,6 +53,7 @@ def _table(content: ReportContent, quantity: Quantity, name: str) -> Table:
         *statistic_columns("t", "t"),
         Column("day SD", (f"day_sd_{slug}",), shown),
         Column("run SD", (f"run_sd_{slug}",), shown, shown=False),
+        Column("test", ("method",), numeric=False),
         PROVENANCE,
         EXPLORATORY,
         Column("confounding", ("confounding",), numeric=False, shown=False),
@@ -66,6 +68,7 @@ def _table(content: ReportContent, quantity: Quantity, name: str) -> Table:
                 *statistic_cells(by_day.test),
                 number_cell(by_day.day_sd, places),
                 number_cell(by_day.run_sd, places),
+                Cell(by_day.kind, (by_day.method,)),
                 provenance_cell(by_day.difference.provenance),
                 words(comparison.exploratory),
                 words(by_day.confounding),
@@ -77,9 +80,10 @@ def _table(content: ReportContent, quantity: Quantity, name: str) -> Table:
         for by_day in [of[id(comparison)]]
     )
     caption = (
-        f"The comparisons of {quantity} with the control by day: runs of one day have the day in common (a mixed model "
-        "with the day as a random effect, REML, degrees of freedom after Satterthwaite). Day SD: how days differ, "
-        f"as a standard deviation.{exploratory_note(comparison for comparison, _ in found)}"
+        f"The comparisons of {quantity} with the control by day: runs of one day have the day in common (day as a "
+        "random effect; the exact test where the design is balanced, else a mixed model, REML, degrees of freedom "
+        "after Satterthwaite). Day SD: how days differ, as a standard deviation by the mixed model."
+        f"{exploratory_note(comparison for comparison, _ in found)}"
     )
     return Table(name, caption, columns, rows)
 

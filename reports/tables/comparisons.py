@@ -9,7 +9,7 @@ from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
 from reports.naming import control_name, treatment_name
 from reports.numbers import Number, Quantity
-from reports.tables.placing import COMPARISON, EXPLORATORY, exploratory_note, placed
+from reports.tables.placing import COMPARISON, EXPLORATORY, ONE_DAY_EACH, exploratory_note, on_one_day_each, placed
 from reports.tables.table import (
     PROVENANCE,
     STORED_UNITS,
@@ -58,6 +58,7 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
         ),
         PROVENANCE,
         EXPLORATORY,
+        ONE_DAY_EACH,
     )
     rows = tuple(
         Row(
@@ -68,13 +69,14 @@ def _effects(content: ReportContent, comparisons: list[Comparison], name: str, c
                     (comparison.n_control, comparison.n_treatment),
                 ),
                 number_cell(comparison.welch_difference, places),
-                interval_cell(comparison.welch_difference, places),
-                p_cell(comparison.welch.p),
-                _adjusted_cell(comparison.adjusted),
+                on_one_day_each(interval_cell(comparison.welch_difference, places), comparison.one_day_each),
+                on_one_day_each(p_cell(comparison.welch.p), comparison.one_day_each),
+                on_one_day_each(_adjusted_cell(comparison.adjusted), comparison.one_day_each),
                 number_cell(comparison.savings, savings_places),
-                interval_cell(comparison.savings, savings_places),
+                on_one_day_each(interval_cell(comparison.savings, savings_places), comparison.one_day_each),
                 provenance_cell((comparison.savings or comparison.welch_difference).provenance),
                 words(comparison.exploratory),
+                words(comparison.one_day_each),
             ),
             block=block,
             strong=comparison.headline,

@@ -9,7 +9,7 @@ from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, level_text, shown_unit
 from reports.inference import Equivalence
 from reports.sentences import bounds_text
-from reports.tables.placing import COMPARISON, EXPLORATORY, exploratory_note, placed
+from reports.tables.placing import COMPARISON, EXPLORATORY, ONE_DAY_EACH, exploratory_note, on_one_day_each, placed
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -56,6 +56,7 @@ def _table(content: ReportContent) -> Table:
         Column("bounds", (f"bound_low_{slug}", f"bound_high_{slug}"), shown=False),
         PROVENANCE,
         EXPLORATORY,
+        ONE_DAY_EACH,
     )
     rows = tuple(
         Row(
@@ -64,14 +65,15 @@ def _table(content: ReportContent) -> Table:
                 Cell(f"{comparison.n_control}, {comparison.n_treatment}",
                      (comparison.n_control, comparison.n_treatment)),
                 number_cell(item.estimate, places),
-                interval_cell(item.estimate, places),
+                on_one_day_each(interval_cell(item.estimate, places), comparison.one_day_each),
                 *statistic_cells(item.at_low),
                 *statistic_cells(item.at_high),
-                p_cell(item.p),
-                _verdict(item),
+                on_one_day_each(p_cell(item.p), comparison.one_day_each),
+                _verdict(item, comparison.one_day_each),
                 Cell(bounds_text(item), (item.low, item.high)),
                 provenance_cell(item.estimate.provenance),
                 words(item.exploratory),
+                words(comparison.one_day_each),
             ),
             block=block,
         )
@@ -88,9 +90,13 @@ def _table(content: ReportContent) -> Table:
     return Table("equivalence", caption, columns, rows)
 
 
-def _verdict(item: Equivalence) -> Cell:
-    note = item.p.reason if isinstance(item.p, Undefined) else ""
-    return Cell(_VERDICTS[item.shown], (None if item.shown is None else str(item.shown).lower(),), note=note)
+def _verdict(item: Equivalence, one_day_each: str) -> Cell:
+    note = item.p.reason if isinstance(item.p, Undefined) else one_day_each
+    return Cell(
+        DASH if one_day_each else _VERDICTS[item.shown],
+        (None if item.shown is None else str(item.shown).lower(),),
+        note=note,
+    )
 
 
 EQUIVALENCE = TableKind("equivalence", _table)

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 
 from reports.content import Comparison, ReportContent
+from reports.display import DASH
 from reports.naming import level_of, levels_name
 from reports.tables.table import Cell, Column
 
 COMPARISON = Column("comparison", ("family", "group", "level"), numeric=False)
 EXPLORATORY = Column("exploratory", ("exploratory",), numeric=False, shown=False)
 """Why a comparison is exploratory; the page says so in the heading of its block and in the caption."""
+ONE_DAY_EACH = Column("one day each", ("one_day_each",), numeric=False, shown=False)
+"""What the row's p and intervals cannot tell; the page has it as their footnote."""
 
 Why = Callable[[Comparison], str]
 
@@ -48,6 +52,11 @@ def placed(
 def exploratory_note(comparisons: Iterable[Comparison], why: Why = why_exploratory) -> str:
     """Return the end of a caption that says why comparisons are exploratory, "" where all are planned."""
     return reasons_note(why(comparison) for comparison in comparisons)
+
+
+def on_one_day_each(cell: Cell, why: str) -> Cell:
+    """Mark a p or an interval with the footnote on what it cannot tell; a dash tells nothing anyhow."""
+    return cell if cell.text == DASH else replace(cell, note=why)
 
 
 def reasons_note(given: Iterable[str]) -> str:

@@ -7,8 +7,16 @@ from dataclasses import replace
 
 from reports.content import ReportContent
 from reports.naming import levels_name, swept_factor, swept_words
-from reports.numbers import Quantity
-from reports.tables.placing import COMPARISON, EXPLORATORY, exploratory_note, placed, reasons_note
+from reports.numbers import Quantity, SignificanceTest
+from reports.tables.placing import (
+    COMPARISON,
+    EXPLORATORY,
+    ONE_DAY_EACH,
+    exploratory_note,
+    on_one_day_each,
+    placed,
+    reasons_note,
+)
 from reports.tables.table import (
     PROVENANCE,
     STORED_UNITS,
@@ -41,6 +49,7 @@ def _tests(content: ReportContent, quantity: Quantity, name: str) -> Table:
         *statistic_columns("t", "t"),
         *statistic_columns("Welch t", "welch"),
         Column("Welch CI", (f"welch_ci_low_{slug}", f"welch_ci_high_{slug}", "welch_ci_level"), shown=False),
+        ONE_DAY_EACH,
     )
     rows = tuple(
         Row(
@@ -49,9 +58,10 @@ def _tests(content: ReportContent, quantity: Quantity, name: str) -> Table:
                 *statistic_cells(comparison.variance_test, 2),
                 *statistic_cells(comparison.brown_forsythe, 2),
                 words(comparison.test.name),
-                *statistic_cells(comparison.test),
-                *statistic_cells(comparison.welch),
+                *_over_runs(comparison.test, comparison.one_day_each),
+                *_over_runs(comparison.welch, comparison.one_day_each),
                 interval_cell(comparison.welch_difference),
+                words(comparison.one_day_each),
             ),
             block=block,
             strong=comparison.headline,
@@ -66,6 +76,12 @@ def _tests(content: ReportContent, quantity: Quantity, name: str) -> Table:
     return Table(name, caption, columns, rows)
 
 
+def _over_runs(test: SignificanceTest, one_day_each: str, degrees: int = 1) -> tuple[Cell, Cell]:
+    """Make the cells of a test that knows no days: its p is marked where each group had one day."""
+    statistic, p = statistic_cells(test, degrees)
+    return statistic, on_one_day_each(p, one_day_each)
+
+
 def _jump_tests(content: ReportContent) -> Table:
     columns = (
         COMPARISON,
@@ -75,6 +91,7 @@ def _jump_tests(content: ReportContent) -> Table:
         *statistic_columns("t", "t"),
         *statistic_columns("Welch t", "welch"),
         EXPLORATORY,
+        ONE_DAY_EACH,
     )
     rows = tuple(
         Row(
@@ -84,9 +101,10 @@ def _jump_tests(content: ReportContent) -> Table:
                      (comparison.n_control, comparison.n_treatment)),
                 *statistic_cells(comparison.variance_test, 2),
                 words(comparison.test.name),
-                *statistic_cells(comparison.test),
-                *statistic_cells(comparison.welch),
+                *_over_runs(comparison.test, comparison.one_day_each),
+                *_over_runs(comparison.welch, comparison.one_day_each),
                 words(comparison.exploratory),
+                words(comparison.one_day_each),
             ),
             block=block,
         )
@@ -107,15 +125,17 @@ def _anovas(content: ReportContent) -> Table:
         *statistic_columns("F", "f", 2),
         PROVENANCE,
         EXPLORATORY,
+        ONE_DAY_EACH,
     )
     rows = tuple(
         Row(
             (
                 words(levels_name(content, anova.group) or anova.label),
                 count(anova.n),
-                *statistic_cells(anova.test, 2),
+                *_over_runs(anova.test, anova.one_day_each, 2),
                 provenance_cell(anova.provenance),
                 words(anova.exploratory),
+                words(anova.one_day_each),
             ),
             block=f"{anova.quantity} (exploratory)" if anova.exploratory else str(anova.quantity),
         )

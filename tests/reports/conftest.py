@@ -166,9 +166,9 @@ def _by_day(maker, unit, label, control, treated):
     low, high = contrast.interval
     difference = Number(contrast.difference, unit, se=contrast.se, ci_low=low, ci_high=high, df=contrast.df, n=found.n,
                         provenance=maker.id(f"difference by day, {label}", found.n))  # fmt: skip
-    test = SignificanceTest("by day", contrast.t, (contrast.df,), contrast.p)
+    test = SignificanceTest("by day (mixed model)", contrast.t, (contrast.df,), contrast.p)
     sds = (Number(math.sqrt(variance), unit) for variance in (found.day_variance, found.residual_variance))
-    return ByDay(difference, test, found.n_days, *sds)
+    return ByDay(difference, test, found.n_days, *sds, method="mixed model")
 
 
 def _equivalence(maker, label, control, treated):

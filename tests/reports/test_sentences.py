@@ -106,10 +106,32 @@ def test_a_difference_in_height(content):
 
 def test_a_claim_has_holms_p_and_the_test_by_day_beside_welchs(content, headline):
     text = plain(savings_claim(content, headline).text)
-    assert " by Holm over 4 tests; by day t(" in text
+    assert " by Holm over 4 tests; by day (mixed model) t(" in text
     alone = dataclasses.replace(headline, adjusted=None, by_day=None)
     assert "Holm" not in savings_claim(content, alone).text
     assert "by day" not in savings_claim(content, alone).text
+
+
+DAYS_TELL_NOTHING = "the treatment and the control were measured on one day each"
+
+
+def test_with_one_day_each_nothing_is_claimed_and_the_p_is_followed_by_what_it_cannot_tell(content, headline):
+    saved = with_savings(headline, value=15.2, se=3.4, ci_low=8.1, ci_high=21.9)
+    text = plain(savings_claim(content, dataclasses.replace(saved, one_day_each=DAYS_TELL_NOTHING)).text)
+    where = "with the small foot and k = 1091 N/m"
+    start = f"No saving {where} can be told from a difference between days: the estimate is "
+    assert text.startswith(f"{start}15.2 % (95 % CI 8.1 to 21.9 %; n = 14 control and 50 treatment runs; Welch t(")
+    assert text.endswith(f"). The{DAYS_TELL_NOTHING[3:]}.")
+    cost = with_savings(headline, value=-9.0, se=3.4, ci_low=-14.0, ci_high=-4.0)
+    text = plain(savings_claim(content, dataclasses.replace(cost, one_day_each=DAYS_TELL_NOTHING)).text)
+    assert text.startswith(f"{start}−9.0 %")
+    apex = next(c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX)
+    equal = dataclasses.replace(apex.equivalence, shown=True)
+    confounded = dataclasses.replace(apex, equivalence=equal, one_day_each=DAYS_TELL_NOTHING)
+    text = plain(difference_claim(content, confounded).text)
+    assert "k = 835.4 N/m, which cannot be told from a difference between days (95 % CI" in text
+    assert f"). The{DAYS_TELL_NOTHING[3:]}. Equivalence within −5 to 5 mm cannot be told from a difference" in text
+    assert "was shown" not in text
 
 
 def test_a_claim_that_was_not_planned_says_so(content, headline):

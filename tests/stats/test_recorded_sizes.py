@@ -69,7 +69,7 @@ def test_which_methods_are_exact_and_on_how_many_designs():
     assert exact["one_way_anova"] == exact["dunnett"] == 5
     assert exact["f_test"] == exact["f_ratio_ci"] == 8
     assert exact["tukey"] == exact["mean_ci"] == exact["fit_linear_ci"] == 4
-    assert exact["blocked_by_day_exact"] == 92
+    assert exact["blocked_by_day_exact"] == 125
     assert exact["welch"] == exact["f_then_t"] == exact["levene"] == exact["fieller"] == 0
 
 
@@ -236,6 +236,21 @@ def test_one_day_in_common_leaves_a_test_that_errs_too_often(method):
         assert 0.06 < partly.value < own.value
 
 
+@pytest.mark.parametrize("method", ["equivalence", "equivalence_percent", "welch", "f_then_t", "one_way_anova"])
+def test_one_day_that_is_not_in_common_still_tells_with_ten_values_a_day(method):
+    k = 3 if method == "one_way_anova" else 2
+    there = {
+        (row.layout, row.days, row.n[0] // row.days): row.value
+        for row in recorded()
+        if (row.method, len(row.n), row.sd_ratio) == (method, k, 1.0) and row.layout in ("partly", "mostly")
+    }
+    for days in range(3, 7):
+        for times in (3, 5, 10):
+            assert there["mostly", days, times] < there["partly", days, times]
+        assert there["mostly", days, 10] > 0.08
+    assert max(there["mostly", days, 3] for days in (4, 5, 6)) < 0.06
+
+
 @pytest.mark.parametrize("method", ["difference_ci_welch", "difference_ci_f_then_t", "fieller"])
 def test_intervals_miss_the_truth_on_days_that_groups_do_not_share(method):
     for days in (2, 6):
@@ -248,11 +263,14 @@ def test_two_conditions_by_day_are_on_record_as_a_report_compares_them():
     there = {
         (row.kind, row.layout, row.days): row
         for row in recorded()
-        if row.n == (10 * (row.days or 0),) * 2 and row.method.startswith("blocked_by_day")
+        if row.n == (10 * (row.days or 0),) * 2 and row.method in ("blocked_by_day", "blocked_by_day_ci")
     }
     assert {key[1:] for key in there} == {
-        *((layout, days) for layout in ("shared", "own", "partly") for days in range(2, 7)), ("shared", 1)
+        *((layout, days) for layout in ("shared", "own", "partly") for days in range(2, 7)), ("shared", 1),
+        *(("mostly", days) for days in range(3, 7)),
     }  # fmt: skip
+    exact = {(row.layout, row.days) for row in recorded() if row.method == "blocked_by_day_exact" and len(row.n) == 2}
+    assert exact == {key[1:] for key in there if key[1] in ("shared", "own")}
     for (kind, layout, days), row in there.items():
         if kind == "size":  # a condition's interval leaves out 0 where its test rejects
             interval = there["coverage", layout, days]

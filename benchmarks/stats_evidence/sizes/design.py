@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 RUNS_A_DAY = 2
-APART = ("own", "partly")
-"""Layouts of days that groups do not share, or not all."""
+COMMON: Mapping[str, Callable[[int], int]] = {
+    "own": lambda _days: 0,
+    "partly": lambda _days: 1,
+    "mostly": lambda days: days - 1,
+}
+"""Of layouts of days that groups do not share, or not all: how many of each group's days are days of all."""
 Groups = Sequence[Floats]
 """One array a group, shape (runs, n_i); over days (runs, days, values a day)."""
 
@@ -39,10 +43,16 @@ class Design:
     """SD between days, in SDs of the values of the last group."""
     layout: str = ""
     """"shared" where all groups share their days, "own" where each has days of its own, "partly" where they share the
-    first and each has others of its own; of shared days "holes" where
-    two of five values are missing, "runs" where each group has two runs a day that differ with an SD of 1; empty
-    without days."""
+    first and each has others of its own, "mostly" where they share all but the last; of shared days "holes" where two
+    of five values are missing, "runs" where each group has two runs a day that differ with an SD of 1; empty without
+    days."""
     distribution: str = "normal"
+
+    @property
+    def common_days(self) -> int:
+        """Days that all groups have in common, the first ones of each."""
+        days = self.days or 0
+        return COMMON[self.layout](days) if self.layout in COMMON else days
 
     @property
     def sds(self) -> tuple[float, ...]:
@@ -70,9 +80,8 @@ def draw(design: Design, runs: int, rng: np.random.Generator) -> list[Floats]:
     together = rng.standard_normal(of_day)
     found = []
     for sd in design.sds:
-        level = rng.standard_normal(of_day) if design.layout in APART else together
-        if design.layout == "partly":
-            level[:, 0] = together[:, 0]
+        level = rng.standard_normal(of_day) if design.layout in COMMON else together
+        level[:, : design.common_days] = together[:, : design.common_days]
         values = sd * scatter(rng, (runs, design.days, design.times)) + (design.day_sd or 0.0) * level
         if design.layout == "runs":
             of_runs = rng.standard_normal((runs, design.days, RUNS_A_DAY))
@@ -125,6 +134,11 @@ def partly(groups: int, times_a_day: Sequence[int] = SOME_N) -> tuple[Design, ..
     return designs_over_days(groups, "partly", times_a_day=times_a_day, fewest_days=2)
 
 
+def mostly(groups: int, times_a_day: Sequence[int] = SOME_N) -> tuple[Design, ...]:
+    """Return designs of groups that share all of their days but the last; of two days that is the first."""
+    return designs_over_days(groups, "mostly", times_a_day=times_a_day, fewest_days=3)
+
+
 def apart(groups: int) -> tuple[Design, ...]:
-    """Return designs of groups on days of their own, and on days of which they share the first."""
-    return *designs_over_days(groups, "own", times_a_day=SOME_N), *partly(groups)
+    """Return designs of groups on days of their own, and on days of which they share the first, or all but the last."""
+    return *designs_over_days(groups, "own", times_a_day=SOME_N), *partly(groups), *mostly(groups)

@@ -8,13 +8,13 @@ import numpy as np
 from scipy import special
 
 from benchmarks.stats_evidence.sizes.design import (
-    APART,
     RUNS_A_DAY,
     SOME_N,
     Design,
     Floats,
     Groups,
     designs_over_days,
+    mostly,
     partly,
 )
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval, of_one_p, of_p
@@ -38,7 +38,8 @@ PAIRS = (
     *designs_over_days(2, "shared", times_a_day=SOME_N),
     *designs_over_days(2, "own", times_a_day=SOME_N, fewest_days=2),
 )
-POOLED = (*designs_over_days(2, "own"), *designs_over_days(2, "shared"), *partly(2))
+POOLED = (*designs_over_days(2, "own"), *designs_over_days(2, "shared"), *partly(2), *mostly(2))
+NOT_ALL = (*partly(2, (3, 10)), *mostly(2, (3, 10)))
 WITH_HOLES = tuple(Design((3 * days,) * 3, 1.0, days, day_sd, "holes") for days in (2, 3, 6) for day_sd in DAY_SDS)
 WITH_RUNS = tuple(Design((6 * days,) * 3, 1.0, days, 1.0, "runs") for days in (1, 2, 3, 6))
 
@@ -112,8 +113,7 @@ def _fit(groups: Groups, design: Design) -> BlockedByDay:
     k, days, times = values.shape
     condition = np.repeat(np.arange(k), days * times).reshape(values.shape)
     day = np.tile(np.repeat(np.arange(days), times), k).reshape(values.shape)
-    if design.layout in APART:
-        day = np.where((design.layout == "partly") & (day == 0), 0, (day + 1) * k + condition)
+    day = np.where(day < design.common_days, day, (day + 1) * k + condition)
     kept = np.ones(values.shape, dtype=bool)
     if design.layout == "holes":  # the same ones in every study of a design
         kept[:, 1:] = np.random.default_rng(design.n[0]).random(kept[:, 1:].shape) >= HOLES
@@ -152,8 +152,9 @@ METHODS = (
     Method("blocked_by_day_exact", "size", WITH_RUNS, _exact_one, _exact_many, _alike, runs=10_000),
     Method("blocked_by_day_ci", "coverage", FULL, _contrast_one, _contrast_many, _one_day, runs=10_000),
     Method("blocked_by_day", "size", PAIRS, _size_one, _size_many, _one_day, runs=10_000),
-    Method("blocked_by_day", "size", partly(2, (3, 10)), _size_one, runs=2000),
+    Method("blocked_by_day", "size", NOT_ALL, _size_one, runs=2000),
+    Method("blocked_by_day_exact", "size", PAIRS, _exact_one, _exact_many, _alike, runs=10_000),
     Method("blocked_by_day_ci", "coverage", PAIRS, _contrast_one, _contrast_many, _one_day, runs=10_000),
-    Method("blocked_by_day_ci", "coverage", partly(2, (3, 10)), _contrast_one, runs=2000),
+    Method("blocked_by_day_ci", "coverage", NOT_ALL, _contrast_one, runs=2000),
     *(test_of(route, POOLED) for route in ROUTES),
 )

@@ -16,13 +16,15 @@ from labbook.analysis.comparing_by_day import CONTROL, TREATED, compare_by_day
 from labbook.analysis.comparisons import Compared
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.family import adjust, adjusted
+from labbook.analysis.leading_by_day import leading
 from labbook.analysis.pairing import EACH, POOLED
 from labbook.analysis.study import VarianceAnalysed
 from labbook.analysis.workbench import Workbench, number
 from labbook.config.model import UnitOfAnalysis
+from labbook.presenting.day_layout import layout_of
 from labbook.presenting.making import MadeReport
 from labbook.presenting.stated import departures
-from labbook.presenting.weak_points import Use, layout_of, weaknesses
+from labbook.presenting.weak_points import Use, weaknesses
 from reports.content import Comparison
 from reports.numbers import Quantity
 from stats.blocked import blocked_by_day
@@ -87,13 +89,13 @@ def with_control(made: MadeReport, quantity: Quantity) -> list[tuple[Compared, R
     return found
 
 
-def test_by_day_is_the_mixed_model_of_the_runs_with_their_days(reports: Reports) -> None:
+def test_by_day_is_the_comparison_of_the_runs_with_their_days(reports: Reports) -> None:
     for item, row in with_control(reports(), Quantity.APEX):
         control, treated = values(item.pair.a), values(item.pair.b)
         sides = [CONTROL] * len(control) + [TREATED] * len(treated)
         of_days = [*days(item.pair.a), *days(item.pair.b)]
         expected = blocked_by_day([*control, *treated], sides, of_days, control=CONTROL)
-        (contrast,) = expected.contrasts
+        (contrast,) = leading(expected).contrasts
         difference = number(row, "difference")
         assert (difference.value, difference.se, difference.df) == (contrast.difference, contrast.se, contrast.df)
         assert (difference.ci_low, difference.ci_high) == contrast.interval
@@ -341,13 +343,19 @@ WORDS = {
     "Fieller's interval": lambda item: item.savings is not None,
     "Holm's method": lambda item: item.adjusted is not None,
     "(TOST)": lambda item: item.equivalence is not None,
-    "mixed model (REML, degrees of freedom after Satterthwaite)": lambda item: item.by_day is not None,
+    "exact test on runs, day held fixed": lambda item: item.by_day is not None and item.by_day.kind == "exact test",
+    "mixed model (REML, degrees of freedom after Satterthwaite)": lambda item: (
+        item.by_day is not None and item.by_day.kind == "mixed model"
+    ),
 }
 
 
-@pytest.mark.parametrize("analysis", ["", "apex_bounds_percent = [-3, 3]"])
-def test_the_methods_name_what_was_used_and_nothing_else(reports: Reports, analysis: str) -> None:
-    made = reports(analysis)
+UNBALANCED = "foot == small and run != r001"
+
+
+@pytest.mark.parametrize(("analysis", "where"), [("", None), ("apex_bounds_percent = [-3, 3]", None), ("", UNBALANCED)])
+def test_the_methods_name_what_was_used_and_nothing_else(reports: Reports, analysis: str, where: str | None) -> None:
+    made = reports(analysis, where)
     methods = "".join(made.content.methods).replace("\u00a0", " ")
     uses: dict[str, Callable[[Comparison], bool]] = WORDS
     for words, used in uses.items():
@@ -383,11 +391,12 @@ def test_a_design_without_days_in_common_is_looked_up_among_such_designs() -> No
     assert Use("brown_forsythe", (3, 3), 1, "shared").weak_points() == ()
 
 
-def test_days_are_shared_only_where_nearly_all_of_them_are() -> None:
+def test_days_are_shared_only_where_all_of_them_are() -> None:
     a, b, c, d, e, f = "abcdef"
     assert layout_of([{a, b}, {c, d}]) == "own"
     assert layout_of([{a, b, c}, {a, d, e}]) == layout_of([{a}, {a, b, c, d, e}]) == "partly"
-    assert layout_of([{a, b, c}, {a, b, c}]) == layout_of([{a, b, c, d, e}, {a, b, c, d, f}]) == "shared"
+    assert layout_of([{a, b, c}, {a, b, c}]) == "shared"
+    assert layout_of([{a, b, c, d, e}, {a, b, c, d, f}]) == layout_of([{a, b, c}, {a, b, d}]) == "mostly"
     assert layout_of([{a}, {a}, {b}]) == "partly"  # two of three levels have their day in common
     assert layout_of([{a}, {b}, {c}]) == "own"
 

@@ -50,6 +50,21 @@ def test_by_day_has_difference_interval_test_and_spreads_unrounded(content, quan
         assert float(row[f"run_sd_{slug}"]) == by_day.run_sd.value
 
 
+def test_the_table_by_day_names_the_test_of_every_row(content):
+    on_runs = "exact test on runs, day held fixed"
+    joules = [c for c in content.comparisons if c.quantity is Quantity.JOULES]
+    exact = changed(
+        content,
+        lambda c: dataclasses.replace(c, by_day=dataclasses.replace(c.by_day, method=on_runs)),
+        lambda c: c is joules[0],
+    )
+    table = TABLES["by_day_joules"].make(exact)
+    (place,) = [number for number, column in enumerate(table.columns) if column.title == "test"]
+    assert [row.cells[place].text for row in table.rows] == ["exact test", *["mixed model"] * (len(joules) - 1)]
+    assert [row["method"] for row in csv_rows("by_day_joules", exact)][:2] == [on_runs, "mixed model"]
+    assert "the exact test where the design is balanced, else a mixed model" in table.caption
+
+
 def confounded(comparison):
     nothing = Undefined("one day each")
     test = dataclasses.replace(comparison.by_day.test, statistic=nothing, df=(nothing,), p=nothing)
@@ -92,6 +107,40 @@ def test_equivalence_has_both_tests_and_the_verdict(content):
     assert "the bounds −5 to 5\u00a0mm: two one-sided tests" in table.caption
     assert {row.cells[9].text for row in table.rows} <= {"shown", "not shown"}
     assert len({column.title for column in table.heads} & {"90\u00a0% CI"}) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "titles"),
+    [
+        ("headlines", {"p", "Holm", "95\u00a0% CI"}),
+        ("comparisons_apex", {"p", "Holm", "95\u00a0% CI"}),
+        ("equivalence", {"p", "equivalence", "90\u00a0% CI"}),
+        ("tests_joules", {"p"}),
+        ("tests_jumps", {"p"}),
+        ("anovas", {"p"}),
+    ],
+)
+def test_what_a_p_cannot_tell_is_its_footnote_and_stands_in_the_file(content, name, titles):
+    why = "control and treatment had one day each"
+    told = dataclasses.replace(
+        changed(content, lambda c: dataclasses.replace(c, one_day_each=why)),
+        jump_comparisons=tuple(dataclasses.replace(c, one_day_each=why) for c in content.jump_comparisons),
+        anovas=tuple(dataclasses.replace(anova, one_day_each=why) for anova in content.anovas),
+    )
+    table, plain = (TABLES[name].make(each) for each in (told, content))
+    assert table.footnotes == plain.footnotes | {why: "abc"[len(plain.footnotes)]}
+    of_tests = {"F (df)", "t (df)", "Welch t (df)", "Brown-Forsythe p"}
+    for row in table.rows:
+        marked = {column.title for column, cell in zip(table.columns, row.cells, strict=True) if cell.note == why}
+        assert marked <= titles
+        assert "p" in marked
+        assert not marked & of_tests
+    assert {row["one_day_each"] for row in csv_rows(name, told)} == {why}
+    assert {row["one_day_each"] for row in csv_rows(name, content)} == {""}
+    if name == "equivalence":
+        assert {row.cells[9].text for row in table.rows} == {"–"}
+    if name == "anovas":
+        assert "Control and treatment had one day each." in quick_page(told)
 
 
 def test_without_a_test_of_equivalence_the_page_says_why(content):

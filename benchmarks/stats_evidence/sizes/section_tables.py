@@ -1,0 +1,140 @@
+"""Rows of the record as tables of the chapter on size and coverage, and a design in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from stats.recorded import Recorded
+
+NAMES = {
+    "f_test": "F-test",
+    "bartlett": "Bartlett",
+    "levene": "Levene",
+    "brown_forsythe": "Brown-Forsythe",
+    "f_ratio_ci": "ratio of variances (F)",
+    "f_then_t": "F-test, then Student or Welch",
+    "student": "Student",
+    "welch": "Welch",
+    "permutation": "permutation",
+    "equivalence": "equivalence, Welch",
+    "equivalence_student": "equivalence, Student",
+    "equivalence_percent": "equivalence in percent",
+    "one_way_anova": "ANOVA",
+    "welch_anova": "Welch ANOVA",
+    "tukey": "Tukey and Kramer",
+    "games_howell": "Games-Howell",
+    "dunnett": "Dunnett",
+    "holm": "Holm over Welch's tests",
+    "difference_ci_f_then_t": "difference, F-test first",
+    "difference_ci_student": "difference, Student",
+    "difference_ci_welch": "difference, Welch",
+    "hedges_g_ci": "Hedges's g",
+    "eta_squared_ci": "eta and omega squared",
+    "fieller": "savings, Fieller",
+    "delta": "savings, delta",
+    "log_ratio": "savings, logarithm",
+    "bootstrap": "difference, studentised bootstrap",
+    "bootstrap_bca": "difference, BCa bootstrap",
+    "mean_ci": "mean",
+    "fit_linear_ci": "slope of a line",
+    "blocked_by_day": "mixed model",
+    "blocked_by_day_exact": "exact test",
+    "blocked_by_day_ci": "difference, mixed model",
+}
+LAYOUTS = {
+    "shared": "shared",
+    "own": "each condition's own",
+    "partly": "the first shared, the others each condition's own",
+    "mostly": "shared but the last, which is each condition's own",
+    "holes": "shared, 40 % of values missing",
+    "runs": "shared, two runs each",
+}
+Label = Callable[[Recorded], str]
+
+
+def where(row: Recorded) -> str:
+    """Return the design of a row in words."""
+    parts = [f"n = {sizes(row)}" if len(set(row.n)) > 1 or len(row.n) == 1 else f"n = {row.n[0]} each"]
+    if row.distribution != "normal":
+        parts.append(f"{distribution(row)} values")
+    if row.sd_ratio != 1.0:
+        parts.append(f"SD ratio {ratio(row)}")
+    if row.days is not None:
+        parts.append(f"{row.days} day{'' if row.days == 1 else 's'} ({_layout(row)}), SD of days {row.day_sd:g}")
+    return ", ".join(parts)
+
+
+def over_days(rows: Sequence[Recorded]) -> list[str]:
+    """Return a table of methods over days, a column for each number of days."""
+    down = {
+        "method": name,
+        "conditions": _conditions,
+        "days": _layout,
+        "SD of days": _day_sd,
+        "SD ratio": ratio,
+        "values a day": times,
+    }
+    return table(rows, down, lambda row: f"{row.days} d")
+
+
+def of_methods(rows: Sequence[Recorded], methods: Sequence[str]) -> list[Recorded]:
+    """Return the rows of these methods, in their order."""
+    return [row for method in methods for row in rows if row.method == method]
+
+
+def table(rows: Sequence[Recorded], down: Mapping[str, Label], across: Label) -> list[str]:
+    """Return a table in Markdown with these labels down the side and a column for each label across."""
+    heads = list(dict.fromkeys(map(across, rows)))
+    cells: dict[tuple[str, ...], dict[str, str]] = {}
+    for row in rows:
+        label = tuple(say(row) for say in down.values())
+        cells.setdefault(label, {})[across(row)] = share(row)
+    lines = [f"| {' | '.join((*down, *heads))} |", "|" + "---|" * (len(down) + len(heads))]
+    for label, shares in cells.items():
+        lines.append(f"| {' | '.join((*label, *(shares.get(head, '') for head in heads)))} |")
+    return lines
+
+
+def share(row: Recorded) -> str:
+    """Return the share, bold where it is a weak point."""
+    text = f"{row.value:.3f}".removeprefix("0")
+    return f"**{text}**" if row.weak else text
+
+
+def sizes(row: Recorded) -> str:
+    """Return the group sizes: one number where all are alike."""
+    if len(set(row.n)) == 1:
+        return str(row.n[0])
+    return ", ".join(map(str, row.n[:3])) + (" …" if len(row.n) > 3 else "")
+
+
+def _conditions(row: Recorded) -> str:
+    return str(len(row.n))
+
+
+def name(row: Recorded) -> str:
+    """Return the method in words."""
+    return NAMES[row.method]
+
+
+def ratio(row: Recorded) -> str:
+    """Return the ratio of standard deviations."""
+    return f"{row.sd_ratio:g}"
+
+
+def distribution(row: Recorded) -> str:
+    """Return what the values were drawn from."""
+    return row.distribution
+
+
+def _layout(row: Recorded) -> str:
+    return LAYOUTS[row.layout]
+
+
+def _day_sd(row: Recorded) -> str:
+    return f"{row.day_sd:g}"
+
+
+def times(row: Recorded) -> str:
+    """Return how many values a group has a day."""
+    return str(row.n[0] // (row.days or 1))

@@ -1,0 +1,97 @@
+"""Where groups had one day each no p over runs is left to stand for evidence: a sentence beside it says so."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from data_schema.vocabulary import Undefined
+from labbook.actions.report_command import state_report
+from labbook.analysis.observations import Observation, Observations
+from labbook.presenting.making import MadeReport
+from labbook.presenting.one_day_each import one_day_each, with_days_said
+from reports.content import Quantity
+from tests.helpers.books import ADA, DAYS, small_book
+from tests.helpers.pages import quick_page
+
+FIRST, SECOND = DAYS
+APART = f"b_ad_gain == 0 and day == {FIRST} or b_ad_gain == 100 and day == {SECOND}"
+SAID = (
+    "the treatment and the control were measured on one day each, and not the same one, so that a p or an interval "
+    "that counts runs cannot tell a difference between them from a difference between their days"
+)
+
+
+@pytest.mark.parametrize(
+    ("days", "said"),
+    [
+        ({"b": {"mon"}, "a": {"tue"}}, "b and a were measured on one day each, and not the same one, so that a p"),
+        ({"b": {"mon"}, "a": {"mon"}}, ""),  # one day for all: runs differ as runs do
+        ({"b": {"mon", "tue"}, "a": {"wed"}}, ""),  # how days differ is measured, if badly
+        ({"b": {"mon"}, "a": {"mon", "tue"}}, ""),
+        ({"c": {"mon"}, "b": {"tue"}, "a": {"tue"}}, "c, b and a were measured on one day each, and not all the same"),
+    ],
+)
+def test_only_days_that_nothing_measures_are_said(days: dict[str, set[str]], said: str) -> None:
+    assert bool(one_day_each(days)) == bool(said)
+    assert one_day_each(days).startswith(said)
+
+
+def of_table(rows: str, by: str = "gain") -> Observations:
+    """A table of letters for groups and days: "0a 0a 1b"."""
+    cells = tuple(Observation(float(place), row[0], row[1:]) for place, row in enumerate(rows.split()))
+    return Observations("table.csv", "height", "m", by, "0", cells)
+
+
+def test_on_the_command_line_it_follows_the_sentence_on_a_group_and_the_control() -> None:
+    table = of_table("0a 0a 1b 1b 2a 2a")
+    text = with_days_said("They differ.", table, "1")
+    assert text.startswith("They differ. gain 1 and gain 0 were measured on one day each, and not the same one, so")
+    assert text.endswith("between their days.")
+    assert with_days_said("They differ.", table, "2") == "They differ."
+    assert with_days_said("They differ.", of_table("0 0 1 1"), "1") == "They differ."  # no column of days
+    assert with_days_said("", of_table("0a 0a 1b 1b", by="day"), "1") == ""  # days are what is compared
+    missing = replace(table, rows=(*table.rows, Observation(None, "1", "a")))
+    assert with_days_said("They differ.", missing, "1") == text
+
+
+@pytest.fixture(scope="module")
+def confounded(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
+    """A report in which the control had one day and active damping the other; the large foot has a run a side."""
+    book = small_book(tmp_path_factory.mktemp("confounded"))
+    book.toml.write_text(f"{book.toml.read_text()}\n[analysis]\napex_bounds_m = [-0.03, 0.03]\n")
+    with book.open() as opened:
+        return state_report(opened, APART, ADA, lambda _step: None)
+
+
+def test_every_test_on_runs_says_that_it_cannot_tell_the_treatment_from_the_day(confounded: MadeReport) -> None:
+    content = confounded.content
+    tested = [c for c in (*content.comparisons, *content.jump_comparisons) if not isinstance(c.test.p, Undefined)]
+    assert {c.quantity for c in tested} == set(Quantity)
+    assert {c.one_day_each for c in tested} == {SAID}
+    assert {c.one_day_each for c in content.comparisons if isinstance(c.test.p, Undefined)} == {""}
+    assert all(isinstance(c.test.statistic, float) for c in tested)  # the thesis's own route is there to be compared
+
+
+def test_claims_of_the_page_do_not_take_days_for_the_treatment(confounded: MadeReport) -> None:
+    saved, _of_one_run, height, _of_one_run_too = (claim.text for claim in confounded.content.claims)
+    assert saved.startswith("No saving with the small foot")
+    assert ", which cannot be told from a difference between days (" in height
+    assert "cannot be told from a difference between days (90" in height
+    for text in (saved, height):
+        assert f". {SAID[:1].upper()}{SAID[1:]}." in text
+        assert "; by day t undefined: the treatment and the control were measured on one day each" in text.replace(
+            "\u00a0", " "
+        )
+    assert SAID in quick_page(confounded.content)
+
+
+def test_on_shared_days_nothing_of_that_is_said(tmp_path: Path) -> None:
+    with small_book(tmp_path).open() as opened:
+        content = state_report(opened, None, ADA, lambda _step: None).content
+    assert {c.one_day_each for c in (*content.comparisons, *content.jump_comparisons)} == {""}
+    with small_book(tmp_path / "one").open() as opened:
+        content = state_report(opened, f"day == {FIRST}", ADA, lambda _step: None).content
+    assert {c.one_day_each for c in content.comparisons} == {""}
