@@ -22,8 +22,7 @@ from stats.noncentral import f_tails, t_tails
 
 _STEPS = 200
 _FAR = 2.0**300
-_MANY = 1e6
-"""Noncentralities per degree of freedom from which sums over Poisson's numbers lose more digits than they have."""
+"""Statistics from which noncentralities grow in proportion to them."""
 
 
 @lru_cache(maxsize=256)
@@ -59,20 +58,10 @@ def noncentral_t_interval(t: float, df: float, level: float) -> Interval:
 
 @lru_cache(maxsize=256)
 def noncentral_f_interval(f: float, df_between: float, df_within: float, level: float) -> Interval:
-    """Return the noncentralities, low and high, between which `f` has no tail below (1 - level) / 2; 0 at least.
-
-    For large f they are f df_between times quantiles of chi^2(df_within) / df_within, less a constant: the mean and
-    variance of the noncentral chi^2, to first order in its inverse.
-    """
+    """Return the noncentralities, low and high, between which `f` has no tail below (1 - level) / 2; 0 at least."""
     tail = (1.0 - level) / 2.0
     f = min(f, _FAR)  # of what it is divided by there, the numbers of values, nothing is left
     start = f * df_between
-    if start > _MANY * df_within:
-        low, high = (2.0 * float(special.gammaincinv(df_within / 2.0, share)) for share in (tail, 1.0 - tail))
-        return (
-            start * low / df_within - (df_between + df_within - 2.0 - low),
-            start * high / df_within - (df_between + df_within - 2.0 - high),
-        )
     width = 4.0 * math.sqrt(2.0 * df_between + 4.0 * start + 2.0 * start * start / df_within) + 1.0
 
     def upper(noncentrality: float) -> float:

@@ -45,7 +45,11 @@ def finite_pair(low: Number, high: Number) -> Interval | Undefined:
     return ends if all(map(math.isfinite, ends)) else Undefined("an end of the interval is too large for a double")
 
 
-def refuse_beyond(what: str, numbers: Iterable[float]) -> None:
-    """Raise `InputRefused` where one of the numbers left the range of doubles: for results that are whole or nothing."""
-    if not all(map(math.isfinite, numbers)):
-        raise InputRefused(f"{what} would exceed 1.8e308, the largest double: give the values in another unit.")
+def refuse_beyond(what: str, numbers: Iterable[Number]) -> None:
+    """Raise `InputRefused` where a number has no double of its size: for results that are whole or nothing."""
+    for number in numbers:
+        double = to_double(number)
+        if not math.isfinite(double):
+            raise InputRefused(f"{what} exceeds 1.8e308: change units.")
+        if double == 0.0 and number:
+            raise InputRefused(f"{what} falls below 5e-324: change units.")

@@ -46,9 +46,9 @@ def log_mean_over_scale(log_tail: LogTail, df: float, statistic: float) -> float
 
 
 def log_upper_of_any(log_upper: Callable[[float], float], statistic: Number, df: float) -> float:
-    """Return the logarithm of an upper tail at a statistic that may be beyond all doubles, from the tail within `FAR`."""
+    """Return the logarithm of an upper tail at a statistic of any size, from the tail up to `FAR`."""
     if statistic <= FAR:
-        return log_upper(max(float(statistic), -FAR))
+        return log_upper(float(max(statistic, -FAR)))
     excess = Fraction(statistic) / Fraction(FAR)
     return log_upper(FAR) - df * (math.log(excess.numerator) - math.log(excess.denominator))
 

@@ -46,7 +46,7 @@ class RatioOfMeans:
     @property
     def rho(self) -> Fraction:
         """T / C."""
-        return shortened(self.treated.exact_mean / self.mean) if self.treated.exact_mean else Fraction(0)
+        return shortened(self.treated.exact_mean / self.mean)
 
     @property
     def shared(self) -> Terms:

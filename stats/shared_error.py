@@ -45,7 +45,7 @@ class SharedError:
             as_number(f"the shared error {fit} {term}", value)
             if self.df.get(fit) != math.inf:
                 as_number(f"the degrees of freedom of {fit}", self.df.get(fit, 0.0), above=0.0)
-        refuse_beyond("the standard error that all shared terms have together", [self.se])
+        refuse_beyond("the standard error of all shared terms together", [self.se])
 
     @property
     def se(self) -> float:

@@ -99,7 +99,7 @@ def welch_anova(groups: Mapping[str, ArrayLike], *, missing: Missing = "refuse")
     )
     doubt = sum(((1 - shares[group.name]) ** 2 / (group.n - 1) for group in read.filled), Fraction(0))
     f = distances / (k - 1) / (1 + 2 * (k - 2) * doubt / (k * k - 1))
-    f, df_within = (shortened(number) if number else number for number in (f, (k * k - 1) / (3 * doubt)))
+    f, df_within = (shortened(number) for number in (f, (k * k - 1) / (3 * doubt)))
     tail = f_upper(f, k - 1, df_within)
     return replace(result, f=finite(f, "F"), df_within=float(df_within), p=tail.p, log10_p=tail.log10_p)
 

@@ -55,7 +55,7 @@ def positive(values: list[float]) -> list[float]:
 
 
 def numbers(value: Any, path: str = "") -> Iterator[tuple[str, float]]:
-    """Every float of a result by its path: of fields, of computed properties, of parts; each `Undefined` has a reason."""
+    """Every float of a result by its path: fields, computed properties, parts; each `Undefined` has a reason."""
     if isinstance(value, Undefined):
         assert value.reason, path
         assert not re.search(r"\bnan\b|\binf\b|not been computed", value.reason), f"{path}: {value.reason}"
