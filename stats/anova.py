@@ -5,7 +5,6 @@ It takes all groups to scatter alike; `stats.welch_anova` does not, and stands b
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -15,6 +14,8 @@ from numpy.typing import ArrayLike
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.effect_size import eta_squared_ci, omega_squared_ci
+from stats.error_free import exact_root
+from stats.finite import finite
 from stats.groups import Groups, read_groups
 from stats.results import Result
 from stats.tails import f_upper
@@ -103,7 +104,8 @@ def one_way_anova(groups: Mapping[str, ArrayLike], *, level: float = 0.95, missi
         ss_within=read.in_squared_unit(within),
     )
     if result.df_within > 0:
-        result = replace(result, residual_sd=read.in_unit(math.sqrt(within / result.df_within)))
+        sd = exact_root(within / result.df_within)
+        result = replace(result, residual_sd=read.in_unit(sd, "the residual standard deviation"))
     if reason is not None:
         return result
     exact_f = (between / result.df_between) / (within / result.df_within)
@@ -111,7 +113,7 @@ def one_way_anova(groups: Mapping[str, ArrayLike], *, level: float = 0.95, missi
     surplus = result.df_between * (exact_f - 1)
     return replace(
         result,
-        f=float(exact_f),
+        f=finite(exact_f, "F"),
         p=tail.p,
         log10_p=tail.log10_p,
         omega_squared=float(surplus / (surplus + sum(result.group_ns))),

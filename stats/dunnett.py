@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Literal
 
 from numpy.typing import ArrayLike
@@ -15,8 +16,11 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
+from stats.error_free import exact_root, shortened
+from stats.finite import finite
 from stats.groups import Groups, read_groups
 from stats.many_to_one import largest_critical, largest_log_upper
+from stats.over_scale import log_upper_of_any
 from stats.results import Result
 from stats.wording import missing_text, number_text, p_text, with_unit
 
@@ -24,8 +28,13 @@ Alternative = Literal["two_sided", "greater", "less"]
 ALTERNATIVES: tuple[Alternative, ...] = ("two_sided", "greater", "less")
 """What the treatment's mean is suspected to be, against the control's."""
 
-_SIGNED: Mapping[Alternative, Callable[[float], float]] = {"two_sided": abs, "greater": float, "less": lambda t: -t}
+_SIGNED: Mapping[Alternative, Callable[[Fraction], Fraction]] = {
+    "two_sided": abs,
+    "greater": lambda t: t,
+    "less": lambda t: -t,
+}
 """What of t the largest of the family is taken of."""
+_END = "an end of the interval"
 _UNBOUNDED = Undefined("a one-sided comparison has no bound on this side")
 
 
@@ -138,7 +147,7 @@ class _Family:
         self.treated_ns = tuple(group.n for group in read.filled if group.name != control)
         self.alternative = alternative
         self.df = read.df_within
-        self.squares = float(read.squares_within)
+        self.squares = read.squares_within
         reason = self._why_no_test()
         self.critical: float | Undefined = Undefined(reason) if reason else self._critical(1.0 - level)
 
@@ -147,21 +156,22 @@ class _Family:
         if group is None or self.control is None:
             none = Undefined(f"group {name!r} is empty" if group is None else "the control is empty")
             return AgainstControl(name, group.n if group else 0, none, none, none, none, none, none)
-        difference = group.minus(self.control)
+        difference = group.exact_mean - self.control.exact_mean
         shown = self.read.in_unit(difference)
         if isinstance(self.critical, Undefined):
             none = self.critical
             return AgainstControl(name, group.n, shown, none, none, none, none, none)
-        se = math.sqrt(self.squares / self.df * (1.0 / group.n + 1.0 / self.n_control))
-        low, high = (self.read.in_unit(difference + side * self.critical * se) for side in (-1.0, 1.0))
-        log_p = self._log_upper(_SIGNED[self.alternative](difference / se))
+        se = exact_root(self.squares / self.df * (Fraction(1, group.n) + Fraction(1, self.n_control)))
+        half, t = Fraction(self.critical) * se, shortened(difference / se)
+        low, high = (self.read.in_unit(end, _END) for end in (difference - half, difference + half))
+        log_p = log_upper_of_any(self._log_upper, _SIGNED[self.alternative](t), self.df)
         return AgainstControl(
             treatment=name,
             n=group.n,
             difference=shown,
             ci_low=_UNBOUNDED if self.alternative == "less" else low,
             ci_high=_UNBOUNDED if self.alternative == "greater" else high,
-            t=difference / se,
+            t=finite(t, "t"),
             p=math.exp(log_p),
             log10_p=log_p / math.log(10.0),
         )
@@ -181,4 +191,4 @@ class _Family:
             return "there is no treatment"
         if self.df < 1:
             return "no group has more than one value, so that nothing measures the scatter"
-        return "no group has any scatter" if self.squares == 0.0 else None
+        return "no group has any scatter" if self.squares == 0 else None

@@ -17,11 +17,12 @@ import numpy as np
 from scipy import special
 
 from data_schema.vocabulary import Undefined
+from stats.finite import Interval, finite_pair
 from stats.noncentral import f_tails, t_tails
 
-Interval = tuple[float, float]
-
 _STEPS = 200
+_FAR = 2.0**300
+"""Statistics from which noncentralities grow in proportion to them."""
 
 
 @lru_cache(maxsize=256)
@@ -39,14 +40,18 @@ def hedges_factor(df: float) -> float:
 @lru_cache(maxsize=256)
 def noncentral_t_interval(t: float, df: float, level: float) -> Interval:
     """Return the noncentralities, low and high, between which `t` has no tail below (1 - level) / 2."""
+    if abs(t) > _FAR:  # from there on the noncentrality is t times the scatter of the standard error
+        near = math.copysign(_FAR, t)
+        low, high = (end / near for end in noncentral_t_interval(near, df, level))
+        return low * t, high * t
     tail = (1.0 - level) / 2.0
     width = 2.0 * math.sqrt(1.0 + t * t / (2.0 * df)) * float(-special.ndtri(tail)) + 1.0
 
     def upper(delta: float) -> float:
-        return math.log(t_tails(t, df, delta)[1] / tail)
+        return _log(t_tails(t, df, delta)[1] / tail)
 
     def lower(delta: float) -> float:
-        return -math.log(t_tails(t, df, delta)[0] / tail)
+        return -_log(t_tails(t, df, delta)[0] / tail)
 
     return _root(upper, t, -width, None), _root(lower, t, width, None)
 
@@ -55,14 +60,15 @@ def noncentral_t_interval(t: float, df: float, level: float) -> Interval:
 def noncentral_f_interval(f: float, df_between: float, df_within: float, level: float) -> Interval:
     """Return the noncentralities, low and high, between which `f` has no tail below (1 - level) / 2; 0 at least."""
     tail = (1.0 - level) / 2.0
+    f = min(f, _FAR)  # of what it is divided by there, the numbers of values, nothing is left
     start = f * df_between
     width = 4.0 * math.sqrt(2.0 * df_between + 4.0 * start + 2.0 * start * start / df_within) + 1.0
 
     def upper(noncentrality: float) -> float:
-        return math.log(f_tails(f, df_between, df_within, noncentrality)[1] / tail)
+        return _log(f_tails(f, df_between, df_within, noncentrality)[1] / tail)
 
     def lower(noncentrality: float) -> float:
-        return -math.log(f_tails(f, df_between, df_within, noncentrality)[0] / tail)
+        return -_log(f_tails(f, df_between, df_within, noncentrality)[0] / tail)
 
     below, above = f_tails(f, df_between, df_within, 0.0)
     low = 0.0 if above >= tail else _root(upper, start, -width, 0.0)
@@ -70,11 +76,11 @@ def noncentral_f_interval(f: float, df_between: float, df_within: float, level: 
     return low, high
 
 
-def hedges_g_ci(t: float, df: float, n_a: int, n_b: int, level: float = 0.95) -> Interval:
+def hedges_g_ci(t: float, df: float, n_a: int, n_b: int, level: float = 0.95) -> Interval | Undefined:
     """Return the interval of Hedges's g from Student's t of two groups: signed, exact for normal values."""
     low, high = noncentral_t_interval(t, df, level)
     factor = hedges_factor(df) * math.sqrt(1.0 / n_a + 1.0 / n_b)
-    return low * factor, high * factor
+    return finite_pair(low * factor, high * factor)
 
 
 def eta_squared_ci(
@@ -101,12 +107,12 @@ def _root(rising: Callable[[float], float], start: float, step: float, least: fl
     The Illinois form of regula falsi: it keeps the sign change and converges in some ten steps.
     """
     inside, outside = start, start
-    value_inside = value_outside = _finite(rising, start)
+    value_inside = value_outside = rising(start)
     seek = step if (value_inside < 0.0) == (step > 0.0) else -step
     for _ in range(_STEPS):
         inside, value_inside = outside, value_outside
         outside = outside + seek if least is None else max(outside + seek, least)
-        value_outside = _finite(rising, outside)
+        value_outside = rising(outside)
         if (value_outside > 0.0) != (value_inside > 0.0) or outside == least:
             break
         seek *= 2.0
@@ -115,7 +121,7 @@ def _root(rising: Callable[[float], float], start: float, step: float, least: fl
         middle = high - value_high * (high - low) / (value_high - value_low)
         if not min(low, high) < middle < max(low, high):
             middle = (low + high) / 2.0
-        value = _finite(rising, middle)
+        value = rising(middle)
         if value == 0.0 or abs(middle - high) <= 4.0 * np.finfo(np.float64).eps * abs(middle):
             return middle
         if (value > 0.0) != (value_high > 0.0):
@@ -126,8 +132,5 @@ def _root(rising: Callable[[float], float], start: float, step: float, least: fl
     return high
 
 
-def _finite(rising: Callable[[float], float], at: float) -> float:
-    try:
-        return rising(at)
-    except ValueError:  # the logarithm of a tail that is 0
-        return -math.inf
+def _log(ratio: float) -> float:
+    return math.log(ratio) if ratio > 0.0 else -math.inf

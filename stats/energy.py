@@ -17,9 +17,13 @@ from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
 from stats.complete import complete_rows
+from stats.finite import finite, refuse_beyond
 from stats.results import Result
 from stats.summary import describe
+from stats.sums import moments
 from stats.wording import missing_text, number_text, with_unit
+
+_TERM = "the standard error"
 
 
 def joules_per_jump(
@@ -36,13 +40,16 @@ def joules_per_jump(
         raise InputRefused(f"jumps made is {jumps_made}: give a count of 0 or more.")
     if jumps_made == 0:
         return Undefined("no jump was made")
-    return joules_per_mah(reference_voltage_v, jumps_made) * (charge_mah - passive_mah)
+    joules = joules_per_mah(reference_voltage_v, jumps_made) * (charge_mah - passive_mah)
+    return finite(joules, "the energy of a jump")
 
 
 def joules_per_mah(reference_voltage_v: float, jumps_made: float) -> float:
     """Return what one mAh is worth in joules a jump: 2.2 J at 15.4 V and 25 jumps."""
     voltage = as_number("the reference voltage", reference_voltage_v, above=0.0)
-    return MAH_TO_COULOMB * voltage / as_number("jumps made", jumps_made, above=0.0)
+    worth = MAH_TO_COULOMB * voltage / as_number("jumps made", jumps_made, above=0.0)
+    refuse_beyond("what a mAh is worth in joules a jump", [worth])
+    return worth
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,12 +139,19 @@ def energy_budget(
     relative = as_number("the voltage's relative standard error", voltage_relative_se, low=0.0)
     step_sd_mah = as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
     about = describe(values)
-    mean = float(np.mean(values))
-    worth = joules_per_mah(reference_voltage_v, 1.0 / float(np.mean(1.0 / counts)))
+    mean = moments(values).mean
+    with np.errstate(over="ignore"):
+        shares = 1.0 / counts
+    jumps = 1.0 / moments(shares).mean if np.isfinite(shares).all() else math.inf
+    refuse_beyond("the jumps made or one over them", [jumps])
+    worth = joules_per_mah(reference_voltage_v, jumps)
 
     of_run = as_number("the drain fit's standard error of a run", drain_se_run_j, low=0.0)
     of_mean = as_number("the drain fit's standard error of the mean", drain_se_mean_j, low=0.0)
     voltage = relative * abs(mean)
+    of_step, of_steps, of_voltage = (
+        finite(size, _TERM) for size in (worth * step_sd_mah, worth * step_sd_mah / math.sqrt(about.n), voltage)
+    )
     return EnergyBudget(
         n=about.n,
         mean_j=mean,
@@ -146,13 +160,15 @@ def energy_budget(
             BudgetTerm("drain fit", of_run, of_mean, shared=True, in_scatter=False, assumed=False),
             BudgetTerm(
                 "charger resolution",
-                worth * step_sd_mah,
-                worth * step_sd_mah / math.sqrt(about.n),
+                of_step,
+                of_steps,
                 shared=False,
                 in_scatter=True,
                 assumed=False,
             ),
-            BudgetTerm("reference voltage", voltage, voltage, shared=True, in_scatter=False, assumed=voltage_assumed),
+            BudgetTerm(
+                "reference voltage", of_voltage, of_voltage, shared=True, in_scatter=False, assumed=voltage_assumed
+            ),
         ),
         total_one_run_j=_in_quadrature(about.sd, of_run, voltage),
         total_mean_j=_in_quadrature(about.se, of_mean, voltage),
@@ -162,4 +178,4 @@ def energy_budget(
 
 
 def _in_quadrature(scatter: float | Undefined, *shared: float) -> float | Undefined:
-    return scatter if isinstance(scatter, Undefined) else math.hypot(scatter, *shared)
+    return scatter if isinstance(scatter, Undefined) else finite(math.hypot(scatter, *shared), "the total")

@@ -19,8 +19,9 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
-from stats.contrast import Contrast, contrasts
+from stats.finite import finite, finite_pair
 from stats.groups import read_groups
+from stats.mean_contrast import Contrast, Ends, contrasts
 from stats.results import Result
 from stats.t_tests import AS_A_AND_B, Names
 from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
@@ -171,7 +172,7 @@ def equivalence(
     read = read_groups(as_pair(names, a, b), missing)
     percent = bounds == "percent"
     pair = contrasts(read, percent=percent)
-    unit = 0.01 if percent else 1.0
+    unit, per = (0.01, 100) if percent else (1.0, 1)
     found = {
         test: _tost(name, contrast, low, high, unit, alpha)
         for (test, name), contrast in zip((("welch", "Welch"), ("student", "Student")), pair.by_test, strict=True)
@@ -187,7 +188,7 @@ def equivalence(
         bounds=bounds,
         low=_NO_LOW if low is None else low,
         high=_NO_HIGH if high is None else high,
-        estimate=pair.estimate if isinstance(pair.estimate, Undefined) else pair.estimate / unit,
+        estimate=pair.estimate if isinstance(pair.estimate, Undefined) else finite(per * pair.estimate, "the estimate"),
         route=route,
         alpha=alpha,
         p=chosen.p,
@@ -220,13 +221,17 @@ def _tost(
     tests = {}
     for side, bound in (("low", low), ("high", high)):
         if bound is not None:
-            tests[side] = contrast.test(bound * unit, above=side == "low")
+            test = contrast.test(bound * unit, above=side == "low")
+            if isinstance(test, Undefined):
+                return Tost(name, *(test,) * 12)
+            tests[side] = test
     worst = max(tests.values(), key=lambda one: one.log10_p)
     ends = contrast.interval(1.0 - 2.0 * alpha)
     shown = worst.p <= alpha
     if contrast.relative:
         shown = shown and not isinstance(ends, Undefined) and _within(ends, low, high, unit)
     at_low, at_high = tests.get("low"), tests.get("high")
+    per = 100 if contrast.relative else 1
     return Tost(
         test=name,
         t_low=at_low.t if at_low else _NO_LOW,
@@ -239,10 +244,10 @@ def _tost(
         log10_p_high=at_high.log10_p if at_high else _NO_HIGH,
         p=worst.p,
         log10_p=worst.log10_p,
-        estimate_ci=ends if isinstance(ends, Undefined) else (ends[0] / unit, ends[1] / unit),
+        estimate_ci=ends if isinstance(ends, Undefined) else finite_pair(ends[0] * per, ends[1] * per),
         equivalent=shown,
     )
 
 
-def _within(ends: tuple[float, float], low: float | None, high: float | None, unit: float) -> bool:
+def _within(ends: Ends, low: float | None, high: float | None, unit: float) -> bool:
     return (low is None or ends[0] >= low * unit) and (high is None or ends[1] <= high * unit)

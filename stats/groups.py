@@ -2,7 +2,7 @@
 
 What tells groups apart are differences of means, which stay exact here until they are asked for. Where a comparison
 goes on in doubles its squares must not leave their range, so all moments are in units of 2**exponent, which changes no
-digit and no ratio.
+digit and no ratio; squares too small for a double beside the largest are 0 there, and exact in their fractions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_sample
-from stats.sums import Moments, moments, to_double
+from stats.finite import Interval, Number, finite, finite_pair, to_double
+from stats.sums import Moments, moments
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +42,11 @@ class Group:
     def constant(self) -> bool:
         """Whether all values are equal."""
         return self.exact_sum_squares == 0
+
+    @property
+    def exact_mean_variance(self) -> Fraction:
+        """Squared standard error of the mean to 30 digits, of any size, for n of at least 2."""
+        return self.exact_sum_squares / (self.n * (self.n - 1))
 
     def minus(self, other: Group) -> float:
         """Return the difference of the two means, rounded once."""
@@ -84,9 +90,14 @@ class Groups:
         """Sum of squares within all groups, in scaled units."""
         return sum((group.exact_sum_squares for group in self.filled), Fraction(0))
 
-    def in_unit(self, scaled: float) -> float:
-        """Return a mean or a difference in the values' unit."""
-        return math.ldexp(scaled, self.exponent)
+    def in_unit(self, scaled: Number, what: str = "the difference") -> float | Undefined:
+        """Return a mean, a difference or a standard deviation in the values' unit, if doubles reach so far."""
+        return finite(Fraction(scaled) * Fraction(2) ** self.exponent, what)
+
+    def pair_in_unit(self, low: Fraction, high: Fraction) -> Interval | Undefined:
+        """Return the ends of an interval in the values' unit, if doubles reach so far."""
+        unit = Fraction(2) ** self.exponent
+        return finite_pair(low * unit, high * unit)
 
     def in_squared_unit(self, scaled: Fraction) -> float | Undefined:
         """Return a sum of squares in the values' unit squared, if doubles reach so far."""
@@ -120,4 +131,4 @@ def _exponent(found: list[Moments]) -> int:
 def _group(name: str, one: Moments, unit: Fraction) -> Group:
     squares = one.exact_sum_squares / unit**2
     mean = one.exact_mean / unit
-    return Group(name, one.n, mean, squares, float(mean), float(squares / (one.n - 1)) if one.n > 1 else 0.0)
+    return Group(name, one.n, mean, squares, to_double(mean), float(squares / (one.n - 1)) if one.n > 1 else 0.0)

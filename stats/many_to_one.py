@@ -50,9 +50,7 @@ def _known_scale(c: _Floats, squared: _Floats, times: _Floats, two_sided: bool) 
     c = np.minimum(c, _FARTHEST)
     slopes, roots = np.sqrt(squared), np.sqrt(1.0 - squared)
     nearest, farthest = float(slopes.min()) * c, float(slopes.max()) * c
-    start = np.minimum(nearest, farthest) - _REACH
-    if two_sided:
-        start = np.maximum(start, 0.0)
+    start = np.maximum(np.minimum(nearest, farthest) - _REACH, 0.0 if two_sided else -_REACH)
     length = np.max(np.maximum(farthest, 0.0) + _REACH - start)
     # Phi rises over the width r / lambda of the largest group: steps must resolve that.
     steepest = float(slopes.max() / roots.min())

@@ -16,6 +16,8 @@ from scipy import special
 
 _REACH = 40.0  # logarithm below which a weight does not count
 _NORMAL_REACH = 13.0
+_MANY, _MOST = 1e6, 1e12
+"""Noncentralities, per degree of freedom and at all, from which their mean is all that counts of their scatter."""
 
 
 def t_tails(t: float, df: float, delta: float) -> tuple[float, float]:
@@ -64,6 +66,8 @@ def _gauss_nodes() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 def f_tails(f: float, df_between: float, df_within: float, noncentrality: float) -> tuple[float, float]:
     """Return P(F <= f) and P(F >= f)."""
+    if noncentrality > _MANY * df_within and (noncentrality > _MOST or df_between * f > _MANY * df_within):
+        return _f_tails_of_many(f, df_between, df_within, noncentrality)
     a, b = df_between / 2.0, df_within / 2.0
     x, y = df_between * f / (df_between * f + df_within), df_within / (df_between * f + df_within)
     mean = noncentrality / 2.0
@@ -75,3 +79,19 @@ def f_tails(f: float, df_between: float, df_within: float, noncentrality: float)
     weights = np.exp(log_weight - log_weight.max())
     weights /= weights.sum()
     return float(weights @ special.betainc(a + counts, b, x)), float(weights @ special.betainc(b, a + counts, y))
+
+
+def _f_tails_of_many(f: float, df_between: float, df_within: float, noncentrality: float) -> tuple[float, float]:
+    """Return the tails where chi^2(df_between, noncentrality) is its mean but for what its inverse is to first order.
+
+    Sums over Poisson's numbers lose more digits there than they have.
+    """
+    scale = noncentrality / df_between / f if f > 0.0 else math.inf
+    x = scale * df_within
+    if x > _MOST:
+        return 0.0, 1.0
+    half = df_within / 2.0
+    log_density = special.xlogy(half - 1.0, x / 2.0) - x / 2.0 - math.lgamma(half) - math.log(2.0)
+    moved = x * math.exp(log_density) * (df_between + df_within - 2.0 - x) / noncentrality
+    lower, upper = float(special.gammaincc(half, x / 2.0)) - moved, float(special.gammainc(half, x / 2.0)) + moved
+    return min(max(lower, 0.0), 1.0), min(max(upper, 0.0), 1.0)

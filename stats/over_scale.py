@@ -10,10 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize
+
+from stats.finite import Number
 
 _Floats = NDArray[np.float64]
 LogTail = Callable[[_Floats], _Floats]
@@ -23,6 +26,8 @@ NEGLIGIBLE = 42.0
 """What lies e**42 below the largest value adds nothing to 16 digits."""
 STARTS = 48
 """Intervals of the first rule; each further rule halves them."""
+FAR = 2.0**300
+"""From here on a tail falls as statistic**-df: what else it does is its square's inverse, 1e-180."""
 
 
 def log_mean_over_scale(log_tail: LogTail, df: float, statistic: float) -> float:
@@ -38,6 +43,14 @@ def log_mean_over_scale(log_tail: LogTail, df: float, statistic: float) -> float
 
     left = -(NEGLIGIBLE / df + math.log(max(abs(statistic), 1.0)) + 3.0)
     return min(_log_integral(log_product, left, 2.5) - _log_integral(log_density, left, 2.5), 0.0)
+
+
+def log_upper_of_any(log_upper: Callable[[float], float], statistic: Number, df: float) -> float:
+    """Return the logarithm of an upper tail at a statistic of any size, from the tail up to `FAR`."""
+    if statistic <= FAR:
+        return log_upper(float(max(statistic, -FAR)))
+    excess = Fraction(statistic) / Fraction(FAR)
+    return log_upper(FAR) - df * (math.log(excess.numerator) - math.log(excess.denominator))
 
 
 def critical_value(log_upper: Callable[[float], float], tail: float, guess: float) -> float:

@@ -16,6 +16,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
 from stats.complete import complete_rows
+from stats.finite import refuse_beyond
 from stats.regression import fit_linear
 from stats.results import Result
 from stats.wording import estimate_texts, missing_text, number_text
@@ -159,16 +160,21 @@ def unbounded_fraction(
         raise InputRefused(f"a container's radius is {float(radii.min()):g} m: give radii greater than 0.")
     if min(radii.size, fractions.size) < MINIMUM_CONTAINERS:
         return Undefined(f"the line needs at least {MINIMUM_CONTAINERS} measurements and there are {fractions.size}")
-    fit = fit_linear(fractions, {"grain size / radius": np.divide(grain, radii)}, level=level)
-    if isinstance(fit.standard_errors, Undefined) or isinstance(fit.ci, Undefined):
-        return Undefined("the line has no scatter that could be measured")
+    with np.errstate(over="ignore"):
+        shares = np.divide(grain, radii)
+    refuse_beyond("a grain size over a radius", shares.tolist())
+    fit = fit_linear(fractions, {"grain size / radius": shares}, level=level)
+    spread = fit.spread()
+    if isinstance(spread, Undefined):
+        return spread
+    errors, ci, _sd = spread
     return UnboundedPacking(
         fraction=fit.coefficients[0],
-        se=fit.standard_errors[0],
-        ci=fit.ci[0],
+        se=errors[0],
+        ci=ci[0],
         level=fit.level,
         wall_effect=fit.coefficients[1],
-        wall_effect_se=fit.standard_errors[1],
+        wall_effect_se=errors[1],
         r_squared=fit.r_squared,
         df=fit.df,
         n=fit.n,
@@ -186,10 +192,12 @@ def _quotient(above: _Measured, below: _Measured) -> PackingFraction:
         number = as_number(f"the {name}", measured, above=0.0)
         relative[name] = as_number(f"the standard error of the {name}", se, low=0.0) / number
         value = value * number if name in above else value / number
+    refuse_beyond("the fraction that was measured", [value])
     return _fraction(value, {name: share * value for name, share in relative.items()})
 
 
 def _fraction(value: float, terms: dict[str, float]) -> PackingFraction:
     if value > 1.0:
         raise InputRefused(f"the grains would fill {value:.3g} of the volume: check the units of what was measured.")
+    refuse_beyond("what a standard error makes of the fraction", [math.hypot(*terms.values())])
     return PackingFraction(value, math.hypot(*terms.values()), tuple(terms.items()), value > DENSEST)

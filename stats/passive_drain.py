@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +19,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.complete import complete_rows
 from stats.distributions import t_quantile
+from stats.finite import refuse_beyond
 from stats.regression import fit_linear
 from stats.results import Result
 from stats.sums import common_shift, moments
@@ -120,12 +122,14 @@ class PassiveDrain(Result):
         se = math.hypot(*self.error_terms_mah(duration_s).values())
         charge = self.charge_mean_mah + self.slope_mah_s * (duration_s - self.duration_mean_s)
         half = t_quantile(as_level("level", level), self.df) * se
+        low, high = charge - half, charge + half
+        refuse_beyond("the passive charge over so long a duration", [abs(end) for end in (charge, low, high)])
         return DrainEstimate(
             duration_s=duration_s,
             charge_mah=charge,
             se=se,
-            ci_low=charge - half,
-            ci_high=charge + half,
+            ci_low=low,
+            ci_high=high,
             level=level,
             df=self.df,
             extrapolated=not self.duration_min_s <= duration_s <= self.duration_max_s,
@@ -173,33 +177,31 @@ def fit_passive_drain(
         return Undefined(f"the drain line needs at least {MINIMUM_IDLE_RUNS} idle runs and there are {n}")
     of_duration = moments(durations, common_shift(durations))
     of_charge = moments(charges, common_shift(charges))
-    if of_duration.sum_squares == 0.0:
+    if of_duration.constant:
         return Undefined("all idle runs have one duration and a line needs at least 2")
 
     fit = fit_linear(charge_mah, {"duration": duration_s})
     df = fit.df
     rounding_mah = as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
-    residual_sd_mah = max(0.0 if isinstance(fit.residual_sd, Undefined) else fit.residual_sd, rounding_mah)
-    residual_variance = residual_sd_mah * residual_sd_mah
-    slope_variance = residual_variance / of_duration.sum_squares
-    mean = of_duration.mean
-    r_squared: float | Undefined = Undefined("all charges are equal")
-    if of_charge.sum_squares > 0.0:
-        r_squared = fit.r_squared
+    if isinstance(fit.residual_sd, Undefined):
+        return fit.residual_sd
+    residual_sd_mah = max(fit.residual_sd, rounding_mah)
+    residual_variance, mean = Fraction(residual_sd_mah) ** 2, of_duration.exact_mean
+    slope_variance = residual_variance / of_duration.exact_sum_squares
+    covariance = residual_variance / n + mean * mean * slope_variance, -mean * slope_variance, slope_variance
+    refuse_beyond("a covariance of the drain line", covariance)
+    of_intercept, of_both, of_slope = map(float, covariance)
     return PassiveDrain(
         slope_mah_s=fit.coefficients[1],
         intercept_mah=fit.coefficients[0],
-        covariance=(
-            (residual_variance / n + mean * mean * slope_variance, -mean * slope_variance),
-            (-mean * slope_variance, slope_variance),
-        ),
+        covariance=((of_intercept, of_both), (of_both, of_slope)),
         residual_sd_mah=residual_sd_mah,
-        r_squared=r_squared,
+        r_squared=Undefined("all charges are equal") if of_charge.constant else fit.r_squared,
         df=df,
         n=n,
         duration_min_s=float(np.min(durations)),
         duration_max_s=float(np.max(durations)),
-        duration_mean_s=mean,
+        duration_mean_s=of_duration.mean,
         charge_mean_mah=of_charge.mean,
         missing=left_out,
     )

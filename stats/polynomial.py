@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
@@ -18,11 +19,13 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.columns import Column, as_column
 from stats.complete import complete_rows
-from stats.distributions import t_quantile
 from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double
-from stats.error_free import product_of_halves, split, two_sum
-from stats.fit import BEYOND_DOUBLES, INTERCEPT, LEAST_SD, Fit, Response, Scaled, fit_fields
+from stats.error_free import product_of_halves, shortened, split, two_sum
+from stats.finite import refuse_beyond
+from stats.fit import INTERCEPT, Fit
+from stats.fit_fields import BEYOND_DOUBLES, LEAST_SD, Scaled, fit_fields
 from stats.least_squares import Design, Factor, factorise, solve
+from stats.response import Response, response_at, root_of_form
 
 HIGHEST_DEGREE = 20
 """Beyond it the powers' condition exceeds what refinement in double-double answers for."""
@@ -51,18 +54,14 @@ class PolynomialFit(Fit):
         """Return the fitted response at x; raises `InputRefused` for an x that is not finite."""
         place = as_number("x", x)
         level = as_level("level", level)
-        u = (place - self.centre) / self.half_range
-        waves = [1.0, u]
+        u = (Fraction(place) - Fraction(self.centre)) / Fraction(self.half_range)
+        waves = [Fraction(1), u]
         for _ in range(2, self.degree + 1):
-            waves.append(2.0 * u * waves[-1] - waves[-2])
-        value = math.fsum(c * wave for c, wave in zip(self.chebyshev_coefficients, waves, strict=True))
-        extrapolated = not self.lowest <= place <= self.highest
-        if isinstance(self.chebyshev_covariance, Undefined):
-            none = self.chebyshev_covariance
-            return Response(value, none, none, level, self.df, extrapolated)
-        se = math.sqrt(max(float(waves @ np.array(self.chebyshev_covariance) @ waves), 0.0))
-        half = t_quantile(level, self.df) * se
-        return Response(value, se, (value - half, value + half), level, self.df, extrapolated)
+            waves.append(shortened(2 * u * waves[-1] - waves[-2]))
+        products = (Fraction(c) * wave for c, wave in zip(self.chebyshev_coefficients, waves, strict=True))
+        value, covariance = sum(products, Fraction(0)), self.chebyshev_covariance
+        se = covariance if isinstance(covariance, Undefined) else root_of_form(waves, covariance)
+        return response_at(value, se, level, self.df, extrapolated=not self.lowest <= place <= self.highest)
 
 
 def fit_polynomial(
@@ -115,6 +114,8 @@ def fit_polynomial(
         units=units,
         condition=factor.condition,
     )
+    chebyshev = tuple(nearest_double(value, response.exponent) for value in fixed)
+    refuse_beyond("x and y are such that a coefficient", chebyshev)
     names = (INTERCEPT, "x", *(f"x^{power}" for power in range(2, p)))[:p]
     fields = fit_fields(names, scaled, intercept=True, level=level)
     sd = fields["residual_sd"]
@@ -131,7 +132,7 @@ def fit_polynomial(
         degree=degree,
         centre=column.centre / ticks,
         half_range=math.ldexp(1.0 / stretch, column.exponent) / ticks,
-        chebyshev_coefficients=tuple(nearest_double(value, response.exponent) for value in fixed),
+        chebyshev_coefficients=chebyshev,
         chebyshev_covariance=covariance,
         lowest=column.lowest,
         highest=column.highest,

@@ -10,19 +10,22 @@ their own, count days, not values.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
-import numpy as np
 from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number, as_values
 from stats.equivalence import ROUTES, EquivalenceRoute
+from stats.finite import to_double
 from stats.noncentral import f_tails, t_tails
-from stats.owens_q import NODES, TINY, WEIGHTS, within_both
+from stats.owens_q import within_both
 from stats.results import Result
+from stats.sums import moments
+from stats.welch_planned import over_standard_error, welch_criticals
 from stats.wording import number_text
 
 LARGEST_N = 1_000_000
@@ -88,49 +91,11 @@ def power_welch(
     never = _no_difference(difference, sides)
     if min(sizes) < 2:
         return Power(test, sizes, alpha, _NO_VARIANCE, never)
-    df, se = sum(sizes) - 2.0, _standard_error(sds, sizes)
-    ncp = difference / se
+    df, ncp = sum(sizes) - 2.0, over_standard_error(difference, sds, sizes)
     total = 0.0
-    for critical, weight in _welch_criticals(sds, sizes, alpha / sides):
+    for critical, weight in welch_criticals(sds, sizes, alpha / sides):
         total += weight * (t_tails(critical, df, ncp)[1] + (t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0))
     return Power(test, sizes, alpha, min(1.0, total), never)
-
-
-def _standard_error(sds: tuple[float, float], sizes: tuple[int, int]) -> float:
-    return math.sqrt(sds[0] ** 2 / sizes[0] + sds[1] ** 2 / sizes[1])
-
-
-def _welch_criticals(sds: tuple[float, float], sizes: tuple[int, int], tail: float) -> Iterator[tuple[float, float]]:
-    """Yield pairs of critical value and weight, over the share of group a in both sums of squares.
-
-    The critical value is Welch's one-sided at `tail`, for a t that is divided by the true standard error times a
-    chi / sqrt(df) with n_a + n_b - 2 degrees of freedom.
-    """
-    df_a, df_b = sizes[0] - 1.0, sizes[1] - 1.0
-    df = df_a + df_b
-    true_a, true_b = sds[0] ** 2 / sizes[0], sds[1] ** 2 / sizes[1]
-    for share, weight in zip(*_share_nodes(df_a, df_b), strict=True):
-        part_a, part_b = share * true_a * df / df_a, (1.0 - share) * true_b * df / df_b
-        both = part_a + part_b
-        welch_df = 1.0 / ((part_a / both) ** 2 / df_a + (part_b / both) ** 2 / df_b)
-        yield -float(special.stdtrit(welch_df, tail)) * math.sqrt(both / (true_a + true_b)), weight
-
-
-def _share_nodes(df_a: float, df_b: float) -> tuple[list[float], list[float]]:
-    """Return nodes and weights of the beta distribution of chi^2_a / (chi^2_a + chi^2_b), as squares of sines."""
-    a, b = df_a / 2.0, df_b / 2.0
-    low = math.asin(math.sqrt(float(special.betaincinv(a, b, TINY))))
-    high = math.acos(math.sqrt(float(special.betaincinv(b, a, TINY))))
-    half = (high - low) / 2.0
-    angle = (low + high) / 2.0 + half * NODES
-    log_density = (
-        math.log(2.0)
-        - float(special.betaln(a, b))
-        + (df_a - 1.0) * np.log(np.sin(angle))
-        + (df_b - 1.0) * np.log(np.cos(angle))
-    )
-    weights = half * WEIGHTS * np.exp(log_density)
-    return [float(x) for x in np.sin(angle) ** 2], [float(x) for x in weights]
 
 
 def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) -> Power:
@@ -142,10 +107,10 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     n, k = as_count("n", n), truth.size
     test = f"one-way ANOVA for means {', '.join(f'{mean:g}' for mean in truth)} at sd {sd:g}"
     sizes = (n,) * k
-    never = "the true means are equal" if float(np.ptp(truth)) == 0.0 else None
+    never = "the true means are equal" if truth.min() == truth.max() else None
     if n < 2:
         return Power(test, sizes, alpha, Undefined("each group needs at least 2 values"), never)
-    ncp = n * float(np.sum((truth - truth.mean()) ** 2)) / sd**2
+    ncp = to_double(n * moments(truth).exact_sum_squares / Fraction(sd) ** 2)
     df_within = k * (n - 1)
     critical = float(special.fdtri(k - 1, df_within, 1.0 - alpha))
     return Power(test, sizes, alpha, f_tails(critical, k - 1, df_within, ncp)[1], never)
@@ -191,12 +156,12 @@ def power_equivalence(
     if min(sizes) < (2 if route == "welch" else 1) or sum(sizes) < 3:
         few = _NO_VARIANCE if route == "welch" else Undefined("there are too few values for a pooled variance")
         return Power(test, sizes, alpha, few, never)
-    df, se = sum(sizes) - 2, _standard_error(sds, sizes)
-    ends = (low - difference) / se, (high - difference) / se
+    df = sum(sizes) - 2
+    ends = [over_standard_error(Fraction(end) - Fraction(difference), sds, sizes) for end in (low, high)]
     criticals: Iterable[tuple[float, float]] = [(-float(special.stdtrit(df, alpha)), 1.0)]
     if route == "welch":
-        criticals = _welch_criticals(sds, sizes, alpha)
-    power = math.fsum(weight * within_both(*ends, critical, df) for critical, weight in criticals)
+        criticals = welch_criticals(sds, sizes, alpha)
+    power = math.fsum(weight * within_both(ends[0], ends[1], critical, df) for critical, weight in criticals)
     return Power(test, sizes, alpha, min(1.0, power), never)
 
 

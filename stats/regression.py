@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,10 +19,12 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.columns import Column, as_column
 from stats.complete import complete_rows
-from stats.distributions import t_quantile
 from stats.double_double import FRACTION_BITS, fixed_point, nearest_double
-from stats.fit import INTERCEPT, Fit, Response, Scaled, fit_fields
+from stats.error_free import exact_root
+from stats.fit import INTERCEPT, Fit
+from stats.fit_fields import Scaled, fit_fields
 from stats.least_squares import Design, Factor, factorise, solve
+from stats.response import Response, response_at, root_of_form
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,19 +60,22 @@ class LinearFit(Fit):
         missing = [name for name in columns if name not in values]
         if missing:
             raise InputRefused(f"no value was given for {_named(missing)}: give one for each column.")
-        place = np.array([as_number(f"the value of {name!r}", values[name]) for name in columns])
-        extrapolated = bool(((place < self.lowest) | (place > self.highest)).any())
-        step = place - np.array(self.means)
-        skip = 1 if self.intercept else 0
-        value = self.response_mean + math.fsum(step * np.array(self.coefficients[skip:]))
+        level = as_level("level", level)
+        place = [as_number(f"the value of {name!r}", values[name]) for name in columns]
+        ranges = zip(place, self.lowest, self.highest, strict=True)
+        extrapolated = any(not low <= value <= high for value, low, high in ranges)
+        steps = [Fraction(value) - Fraction(mean) for value, mean in zip(place, self.means, strict=True)]
+        skip = int(self.intercept)
+        products = (step * Fraction(slope) for step, slope in zip(steps, self.coefficients[skip:], strict=True))
+        value = sum(products, Fraction(self.response_mean))
+        se: Fraction | Undefined
         if isinstance(self.covariance, Undefined) or isinstance(self.residual_sd, Undefined):
-            none = self.covariance if isinstance(self.covariance, Undefined) else Undefined("the fit has no scatter")
-            return Response(value, none, none, as_level("level", level), self.df, extrapolated)
-        slopes = np.array(self.covariance)[skip:, skip:]
-        level_variance = self.residual_sd**2 / self.n if self.intercept else 0.0
-        se = math.sqrt(max(level_variance + float(step @ slopes @ step), 0.0))
-        half = t_quantile(as_level("level", level), self.df) * se
-        return Response(value, se, (value - half, value + half), level, self.df, extrapolated)
+            se = self.covariance if isinstance(self.covariance, Undefined) else Undefined("the fit has no scatter")
+        else:
+            of_slopes = root_of_form(steps, [row[skip:] for row in self.covariance[skip:]])
+            level_variance = Fraction(self.residual_sd) ** 2 / self.n if self.intercept else Fraction(0)
+            se = exact_root(level_variance + of_slopes**2)
+        return response_at(value, se, level, self.df, extrapolated=extrapolated)
 
 
 def fit_linear(

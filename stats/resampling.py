@@ -7,6 +7,7 @@ other days would differ is what `stats.blocked` is for. The order of the values 
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_count, as_level
 from stats.complete import Labels
+from stats.finite import finite_pair, times_power
 from stats.redrawn import BATCH_VALUES, redraw
 from stats.resampling_result import Bootstrap, Permutation
 from stats.tied_scale import on_tied_scale
@@ -49,7 +51,6 @@ def permutation_test(
     if not strata:
         none = days.nothing_shared()
         return Permutation(days.n_a, days.n_b, days.n_days, none, none, none, none, False, 0, none, days.missing)
-    difference = days.difference()
     arrangements = math.prod(math.comb(each.a.size + each.b.size, each.a.size) for each in strata)
     scores, tolerance = on_tied_scale([np.concatenate([each.a, each.b]) for each in strata])
     sizes = [each.a.size for each in strata]
@@ -64,7 +65,7 @@ def permutation_test(
         n_a=days.n_a,
         n_b=days.n_b,
         n_days=days.n_days,
-        difference=difference,
+        difference=days.in_unit(days.difference()),
         p=(both + one) / total,
         p_greater=(greater + one) / total,
         p_less=(less + one) / total,
@@ -125,21 +126,23 @@ def bootstrap_difference(
     difference = days.difference()
     cells, exponent = days.centred_cells()
     if not any(cell.values.any() for cell in cells):
-        return undefined(Undefined("the values of each day and group do not scatter"), difference)
+        return undefined(Undefined("the values of each day and group do not scatter"), days.in_unit(difference))
     drawn = redraw(cells, resamples, seed)
     tail = (1.0 - level) / 2.0
 
     def around(ends: tuple[float, float] | Undefined) -> tuple[float, float] | Undefined:
         if isinstance(ends, Undefined):
             return ends
-        return difference + math.ldexp(ends[0], exponent), difference + math.ldexp(ends[1], exponent)
+        step, unit = Fraction(2) ** exponent, Fraction(2) ** days.exponent
+        low, high = ((Fraction(difference) + Fraction(end) * step) * unit for end in ends)
+        return finite_pair(low, high)
 
     return Bootstrap(
         n_a=days.n_a,
         n_b=days.n_b,
         n_days=days.n_days,
-        difference=difference,
-        se=math.ldexp(float(np.std(drawn.changes, ddof=1)), exponent),
+        difference=days.in_unit(difference),
+        se=days.in_unit(times_power(float(np.std(drawn.changes, ddof=1)), exponent), "the standard error"),
         interval=around(drawn.studentised(tail)),
         bca_interval=around(drawn.bca(tail)),
         percentile_interval=around(drawn.percentiles(tail)),

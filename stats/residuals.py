@@ -17,11 +17,13 @@ from scipy import special
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_sample
-from stats.error_free import exact_root
-from stats.sums import common_shift, moments
+from stats.error_free import exact_root, scaled
+from stats.finite import finite, refuse_beyond, times_power, to_double
+from stats.sums import common_shift, moments, out_of_range
 
 Floats = NDArray[np.float64]
 
+_SD = "the residual standard deviation"
 _SEED = 2021
 _FEWEST_DRAWS, _MOST_DRAWS, _MOST_NUMBERS = 100, 4000, 4_000_000
 
@@ -67,7 +69,7 @@ def residuals_of_groups(groups: Mapping[str, ArrayLike]) -> Residuals:
 
     The standard deviation is pooled. Raises `InputRefused` for NaN or infinite values.
     """
-    values: list[float] = []
+    values: list[Fraction] = []
     fitted: list[float] = []
     sizes: dict[str, int] = {}
     squares, df = Fraction(0), 0
@@ -79,14 +81,16 @@ def residuals_of_groups(groups: Mapping[str, ArrayLike]) -> Residuals:
         about = moments(sample.values, rest=sample.rest)
         rest = np.zeros(about.n) if sample.rest is None else sample.rest
         values += [
-            float(Fraction(float(value)) + Fraction(float(more)) - about.exact_mean)
+            Fraction(float(value)) + Fraction(float(more)) - about.exact_mean
             for value, more in zip(sample.values, rest, strict=True)
         ]
         fitted += [about.mean] * about.n
         squares, df = squares + about.exact_sum_squares, df + about.n - 1
-    sd = float(exact_root(squares / df)) if df else Undefined("no group has more than one value")
+    sd = finite(exact_root(squares / df), _SD) if df else Undefined("no group has more than one value")
+    left = tuple(map(to_double, values))
+    refuse_beyond("a residual", map(abs, left))
     design = _dummies([name for name, size in sizes.items() for _ in range(size)])
-    return Residuals(tuple(values), tuple(fitted), sd, df, design / np.sqrt(design.sum(axis=0)))
+    return Residuals(left, tuple(fitted), sd, df, design / np.sqrt(design.sum(axis=0)))
 
 
 def additive_residuals(values: ArrayLike, condition: Sequence[str], day: Sequence[str]) -> Residuals:
@@ -100,6 +104,8 @@ def additive_residuals(values: ArrayLike, condition: Sequence[str], day: Sequenc
             raise InputRefused(
                 f"there are {numbers.size} values and {len(labels)} labels of {name}: give one label for each value."
             )
+    exponent = out_of_range(numbers)
+    numbers = scaled(numbers, -exponent)
     shift = common_shift(numbers) if numbers.size else 0.0
     design = np.concatenate([_dummies(condition), _dummies(day)], axis=1)
     left_vectors, singular, _right = np.linalg.svd(design, full_matrices=False)
@@ -109,8 +115,12 @@ def additive_residuals(values: ArrayLike, condition: Sequence[str], day: Sequenc
     # What a fit without a rest leaves is rounding: 1e-16 is no scatter.
     left[np.abs(left) <= numbers.size * np.finfo(np.float64).eps * np.max(np.abs(numbers - shift), initial=0.0)] = 0.0
     df = numbers.size - basis.shape[1]
-    sd = math.hypot(*left) / math.sqrt(df) if df else Undefined("every value has a condition or a day of its own")
-    return Residuals(tuple(left.tolist()), tuple((shift + fitted).tolist()), sd, df, basis)
+    sd: float | Undefined = Undefined("every value has a condition or a day of its own")
+    if df:
+        sd = finite(times_power(math.hypot(*left) / math.sqrt(df), exponent), _SD)
+    residuals, said = ([times_power(number, exponent) for number in part.tolist()] for part in (left, shift + fitted))
+    refuse_beyond("a residual or a fitted value", map(abs, [*residuals, *said]))
+    return Residuals(tuple(residuals), tuple(said), sd, df, basis)
 
 
 def _dummies(labels: Sequence[str]) -> Floats:
@@ -137,7 +147,10 @@ def normal_quantiles(residuals: Residuals, level: float = 0.95) -> NormalQuantil
     if isinstance(sd, Undefined):
         low = middle = high = sd
     else:
-        low, middle, high = (tuple(line.tolist()) for line in sd * _band(residuals, level))
+        with np.errstate(over="ignore"):
+            lines = sd * _band(residuals, level)
+        beyond = Undefined("the band is too large for a double")
+        low, middle, high = (tuple(line.tolist()) if np.isfinite(line).all() else beyond for line in lines)
     return NormalQuantiles(
         expected=tuple(expected.tolist()),
         observed=tuple(sorted(residuals.values)),

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
@@ -14,8 +16,8 @@ from stats.checks import Missing, Sample, as_sample
 from stats.complete import complete_rows
 from stats.double_double import Floats
 from stats.error_free import greatest, scaled, two_sum
+from stats.finite import finite
 from stats.results import Result
-from stats.sums import common_shift
 from stats.wording import missing_text, number_text, with_unit
 
 QUARTILES: dict[str, Callable[[int, float], float]] = {
@@ -37,9 +39,9 @@ class RmseOverIqr(Result):
 
     ratio: float | Undefined
     """`rmse` over `iqr`, dimensionless."""
-    rmse: float
+    rmse: float | Undefined
     """Root of the mean squared difference, predicted minus measured, in the unit of the values."""
-    iqr: float
+    iqr: float | Undefined
     """Upper minus lower quartile of the measured values."""
     quartile_low: float
     """Lower quartile of the measured values."""
@@ -84,39 +86,47 @@ def rmse_over_iqr(
             f"there are {n} measured and {guess.values.size} predicted values: give one prediction for each "
             "measurement, and at least one."
         )
-    exponent = math.frexp(max(greatest(truth.values), greatest(guess.values)))[1] + 1
-    shift = common_shift(truth.values)
-    ordered, about = (_from(sample, shift, exponent) for sample in (truth, guess))
-    differences = about - ordered
-    largest = math.frexp(greatest(differences))[1]
-    differences = scaled(differences, -largest)
-    rmse = math.sqrt(math.fsum(differences * differences) / n)
-    ordered.sort()
-    low, high = (_quantile(ordered, share, definition) for share in (0.25, 0.75))
+    rmse = _root_mean_square(*_differences(truth, guess))
+    order = np.lexsort((_rest(truth), truth.values))
+    low, high = (_quantile(truth, order, share, definition) for share in (0.25, 0.75))
     iqr = high - low
     ratio: float | Undefined = Undefined("the measured values have no interquartile range")
-    if iqr > 0.0:
-        ratio = math.ldexp(rmse / iqr, largest)
+    if iqr > 0:
+        ratio = finite(rmse / iqr, "the ratio")
     return RmseOverIqr(
         ratio=ratio,
-        rmse=math.ldexp(rmse, largest + exponent),
-        iqr=math.ldexp(iqr, exponent),
-        quartile_low=shift + math.ldexp(low, exponent),
-        quartile_high=shift + math.ldexp(high, exponent),
+        rmse=finite(rmse, "the root mean square error"),
+        iqr=finite(iqr, "the interquartile range"),
+        quartile_low=float(low),
+        quartile_high=float(high),
         definition=definition,
         n=n,
         missing=left_out,
     )
 
 
-def _from(sample: Sample, shift: float, exponent: int) -> Floats:
-    """Return values minus shift in units of 2**exponent, each rounded once."""
-    high, low = two_sum(scaled(sample.values, -exponent), -math.ldexp(shift, -exponent))
-    return high + (low if sample.rest is None else low + scaled(sample.rest, -exponent))
+def _differences(truth: Sample, guess: Sample) -> tuple[Floats, int]:
+    """Return guess minus truth in units of a power of two, each rounded once, and that power."""
+    exponent = 2 if max(greatest(truth.values), greatest(guess.values)) > 2.0**1000 else 0
+    high, low = two_sum(scaled(guess.values, -exponent), -scaled(truth.values, -exponent))
+    return high + (low + scaled(_rest(guess) - _rest(truth), -exponent)), exponent
 
 
-def _quantile(ordered: Floats, share: float, definition: str) -> float:
-    place = min(max(QUARTILES[definition](ordered.size, share), 0.0), ordered.size - 1.0)
+def _root_mean_square(values: Floats, exponent: int) -> Fraction:
+    largest = math.frexp(greatest(values))[1]
+    values = scaled(values, -largest)
+    return Fraction(math.sqrt(math.fsum(values * values) / values.size)) * Fraction(2) ** (largest + exponent)
+
+
+def _rest(sample: Sample) -> Floats:
+    return np.zeros(sample.values.size) if sample.rest is None else sample.rest
+
+
+def _quantile(sample: Sample, order: NDArray[np.intp], share: float, definition: str) -> Fraction:
+    place = min(max(QUARTILES[definition](order.size, share), 0.0), order.size - 1.0)
     below = int(place)
-    above = min(below + 1, ordered.size - 1)
-    return float(ordered[below] + (place - below) * (ordered[above] - ordered[below]))
+    low, high = (
+        Fraction(float(sample.values[i])) + Fraction(float(_rest(sample)[i]))
+        for i in order[[below, min(below + 1, order.size - 1)]]
+    )
+    return low + Fraction(place - below) * (high - low)

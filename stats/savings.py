@@ -31,16 +31,19 @@ both stands the delta interval of log(T / C), which no noise takes beyond 100 %.
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
-from stats.groups import read_groups
+from stats.error_free import exact_root
+from stats.finite import finite, finite_pair
+from stats.groups import Groups, read_groups
+from stats.ratio_of_means import RatioOfMeans, in_unit, squares
 from stats.results import Result
-from stats.shared_error import SharedError, joint
+from stats.shared_error import SharedError
 from stats.wording import interval_text, missing_text, number_text
 
 
@@ -116,97 +119,64 @@ def percent_savings(
     level = as_level("level", level)
     scale_relative_se = as_number("scale_relative_se", scale_relative_se, low=0.0)
     in_control, in_treated = shared_in_control or SharedError(), shared_in_treated or SharedError()
-    # Scaled by one power of two: squares stay within the range of doubles, no digit changes.
     read = read_groups(as_pair(names, control, treated), missing)
-    means = dict(zip(read.names, read.means, strict=True))
-    sizes = dict(zip(read.names, read.sizes, strict=True))
-    unknown = Undefined(f"group {' and group '.join(read.empty)} is empty")
-    result = Savings(
-        n_control=sizes.get(names[0], 0),
-        n_treated=sizes.get(names[1], 0),
-        control_mean=means.get(names[0], unknown),
-        treated_mean=means.get(names[1], unknown),
-        percent=unknown,
-        percent_ci=unknown,
-        delta_ci=unknown,
-        log_ci=unknown,
-        se_percent=unknown,
-        shared_se_percent=unknown,
-        df=unknown,
-        level=level,
-        scale_relative_se=scale_relative_se,
-        missing=read.missing,
-    )
+    result = _described(read, names, level, scale_relative_se)
     if read.empty:
         return result
     of_c, of_t = read.filled
-    c, t = of_c.mean, of_t.mean
-    if c <= 0.0:
+    if of_c.exact_mean <= 0:
         none = Undefined("the control's mean is not positive, so that there is nothing to save a share of")
         return replace(_without_interval(result, none), percent=none, se_percent=none, shared_se_percent=none)
-
-    in_control, in_treated = (
-        error.times(math.ldexp(1.0, min(-read.exponent, 1023))) for error in (in_control, in_treated)
+    ratio = RatioOfMeans(of_c, of_t, *(in_unit(error, read.exponent) for error in (in_control, in_treated)))
+    result = replace(
+        result,
+        percent=finite(100 * ratio.saved / ratio.mean, "the share"),
+        shared_se_percent=finite(100 * exact_root(squares(ratio.shared)) / ratio.mean, "the standard error"),
     )
-    saved = of_c.minus(of_t)
-    rho, percent = t / c, 100.0 * saved / c
-    shared = in_treated.minus(in_control.times(rho))
-    result = replace(result, percent=percent, shared_se_percent=100.0 * shared.se / c)
     if of_c.n < 2 or of_t.n < 2:
         single = of_c if of_c.n < 2 else of_t
         none = Undefined(f"group {single.name} has a single run and so no scatter")
         return replace(_without_interval(result, none), se_percent=none)
-    variance_c, variance_t = of_c.mean_variance, of_t.mean_variance
-    scatter_part = variance_t + rho * rho * variance_c
-    result = replace(result, se_percent=100.0 * math.sqrt(scatter_part) / c)
-    if scatter_part == 0.0:
+    result = replace(result, se_percent=finite(100 * exact_root(ratio.scatter) / ratio.mean, "the standard error"))
+    if ratio.scatter == 0:
         return _without_interval(result, Undefined("neither group has any scatter"))
+    return _with_intervals(result, ratio, {**in_control.df, **in_treated.df})
 
-    parts = ((variance_t, of_t.n - 1), (rho * rho * variance_c, of_c.n - 1))
-    df = 1.0 / math.fsum((part / scatter_part) ** 2 / part_df for part, part_df in parts)
-    both = joint(parts, shared, level)
-    half = both.quantile * math.sqrt(scatter_part + both.more * shared.se**2) / c
-    delta = (percent - 100.0 * half, percent + 100.0 * half)
-    of_difference = in_control.minus(in_treated)
-    covariance = math.fsum(value * of_difference.terms[term] for term, value in in_control.terms.items())
-    share = _fieller(
-        (saved, variance_t + variance_c + both.more * of_difference.se**2),
-        (c, variance_c + both.more * in_control.se**2),
-        variance_c + both.more * covariance,
-        both.quantile,
+
+def _described(read: Groups, names: tuple[str, str], level: float, scale_relative_se: float) -> Savings:
+    """Return what is known before any share is formed, everything else undefined."""
+    means, sizes = (dict(zip(read.names, each, strict=True)) for each in (read.means, read.sizes))
+    none = Undefined(f"group {' and group '.join(read.empty)} is empty")
+    return Savings(
+        n_control=int(sizes.get(names[0], 0)),
+        n_treated=int(sizes.get(names[1], 0)),
+        control_mean=means.get(names[0], none),
+        treated_mean=means.get(names[1], none),
+        percent=none,
+        percent_ci=none,
+        delta_ci=none,
+        log_ci=none,
+        se_percent=none,
+        shared_se_percent=none,
+        df=none,
+        level=level,
+        scale_relative_se=scale_relative_se,
+        missing=read.missing,
     )
-    interval = share if isinstance(share, Undefined) else (100.0 * share[0], 100.0 * share[1])
-    return replace(result, percent_ci=interval, delta_ci=delta, log_ci=_log_interval(saved / c, half), df=df)
+
+
+def _with_intervals(result: Savings, ratio: RatioOfMeans, df_of_fits: Mapping[str, float]) -> Savings:
+    both = ratio.joined(df_of_fits, result.level)
+    half = ratio.half_width(both)
+    middle = ratio.saved / ratio.mean
+    return replace(
+        result,
+        percent_ci=ratio.fieller(both),
+        delta_ci=finite_pair(100 * (middle - half), 100 * (middle + half)),
+        log_ci=ratio.log_interval(half),
+        df=ratio.df,
+    )
 
 
 def _without_interval(result: Savings, why: Undefined) -> Savings:
     return replace(result, percent_ci=why, delta_ci=why, log_ci=why, df=why)
-
-
-def _log_interval(share: float, half: float) -> tuple[float, float] | Undefined:
-    """Return percent savings where log(rho) -/+ half / rho ends, rho = 1 - share."""
-    rho = 1.0 - share
-    if rho <= 0.0:
-        return Undefined("the treated mean is not positive and has no logarithm")
-    # A ratio that could be anything from almost 0 to beyond all doubles bounds nothing.
-    if half / rho > 700.0:
-        return Undefined("the treated mean is not distinguishable from 0 at this level")
-    low, high = (-100.0 * math.expm1(math.log1p(-share) + side * half / rho) for side in (1.0, -1.0))
-    return low, high
-
-
-def _fieller(
-    numerator: tuple[float, float], denominator: tuple[float, float], covariance: float, quantile: float
-) -> tuple[float, float] | Undefined:
-    """Return the interval of a ratio of means, each given with its variance."""
-    (top, top_variance), (bottom, bottom_variance) = numerator, denominator
-    squared = quantile * quantile
-    quadratic = bottom * bottom - squared * bottom_variance
-    if quadratic <= 0.0:
-        return Undefined("the control's mean is not distinguishable from 0 at this level")
-    middle = bottom * top - squared * covariance
-    # The discriminant with its equal terms taken off on paper: means that hardly differ keep their digits.
-    spread = bottom * bottom * top_variance - 2.0 * bottom * top * covariance + top * top * bottom_variance
-    rest = bottom_variance * top_variance - covariance * covariance
-    root = quantile * math.sqrt(max(spread - squared * rest, 0.0))
-    return (middle - root) / quadratic, (middle + root) / quadratic

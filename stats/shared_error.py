@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.distributions import t_quantile, t_two_sided_p
+from stats.finite import finite, refuse_beyond, times_power
 from stats.results import Result
 from stats.summary import Summary, describe
 from stats.tails import t_two_sided
@@ -44,6 +45,7 @@ class SharedError:
             as_number(f"the shared error {fit} {term}", value)
             if self.df.get(fit) != math.inf:
                 as_number(f"the degrees of freedom of {fit}", self.df.get(fit, 0.0), above=0.0)
+        refuse_beyond("the standard error of all shared terms together", [self.se])
 
     @property
     def se(self) -> float:
@@ -54,8 +56,9 @@ class SharedError:
     def degrees_of_freedom(self) -> float:
         """Those of the fit; of several fits after Welch and Satterthwaite; infinite where there is no error."""
         variances = dict.fromkeys(self.df, 0.0)
+        exponent = math.frexp(self.se)[1]  # only proportions count
         for (fit, _term), value in self.terms.items():
-            variances[fit] += value * value
+            variances[fit] += math.ldexp(value, -exponent) ** 2
         total = math.fsum(variances.values())
         if total == 0.0:
             return math.inf
@@ -65,6 +68,10 @@ class SharedError:
     def times(self, factor: float) -> SharedError:
         """Return the error of `factor` times the value."""
         return SharedError({term: factor * value for term, value in self.terms.items()}, self.df)
+
+    def times_power(self, exponent: int) -> SharedError:
+        """Return the error of 2**exponent times the value."""
+        return SharedError({term: math.ldexp(value, exponent) for term, value in self.terms.items()}, self.df)
 
     def minus(self, other: SharedError) -> SharedError:
         """Return the error of the difference of two values; terms that cancel but for rounding are 0."""
@@ -110,6 +117,8 @@ def joint(scatter: Sequence[tuple[float, float]], shared: SharedError, level: fl
     Nor does a further error ever make an interval narrower, as it would where the scatter has few degrees of freedom.
     """
     own_df = shared.degrees_of_freedom
+    if not any(variance for variance, _df in scatter):
+        return Joint(t_quantile(level, own_df), own_df, 1.0)
     alone_df = _welch_satterthwaite(scatter)
     alone = Joint(t_quantile(level, alone_df), alone_df, (t_quantile(level, own_df) / t_quantile(level, alone_df)) ** 2)
     if own_df < ENOUGH_DEGREES:
@@ -120,6 +129,14 @@ def joint(scatter: Sequence[tuple[float, float]], shared: SharedError, level: fl
     if together.quantile**2 * (variance + shared.se**2) < alone.quantile**2 * variance:
         return replace(alone, more=0.0)
     return together
+
+
+def _joined(se: float, df: float, shared: SharedError, level: float) -> tuple[Joint, float, int]:
+    """Join a standard error and a shared one of any sizes; the half width is in units of a power of two, and that."""
+    exponent = math.frexp(max(se, shared.se))[1]
+    of_scatter, error = math.ldexp(se, -exponent), shared.times_power(-exponent)
+    both = joint([(of_scatter * of_scatter, df)], error, level)
+    return both, both.quantile * math.sqrt(of_scatter * of_scatter + both.more * error.se**2), exponent
 
 
 def _welch_satterthwaite(parts: Sequence[tuple[float, float]]) -> float:
@@ -172,9 +189,10 @@ def describe_shared(
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined):
         return SharedSummary(scatter, shared.se, scatter.ci_low, scatter.ci_high, level)
-    both = joint([(se * se, scatter.n - 1)], shared, level)
-    half = both.quantile * math.sqrt(se * se + both.more * shared.se**2)
-    return SharedSummary(scatter, shared.se, mean - half, mean + half, level)
+    _both, half, exponent = _joined(se, scatter.n - 1, shared, level)
+    half = times_power(half, exponent)
+    low, high = (finite(end, "an end of the interval") for end in (mean - half, mean + half))
+    return SharedSummary(scatter, shared.se, low, high, level)
 
 
 @dataclass(frozen=True, slots=True)
@@ -231,9 +249,10 @@ def difference_with_shared(
         return SharedTest(t, df, p, interval, interval, level)
     if isinstance(df, Undefined) or shared.se == 0.0:
         return SharedTest(t, df, p, *interval, level)
-    middle, scatter_half = (interval[0] + interval[1]) / 2.0, (interval[1] - interval[0]) / 2.0
-    variance = (scatter_half / t_quantile(level, df)) ** 2
-    both = joint([(variance, df)], shared, level)
-    half = both.quantile * math.sqrt(variance + both.more * shared.se**2)
-    t = middle / half * both.quantile
-    return SharedTest(t, both.df, t_two_sided_p(t, both.df), middle - half, middle + half, level)
+    middle, scatter_half = interval[0] / 2.0 + interval[1] / 2.0, interval[1] / 2.0 - interval[0] / 2.0
+    both, half, exponent = _joined(scatter_half / t_quantile(level, df), df, shared, level)
+    t = finite(times_power(middle, -exponent) / half * both.quantile, "t")
+    p = t if isinstance(t, Undefined) else t_two_sided_p(t, both.df)
+    half = times_power(half, exponent)
+    low, high = (finite(end, "an end of the interval") for end in (middle - half, middle + half))
+    return SharedTest(t, both.df, p, low, high, level)

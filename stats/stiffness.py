@@ -6,6 +6,7 @@ d = 3.32 gain + 19.67 kg/s on the thesis's leg (5.1.1), with which gains become 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,8 +17,10 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.complete import complete_rows
 from stats.double_double import Floats
-from stats.fit import Response
+from stats.error_free import greatest, scaled
+from stats.finite import refuse_beyond
 from stats.regression import LinearFit, fit_linear
+from stats.response import Response
 from stats.results import Result
 from stats.wording import estimate_texts, missing_text, number_text
 
@@ -147,13 +150,17 @@ def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: Arr
             f"there are {time.size} times, {position.size} displacements and {velocity.size} velocities: give one of "
             "each for at least 2 samples."
         )
-    steps = np.diff(time)
+    with np.errstate(over="ignore"):
+        steps = np.diff(time)
     if (steps <= 0.0).any():
         raise InputRefused("time does not increase from sample to sample: give one trajectory in order of time.")
+    with np.errstate(over="ignore", invalid="ignore"):
+        force = -mass * np.diff(velocity) / steps
+    refuse_beyond("a force between two samples", [-greatest(force)])
     return ForcePoints(
-        displacement_m=0.5 * (position[1:] + position[:-1]),
-        velocity_m_s=0.5 * (velocity[1:] + velocity[:-1]),
-        force_n=-mass * np.diff(velocity) / steps,
+        displacement_m=0.5 * position[1:] + 0.5 * position[:-1],
+        velocity_m_s=0.5 * velocity[1:] + 0.5 * velocity[:-1],
+        force_n=force,
     )
 
 
@@ -177,23 +184,26 @@ def fit_stiffness(
     if force.size < MINIMUM_POINTS:
         return Undefined(f"the plane needs at least {MINIMUM_POINTS} points and there are {force.size}")
     fit = fit_linear(force_n, {"displacement": displacement_m, "velocity": velocity_m_s}, level=level)
-    if isinstance(fit.standard_errors, Undefined) or isinstance(fit.ci, Undefined):
-        return Undefined("the plane has no scatter that could be measured")
+    spread = fit.spread()
+    if isinstance(spread, Undefined):
+        return spread
+    errors, ci, residual_sd = spread
     columns = [as_values("the points", values) for values in (displacement_m, velocity_m_s)]
-    residuals = force - fit.response_mean
-    for column, mean, slope in zip(columns, fit.means, fit.coefficients[1:], strict=True):
-        residuals = residuals - slope * (column - mean)
+    with np.errstate(over="ignore", invalid="ignore"):
+        residuals = force - fit.response_mean
+        for column, mean, slope in zip(columns, fit.means, fit.coefficients[1:], strict=True):
+            residuals = residuals - slope * (column - mean)
     return Stiffness(
         stiffness_n_m=fit.coefficients[1],
-        stiffness_se=fit.standard_errors[1],
-        stiffness_ci=fit.ci[1],
+        stiffness_se=errors[1],
+        stiffness_ci=ci[1],
         damping_kg_s=fit.coefficients[2],
-        damping_se=fit.standard_errors[2],
-        damping_ci=fit.ci[2],
+        damping_se=errors[2],
+        damping_ci=ci[2],
         force_at_zero_n=fit.coefficients[0],
-        force_at_zero_se=fit.standard_errors[0],
+        force_at_zero_se=errors[0],
         level=level,
-        residual_sd_n=0.0 if isinstance(fit.residual_sd, Undefined) else fit.residual_sd,
+        residual_sd_n=residual_sd,
         r_squared=fit.r_squared,
         residual_lag1=_lag1(residuals, exact=fit.ss_residual == 0.0),
         condition=fit.condition,
@@ -216,20 +226,25 @@ def fit_gain_line(
     if gains.size < MINIMUM_GAINS:
         return Undefined(f"the line needs at least {MINIMUM_GAINS} conditions and there are {gains.size}")
     fit = fit_linear(coefficient, {"gain": gain}, level=level)
-    if isinstance(fit.standard_errors, Undefined) or isinstance(fit.ci, Undefined):
-        return Undefined("the line has no scatter that could be measured")
+    spread = fit.spread()
+    if isinstance(spread, Undefined):
+        return spread
+    errors, ci, _sd = spread
     return GainLine(
         slope=fit.coefficients[1],
-        slope_se=fit.standard_errors[1],
-        slope_ci=fit.ci[1],
+        slope_se=errors[1],
+        slope_ci=ci[1],
         offset=fit.coefficients[0],
-        offset_se=fit.standard_errors[0],
-        offset_ci=fit.ci[0],
+        offset_se=errors[0],
+        offset_ci=ci[0],
         fit=replace(fit, missing=left_out),
     )
 
 
 def _lag1(residuals: Floats, *, exact: bool) -> float | Undefined:
+    if not np.isfinite(residuals).all():
+        return Undefined("a residual is too large for a double")
+    residuals = scaled(residuals, -math.frexp(greatest(residuals))[1])
     squares = float(residuals @ residuals)
     if exact or squares == 0.0:
         return Undefined("the fit is exact")

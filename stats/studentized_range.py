@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from scipy import special
 
 from stats.error_free import exact_root
-from stats.over_scale import critical_value, log_mean_over_scale, log_sum
+from stats.finite import Number
+from stats.over_scale import critical_value, log_mean_over_scale, log_sum, log_upper_of_any
 from stats.tails import Tail, t_two_sided
 
 _Floats = NDArray[np.float64]
@@ -31,11 +32,11 @@ _AROUND_MIDDLE = np.arange(-48, 49) * _STEP
 _LOG_ROOT_2PI = 0.5 * math.log(2.0 * math.pi)
 
 
-def range_tail(q: float, k: int, df: float) -> Tail:
+def range_tail(q: Number, k: int, df: float) -> Tail:
     """Return P(Q > q) of the studentized range of k means with df degrees of freedom (df may be infinite)."""
-    if q > 0.0 and k == 2 and math.isfinite(df):
+    if q > 0 and k == 2 and math.isfinite(df):
         return t_two_sided(exact_root(Fraction(q) ** 2 / 2), df)
-    log_p = range_log_upper(q, k, df)
+    log_p = log_upper_of_any(lambda near: range_log_upper(near, k, df), q, df)
     return Tail(math.exp(log_p), log_p / math.log(10.0))
 
 

@@ -11,8 +11,9 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_sample
 from stats.distributions import t_quantile
 from stats.error_free import exact_root
+from stats.finite import finite
 from stats.results import Result
-from stats.sums import finite, moments
+from stats.sums import moments
 from stats.wording import interval_text, missing_text, number_text, with_unit
 
 

@@ -14,8 +14,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from data_schema.vocabulary import Undefined
 from stats.error_free import Doubles, exact_sum, greatest, ordered_two_sum, scaled, two_product, two_sum
+from stats.finite import to_double
 
 _FEW = 50
 
@@ -68,12 +68,17 @@ def deviations(values: Doubles, rest: Doubles | None = None) -> Deviations:
 
     `rest` is what the doubles leave of values that are no doubles (`stats.checks.Sample`).
     """
+    total = exact_sum(values) if rest is None else exact_sum(values) + exact_sum(rest)
+    return _deviations_from(total / values.size, values, rest)
+
+
+def _deviations_from(mean: Fraction, values: Doubles, rest: Doubles | None) -> Deviations:
     away = out_of_range(values)
     if away:
-        within = deviations(scaled(values, -away), None if rest is None else scaled(rest, -away))
-        return Deviations(within.high, within.low, within.exponent + away, within.mean * Fraction(2) ** away)
-    total = exact_sum(values) if rest is None else exact_sum(values) + exact_sum(rest)
-    mean = total / values.size
+        within = _deviations_from(
+            mean / Fraction(2) ** away, scaled(values, -away), None if rest is None else scaled(rest, -away)
+        )
+        return Deviations(within.high, within.low, within.exponent + away, mean)
     middle = float(mean)
     high, low = two_sum(values, -middle)
     low = low - float(mean - Fraction(middle))
@@ -135,26 +140,6 @@ def _moments_of_few(values: Doubles, rest: Doubles | None) -> tuple[Fraction, Fr
     total = sum(counts)
     squares = len(counts) * sum(count * count for count in counts) - total * total
     return Fraction(total, len(counts) * unit), Fraction(squares, len(counts) * unit * unit)
-
-
-def to_double(value: Fraction) -> float:
-    """Return the nearest double; infinite where there is none that large."""
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf if value > 0 else -math.inf
-
-
-def finite(value: Fraction, what: str) -> float | Undefined:
-    """Return a number as a double, or that it is too large for one."""
-    number = to_double(value)
-    return number if math.isfinite(number) else Undefined(f"{what} is too large for a double")
-
-
-def finite_pair(low: Fraction, high: Fraction) -> tuple[float, float] | Undefined:
-    """Return the ends of an interval as doubles, or that one is too large."""
-    ends = to_double(low), to_double(high)
-    return ends if all(map(math.isfinite, ends)) else Undefined("an end of the interval is too large for a double")
 
 
 def common_shift(*samples: Doubles) -> float:

@@ -11,7 +11,8 @@ from fractions import Fraction
 from data_schema.vocabulary import Undefined
 from stats.distributions import t_quantile
 from stats.error_free import exact_root, shortened
-from stats.sums import Moments, finite, finite_pair
+from stats.finite import finite, finite_pair
+from stats.sums import Moments
 from stats.tails import t_two_sided
 
 Interval = tuple[float, float]

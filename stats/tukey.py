@@ -6,9 +6,9 @@ is alpha: exactly for Tukey at equal n, less at unequal n (Kramer), nearly for G
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import combinations
 from typing import Literal
 
@@ -17,6 +17,8 @@ from numpy.typing import ArrayLike
 from data_schema.errors import unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
+from stats.error_free import exact_root, shortened
+from stats.finite import finite
 from stats.groups import Group, Groups, read_groups
 from stats.results import Result
 from stats.studentized_range import range_critical, range_tail
@@ -39,7 +41,7 @@ class PairDifference(Result):
     """Number of values of group a."""
     n_b: int
     """Number of values of group b."""
-    difference: float
+    difference: float | Undefined
     """mean(a) - mean(b)."""
     difference_ci: tuple[float, float] | Undefined
     """Simultaneous: all intervals of the family cover together at its level."""
@@ -131,7 +133,7 @@ def compare_all_pairs(
 class _Error:
     """The squared standard error of a difference of means in scaled units, and its degrees of freedom."""
 
-    squared: float
+    squared: Fraction
     df: float
 
 
@@ -140,14 +142,14 @@ def _empty(read: Groups) -> str:
 
 
 def _pooled_error(read: Groups) -> Callable[[Group, Group], _Error | Undefined]:
-    df, squares = read.df_within, float(read.squares_within)
+    df, squares = read.df_within, read.squares_within
 
     def error(a: Group, b: Group) -> _Error | Undefined:
         if df < 1:
             return Undefined("no group has more than one value, so that nothing measures the scatter")
-        if squares == 0.0:
+        if squares == 0:
             return Undefined("no group has any scatter")
-        return _Error(squares / df * (1.0 / a.n + 1.0 / b.n), float(df))
+        return _Error(squares / df * (Fraction(1, a.n) + Fraction(1, b.n)), float(df))
 
     return error
 
@@ -156,20 +158,21 @@ def _own_error(a: Group, b: Group) -> _Error | Undefined:
     for group in (a, b):
         if group.n < 2:
             return Undefined(f"group {group.name!r} has a single value, and its variance needs at least 2")
-    squared = a.mean_variance + b.mean_variance
-    if squared == 0.0:
+    part_a, part_b = a.exact_mean_variance, b.exact_mean_variance
+    squared = part_a + part_b
+    if squared == 0:
         return Undefined("neither group has any scatter")
-    shares = ((group.mean_variance / squared) ** 2 / (group.n - 1) for group in (a, b))
-    return _Error(squared, 1.0 / math.fsum(shares))
+    return _Error(squared, float(squared**2 / (part_a**2 / (a.n - 1) + part_b**2 / (b.n - 1))))
 
 
 def _untested(read: Groups, a: Group, b: Group, why: Undefined) -> PairDifference:
-    return PairDifference(a.name, b.name, a.n, b.n, read.in_unit(a.minus(b)), why, why, why, why, why)
+    shown = read.in_unit(a.exact_mean - b.exact_mean)
+    return PairDifference(a.name, b.name, a.n, b.n, shown, why, why, why, why, why)
 
 
 def _tested(read: Groups, a: Group, b: Group, error: _Error, critical: float) -> PairDifference:
-    difference, se = a.minus(b), math.sqrt(error.squared / 2.0)
-    q, half = abs(difference) / se, critical * se
+    difference, se = a.exact_mean - b.exact_mean, exact_root(error.squared / 2)
+    q, half = shortened(abs(difference) / se), Fraction(critical) * se
     tail = range_tail(q, len(read.filled), error.df)
     return PairDifference(
         a=a.name,
@@ -177,8 +180,8 @@ def _tested(read: Groups, a: Group, b: Group, error: _Error, critical: float) ->
         n_a=a.n,
         n_b=b.n,
         difference=read.in_unit(difference),
-        difference_ci=(read.in_unit(difference - half), read.in_unit(difference + half)),
-        q=q,
+        difference_ci=read.pair_in_unit(difference - half, difference + half),
+        q=finite(q, "q"),
         df=error.df,
         p=tail.p,
         log10_p=tail.log10_p,

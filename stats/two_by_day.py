@@ -18,7 +18,8 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_sample
 from stats.complete import Labels, as_labels, complete_rows
 from stats.error_free import greatest, scaled
-from stats.sums import common_shift
+from stats.finite import finite, times_power
+from stats.sums import common_shift, out_of_range
 
 Floats = NDArray[np.float64]
 
@@ -52,7 +53,9 @@ class TwoByDay:
     """Both groups by day, and what was given."""
 
     strata: tuple[Stratum, ...]
-    """Days that hold both groups, in an order that their labels do not decide."""
+    """Days that hold both groups, in an order that their labels do not decide; in units of 2**exponent."""
+    exponent: int
+    """0 but where differences of the values could overflow or lose bits."""
     n_a: int
     n_b: int
     n_days: int | Undefined
@@ -60,7 +63,7 @@ class TwoByDay:
     """Values left out because they or their day were missing."""
 
     def difference(self) -> float:
-        """Return a minus b within days."""
+        """Return a minus b within days, in units of 2**exponent."""
         parts = []
         for each in self.strata:
             origin = each.a[0]
@@ -68,8 +71,12 @@ class TwoByDay:
             parts.append(each.weight * (of_a - of_b))
         return math.fsum(parts) / math.fsum(each.weight for each in self.strata)
 
+    def in_unit(self, scaled: float, what: str = "the difference") -> float | Undefined:
+        """Return a difference in the unit of the values, if doubles reach so far."""
+        return finite(times_power(scaled, self.exponent), what)
+
     def centred_cells(self) -> tuple[list[Cell], int]:
-        """Return the values about the means of their day and group in units of 2**exponent, and that exponent."""
+        """Return the values about the means of their day and group, and the power of two they are multiples of."""
         total = math.fsum(each.weight for each in self.strata)
         cells = []
         for each in self.strata:
@@ -114,11 +121,13 @@ def two_by_day(
         days.append(words)
         left_out += fewer
     first, second = _as_doubles(*samples)
+    exponent = out_of_range(np.concatenate([first, second]))
+    first, second = scaled(first, -exponent), scaled(second, -exponent)
     of_a, of_b = (_by_day(values, words) for values, words in zip((first, second), days, strict=True))
     strata = [Stratum(of_a[day], of_b[day]) for day in of_a.keys() & of_b.keys()]
     strata.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
     n_days: int | Undefined = Undefined("no days were given") if day_a is None else len(strata)
-    return TwoByDay(tuple(strata), first.size, second.size, n_days, left_out)
+    return TwoByDay(tuple(strata), exponent, first.size, second.size, n_days, left_out)
 
 
 def _by_day(values: Floats, words: list[str]) -> dict[str, Floats]:

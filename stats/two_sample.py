@@ -18,8 +18,9 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_pair, as_sample
 from stats.effect_size import hedges_factor, hedges_g_ci
 from stats.error_free import exact_root
+from stats.finite import finite
 from stats.results import Result
-from stats.sums import Moments, finite, moments
+from stats.sums import Moments, moments
 from stats.t_tests import AS_A_AND_B, Names, empty, student, welch
 from stats.variances import brown_forsythe_of, variance_ratio
 from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit

@@ -19,9 +19,10 @@ from scipy import special
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_level, as_sample
 from stats.error_free import scaled, shortened
+from stats.finite import finite, finite_pair
 from stats.results import Result
 from stats.spreads import from_mean, from_median
-from stats.sums import Moments, finite, finite_pair, moments, out_of_range
+from stats.sums import Moments, moments, out_of_range
 from stats.t_tests import AS_A_AND_B, Names, too_small
 from stats.tails import Tail, chi2_upper, f_two_sided, f_upper
 from stats.wording import interval_text, missing_text, number_text, p_text

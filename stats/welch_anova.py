@@ -12,15 +12,17 @@ infinite, where they agree df_within depends on how their variances vanish.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from itertools import combinations
 
 from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing
+from stats.error_free import shortened
+from stats.finite import finite
 from stats.groups import Group, read_groups
 from stats.results import Result
 from stats.tails import f_upper
@@ -88,30 +90,33 @@ def welch_anova(groups: Mapping[str, ArrayLike], *, missing: Missing = "refuse")
         return result
     k = len(read.filled)
     shares = _shares(read.filled)
-    distances = math.fsum(
-        _pair_weight(one, two, shares) * one.minus(two) ** 2 for one, two in combinations(read.filled, 2)
+    distances = sum(
+        (
+            _pair_weight(one, two, shares) * (one.exact_mean - two.exact_mean) ** 2
+            for one, two in combinations(read.filled, 2)
+        ),
+        Fraction(0),
     )
-    doubt = math.fsum((1.0 - shares[group.name]) ** 2 / (group.n - 1) for group in read.filled)
-    f = distances / (k - 1) / (1.0 + 2.0 * (k - 2) * doubt / (k * k - 1))
-    df_within = (k * k - 1) / (3.0 * doubt)
+    doubt = sum(((1 - shares[group.name]) ** 2 / (group.n - 1) for group in read.filled), Fraction(0))
+    f = distances / (k - 1) / (1 + 2 * (k - 2) * doubt / (k * k - 1))
+    f, df_within = (shortened(number) for number in (f, (k * k - 1) / (3 * doubt)))
     tail = f_upper(f, k - 1, df_within)
-    return replace(result, f=f, df_within=df_within, p=tail.p, log10_p=tail.log10_p)
+    return replace(result, f=finite(f, "F"), df_within=float(df_within), p=tail.p, log10_p=tail.log10_p)
 
 
-def _shares(groups: Sequence[Group]) -> dict[str, float]:
-    """Return w_i / W by name: through ratios of variances, so that none is divided by 0 but the limit's."""
-    smallest = min(group.mean_variance for group in groups)
-    if smallest == 0.0:
-        return {group.name: float(group.constant) for group in groups}
-    weights = {group.name: smallest / group.mean_variance for group in groups}
-    total = math.fsum(weights.values())
+def _shares(groups: Sequence[Group]) -> dict[str, Fraction]:
+    """Return w_i / W by name; where a group has no scatter that of the limit."""
+    if any(group.constant for group in groups):
+        return {group.name: Fraction(group.constant) for group in groups}
+    weights = {group.name: shortened(1 / group.exact_mean_variance) for group in groups}
+    total = sum(weights.values(), Fraction(0))
     return {name: weight / total for name, weight in weights.items()}
 
 
-def _pair_weight(one: Group, two: Group, shares: Mapping[str, float]) -> float:
+def _pair_weight(one: Group, two: Group, shares: Mapping[str, Fraction]) -> Fraction:
     """Return w_i w_j / W: the weight of the group that scatters more times the share of the other."""
-    more, less = (one, two) if one.mean_variance >= two.mean_variance else (two, one)
-    return shares[less.name] / more.mean_variance
+    less, more = sorted((one, two), key=lambda group: group.exact_mean_variance)
+    return shares[less.name] / more.exact_mean_variance
 
 
 def _why_no_test(groups: Sequence[Group], empty: Sequence[str]) -> str | None:

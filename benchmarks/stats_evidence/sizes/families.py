@@ -84,7 +84,7 @@ def _all_pairs_one(groups: Groups, variances: Variances) -> tuple[float, bool]:
     ratios, rejected = [], False
     for pair in compare_all_pairs(named(groups), variances=variances).pairs:
         low, high = pair.difference_ci if isinstance(pair.difference_ci, tuple) else (-math.inf, math.inf)
-        ratios.append(2.0 * abs(pair.difference) / (high - low))
+        ratios.append(2.0 * abs(number(pair.difference)) / (high - low))
         rejected |= number(pair.p) <= ALPHA
     return max(ratios), rejected
 

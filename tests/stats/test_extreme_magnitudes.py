@@ -1,0 +1,159 @@
+"""Whatever finite values are given: numbers, or a reason why there is none; never NaN, infinity or a bare error.
+
+Groups are drawn from all of the range of doubles, their sizes mixed within groups and between them.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import stats
+from data_schema.errors import LabbookError
+from stats.shared_error import SharedError
+from tests.helpers.extremes import assert_sound, doubles, groups, positive
+
+Three = tuple[list[float], list[float], list[float]]
+THREE = st.tuples(groups(), groups(), groups())
+SIX = st.tuples(*[groups(st.just(6))] * 3)
+
+
+def named(three: Three) -> dict[str, list[float]]:
+    return dict(zip("abc", three, strict=True))
+
+
+def shared(three: Three) -> SharedError:
+    return SharedError({("idle", "level"): three[2][0], ("idle", "slope"): three[2][1]}, {"idle": 3.0})
+
+
+OF_GROUPS: dict[str, Callable[[Three], Any]] = {
+    "describe": lambda three: stats.describe(three[0]),
+    "compare_two": lambda three: stats.compare_two(three[0], three[1]),
+    "compare_two student": lambda three: stats.compare_two(three[0], three[1], "student"),
+    "compare_two welch": lambda three: stats.compare_two(three[0], three[1], "welch"),
+    "f_test": lambda three: stats.f_test(three[0], three[1]),
+    "bartlett": lambda three: stats.bartlett(named(three)),
+    "levene": lambda three: stats.levene(named(three)),
+    "brown_forsythe": lambda three: stats.brown_forsythe(named(three)),
+    "one_way_anova": lambda three: stats.one_way_anova(named(three)),
+    "welch_anova": lambda three: stats.welch_anova(named(three)),
+    "tukey": lambda three: stats.compare_all_pairs(named(three)),
+    "games_howell": lambda three: stats.compare_all_pairs(named(three), variances="unequal"),
+    "dunnett": lambda three: stats.dunnett(three[0], {"b": three[1], "c": three[2]}),
+    "dunnett greater": lambda three: stats.dunnett(three[0], {"b": three[1]}, alternative="greater"),
+    "dunnett less": lambda three: stats.dunnett(three[0], {"b": three[1]}, alternative="less"),
+    "equivalence": lambda three: stats.equivalence(three[0], three[1], *bounds(three)),
+    "equivalence student": lambda three: stats.equivalence(three[0], three[1], *bounds(three), route="student"),
+    "equivalence above": lambda three: stats.equivalence(three[0], three[1], three[2][0], None),
+    "equivalence percent": lambda three: stats.equivalence(three[0], positive(three[1]), -5.0, 5.0, bounds="percent"),
+    "percent_savings": lambda three: stats.percent_savings(positive(three[0]), three[1]),
+    "percent_savings shared": lambda three: stats.percent_savings(
+        positive(three[0]), three[1], shared_in_control=shared(three), shared_in_treated=shared(three[::-1])
+    ),
+    "describe_shared": lambda three: stats.describe_shared(three[0], shared(three)),
+    "difference_with_shared": lambda three: difference_with_shared(three),
+    "permutation_test": lambda three: stats.permutation_test(three[0][:4], three[1][:4]),
+    "permutation_test drawn": lambda three: stats.permutation_test(three[0], three[1], exact_limit=1, resamples=50),
+    "bootstrap_difference": lambda three: stats.bootstrap_difference(three[0], three[1], resamples=100),
+    "residuals_of_groups": lambda three: stats.residuals_of_groups(named(three)),
+    "normal_quantiles": lambda three: stats.normal_quantiles(stats.residuals_of_groups(named(three))),
+    "autocorrelation": lambda three: stats.autocorrelation(three[0]),
+}
+"""Functions of groups that need not be of one size."""
+OF_ROWS: dict[str, Callable[[Three], Any]] = {
+    "fit_linear": lambda three: stats.fit_linear(three[0], {"x": three[1]}),
+    "fit_linear of two": lambda three: stats.fit_linear(three[0], {"x": three[1], "z": three[2]}),
+    "fit_linear through 0": lambda three: stats.fit_linear(three[0], {"x": three[1]}, intercept=False),
+    "LinearFit.at": lambda three: stats.fit_linear(three[0], {"x": three[1]}).at({"x": three[2][0]}),
+    "fit_polynomial": lambda three: stats.fit_polynomial(three[1], three[0], 2),
+    "PolynomialFit.at": lambda three: stats.fit_polynomial(three[1], three[0], 2).at(three[2][0]),
+    "fit_gain_line": lambda three: stats.fit_gain_line(three[1], three[0]),
+    "fit_passive_drain": lambda three: stats.fit_passive_drain(positive(three[0]), three[1], abs(three[2][0])),
+    "fit_stiffness": lambda three: stats.fit_stiffness(*(np.tile(group, 50) for group in three)),
+    "unbounded_fraction": lambda three: stats.unbounded_fraction(positive(three[0]), three[1], 0.002),
+    "rmse_over_iqr": lambda three: stats.rmse_over_iqr(three[0], three[1]),
+    "force_points": lambda three: stats.force_points(sorted(three[0]), three[1], three[2], 2.0),
+    "energy_budget": lambda three: stats.energy_budget(
+        three[0],
+        positive(three[1]),
+        reference_voltage_v=15.4,
+        drain_se_run_j=0.3,
+        drain_se_mean_j=0.3,
+        resolution_mah=1.0,
+        voltage_relative_se=0.1,
+    ),
+    "additive_residuals": lambda three: stats.additive_residuals(three[0], list("aabbcc"), list("xyxyxy")),
+    "permutation_test by day": lambda three: stats.permutation_test(three[0], three[1], DAYS, DAYS),
+    "bootstrap_difference by day": lambda three: stats.bootstrap_difference(
+        three[0], three[1], DAYS, DAYS, resamples=100
+    ),
+}
+"""Functions of values that belong together by their places."""
+DAYS = ["mon", "mon", "mon", "tue", "tue", "tue"]
+
+
+def bounds(three: Three) -> tuple[float, float]:
+    low, high = min(three[2]), max(three[2])
+    return (low, high) if low < high else (-1.0, 1.0)
+
+
+def difference_with_shared(three: Three) -> Any:
+    found = stats.compare_two(three[0], three[1])
+    return stats.difference_with_shared(found.t, found.df, found.p, found.difference_ci, shared(three))
+
+
+def check(call: Callable[[], Any]) -> None:
+    try:
+        result = call()
+    except LabbookError as error:
+        result = str(error)
+    if isinstance(result, str):
+        assert result.endswith(".")
+        assert not re.search(r"\bnan\b|\binf\b", result)
+    else:
+        assert_sound(result)
+
+
+@pytest.mark.parametrize("name", OF_GROUPS)
+@settings(max_examples=60)
+@given(THREE)
+def test_groups_of_any_magnitude_give_numbers_or_reasons(name, three):
+    check(lambda: OF_GROUPS[name](three))
+
+
+@pytest.mark.parametrize("name", OF_ROWS)
+@settings(max_examples=60)
+@given(SIX)
+def test_rows_of_any_magnitude_give_numbers_or_reasons(name, three):
+    check(lambda: OF_ROWS[name](three))
+
+
+OF_NUMBERS: dict[str, Callable[[float, float, float], Any]] = {
+    "bayes_factor": lambda one, _two, _three: stats.bayes_factor(one, 5, 6),
+    "bayes_factor scale": lambda one, two, _three: stats.bayes_factor(one, 5, 6, abs(two)),
+    "power_t": lambda one, two, _three: stats.power_t(one, abs(two), 5, 6),
+    "power_welch": lambda one, two, three: stats.power_welch(one, abs(two), abs(three), 5, 6),
+    "power_anova": lambda one, two, three: stats.power_anova([one, two, 0.0], abs(three), 4),
+    "power_equivalence": lambda one, two, three: stats.power_equivalence(one, abs(two), -abs(three), abs(three), 5, 6),
+    "power_equivalence student": lambda one, two, three: stats.power_equivalence(
+        one, abs(two), -abs(three), abs(three), 5, 6, route="student"
+    ),
+    "joules_per_jump": lambda one, two, three: stats.joules_per_jump(abs(one), two, abs(three), 25),
+    "fraction_from_mass": lambda one, two, three: stats.fraction_from_mass(abs(one), abs(two), abs(three)),
+    "fraction_from_water": lambda one, two, three: stats.fraction_from_water(
+        abs(one), abs(two), water_se_m3=abs(three)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OF_NUMBERS)
+@settings(max_examples=60)
+@given(doubles(), doubles(), doubles())
+def test_numbers_of_any_magnitude_give_numbers_or_reasons(name, one, two, three):
+    check(lambda: OF_NUMBERS[name](one, two, three))
