@@ -223,7 +223,7 @@ def observations_of_book(
         control=control,
         rows=rows,
         notes=(*_left_out(evidence, numbers, missing, asked.quantity), *_pooled_over(numbers, by, configuration)),
-        plan=planned_analysis(connection, configuration),
+        plan=planned_analysis(connection, configuration, [run.uid for run in evidence.selected]),
         measured=asked.quantity,
         beside_plan=_beside_plan(by, control, asked.jumps, numbers, configuration),
         configuration=configuration,
