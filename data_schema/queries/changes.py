@@ -25,6 +25,7 @@ class Change:
     uid: str
     old: Mapping[str, Any]
     new: Mapping[str, Any]
+    seq: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,6 +47,7 @@ def changes_after(connection: sa.Connection, seq: int) -> list[Change]:
             journal.c.entity_uid,
             journal.c.old_json,
             journal.c.new_json,
+            journal.c.seq,
         )
         .join(person, journal.c.person == person.c.id)
         .where(
@@ -56,7 +58,7 @@ def changes_after(connection: sa.Connection, seq: int) -> list[Change]:
         .order_by(journal.c.seq)
     )
     return [
-        Change(*row[:4], old=json.loads(row[4] or "{}"), new=json.loads(row[5] or "{}"))
+        Change(*row[:4], old=json.loads(row[4] or "{}"), new=json.loads(row[5] or "{}"), seq=row[6])
         for row in connection.execute(query)
     ]
 

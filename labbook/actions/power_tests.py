@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from data_schema.vocabulary import Undefined
+from labbook.actions.power_percent import power_percent
 from labbook.analysis.run_spread import Spread
 from labbook.config.model import AnalysisSettings, Family, UnitOfAnalysis
 from stats.power import Power, power_anova, power_equivalence, power_t, power_welch
@@ -111,19 +112,24 @@ def _equivalence(
     bounds, alpha = design.settings.apex_bounds, design.settings.alpha
     if bounds is None:
         return None
-    name = "no loss of apex height (TOST)"
+    name, note = "no loss of apex height (TOST)", "by Welch, as the report tests; apexes do not differ at all"
     low, high = bounds.low, bounds.high
-    if bounds.percent and not isinstance(apex, Undefined):
-        if isinstance(apex.mean, Undefined):
-            apex = Undefined(f"the bounds are in percent and {apex.mean.reason}")
-        else:
-            low, high = (end / 100.0 * apex.mean for end in (low, high))
+    if not bounds.percent:
+        return PlannedTest(
+            name, alpha, apex, lambda sd, n: power_equivalence(0.0, sd, low, high, *design.sizes(n), alpha), note
+        )
+    mean = apex if isinstance(apex, Undefined) else apex.mean
+    if isinstance(mean, Undefined):
+        unknown = apex if isinstance(apex, Undefined) else Undefined(f"the bounds are in percent and {mean.reason}")
+        return PlannedTest(name, alpha, unknown, lambda sd, n: power_equivalence(0.0, sd, low, high, n, n), note)
+
+    def plan(sd: float, n: int) -> Power:
+        control, treated = design.sizes(n)
+        found = power_percent(0.0, mean, sd, low, high, treated, control, alpha)
+        return replace(found, group_ns=(control, treated))
+
     return PlannedTest(
-        name,
-        alpha,
-        apex,
-        lambda sd, n: power_equivalence(0.0, sd, low, high, *design.sizes(n), alpha),
-        "by Welch, as the report tests; apexes do not differ at all",
+        name, alpha, apex, plan, f"{note}; the mean that the percent are of is estimated in the study, as in the test"
     )
 
 

@@ -55,8 +55,8 @@ def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictur
 
     told = Told()
     told.lines += [
-        classic.sentence(observed.by),
-        welch.sentence(observed.by),
+        classic.sentence(observed.shown_by or observed.by),
+        welch.sentence(observed.shown_by or observed.by),
         *(test.sentence() for test in variances),
         tukey.sentence(unit),
         games_howell.sentence(unit),

@@ -75,6 +75,7 @@ def compared(observed: Observations, label: str, route: str, alpha: float, missi
         route=cast(Route, route),
         alpha=alpha,
         missing=cast(Missing, missing),
+        names=(observed.name(label), observed.name(observed.control)),
     )
     return two_with_shared(test, observed.shared(label).minus(observed.shared(observed.control)))
 

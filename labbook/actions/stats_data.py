@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from ingest.header_cells import parse_header
-from labbook.actions.stats_table import LongTable, column_for_where, numbers_of, read_table
-from labbook.actions.stats_where import rows_where
+from labbook.actions.stats_table import LongTable, is_number_text, numbers_of, read_table
+from labbook.actions.stats_where import WhereColumns, rows_where
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book, with_control
 from labbook.book.opening import opened
 from reports.numbers import Quantity
@@ -77,12 +78,12 @@ def _of_table(given: Given, file: Path) -> Observations:
         columns = ", ".join(repr(name) for name in table.columns)
         raise UsageError(f"a table needs --value and --by, the columns of values and of groups: {file} has {columns}.")
     value, by = given.value, given.by
-    numbers = numbers_of(table, value, "--value", given.decimal)
     labels, days, runs = (
         ("",) * len(table.lines) if name is None else table.cells(name, option)
         for name, option in ((by, "--by"), (given.day, "--day"), (given.run, "--run-within-day"))
     )
-    kept = _kept(table, given.where)
+    kept = _kept(table, given.where, given.decimal)
+    numbers = dict(zip(kept, numbers_of(table, value, "--value", given.decimal, kept), strict=True))
     named = [cells for cells, name in ((labels, by), (days, given.day), (runs, given.run)) if name is not None]
     lacking = [place for place in kept if numbers[place] is None or not all(cells[place] for cells in named)]
     if lacking and given.missing == "refuse":
@@ -107,12 +108,12 @@ def _of_table(given: Given, file: Path) -> Observations:
     )
 
 
-def _kept(table: LongTable, where: str | None) -> list[int]:
+def _kept(table: LongTable, where: str | None, declared: str | None) -> list[int]:
     places = range(len(table.lines))
     if where is None:
         return list(places)
-    columns = {name: column_for_where(cells) for name, cells in table.columns.items()}
-    return [place for place, kept in zip(places, rows_where(where, columns, len(places)), strict=True) if kept]
+    chosen = rows_where(where, WhereColumns(table, declared), len(places))
+    return [place for place, kept in zip(places, chosen, strict=True) if kept]
 
 
 def _about(lacking: list[int], kept: list[int], given: Given, rows: tuple[Observation, ...]) -> list[str]:
@@ -122,4 +123,17 @@ def _about(lacking: list[int], kept: list[int], given: Given, rows: tuple[Observ
     if given.control is None and rows:
         first = with_control(None, str(given.by), [row.label for row in rows])
         notes.append(f"The control is taken to be {first!r}, the first in order: name another with --control.")
+    same = _one_number({row.label for row in rows})
+    if same:
+        said = "; ".join(" and ".join(map(repr, labels)) for labels in same)
+        notes.append(f"Groups that are one number written in several ways count as several: {said}.")
     return notes
+
+
+def _one_number(labels: set[str]) -> list[list[str]]:
+    """Return the labels that are the same number, as 0 and 0.0."""
+    found: dict[Decimal, list[str]] = {}
+    for label in sorted(labels):
+        if is_number_text(label):
+            found.setdefault(Decimal(label.replace(",", ".")), []).append(label)
+    return [same for same in found.values() if len(same) > 1]

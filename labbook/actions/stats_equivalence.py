@@ -46,7 +46,7 @@ def equal(given: Given, request: EquivalenceRequest, pictures: Pictures, step: C
     return told_of(
         observed,
         pictures,
-        lambda own, drawn: _answer(own, given, request, bounds, drawn, 1000.0 if own is not observed else 1.0),
+        lambda own, drawn: _answer(own, given, request, bounds, drawn, 1000.0 if own.unit != observed.unit else 1.0),
     )
 
 
@@ -73,6 +73,7 @@ def _answer(
             route=cast(EquivalenceRoute, request.route),
             alpha=alpha,
             missing=cast(Missing, given.missing),
+            names=(observed.name(label), observed.name(observed.control)),
         )
         for label in observed.others()
     }

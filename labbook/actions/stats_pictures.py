@@ -8,7 +8,7 @@ from pathlib import Path
 
 from data_schema.errors import UsageError
 from labbook.analysis.observations import Observations
-from labbook.presenting.stats_figures import quantiles_of, residual_plot_of, residuals_of
+from labbook.presenting.stats_figures import as_drawn, quantiles_of, residual_plot_of, residuals_of
 from reports.figures.estimation import Estimation
 
 KINDS = (".png", ".svg", ".pdf")
@@ -49,11 +49,12 @@ class Pictures:
 
         width_in = ONE_COLUMN_IN if len(observed.labels) <= 2 else TWO_COLUMNS_IN
         has_days = any(row.day for row in observed.rows)
+        drawn = as_drawn(observed)
         draw = {
             "plot": lambda: draw_estimation(estimation(), width_in),
-            "qq": lambda: draw_quantiles(quantiles_of(observed, residuals_of(observed, by_day=by_day), level)),
+            "qq": lambda: draw_quantiles(quantiles_of(drawn, residuals_of(drawn, by_day=by_day), level)),
             "residuals": lambda: draw_residuals(
-                residual_plot_of(observed, residuals_of(observed)), TWO_COLUMNS_IN if has_days else width_in
+                residual_plot_of(drawn, residuals_of(drawn)), TWO_COLUMNS_IN if has_days else width_in
             ),
         }
         for name, path in self.files.items():

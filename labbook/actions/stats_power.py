@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import Undefined
+from labbook.actions.power_percent import power_percent
 from labbook.actions.stats_told import ALPHA, Told
 from labbook.presenting.stats_fields import field_lines
 from stats.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
@@ -29,6 +30,7 @@ class PowerRequest:
     power: float | None = None
     alpha: float | None = None
     one_sided: bool = False
+    percent: bool = False
 
 
 Plan = Callable[[int, int], Power]
@@ -80,6 +82,12 @@ def _tost(request: PowerRequest, alpha: float) -> Plan:
     _at_most("--sd", request.sd, 1)
     low, high = _one("--low", request.low), _one("--high", request.high)
     difference, sd = request.difference or 0.0, _some("--sd", request.sd)[0]
+    if request.percent:
+        _at_most("--mean", request.mean, 1)
+        mean = _some("--mean", request.mean)[0]
+        return lambda a, b: power_percent(difference, mean, sd, low, high, a, b, alpha)
+    if request.mean:
+        raise UsageError("--mean is the control's, for bounds in percent of it: add --percent, or leave it out.")
     return lambda a, b: power_equivalence(difference, sd, low, high, a, b, alpha)
 
 
@@ -88,7 +96,7 @@ _READ = {
     "t": ("--difference", "--one-sided"),
     "welch": ("--difference", "--one-sided"),
     "anova": ("--mean",),
-    "tost": ("--difference", "--low", "--high"),
+    "tost": ("--difference", "--low", "--high", "--percent", "--mean"),
 }
 """Options that belong to some tests only."""
 
@@ -101,6 +109,7 @@ def _refuse_idle(request: PowerRequest) -> None:
         "--low": request.low is not None,
         "--high": request.high is not None,
         "--one-sided": request.one_sided,
+        "--percent": request.percent,
     }
     idle = [option for option, is_given in given.items() if is_given and option not in _READ[request.test]]
     if idle:

@@ -45,6 +45,7 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
             shared_in_treated=observed.shared(label),
             level=level,
             missing=cast(Missing, given.missing),
+            names=(observed.name(observed.control), observed.name(label)),
         )
         for label in observed.others()
     }

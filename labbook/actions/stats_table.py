@@ -6,6 +6,7 @@ Numbers stay decimals: 0.1 is a tenth, and an offset of 1e12 costs no digit.
 from __future__ import annotations
 
 import csv
+import itertools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -15,6 +16,7 @@ from data_schema.errors import InputRefused, UsageError, unknown_name
 from ingest.cells import COMMA_NUMBER, NUMBER, CellFault, is_missing, parse_cell
 
 DELIMITERS = (",", ";", "\t", "|")
+_SEPARATOR_LINE = re.compile(r'"?sep=([,;\t|])"?', re.IGNORECASE)
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+")
 _EXAMPLE = "a header such as controller,energy_J and one value a row"
 
@@ -35,18 +37,27 @@ class LongTable:
 
 
 def read_table(text: str, file: str) -> LongTable:
-    """Read delimited text; raises `InputRefused` for rows of different width, names that repeat, or no rows."""
-    read = [_rows(text, delimiter) for delimiter in DELIMITERS]
+    """Read delimited text; raises `InputRefused` for rows of different width, names that repeat, or no rows.
+
+    A first line such as `sep=;`, which Excel writes, names the delimiter. Columns without a name cannot be asked for
+    and are left out.
+    """
+    if "\0" in text:
+        raise InputRefused(f"{file} holds bytes that no text has: save it as CSV in UTF-8 and try again.")
+    first, _end, rest = text.partition("\n")
+    named = _SEPARATOR_LINE.fullmatch(first.strip())
+    delimiters, text = (named[1], f"\n{rest}") if named else (DELIMITERS, text)
+    read = [_rows(text, delimiter) for delimiter in delimiters]
     even = [rows for rows in read if rows and len(rows[0][1]) > 1 and len({len(cells) for _line, cells in rows}) == 1]
     if not even:
         raise InputRefused(_why_uneven(max(read, key=lambda rows: len(rows[0][1]) if rows else 0), file))
     (_line, header), *rows = max(even, key=lambda rows: len(rows[0][1]))
-    repeated = sorted({name for name in header if header.count(name) > 1})
+    repeated = sorted({name for name in header if name and header.count(name) > 1})
     if repeated:
         raise InputRefused(f"{file} has several columns named {repeated[0]!r}: give each a name of its own.")
     if not rows:
         raise InputRefused(f"{file} has a header and no rows: give {_EXAMPLE}.")
-    columns = {name: tuple(cells[place] for _number, cells in rows) for place, name in enumerate(header)}
+    columns = {name: tuple(cells[place] for _number, cells in rows) for place, name in enumerate(header) if name}
     return LongTable(file, columns, tuple(number for number, _cells in rows))
 
 
@@ -62,8 +73,12 @@ def _why_uneven(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> str:
         return f"{file} is no table of several columns: give {_EXAMPLE}."
     width = len(rows[0][1])
     line, cells = next((line, cells) for line, cells in rows if len(cells) != width)
+    hint = ""
+    if any(a.isdecimal() and b.isdecimal() for a, b in itertools.pairwise(cells)):
+        hint = "; numbers with a decimal comma need quotes, or ; between the columns"
     return (
-        f"line {line} of {file} has {len(cells)} cells and the header {width}: give every row as many cells as names."
+        f"line {line} of {file} has {len(cells)} cells and the header {width}: give every row as many cells as "
+        f"names{hint}."
     )
 
 
@@ -83,15 +98,20 @@ def decimal_sign(cells: Sequence[str], name: str, declared: str | None) -> str:
     return ","
 
 
-def numbers_of(table: LongTable, name: str, option: str, declared: str | None = None) -> list[Decimal | None]:
-    """Return a column's numbers, None where a cell is empty or says that a value is missing.
+def numbers_of(
+    table: LongTable, name: str, option: str, declared: str | None = None, kept: Sequence[int] | None = None
+) -> list[Decimal | None]:
+    """Return a column's numbers in the rows `kept` (places, all without it), None where a cell is empty or says that a
+    value is missing.
 
     Raises `InputRefused`, with the line, for a cell that is neither, or is infinite.
     """
     cells = table.cells(name, option)
-    sign = decimal_sign(cells, name, declared)
+    places = range(len(cells)) if kept is None else kept
+    sign = decimal_sign([cells[place] for place in places], name, declared)
     found: list[Decimal | None] = []
-    for cell, line in zip(cells, table.lines, strict=True):
+    for place in places:
+        cell = cells[place]
         encoded = cell.encode("ascii", errors="replace")
         if is_missing(encoded.lower()):
             found.append(None)
@@ -99,16 +119,32 @@ def numbers_of(table: LongTable, name: str, option: str, declared: str | None = 
         parsed = parse_cell(encoded, sign.encode())
         if isinstance(parsed, CellFault):
             raise InputRefused(
-                f"{cell!r} in column {name!r}, line {line} of {table.file}, is no number that can be used: write it as "
-                f"12.5, or leave it empty where it is missing."
+                f"{cell!r} in column {name!r}, line {table.lines[place]} of {table.file}, is no number that can be "
+                "used: write it as 12.5, or leave it empty where it is missing."
             )
         found.append(Decimal(cell.replace(",", ".")))
     return found
 
 
-def column_for_where(cells: Sequence[str]) -> list[str | Decimal | None]:
-    """Return a column as `--where` compares it: numbers where all that is filled in are numbers."""
-    filled = [cell for cell in cells if cell]
-    if filled and all(NUMBER.fullmatch(cell.encode()) for cell in filled):
-        return [Decimal(cell) if cell else None for cell in cells]
-    return [cell or None for cell in cells]
+def column_for_where(cells: Sequence[str], name: str = "", declared: str | None = None) -> list[str | Decimal | None]:
+    """Return a column as `--where` compares it: numbers where all that is filled in are numbers.
+
+    Raises `UsageError` where their commas could be decimals or thousands.
+    """
+    filled = [cell for cell in cells if not _lacks(cell)]
+    if not filled or not all(is_number_text(cell) for cell in filled):
+        return [cell or None for cell in cells]
+    sign = decimal_sign(filled, name, declared)
+    if any("." in cell for cell in filled) and any("," in cell for cell in filled):
+        return [cell or None for cell in cells]
+    return [None if _lacks(cell) else Decimal(cell.replace(sign, ".")) for cell in cells]
+
+
+def _lacks(cell: str) -> bool:
+    return is_missing(cell.encode("ascii", errors="replace").lower())
+
+
+def is_number_text(cell: str) -> bool:
+    """Whether a cell is a number, with a point or a comma."""
+    encoded = cell.encode()
+    return bool(NUMBER.fullmatch(encoded) or COMMA_NUMBER.fullmatch(encoded))

@@ -11,6 +11,7 @@ from data_schema.errors import UsageError
 from labbook.actions.stats_pictures import Pictures
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats_fields import reasons_of, table_of
+from labbook.presenting.stats_names import as_shown_to_people
 from stats.checks import as_level
 
 ALPHA = 0.05
@@ -57,10 +58,13 @@ class Told:
 
 
 def told_of(observed: Observations, pictures: Pictures, answer: Callable[[Observations, Pictures], Told]) -> Told:
-    """Return an answer whose data and figures are in the values' unit, and whose lines have lengths below 1 m in mm."""
-    told, short = answer(observed, pictures), observed.in_millimetres()
-    if short is not observed:
-        told.lines = [*answer(short, Pictures()).lines, *map(str, pictures.files.values())]
+    """Return an answer whose data have the values' unit and the groups' own names, as programs ask for them.
+
+    Its lines have lengths below 1 m in mm, and groups of a book named as in its report.
+    """
+    told, read = answer(observed, pictures), as_shown_to_people(observed.in_millimetres())
+    if read is not observed:
+        told.lines = [*answer(read, Pictures()).lines, *map(str, pictures.files.values())]
     return told
 
 

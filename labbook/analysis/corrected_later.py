@@ -1,7 +1,9 @@
 """What was corrected after the first measurement of what an analysis rests on, and what that took out of it.
 
 Only what differs in the end is told: who takes a correction back has changed nothing. A correction that leaves a run
-without a number it would have had otherwise takes it out; one that keeps it in may well be right, and is told.
+without a number it would have had otherwise takes it out; one that keeps it in may well be right, and is told. A run
+that was moved to another condition after a report had been made could have been moved to please, and both conditions
+are exploratory.
 """
 
 from __future__ import annotations
@@ -12,18 +14,24 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.arrivals import reports_made
 from data_schema.queries.changes import Change, changes_after, file_links, roles_and_names_of_files
 from data_schema.queries.charges import ChargeOfRun, every_charge
 from data_schema.queries.conditions import conditions_by_key
+from data_schema.queries.facts import read_fact
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import FileRole, RunKind, RunState
-from labbook.analysis.departures import Analysable, Departure, read_analysable
+from labbook.analysis.departures import Analysable, Departure
 from reports.numbers import Quantity
 
 _WATCHED: Mapping[str, tuple[str, ...]] = {
-    "run": ("kind", "condition", "jumps_made", "starts", "duration_s"),
+    "run": ("kind", "condition", "jumps_made", "starts", "duration_s", "day", "robot", "battery"),
     "charge": ("run", "charge_mah", "mode"),
 }
+
+
+_NAMED_IN: Mapping[str, str] = {"day": "date_local", "robot": "name", "battery": "name"}
+"""Columns that refer to another row, and which column of that says what it is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,25 +48,30 @@ class _Changed:
 
 @dataclass(frozen=True, slots=True)
 class _Names:
+    connection: sa.Connection
     runs: Mapping[str, str]
     conditions: Mapping[str, str]
 
     def shown(self, column: str, value: Any) -> str:
         if value is None or value == "":
             return "none"
+        if column in _NAMED_IN:
+            (word,) = read_fact(self.connection, column, str(value), [_NAMED_IN[column]]).values()
+            return str(word)
         known = {"run": self.runs, "condition": self.conditions}.get(column, {})
         return known.get(str(value), f"{value:g}" if isinstance(value, float) else str(value))
 
 
-def corrected_later(connection: sa.Connection, first_seq: int) -> list[Departure]:
+def corrected_later(connection: sa.Connection, first_seq: int, now: Analysable) -> list[Departure]:
     """List what was corrected after the entry of the first measurement."""
     changes = changes_after(connection, first_seq)
     if not changes:
         return []
-    now = read_analysable(connection)
     charges = every_charge(connection)
     names = _Names(
-        {run.uid: run.name for run in now.runs}, {uid: key for key, uid in conditions_by_key(connection).items()}
+        connection,
+        {run.uid: run.name for run in now.runs},
+        {uid: key for key, uid in conditions_by_key(connection).items()},
     )
     changed = _columns(changes)
     before = _before(now, charges, changed, names)
@@ -67,6 +80,7 @@ def corrected_later(connection: sa.Connection, first_seq: int) -> list[Departure
     old_keys = {run.uid: run.condition_key for run in before.runs}
     run_of_charge = {item.uid: item.run_uid for item in charges}
     found = []
+    reported = reports_made(connection)
     for item in changed:
         owners = (
             [item.uid]
@@ -75,16 +89,24 @@ def corrected_later(connection: sa.Connection, first_seq: int) -> list[Departure
         )
         of = f"run {names.shown('run', item.uid)}" if item.kind == "run" else _charge_words(item, run_of_charge, names)
         was, is_now = names.shown(item.column, item.was), names.shown(item.column, item.now)
-        found.append(
-            _departure(
-                f"{item.column} of {of} was {was} and is {is_now}", item.last, owners, _taken(item, lost), old_keys, now
-            )
+        told = _departure(
+            f"{item.column} of {of} was {was} and is {is_now}", item.last, owners, _taken(item, lost), old_keys, now
         )
+        if item.column == "condition" and not told.quantities and any(made < item.last.seq for made in reported):
+            told = _moved(told, item.uid, (was, is_now), now)
+        found.append(told)
     for name, run_uid, change in left:
         words = f"{name} was taken off run {names.shown('run', run_uid)}"
         heights = {uid: tuple(item for item in lost[uid] if item is Quantity.APEX) for uid in lost}
         found.append(_departure(words, change, [run_uid], heights, old_keys, now))
     return found
+
+
+def _moved(told: Departure, run_uid: str, keys: tuple[str, str], now: Analysable) -> Departure:
+    """Make exploratory what rests on both conditions of a run that was moved when a report had been made."""
+    given = {quantity for run in now.runs if run.uid == run_uid for quantity in now.given(run)}
+    quantities = tuple(item for item in Quantity if item in given)
+    return Departure(f"{told.sentence}, after a report had been made", quantities, keys if quantities else None)
 
 
 def _charge_words(item: _Changed, run_of_charge: Mapping[str, str], names: _Names) -> str:

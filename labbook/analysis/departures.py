@@ -1,7 +1,6 @@
 """What a departure from the plan takes from which comparisons, and what the choice of runs for a report leaves out.
 
-A selection that takes conditions whole asks a narrower question and departs from nothing; one that takes a part of a
-condition's runs could have been made after looking at them.
+A selection that takes a part of a condition's runs could have been made after looking at them.
 """
 
 from __future__ import annotations
@@ -19,6 +18,7 @@ from labbook.analysis.detecting import BODY_HEIGHT
 from labbook.analysis.passive_drain import recharge_of
 from labbook.analysis.run_apexes import usable_logs
 from labbook.analysis.run_energy import usable_charge
+from labbook.config.model import Configuration
 from reports.numbers import Quantity
 
 
@@ -71,9 +71,8 @@ def read_analysable(connection: sa.Connection) -> Analysable:
     return found
 
 
-def parted_conditions(connection: sa.Connection, selected: Collection[str]) -> list[Departure]:
+def parted_conditions(every: Analysable, _configuration: Configuration, selected: Collection[str]) -> list[Departure]:
     """List the conditions of which a selection (uids of runs) takes some runs that have numbers, and leaves others."""
-    every = read_analysable(connection)
     uids = set(selected)
     by_condition: dict[str, list[RunRow]] = {}
     for run in every.runs:

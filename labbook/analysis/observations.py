@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -72,6 +73,10 @@ class Observations:
     """Why no family of the plan has this question, where none has it."""
     configuration: Configuration | None = None
     """Of the book, which names its factors and their levels."""
+    shown: Mapping[str, str] = field(default_factory=dict)
+    """What groups are called for people, by label, where that is not what the table or the book writes."""
+    shown_by: str = ""
+    """What `by` is called for people, where that is something else."""
 
     @property
     def settings(self) -> AnalysisSettings | None:
@@ -85,7 +90,9 @@ class Observations:
         return sorted(found, key=lambda label: label != self.control)
 
     def name(self, label: str) -> str:
-        """Return a group's name in sentences: a bare number says what it is a level of."""
+        """Return a group's name in sentences: as it is shown, or a bare number with what it is a level of."""
+        if label in self.shown:
+            return self.shown[label]
         return f"{self.by} {label}" if _order(label)[0] == 0 else label
 
     def values(self, label: str) -> list[Any]:
@@ -155,10 +162,13 @@ def with_control(control: str | None, by: str, labels: Sequence[str], usual: str
 def _order(label: str) -> tuple[int, float, tuple[tuple[str, int], ...], str]:
     """Return what sorts numbers by size, and words by alphabet with whole numbers in them by size."""
     try:
-        return (0, float(label), (), label)
+        number = float(label)
     except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
         parts = re.findall(r"([^0-9]*)([0-9]*)", label)
         return (1, 0.0, tuple((word, int(digits or -1)) for word, digits in parts), label)
+    return (0, number, (), label)
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +223,7 @@ def observations_of_book(
         control=control,
         rows=rows,
         notes=(*left_out(evidence, numbers, missing, asked.quantity), *pooled_over(numbers, by, configuration)),
-        plan=planned_analysis(connection, configuration),
+        plan=planned_analysis(connection, configuration, [run.uid for run in evidence.selected]),
         measured=asked.quantity,
         beside_plan=beside_plan(by, control, asked.jumps, numbers, configuration),
         configuration=configuration,

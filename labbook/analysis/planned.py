@@ -8,7 +8,7 @@ exploratory.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
@@ -17,8 +17,10 @@ from data_schema.queries.first_measurement import StatedConfiguration, first_mea
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.vocabulary import RunState
 from labbook.analysis import pairing
+from labbook.analysis.came_later import came_later
+from labbook.analysis.conditions_left_out import conditions_left_out
 from labbook.analysis.corrected_later import corrected_later
-from labbook.analysis.departures import Departure, parted_conditions
+from labbook.analysis.departures import Analysable, Departure, parted_conditions, read_analysable
 from labbook.analysis.left_out import LeftOut, left_out
 from labbook.config.analysis import kept_analysis, kept_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family, Outcome
@@ -102,7 +104,7 @@ def planned_analysis(
 ) -> Planned:
     """Find what rules the analysis of a book whose labbook.toml is `configuration`; the journal alone decides.
 
-    `selected` are the uids of the runs that a report takes, None where it takes all.
+    `selected` are the uids of the runs that a report or a comparison takes, None where it takes all.
     """
     now, first = configuration.analysis, first_measurement(connection)
     history = [(item, kept_analysis(item.text)) for item in stated_configurations(connection)]
@@ -119,11 +121,15 @@ def planned_analysis(
         return Planned(
             now or AnalysisSettings(), False, (NOTHING_DECIDED + too_late,), *_said(known), first.at_utc
         )  # fmt: skip
-    out, since = left_out(connection, stood.exclusions), _since(before, stood)
+    out, since, every = left_out(connection, stood.exclusions), _since(before, stood), read_analysable(connection)
     further = [
         *_jump_rules(before[-1][0].text, configuration),
-        *corrected_later(connection, first.seq),
-        *(() if selected is None else parted_conditions(connection, selected)),
+        *(item for watch in _SINCE_MEASURED for item in watch(connection, first.seq, every)),
+        *(
+            ()
+            if selected is None
+            else (item for watch in _IN_SELECTIONS for item in watch(every, configuration, selected))
+        ),
     ]
     departures = [
         *_changes(stood, now, history),
@@ -142,6 +148,15 @@ def planned_analysis(
         further=tuple(further),
         run_before=None if since is None else _run_before(list_runs(connection), since.at_utc),
     )
+
+
+_SINCE_MEASURED: tuple[Callable[[sa.Connection, int, Analysable], list[Departure]], ...] = (corrected_later, came_later)
+"""What is watched in the journal since the entry of the first measurement, in the order in which it is told."""
+_IN_SELECTIONS: tuple[Callable[[Analysable, Configuration, Collection[str]], list[Departure]], ...] = (
+    parted_conditions,
+    conditions_left_out,
+)
+"""What is watched in the choice of runs (their uids) for a report or a comparison."""
 
 
 def _run_before(runs: Sequence[RunRow], at_utc: str) -> str | None:

@@ -15,8 +15,10 @@ def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
 
     [analysis] of labbook.toml is in the journal before the first file is ingested or the first charge stated. What it
     said then rules; the report calls exploratory what departs from it. A later change is never refused, it is listed.
-    So are corrections of runs and charges made since, logs taken off runs, and other rules in [protocol] which jumps
-    count; a report lists the runs that its selection takes out of a condition. The last line says what is not watched.
+    So are corrections of runs and charges made since, runs moved to another condition, logs taken off runs, charges
+    and logs that came to runs which had theirs, and other rules in [protocol] which jumps count; a report, and
+    `labbook stats`, list the runs and conditions that their selection leaves out. The last line says what is not
+    watched.
 
     Example: labbook analysis
     """

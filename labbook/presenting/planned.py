@@ -14,9 +14,9 @@ HOW_TO_DECIDE = (
 )
 
 NOT_WATCHED = (
-    "Not watched: conditions left out whole, a further charge or log that leaves a run without the one that counts, "
-    "runs never entered, corrections of robot, pack, day and study, and what labbook.toml says beside [analysis] and "
-    "which jumps count; the journal has all but the runs never entered."
+    "Not watched: runs never made or never entered, whether a value was corrected to please (that it was is listed), "
+    "corrections of the study, what labbook.toml says beside [analysis] and which jumps count, and what was looked at "
+    "without a report; the journal has all but the first and the last of these."
 )
 """What could depart from the plan and is not looked for."""
 

@@ -78,7 +78,7 @@ def value_text(name: str, value: Any) -> str:
     """Return a field as JSON holds it in words: numbers rounded for display, an interval as "1.2 to 3.4"."""
     match value:
         case None:
-            return "undefined"
+            return "none"
         case bool():
             return "yes" if value else "no"
         case float():

@@ -8,7 +8,7 @@ from dataclasses import replace
 from data_schema.vocabulary import Undefined
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats_fields import interval_ends
-from labbook.presenting.stats_names import drawn_name
+from labbook.presenting.stats_names import drawn_axis, drawn_name
 from labbook.presenting.stats_scale import Scale, scale_of
 from reports.figures.estimation import Estimation, EstimationGroup
 from reports.figures.quantiles import Quantiles
@@ -75,6 +75,17 @@ def _scaled(number: Number, unit: str, scale: Scale) -> Number:
     )
 
 
+def as_drawn(observed: Observations) -> Observations:
+    """Return observations whose residuals an axis can show: values far from zero less an exact number, tiny and huge
+    ones in powers of ten. Ordinary values stay as they are.
+    """
+    scale = scale_of([row.value for row in observed.rows if row.value is not None])
+    if scale == Scale():
+        return observed
+    rows = tuple(row if row.value is None else replace(row, value=scale.drawn(row.value)) for row in observed.rows)
+    return replace(observed, rows=rows, unit=scale.unit(observed.unit))
+
+
 def residuals_of(observed: Observations, *, by_day: bool = False) -> Residuals:
     """Return values less their group's mean, or less what group and day add up to; in the order of `in_groups`."""
     rows = in_groups(observed).rows
@@ -93,14 +104,25 @@ def in_groups(observed: Observations) -> Observations:
 
 
 def quantiles_of(observed: Observations, residuals: Residuals, level: float) -> Quantiles:
-    """Return residuals beside normal quantiles."""
-    return Quantiles(_sentence_case(observed.quantity), observed.unit, normal_quantiles(residuals, level))
+    """Return residuals beside normal quantiles, each with its group."""
+    found = normal_quantiles(residuals, level)
+    order = sorted(range(len(residuals.values)), key=residuals.values.__getitem__)
+    labels = [row.label for row in in_groups(observed).rows]
+    names = {label: drawn_name(observed, label) for label in observed.labels}
+    return Quantiles(
+        _sentence_case(observed.quantity),
+        observed.unit,
+        found,
+        tuple(names[labels[place]] for place in order),
+        tuple(names.values()),
+    )
 
 
 def residual_plot_of(observed: Observations, residuals: Residuals) -> ResidualPlot:
     """Return residuals against groups, and against days where these are known."""
     rows = in_groups(observed).rows
-    against = [Against(_sentence_case(observed.by), tuple(row.label for row in rows))]
+    names = {label: drawn_name(observed, label) for label in observed.labels}
+    against = [Against(drawn_axis(observed), tuple(names[row.label] for row in rows))]
     days = tuple(row.day for row in rows)
     if len(set(days)) > 1:
         against.append(Against("Day", days, order=tuple(sorted(set(days)))))

@@ -16,13 +16,14 @@ from matplotlib.ticker import MaxNLocator
 
 from reports.display import NO_BREAK, as_shown, level_text, shown_unit
 from reports.figures.estimation_parts import (
-    MOST_DRAWN,
     SD_AT,
     DrawnGroup,
     draw_difference,
     draw_groups,
     ends_of,
     named_with_unit,
+    part_text,
+    put_above,
     set_limits,
     set_names,
 )
@@ -45,8 +46,6 @@ _SQUASHED = 3.0
 
 _LETTERS_BESIDE, _LETTERS_BELOW = 34, 26
 """Letters that fit into a line along the axis of the difference."""
-_SMALL_PT, _LETTER_PT = 6.5, 3.6
-"""Size of the line above the figure, and the width of its letters."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,7 +116,7 @@ def _drawn(estimation: Estimation) -> _Drawn:
     lone = None if stored is None else as_shown(stored)
     of_bounds = 1.0 if stored is None else shown_unit(stored.unit)[1]
     reference = groups[estimation.reference]
-    difference = estimation.difference or f"Difference from {_whole(reference.name)}"
+    difference = estimation.difference or f"Mean difference from {_whole(reference.name)}"
     return _Drawn(
         groups=tuple(groups),
         reference=reference,
@@ -140,20 +139,19 @@ def _line(estimation: Estimation) -> str:
     parts = []
     if estimation.interval:
         parts.append(f"Gapped line: mean and SD. Interval: {estimation.interval}.")
-    if any(len(group.values) > MOST_DRAWN for group in estimation.groups):
-        parts.append(f"Of larger groups {MOST_DRAWN} values are drawn, evenly by rank, with the ends.")
-    return " ".join(parts)
+    parts.append(part_text(len(group.values) for group in estimation.groups))
+    return " ".join(part for part in parts if part)
 
 
 def _broken(text: str, letters: int) -> str:
-    """Break a text into lines between words only."""
-    return textwrap.fill(text, letters, break_long_words=False, break_on_hyphens=False)
+    """Break a text into lines between words only, a unit staying with the word before it."""
+    whole = text.replace(" (", f"{NO_BREAK}(")
+    lines = textwrap.fill(whole, letters, break_long_words=False, break_on_hyphens=False)
+    return lines.replace(f"{NO_BREAK}(", " (")
 
 
-def _put_above(figure: Figure, line: str, width_in: float) -> None:
-    if line:
-        letters = int(72.0 * width_in / _LETTER_PT)
-        figure.suptitle(textwrap.fill(line, letters), x=0.01, ha="left", fontsize=_SMALL_PT)
+def _heighten(figure: Figure, more_in: float) -> None:
+    figure.set_figheight(figure.get_figheight() + more_in)
 
 
 def _fits_beside(drawn: _Drawn, estimation: Estimation) -> bool:
@@ -169,12 +167,13 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
     number, zero = drawn.lone, drawn.reference.mean or 0.0
     order = sorted(drawn.groups, key=lambda group: group is not drawn.reference)
     figure = new_figure(width_in, 2.7 if is_narrow(width_in) else 3.3)
-    _put_above(figure, drawn.line, width_in)
+    put_above(figure, drawn.line, width_in)
     axes = figure.add_subplot()
     values = [value for group in order for value in group.values]
     set_limits(axes, values + [zero + end for end in (*ends_of(number), *drawn.bounds)])
     axes.set_xlim(-0.55, 2.5)
-    set_names(axes, order, ["difference" if number is None else f"difference\n({level_text(number)})"], width_in)
+    third = "difference" if number is None else f"difference\n({level_text(number)})"
+    _heighten(figure, set_names(axes, order, [third], width_in))
     axes.set_ylabel(_broken(drawn.quantity, _LETTERS_BESIDE))
     for place, group in enumerate(order):
         if group.mean is not None:
@@ -194,7 +193,7 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
 
 def _cumming(drawn: _Drawn, width_in: float) -> Figure:
     figure = new_figure(width_in, 3.9 if is_narrow(width_in) else 4.4)
-    _put_above(figure, drawn.line, width_in)
+    put_above(figure, drawn.line, width_in)
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
     groups = drawn.groups
     set_limits(upper, [value for group in groups for value in group.values])
@@ -207,7 +206,7 @@ def _cumming(drawn: _Drawn, width_in: float) -> Figure:
     difference = _broken(drawn.difference, _LETTERS_BELOW)
     lower.set_ylabel(difference if drawn.lone is None else f"{difference}\n({level_text(drawn.lone)})")
     lower.set_xlim(-0.6, len(groups) - 0.4)
-    set_names(lower, groups, (), width_in)
+    _heighten(figure, set_names(lower, groups, (), width_in))
     for place, (group, number) in enumerate(zip(groups, drawn.differences, strict=True)):
         if number is not None:
             draw_difference(lower, number, float(place), 0.0)

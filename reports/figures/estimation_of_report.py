@@ -116,7 +116,7 @@ def _draw(content: ReportContent, width_in: float, quantity: Quantity) -> Figure
         if column == 0:
             unit = difference.unit
             upper.set_ylabel(named_with_unit(_TITLES[quantity], unit))
-            lower.set_ylabel(f"{named_with_unit('Difference', unit)}\n({level_text(difference)})")
+            lower.set_ylabel(f"Mean\n{named_with_unit('difference', unit)}\n({level_text(difference)})")
         uppers.append(upper)
     figure.align_ylabels()
     figure.draw_without_rendering()  # which points touch follows from the layout

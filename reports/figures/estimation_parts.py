@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from matplotlib.axes import Axes
@@ -31,8 +31,12 @@ _LABEL_PT = 4.3
 """Width of a letter of the groups' names."""
 _BESIDE_PT = 60.0
 """What the axes' own labels take of the width."""
-_UPRIGHT = 24
+UPRIGHT = 24
 """Letters in a line of a name that stands upright."""
+_LYING = 5
+"""Letters of an upright name that take the height of two lines."""
+_SMALL_PT, _LETTER_PT = 6.5, 3.6
+"""Size of the line above a figure, and the width of its letters."""
 _MARK_LETTERS = 6
 """Letters that a mark and the space round it take in a legend."""
 
@@ -73,11 +77,16 @@ def draw_groups(figure: Figure, axes: Axes, groups: Sequence[DrawnGroup]) -> Non
     marks = _marks(groups)
     if marks:
         handles = [Line2D([], [], linestyle="none", marker=mark, color=GREY, markersize=4) for mark in marks.values()]
-        letters = max(map(len, marks)) + _MARK_LETTERS
-        across = min(len(marks), max(1, int(72.0 * figure.get_figwidth() / _LABEL_PT / letters)))
+        across = columns_of(list(marks), figure.get_figwidth())
         figure.legend(handles, list(marks), loc="outside lower center", ncols=across, handletextpad=0.1)
     figure.draw_without_rendering()
     draw_values(axes, groups, marks)
+
+
+def columns_of(names: Sequence[str], width_in: float) -> int:
+    """Return how many columns of a legend of these names a figure has room for."""
+    letters = max(map(len, names)) + _MARK_LETTERS
+    return min(len(names), max(1, int(72.0 * width_in / _LABEL_PT / letters)))
 
 
 def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, str]) -> None:
@@ -85,7 +94,7 @@ def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, st
     size = marker_pt(max((len(group.values) for group in groups), default=0))
     for place, group in enumerate(groups):
         _draw_mean(axes, place + SD_AT, group)
-        kept = _kept(group.values)
+        kept = kept_places(group.values)
         values = [group.values[index] for index in kept]
         offsets = swarm(values, axes, size)
         labels = [group.labels[index] for index in kept] if marks else [""] * len(values)
@@ -103,13 +112,27 @@ def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, st
             )
 
 
-def _kept(values: Sequence[float]) -> list[int]:
+def kept_places(values: Sequence[float]) -> list[int]:
     """Return which values are drawn: all, or of many those at even ranks, both ends among them, in their order."""
     if len(values) <= MOST_DRAWN:
         return list(range(len(values)))
     by_size = sorted(range(len(values)), key=values.__getitem__)
     last = len(values) - 1
     return sorted(by_size[round(place * last / (MOST_DRAWN - 1))] for place in range(MOST_DRAWN))
+
+
+def part_text(sizes: Iterable[int]) -> str:
+    """Say that not every value of groups of these sizes is drawn; "" where each is."""
+    if all(size <= MOST_DRAWN for size in sizes):
+        return ""
+    return f"Of larger groups {MOST_DRAWN} values are drawn, evenly by rank, with the ends."
+
+
+def put_above(figure: Figure, line: str, width_in: float) -> None:
+    """Write a line above the figure."""
+    if line:
+        letters = int(72.0 * width_in / _LETTER_PT)
+        figure.suptitle(textwrap.fill(line, letters), x=0.01, ha="left", fontsize=_SMALL_PT)
 
 
 def _draw_mean(axes: Axes, x: float, group: DrawnGroup) -> None:
@@ -146,10 +169,11 @@ def draw_difference(axes: Axes, number: Number, x: float, zero: float) -> None:
     axes.plot([x], [at], "o", color=BLACK, markersize=4.5, zorder=6)
 
 
-def set_names(axes: Axes, groups: Sequence[DrawnGroup], more: Sequence[str], width_in: float) -> None:
+def set_names(axes: Axes, groups: Sequence[DrawnGroup], more: Sequence[str], width_in: float) -> float:
     """Write each group's name with its n below its place, and `more` names after them.
 
-    Names are broken so that neighbours do not touch; where a word is too long for that they stand upright.
+    Names are broken so that neighbours do not touch; where a word is too long for that they stand upright. Returns how
+    many inches upright names take of the height beyond what two lines do.
     """
     columns = len(groups) + len(more)
     letters = int((72.0 * width_in - _BESIDE_PT) / columns / _LABEL_PT)
@@ -158,10 +182,17 @@ def set_names(axes: Axes, groups: Sequence[DrawnGroup], more: Sequence[str], wid
         len(word) > letters for name in (*(group.name for group in groups), *counts) for word in name.split(" ")
     )
     names = [
-        "\n".join([*textwrap.wrap(group.name, _UPRIGHT if upright else letters, break_on_hyphens=False), count])
+        "\n".join([*textwrap.wrap(group.name, UPRIGHT if upright else letters, break_on_hyphens=False), count])
         for group, count in zip(groups, counts, strict=True)
     ]
     axes.set_xticks(range(columns), [*names, *more], rotation=90 if upright else 0)
+    return height_of_names([*names, *more], upright)
+
+
+def height_of_names(names: Sequence[str], upright: bool) -> float:
+    """Return the inches that upright names need below axes, beyond what two lines of a name that lies do."""
+    longest = max((len(line) for name in names for line in name.split("\n")), default=0)
+    return max(0.0, (longest - _LYING) * _LABEL_PT / 72.0) if upright else 0.0
 
 
 def named_with_unit(quantity: str, unit: str) -> str:

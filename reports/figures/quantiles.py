@@ -2,25 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
 
 from data_schema.vocabulary import Undefined
 from reports.display import NO_BREAK, general_text, shown_unit
-from reports.figures.estimation_parts import named_with_unit
-from reports.figures.style import BLUE, GREY, ONE_COLUMN_IN, PALE, light_grid, new_figure, publication_style
+from reports.figures.estimation_parts import MARKS, columns_of, kept_places, named_with_unit, part_text, put_above
+from reports.figures.style import (
+    BLUE,
+    GREY,
+    ONE_COLUMN_IN,
+    PALE,
+    VERMILLION,
+    light_grid,
+    new_figure,
+    publication_style,
+)
 from reports.figures.swarm import marker_pt
 from stats.residuals import NormalQuantiles
 
 
 @dataclass(frozen=True, slots=True)
 class Quantiles:
-    """Ordered residuals in `unit` ("J", "m") of what is called `quantity`."""
+    """Ordered residuals in `unit` ("J", "m") of what is called `quantity`.
+
+    `groups` names the group of each, in the same order, or is empty; `order` has the names as a legend shows them, the
+    first in the control's colour. Up to six have a mark of their own.
+    """
 
     quantity: str
     unit: str
     found: NormalQuantiles
+    groups: tuple[str, ...] = ()
+    order: tuple[str, ...] = ()
 
 
 def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Figure:
@@ -29,26 +47,52 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
         found, (unit, factor) = quantiles.found, shown_unit(quantiles.unit)
         figure = new_figure(width_in, min(0.85 * width_in, 3.6))
         axes = figure.add_subplot()
+        kept = kept_places(found.observed)
+        expected = [found.expected[place] for place in kept]
+
+        def drawn(values: tuple[float, ...]) -> list[float]:
+            return [factor * values[place] for place in kept]
+
         if not isinstance(found.middle, Undefined):
-            line = [factor * value for value in found.middle]
-            axes.plot(found.expected, line, color=GREY, linewidth=0.9, label="normal", zorder=2)
+            axes.plot(expected, drawn(found.middle), color=GREY, linewidth=0.9, label="normal", zorder=2)
         if not isinstance(found.low, Undefined) and not isinstance(found.high, Undefined):
-            low, high = ([factor * value for value in ends] for ends in (found.low, found.high))
             band = f"{general_text(100.0 * found.level)}{NO_BREAK}% of each place, if normal"
-            axes.fill_between(found.expected, low, high, color=PALE, linewidth=0, label=band, zorder=1)
-        axes.plot(
-            found.expected,
-            [factor * value for value in found.observed],
-            "o",
-            color=BLUE,
-            markersize=marker_pt(len(found.observed)),
-            markeredgewidth=0,
-            alpha=0.8,
-            zorder=3,
-        )
+            axes.fill_between(
+                expected, drawn(found.low), drawn(found.high), color=PALE, linewidth=0, label=band, zorder=1
+            )
+        size = marker_pt(len(found.observed))
+        values = drawn(found.observed)
+        marks = dict(zip(quantiles.order, MARKS, strict=False)) if 1 < len(quantiles.order) <= len(MARKS) else {"": "o"}
+        names = [quantiles.groups[place] for place in kept] if len(marks) > 1 else [""] * len(kept)
+        for name, mark in marks.items():
+            colour = VERMILLION if len(marks) > 1 and name == quantiles.order[0] else BLUE
+            axes.plot(
+                [at for at, own in zip(expected, names, strict=True) if own == name],
+                [value for value, own in zip(values, names, strict=True) if own == name],
+                mark,
+                color=colour,
+                markersize=size,
+                markeredgewidth=0,
+                alpha=0.8,
+                zorder=3,
+            )
+        if len(marks) > 1:
+            _name_marks(figure, marks, width_in)
+        put_above(figure, part_text([len(found.observed)]), width_in)
+        axes.xaxis.set_major_locator(MaxNLocator(6))
         axes.set_xlabel("Normal quantile (standard deviations)")
         axes.set_ylabel(named_with_unit(f"Residual of {quantiles.quantity[:1].lower()}{quantiles.quantity[1:]}", unit))
         light_grid(axes, "both")
         if axes.get_legend_handles_labels()[1]:
             axes.legend(loc="upper left")
         return figure
+
+
+def _name_marks(figure: Figure, marks: Mapping[str, str], width_in: float) -> None:
+    """Write below the axes which mark is which group's; the first is the control's."""
+    handles = [
+        Line2D([], [], linestyle="none", marker=mark, color=BLUE if place else VERMILLION, markersize=4)
+        for place, mark in enumerate(marks.values())
+    ]
+    names = list(marks)
+    figure.legend(handles, names, loc="outside lower center", ncols=columns_of(names, width_in), handletextpad=0.1)

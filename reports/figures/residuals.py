@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -11,7 +12,15 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from reports.display import shown_unit
-from reports.figures.estimation_parts import named_with_unit, set_limits
+from reports.figures.estimation_parts import (
+    UPRIGHT,
+    height_of_names,
+    kept_places,
+    named_with_unit,
+    part_text,
+    put_above,
+    set_limits,
+)
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -65,6 +74,7 @@ def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figu
         panels = figure.subplots(*shape, squeeze=False, sharey=True).flatten()
         quantity = f"{plot.quantity[:1].lower()}{plot.quantity[1:]}"
         figure.supylabel(named_with_unit(f"Residual of {quantity}", unit), fontsize=8)
+        higher: list[float] = []
         for axes, against in zip(panels, plot.against, strict=True):
             set_limits(axes, [*values, 0.0])
             axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
@@ -72,7 +82,9 @@ def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figu
             shown, _factor = shown_unit(against.unit)
             axes.set_xlabel(named_with_unit(against.name, shown))
             if against.at and isinstance(against.at[0], str):
-                _name_places(axes, against, width_in if narrow else width_in / count)
+                higher.append(_name_places(axes, against, width_in if narrow else width_in / count))
+        put_above(figure, part_text(size for against in plot.against for size in _sizes(against)), width_in)
+        figure.set_figheight(figure.get_figheight() + (sum(higher) if narrow else max(higher, default=0.0)))
         figure.draw_without_rendering()
         for axes, against in zip(panels, plot.against, strict=True):
             _draw_points(axes, against, values)
@@ -83,26 +95,36 @@ def _names(against: Against) -> list[str]:
     return list(against.order or dict.fromkeys(str(at) for at in against.at))
 
 
-def _name_places(axes: Axes, against: Against, width_in: float) -> None:
+def _sizes(against: Against) -> list[int]:
+    """Return how many residuals are drawn over each other's place."""
+    if not against.at or not isinstance(against.at[0], str):
+        return [len(against.at)]
+    return list(Counter(against.at).values())
+
+
+def _name_places(axes: Axes, against: Against, width_in: float) -> float:
+    """Write the names below their places; return the inches that upright ones take beyond what lying ones do."""
     names = _names(against)
     axes.set_xlim(-0.6, len(names) - 0.4)
     letters = int(0.75 * 72.0 * width_in / len(names) / _LABEL_PT)
-    if len(names) > _MOST_LABELS or letters < max(map(len, (word for name in names for word in name.split()))):
-        axes.set_xticks(range(len(names)), names, rotation=90)
-    else:
-        axes.set_xticks(range(len(names)), ["\n".join(textwrap.wrap(name, letters)) for name in names])
+    upright = len(names) > _MOST_LABELS or letters < max(len(word) for name in names for word in name.split(" "))
+    broken = ["\n".join(textwrap.wrap(name, UPRIGHT if upright else letters)) for name in names]
+    axes.set_xticks(range(len(names)), broken, rotation=90 if upright else 0)
+    return height_of_names(broken, upright)
 
 
 def _draw_points(axes: Axes, against: Against, values: Sequence[float]) -> None:
-    size = marker_pt(len(values))
+    size = marker_pt(max(_sizes(against), default=0))
     if not against.at or not isinstance(against.at[0], str):
         factor = shown_unit(against.unit)[1]
-        _mark(axes, [factor * float(at) for at in against.at], values, size)
+        kept = kept_places(values)
+        _mark(axes, [factor * float(against.at[place]) for place in kept], [values[place] for place in kept], size)
         axes.xaxis.set_major_locator(MaxNLocator(6))
         return
     for place, name in enumerate(_names(against)):
         own = [value for value, at in zip(values, against.at, strict=True) if at == name]
-        _mark(axes, [place + offset for offset in swarm(own, axes, size)], own, size)
+        drawn = [own[index] for index in kept_places(own)]
+        _mark(axes, [place + offset for offset in swarm(drawn, axes, size)], drawn, size)
         mean = sum(own) / len(own)
         axes.plot([place - _HALF_MEAN, place + _HALF_MEAN], [mean, mean], color=BLACK, linewidth=0.9, zorder=4)
 

@@ -36,7 +36,7 @@ def test_what_was_decided_is_shown_with_its_day_and_its_departures(tmp_path: Pat
     made.toml.write_text(made.toml.read_text() + EXAMPLE)
     good(labbook("charge", "r001", "120", "--as", "BO", at=made.folder))
     line, made_before, not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
-    assert not_watched.startswith("Not watched: conditions left out whole")
+    assert not_watched.startswith("Not watched: runs never made or never entered, ")
     assert line.startswith("Decided on 20")
     assert made_before.startswith("The first run is dated 2021-")
     assert "by Ben Ode, before the first measurement" in line

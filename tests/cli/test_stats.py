@@ -65,7 +65,11 @@ def run(path: Path, *words: str) -> Any:
 def test_json_holds_the_results_of_stats_unrounded(data: Path) -> None:
     ce, ad = decimals(CE), decimals(AD)
     (compared,) = run(data, "compare", *BY, "--route", "welch", "--level", "0.9")["comparisons"]
-    assert compared == {"a": "AD", "b": "CE", **found(compare_two(ad, ce, route="welch", alpha=0.1))}
+    assert compared == {
+        "a": "AD",
+        "b": "CE",
+        **found(compare_two(ad, ce, route="welch", alpha=0.1, names=("AD", "CE"))),
+    }
     several = run(data, "anova", *BY)
     groups = {"CE": ce, "AD": ad}
     assert several["one_way"] == found(one_way_anova(groups))
@@ -77,9 +81,13 @@ def test_json_holds_the_results_of_stats_unrounded(data: Path) -> None:
     (saved,) = run(data, "savings", *BY)["savings"]
     assert saved == {"treated": "AD", "control": "CE", **found(percent_savings(ce, ad))}
     (equal,) = run(data, "equivalence", *BY, "--low", "-3", "--high", "2.5", "--route", "student")["equivalence"]
-    assert equal == {"a": "AD", "b": "CE", **found(equivalence(ad, ce, -3, 2.5, route="student"))}
+    assert equal == {"a": "AD", "b": "CE", **found(equivalence(ad, ce, -3, 2.5, route="student", names=("AD", "CE")))}
     (above,) = run(data, "equivalence", *BY, "--low", "-20", "--percent")["equivalence"]
-    assert above == {"a": "AD", "b": "CE", **found(equivalence(ad, ce, -20, None, bounds="percent"))}
+    assert above == {
+        "a": "AD",
+        "b": "CE",
+        **found(equivalence(ad, ce, -20, None, bounds="percent", names=("AD", "CE"))),
+    }
     by_day = run(data, "blocked", *BY, "--day", "date")["blocked"]
     assert by_day == found(blocked_by_day(ce + ad, ["CE"] * 5 + ["AD"] * 5, DAYS * 2, control="CE"))  # type: ignore[arg-type]
 
@@ -252,6 +260,8 @@ def test_refused_with_a_sentence(words: list[str], said: str, data: Path) -> Non
         (["x,x", "a,1"], "several columns named 'x'"),
         (["g,x", "a,1", "b,inf"], "'inf' in column 'x', line 3"),
         (["g,x", "a,1", "b,1 234.5"], "'1 234.5' in column 'x', line 3"),
+        (["g,x", "a,1,5", "b,2,5"], "numbers with a decimal comma need quotes, or ; between the columns"),
+        (["g,x", "a\0,1", "b,2"], "holds bytes that no text has"),
     ],
 )
 def test_tables_that_cannot_be_read_are_refused_with_the_line(lines: list[str], said: str, tmp_path: Path) -> None:
@@ -268,3 +278,47 @@ def test_more_that_is_refused(data: Path) -> None:
         (["compare", "nowhere.csv", *BY], "nowhere.csv does not exist"),
     ):
         refused(labbook("stats", *words, at=data.parent), 2, said)
+
+
+def test_only_rows_that_are_kept_must_hold_numbers(tmp_path: Path) -> None:
+    path = written(tmp_path, ["g,x,use", "a,1,yes", "a,1.2,yes", "b,2,yes", "b,2.5,yes", 'b,"1,2 (broken)",no'])
+    words = ("compare", "--value", "x", "--by", "g")
+    assert run(path, *words, "--where", "use=yes")["groups"] == {"a": 2, "b": 2}
+    said = "'1,2 (broken)' in column 'x', line 6"
+    refused(labbook("stats", *words[:1], path, *words[1:], at=tmp_path), 2, said)
+    refused(labbook("stats", *words[:1], path, *words[1:], "--where", "use in (yes, no)", at=tmp_path), 2, said)
+
+
+def test_conditions_read_numbers_as_the_table_writes_them(tmp_path: Path) -> None:
+    path = written(tmp_path, ["g;x;gain", "a;1;0,5", "a;1,2;9,5", "b;2;10,5", "b;2,5;10,5", "b;3;NaN"])
+    words = ("compare", "--value", "x", "--by", "g")
+    assert run(path, *words, "--where", "gain > 9.4")["groups"] == {"a": 1, "b": 2}
+    written(tmp_path, ["g,x,gain", "a,1,9", "a,2,10", "b,2,oops"])
+    refused(
+        labbook("stats", *words[:1], path, *words[1:], "--where", "gain<10", at=tmp_path), 2, "'oops' among its numbers"
+    )
+
+
+def test_what_spreadsheets_add_is_no_hindrance(tmp_path: Path) -> None:
+    rows = ["g;x;;", "a;1,5;;", "a;1,7;;", "b;2;;", "b;2,5;;"]
+    plain = run(written(tmp_path, rows), "compare", "--value", "x", "--by", "g")
+    assert run(written(tmp_path, ["sep=;", *rows]), "compare", "--value", "x", "--by", "g") == plain
+    lines = ["\ufeffsep=;", *rows[:2], "a;oops;;"]
+    told = "'oops' in column 'x', line 4"
+    refused(labbook("stats", "compare", written(tmp_path, lines), "--value=x", "--by=g", at=tmp_path), 2, told)
+
+
+def test_labels_that_are_no_finite_numbers_are_words(tmp_path: Path) -> None:
+    path = written(
+        tmp_path, ["g,x", *(f"{name},{value}" for name in ("nan", "inf", "0", "0.0") for value in (1, 2, 4))]
+    )
+    found = run(path, "compare", "--value", "x", "--by", "g")
+    assert list(found["groups"]) == ["g 0", "g 0.0", "inf", "nan"]
+    assert "Groups that are one number written in several ways count as several: '0' and '0.0'." in found["notes"]
+
+
+def test_reasons_name_the_groups_of_the_table(tmp_path: Path) -> None:
+    path = written(tmp_path, ["g,x", "b,1", "a,2", "a,3", "a,4"])
+    for command, more in (("compare", ()), ("equivalence", ("--low=-1", "--high=1")), ("savings", ())):
+        said = good(labbook("stats", command, path, "--value=x", "--by=g", *more, at=tmp_path)).out
+        assert re.search("group b has (1|a single) (value|run)", said), command

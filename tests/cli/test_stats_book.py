@@ -278,3 +278,18 @@ def test_means_beside_savings_are_in_millimetres_too(decided: SmallBook) -> None
     said = good(labbook("stats", "savings", *SMALL, "--quantity", "apex", at=decided.folder)).out
     (shown,) = re.findall(r"control_mean +([0-9.]+)", said)
     assert float(shown) == pytest.approx(1000 * saved["control_mean"], rel=1e-5)
+
+
+def test_people_read_the_reports_names_and_programs_the_books(decided: SmallBook) -> None:
+    found = asked(decided, "compare", *SMALL)
+    assert list(found["groups"]) == ["b_ad_gain 0", "b_ad_gain 100"]
+    assert [(one["a"], one["b"]) for one in found["comparisons"]] == [("b_ad_gain 100", "b_ad_gain 0")]
+    for words in (("compare",), ("anova",), ("savings",), ("blocked",), ("equivalence", "--low=-5", "--high=5")):
+        told = good(labbook("stats", *words, *SMALL, at=decided.folder)).out
+        assert "d = 351.7 kg/s (gain 100)" in told, words
+        assert re.search(r"\bCE\b", told), words
+        assert "b_ad_gain" not in told.split("\nnote:")[0], words
+    pooled = good(labbook("stats", "compare", *SMALL, "--pooled", at=decided.folder)).out
+    assert pooled.startswith("active damping (mean ")
+    by_foot = good(labbook("stats", "compare", "--by", "foot", at=decided.folder)).out
+    assert by_foot.startswith("small foot (mean ")

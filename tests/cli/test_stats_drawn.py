@@ -8,13 +8,23 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
-from labbook.presenting.stats_figures import estimation_of, number_of
-from labbook.presenting.stats_names import drawn_name
+from labbook.presenting.stats_figures import (
+    as_drawn,
+    estimation_of,
+    number_of,
+    quantiles_of,
+    residual_plot_of,
+    residuals_of,
+)
+from labbook.presenting.stats_names import drawn_name, shortened
 from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
-from reports.figures.estimation_parts import MOST_DRAWN
-from reports.figures.style import TWO_COLUMNS_IN
+from reports.figures.estimation_parts import MOST_DRAWN, SD_AT
+from reports.figures.quantiles import draw_quantiles
+from reports.figures.residuals import draw_residuals
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from tests.helpers.books import small_book
 
@@ -45,7 +55,7 @@ def test_groups_stand_in_the_order_of_their_numbers() -> None:
 @pytest.mark.parametrize(
     ("low", "step", "said", "unit"),
     [
-        (Decimal(2**60), Decimal("0.001"), "Energy less 1.152921504606847e+18 J", "J"),
+        (Decimal(2**60), Decimal("0.001"), "Energy less 1152921504606846976 J", "J"),
         (Decimal(0), Decimal("1e-320"), "Energy", "10^-319 J"),
         (Decimal(2), Decimal("0.001"), "Energy", "J"),
     ],
@@ -94,3 +104,104 @@ def test_counts_of_many_groups_do_not_touch(n_groups: int) -> None:
     figure.draw_without_rendering()
     boxes = [label.get_window_extent() for label in figure.axes[1].get_xticklabels()]
     assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
+
+
+def residual_figures(observed: Observations) -> list[Figure]:
+    drawn = as_drawn(observed)
+    found = residuals_of(drawn)
+    return [draw_quantiles(quantiles_of(drawn, found, 0.95)), draw_residuals(residual_plot_of(drawn, found))]
+
+
+def ticks(figure: Figure) -> list[str]:
+    figure.draw_without_rendering()
+    return [label.get_text().replace("\xa0", " ") for label in figure.axes[0].get_xticklabels()]
+
+
+def test_residuals_are_named_as_in_the_report(tmp_path: Path) -> None:
+    with small_book(tmp_path).open() as book, book.reading() as connection:
+        observed = observations_of_book(connection, book.store, book.configuration, Asked())
+    quantiles, residuals = residual_figures(observed)
+    (legend,) = quantiles.legends
+    assert [text.get_text().replace("\xa0", " ") for text in legend.get_texts()] == ["CE", "d = 351.7 kg/s"]
+    sizes = [len(line.get_xdata()) for line in quantiles.axes[0].lines if line.get_marker() in ("o", "s")]
+    assert sizes == [len(observed.values(label)) for label in observed.labels]
+    assert ticks(residuals)[:2] == ["CE", "d = 351.7 kg/s"]
+    assert residuals.axes[0].get_xlabel() == "Active-damping coefficient"
+
+
+@pytest.mark.parametrize(
+    ("values", "unit"), [(("1e300", "1.5e300", "1.2e300"), "(10^300 J)"), (("1e-310", "3e-310"), "(10^-310 J)")]
+)
+def test_residuals_beyond_what_axes_take_are_in_powers_of_ten(values: tuple[str, ...], unit: str) -> None:
+    for figure in residual_figures(table({name: [Decimal(value) for value in values] for name in "ab"})):
+        figure.draw_without_rendering()
+        words = f"{figure.axes[0].get_ylabel()} {figure.get_supylabel()}"
+        assert unit in words
+        low, high = figure.axes[0].get_ylim()
+        assert 1e-3 < high - low < 1e3
+
+
+def test_residuals_of_large_times_keep_their_digits() -> None:
+    """Doubles near 1.7e9 lie 2.4e-7 apart."""
+    steps = (0, 1, 5, 7)
+    rows = tuple(
+        Observation(Decimal(1_700_000_000) + Decimal(step) / 10**9, label, f"2021-06-1{step % 2}")
+        for label in "ab"
+        for step in steps
+    )
+    drawn = as_drawn(Observations("data.csv", "time", "s", "g", "a", rows))
+    for by_day in (False, True):
+        found = np.sort(residuals_of(drawn, by_day=by_day).values)
+        assert 5e-9 < found[-1] - found[0] < 8e-9, by_day
+    assert residuals_of(drawn).values[:4] == pytest.approx([(step - 3.25) * 1e-9 for step in steps], rel=1e-6)
+
+
+def test_of_many_residuals_a_part_is_drawn_and_said() -> None:
+    values = np.random.default_rng(1).normal(size=3 * MOST_DRAWN).tolist()
+    for figure in residual_figures(table({"a": values, "b": values})):
+        drawn = [len(line.get_xdata()) for line in figure.axes[0].lines if line.get_marker() in ("o", "s")]
+        assert 2 * MOST_DRAWN >= sum(drawn) >= MOST_DRAWN
+        assert f"{MOST_DRAWN} values are drawn" in figure.get_suptitle()
+
+
+def test_long_names_leave_room_for_the_values() -> None:
+    figures = residual_figures(table({"a" * 70: [1.0, 2.0], "b": [2.0, 4.0]}))
+    number = Number(0.5, "J", ci_low=0.0, ci_high=1.0)
+    groups = tuple(EstimationGroup(shortened(name), (1.0, 2.0)) for name in ("a" * 70, "b"))
+    figures.append(draw_estimation(Estimation("Energy", "J", groups, 0, (None, number)), ONE_COLUMN_IN))
+    for figure in figures:
+        figure.draw_without_rendering()
+        box = figure.axes[0].get_window_extent()
+        assert box.height > 100.0
+        labels = [label.get_window_extent() for label in figure.axes[0].get_xticklabels() if label.get_text()]
+        assert all(label.y0 >= 0.0 for label in labels)
+
+
+def test_the_axis_of_differences_says_of_what_they_are() -> None:
+    number = Number(0.004, "m", ci_low=0.001, ci_high=0.007)
+    groups = tuple(EstimationGroup(name, (0.3, 0.31, 0.32)) for name in ("CE", "AD", "other"))
+    figure = draw_estimation(Estimation("Apex height", "m", groups, 0, (None, number, number)))
+    words = figure.axes[1].get_ylabel().replace("\xa0", " ").replace("\n", " ")
+    assert words == "Mean difference from CE (mm) (95 % CI)"
+
+
+@pytest.mark.parametrize("sizes", [(60,) * 6, (2, 2), (2,) * 6])
+def test_every_value_is_seen(sizes: tuple[int, ...]) -> None:
+    """Marks of a group do not lie on each other, nor on the line of mean and SD beside them."""
+    random = np.random.default_rng(3)
+    groups = tuple(
+        EstimationGroup(f"group {place}", tuple(random.normal(size=size).tolist())) for place, size in enumerate(sizes)
+    )
+    number = Number(0.1, "J", ci_low=-0.4, ci_high=0.6)
+    differences = (None, *(number,) * (len(sizes) - 1))
+    width = ONE_COLUMN_IN if len(sizes) == 2 else TWO_COLUMNS_IN
+    figure = draw_estimation(Estimation("Energy", "J", groups, 0, differences), width)
+    figure.draw_without_rendering()
+    axes = figure.axes[0]
+    points = [line for line in axes.lines if line.get_alpha() == 0.75]
+    assert [len(line.get_xdata()) for line in points] == list(sizes)
+    for place, line in enumerate(points):
+        at = axes.transData.transform(np.column_stack([line.get_xdata(), line.get_ydata()])) * 72.0 / figure.dpi
+        apart = np.hypot(*(at[:, None, :] - at[None, :, :]).transpose(2, 0, 1)) + 1e9 * np.eye(len(at))
+        assert apart.min() >= line.get_markersize()
+        assert np.max(line.get_xdata()) < place + SD_AT

@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from labbook.actions.power_percent import power_percent
 from stats.power import power_anova, power_equivalence, power_t, power_welch
 from stats.results import as_dict
 from tests.cli.shell import good, labbook, refused
@@ -42,6 +43,16 @@ def test_the_smallest_n_that_reaches_the_power(tmp_path: Path) -> None:
     assert shown.startswith("With n = 12, 12 Student's t-test for a difference of 1.5 at sd 1.2")
 
 
+def test_bounds_in_percent_are_of_a_mean_that_the_study_estimates(tmp_path: Path) -> None:
+    words = ("--test", "tost", "--low", "-3", "--high", "3", "--percent", "--mean", "0.3", "--sd", "0.0075")
+    found = plan(tmp_path, *words, "--n", "6", "--n", "8")
+    right = power_percent(0.0, 0.3, 0.0075, -3, 3, 6, 8)
+    assert found == {**as_dict(right), "group_ns": [6, 8]}
+    assert "% of the control's mean, itself estimated and 0.3 in truth" in found["test"]
+    shown = good(labbook("stats", "power", *words, at=tmp_path)).out
+    assert shown.startswith("With n = 13, 13 Welch's equivalence test")
+
+
 def test_what_no_n_reaches_and_what_has_no_power_is_undefined(tmp_path: Path) -> None:
     words = ("--test", "tost", "--low", "-1", "--high", "1", "--difference", "2", "--sd", "1")
     never = good(labbook("stats", "power", *words, "--json", at=tmp_path)).json
@@ -63,6 +74,9 @@ def test_what_no_n_reaches_and_what_has_no_power_is_undefined(tmp_path: Path) ->
         (["--difference", "1", "--sd", "1", "--n", "5", "--power", "0.9"], "give one of the two"),
         (["--test", "anova", "--sd", "1", "--difference", "1"], "has no use for --difference"),
         (["--test", "tost", "--sd", "1", "--low", "1"], "needs --high"),
+        (["--test", "tost", "--sd", "1", "--low=-3", "--high", "3", "--percent"], "needs --mean"),
+        (["--test", "tost", "--sd", "1", "--low=-3", "--high", "3", "--mean", "1"], "add --percent"),
+        (["--difference", "1", "--sd", "1", "--percent"], "has no use for --percent"),
         (["--test", "welsh"], "did you mean 'welch'?"),
         (["--difference", "1", "--sd", "0"], "sd is 0.0"),
         (["--difference", "1", "--sd", "1", "--power", "2"], "power is 2.0"),

@@ -23,10 +23,14 @@ def power(
         typer.Option("--sd", help="The standard deviation within groups; for welch one for each, given twice."),
     ] = None,
     mean: Annotated[
-        list[float] | None, typer.Option("--mean", help="For anova: a true mean for each group; repeatable.")
+        list[float] | None,
+        typer.Option("--mean", help="For anova: a true mean for each group; repeatable. For tost: the control's."),
     ] = None,
     low: Annotated[float | None, typer.Option("--low", help="For tost: the lower bound.")] = None,
     high: Annotated[float | None, typer.Option("--high", help="For tost: the upper bound.")] = None,
+    percent: Annotated[
+        bool, typer.Option("--percent", help="For tost: the bounds are in percent of the control's mean (--mean).")
+    ] = False,
     n: Annotated[
         list[int] | None, typer.Option("--n", help="Values a group, or of each of two, given twice: show the power.")
     ] = None,
@@ -43,11 +47,22 @@ def power(
     power wanted. No data are needed; values are taken to be independent.
 
     Example: labbook stats power --difference 1.5 --sd 1.2 --power 0.9;
-    labbook stats power --test tost --low -5 --high 5 --sd 4 --n 10
+    labbook stats power --test tost --low -5 --high 5 --sd 4 --n 10;
+    labbook stats power --test tost --low -3 --high 3 --percent --mean 0.3 --sd 0.004
     """
     from labbook.actions.stats_power import PowerRequest, plan_power
 
     request = PowerRequest(
-        test, difference, tuple(sd or ()), tuple(mean or ()), low, high, tuple(n or ()), wanted, alpha, one_sided
+        test,
+        difference,
+        tuple(sd or ()),
+        tuple(mean or ()),
+        low,
+        high,
+        tuple(n or ()),
+        wanted,
+        alpha,
+        one_sided,
+        percent,
     )
     tell(plan_power(request), as_json)

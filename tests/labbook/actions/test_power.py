@@ -180,7 +180,8 @@ def test_the_scatter_is_that_of_the_runs_so_far(tmp_path: Path) -> None:
     equal = row(found, "no loss")
     assert isinstance(found.apex, Assumed)
     assert not isinstance(found.apex.mean, Undefined)
-    assert f"between {-0.03 * found.apex.mean:g} and {0.03 * found.apex.mean:g}" in equal.sentence
+    assert f"between -3 and 3 % of the control's mean, itself estimated and {found.apex.mean:g}" in equal.sentence
+    assert "the mean that the percent are of is estimated in the study" in equal.note
     assert equal.n_over_sd is not None
 
 

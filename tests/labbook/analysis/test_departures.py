@@ -58,19 +58,59 @@ def key_of(made: SmallBook, run: str) -> str:
         return str(connection.exec_driver_sql(f"{query}'{run}'").scalar_one())
 
 
-@pytest.mark.parametrize("where", [None, "foot=small", "foot=small and b_ad_gain=0"])
-def test_levels_taken_whole_and_planned_exclusions_depart_from_nothing(honest: SmallBook, where: str | None) -> None:
+def test_planned_exclusions_depart_from_nothing(honest: SmallBook) -> None:
     with honest.open() as book, book.desk(ADA) as desk:
         void(desk, "r006", "misfire")
-    found, _why = reported(honest, where)
+    found, _why = reported(honest, None)
     assert found.stated
     assert (found.departures, found.further) == ((), ())
     assert planned(honest).departures == ()
 
 
+@pytest.mark.parametrize(("where", "left"), [("foot=small", ["large"]), ("foot=small and b_ad_gain=0", None)])
+def test_conditions_left_out_whole_are_told_and_make_nothing_else_exploratory(
+    honest: SmallBook, where: str, left: list[str] | None
+) -> None:
+    found, why = reported(honest, where)
+    (said,) = found.departures
+    assert said.startswith("the selection leaves out the conditions ")
+    assert said.endswith(" whole: fewer comparisons than were planned")
+    if left is None:
+        assert key_of(honest, "r002") in said
+        assert why == {}
+    else:
+        assert "foot=small" not in said
+        of_joules = [
+            reason
+            for (_label, quantity, family), reason in why.items()
+            if (quantity, family) == (Quantity.JOULES, POOLED)
+        ]
+        assert of_joules == [""]
+    assert planned(honest).departures == ()
+
+
+def test_levels_left_out_of_a_group_make_its_comparisons_exploratory(tmp_path: Path) -> None:
+    """A third level that the selection leaves out, with one of the two others."""
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text().replace("levels = [0, 100]", "levels = [0, 100, 200]") + DECIDED)
+    corrects(made, "r004", "b_ad_gain=200")
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+    found, why = reported(made, "foot=small and b_ad_gain<200 or foot=large")
+    (said,) = found.departures
+    keys = [key_of(made, run) for run in ("r001", "r002", "r004")]
+    assert said == f"the selection leaves out the condition {keys[2]} whole and compares the other levels of the group"
+    for key in keys[:2]:
+        assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
+        assert found.exploratory_equivalence(POOLED, [key]) == said
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(made, "r003")]) is None
+    assert said in why.values()
+
+
 def test_a_selection_of_some_runs_of_a_condition_makes_what_rests_on_it_exploratory(honest: SmallBook) -> None:
     found, why = reported(honest, "foot=small and run!=r002")
-    (said,) = found.departures
+    said, whole = found.departures
+    assert whole.endswith("whole: fewer comparisons than were planned")
     key = key_of(honest, "r002")
     assert said == f"the selection leaves out run r002 of the condition {key} and takes its other runs"
     assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
@@ -197,8 +237,12 @@ def test_a_log_taken_off_its_run_takes_its_heights(honest: SmallBook) -> None:
 def test_a_log_moved_to_another_run_is_told_too(honest: SmallBook) -> None:
     with honest.open() as book, book.desk(ADA) as desk:
         assign(desk, "r002.csv", "r003", "belongs there")
-    (said,) = planned(honest).departures
+    found = planned(honest)
+    said, further = found.departures
     assert "r002.csv was taken off run r002" in said
+    assert further.startswith("r002.csv came to run r003 when it had its log (Ada Nwosu, ")
+    assert further.endswith("which leaves run r003 without apex height")
+    assert further in str(found.exploratory_equivalence(POOLED, [key_of(honest, "r003")]))
 
 
 @pytest.mark.parametrize(

@@ -58,7 +58,7 @@ def test_zero_of_the_differences_lies_at_the_mean_of_the_reference(two, width_in
         mean = math.fsum(two.groups[0].values) / 4
         zero = left.transData.inverted().transform(right.transData.transform((0, 0.0)))[1]
         assert zero == pytest.approx(mean, rel=1e-12)
-        assert right.get_ylabel() == "Difference from CE (J)"
+        assert right.get_ylabel() == "Mean difference from CE (J)"
         assert left.get_ylabel() == "Energy (J)"
         assert [label.get_text().split("\n")[0] for label in left.get_xticklabels()] == [
             "CE", "active damping", "difference",
@@ -74,7 +74,7 @@ def test_more_groups_have_their_differences_below_in_the_unit_that_is_shown(five
     figure = draw_estimation(five, width_in)
     upper, lower = figure.axes
     assert upper.get_ylabel() == "Apex height (mm)"
-    assert lower.get_ylabel().startswith("Difference from 0 (mm)\n(95")
+    assert lower.get_ylabel().startswith("Mean difference from\n0 (mm)\n(95")
     assert len(points(upper)) == 63
     assert sorted(y for _x, y in points(upper)) == pytest.approx(
         sorted(1000 * value for group in five.groups for value in group.values)

@@ -1,0 +1,162 @@
+"""Charges and logs that come to a run when it has what counts, and those that are given to it after a report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from labbook.actions.assigning import assign
+from labbook.actions.correcting import correct
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.report_command import state_report
+from labbook.analysis.pairing import POOLED
+from labbook.analysis.planned import Planned, planned_analysis
+from labbook.book.rebuilding import rebuild_database
+from reports.numbers import Quantity
+from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+
+DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
+
+
+def decided(folder: Path, without: str = "") -> SmallBook:
+    """A book whose analysis was decided before everything was ingested, but for one log."""
+    made = small_book(folder, ingested=False)
+    made.toml.write_text(made.toml.read_text() + DECIDED)
+    if without:
+        (made.instruments / "logs" / without).rename(made.instruments / "loose.csv")
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+    return made
+
+
+@pytest.fixture
+def honest(tmp_path: Path) -> SmallBook:
+    return decided(tmp_path)
+
+
+def planned(made: SmallBook) -> Planned:
+    with made.open() as book, book.reading() as connection:
+        return planned_analysis(connection, book.configuration)
+
+
+def key_of(made: SmallBook, run: str) -> str:
+    with made.open() as book, book.reading() as connection:
+        query = "SELECT condition.key FROM condition JOIN run ON run.condition = condition.id WHERE run.name = "
+        return str(connection.exec_driver_sql(f"{query}'{run}'").scalar_one())
+
+
+def another_log(made: SmallBook, name: str) -> Path:
+    """The log of r003 less its last sample, under another name."""
+    path = made.instruments / name
+    path.write_bytes(b"\n".join((made.instruments / "logs" / "r003.csv").read_bytes().splitlines()[:-1]) + b"\n")
+    return path
+
+
+def ingests(made: SmallBook, path: Path, person: str = ADA) -> None:
+    with made.open() as book:
+        ingest_file(book, path, IngestRequest(person=person))
+
+
+def assigns(made: SmallBook, what: str, run: str, why: str | None = None) -> None:
+    with made.open() as book, book.desk(ADA) as desk:
+        assign(desk, what, run, why)
+
+
+def reports(made: SmallBook) -> None:
+    with made.open() as book:
+        state_report(book, None, ADA, lambda _step: None)
+
+
+def test_a_further_log_takes_its_run_out(honest: SmallBook) -> None:
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith("r002 again.csv came to run r002 when it had its log (Ada Nwosu, ")
+    assert said.endswith("), which leaves run r002 without apex height")
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    (corrected,) = planned(honest).departures
+    assert "starts of run r002 was 1 and is 2" in corrected
+
+
+def test_a_further_log_that_is_taken_off_again_is_no_departure(honest: SmallBook) -> None:
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    assigns(honest, "r002 again.csv", "none", "belongs to no run")
+    assert not [said for said in planned(honest).departures if "which leaves" in said]
+
+
+def test_a_second_charge_takes_its_run_out(honest: SmallBook) -> None:
+    """One that contradicts the run's waits in the inbox, until somebody gives it to the run."""
+    sheet = honest.instruments / "again.csv"
+    sheet.write_text("run,mAh,minutes,end_voltage,pack,ended\nr002,90,10,16.80,B,2021-06-14 10:17\n")
+    ingests(honest, sheet)
+    assert planned(honest).departures == ()
+    assigns(honest, "again.csv#1", "r002")
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith("a further charge of again.csv came to run r002 when it had its charge (Ada Nwosu, ")
+    assert said.endswith("), which leaves run r002 without joules a jump")
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory_equivalence(POOLED) is None
+    rebuild_database(honest.folder, lambda _step: None)
+    assert planned(honest) == found
+
+
+def test_a_second_charge_of_an_idle_run_bears_on_all_joules(honest: SmallBook) -> None:
+    sheet = honest.instruments / "again.csv"
+    sheet.write_text("run,mAh,minutes,end_voltage,pack,ended\nr007,90,10,16.80,B,2021-06-14 12:25\n")
+    ingests(honest, sheet)
+    assigns(honest, "again.csv#1", "r007")
+    assert "run r007 without joules" in str(planned(honest).exploratory(Quantity.JOULES, POOLED, ["any"]))
+
+
+@pytest.mark.parametrize("report_first", [True, False])
+def test_what_lay_in_the_inbox_while_a_report_was_made_is_told(tmp_path: Path, report_first: bool) -> None:
+    made = decided(tmp_path, without="r002.csv")
+    ingests(made, made.instruments / "loose.csv")
+    steps: list[Callable[[], None]] = [lambda: reports(made), lambda: assigns(made, "loose.csv", "r002")]
+    for step in steps if report_first else steps[::-1]:
+        step()
+    found = planned(made)
+    if not report_first:
+        assert found.departures == ()
+        return
+    (said,) = found.departures
+    assert said.startswith("the log of run r002 was in the book when a report was made, and was given to it only after")
+    assert found.exploratory_equivalence(POOLED) is None
+
+
+def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(honest: SmallBook) -> None:
+    was = key_of(honest, "r002")
+    reports(honest)
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["foot=large"], "looked odd")
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.endswith("after a report had been made")
+    for key in (was, key_of(honest, "r002")):
+        assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
+        assert found.exploratory_equivalence(POOLED, [key]) == said
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["foot=small"], "it was right")
+    assert planned(honest).departures == ()
+
+
+def test_a_run_put_on_another_day_or_pack_is_told_by_name(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["battery=C", "day=2021-06-16", "position_in_day=20"], "read again")
+    told = planned(honest).departures
+    assert [
+        any(words in said for said in told) for words in ("was B and is C", "was 2021-06-14 and is 2021-06-16")
+    ] == [
+        True,
+        True,
+    ]
+    assert planned(honest).exploratory(Quantity.JOULES, POOLED) is None
