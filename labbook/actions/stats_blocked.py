@@ -9,14 +9,15 @@ from data_schema.errors import UsageError
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
+from labbook.analysis.leading_by_day import leading
 from labbook.analysis.observations import Observations
-from labbook.analysis.with_shared import days_with_shared
+from labbook.analysis.with_shared import by_day_with_shared
 from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, in_groups, number_of
 from labbook.presenting.stats_plan import plan_notes
 from stats.blocked import blocked_by_day
-from stats.blocked_result import BlockedByDay, Contrast, ExactTest
+from stats.blocked_result import BlockedByDay, ExactTest
 from stats.results import as_dict
 
 
@@ -52,6 +53,7 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
         told.say("exact test", field_lines(found.exact))
         told.show("its differences from the control", found.exact.contrasts)
     told.data["blocked"] = as_dict(found)
+    lead = leading(found)
     names = {observed.name(label): label for label in observed.labels}
     pictures.write(
         observed,
@@ -59,9 +61,9 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
             observed,
             {
                 names[one.condition]: number_of(one.difference, one.interval, level, observed.unit)
-                for one in _shown(found)
+                for one in lead.contrasts
             },
-            interval="the exact test" if _shown(found) is not found.contrasts else "REML with Satterthwaite's df",
+            interval="REML with Satterthwaite's df" if lead.exact is None else "the exact test",
         ),
         level,
         by_day=True,
@@ -81,10 +83,5 @@ def _compared(observed: Observations, level: float, *, with_runs: bool) -> Block
         control=observed.name(observed.control),
         level=level,
     )
-    return days_with_shared(found, {observed.name(label): observed.shared(label) for label in observed.labels})
-
-
-def _shown(found: BlockedByDay) -> tuple[Contrast, ...]:
-    """Return the differences that the sentence states: of the exact test where the design is balanced."""
-    exact = found.exact
-    return exact.contrasts if isinstance(exact, ExactTest) and exact.balanced else found.contrasts
+    conditions, days = [observed.name(row.label) for row in rows], [row.day for row in rows]
+    return by_day_with_shared(found, conditions, days, [row.shared for row in rows])

@@ -11,6 +11,7 @@ from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import two_with_shared
+from labbook.presenting.one_day_each import with_days_said
 from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
@@ -45,7 +46,10 @@ def _answer(observed: Observations, given: Given, request: CompareRequest, pictu
     found = {label: compared(observed, label, request.route, alpha, given.missing) for label in observed.others()}
     told = Told()
     names = {label: (observed.name(label), observed.name(observed.control)) for label in found}
-    told.lines += [result.sentence(*names[label], observed.unit) for label, result in found.items()]
+    told.lines += [
+        with_days_said(result.sentence(*names[label], observed.unit), observed, label)
+        for label, result in found.items()
+    ]
     told.data["comparisons"] = [
         {"a": names[label][0], "b": names[label][1], **as_dict(result)} for label, result in found.items()
     ]

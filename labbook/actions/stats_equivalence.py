@@ -14,6 +14,7 @@ from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.conditions import NUMBER_OF
 from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds
+from labbook.presenting.one_day_each import with_days_said
 from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
@@ -78,7 +79,10 @@ def _answer(
         for label in observed.others()
     }
     control, told = observed.name(observed.control), Told()
-    told.lines += [result.sentence(observed.name(label), control, observed.unit) for label, result in found.items()]
+    told.lines += [
+        with_days_said(result.sentence(observed.name(label), control, observed.unit), observed, label)
+        for label, result in found.items()
+    ]
     for label, result in found.items():
         told.say(f"{observed.name(label)} (a) minus {control} (b)", field_lines(result))
         for test in (result.welch, result.student):

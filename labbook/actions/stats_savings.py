@@ -9,6 +9,7 @@ from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
+from labbook.presenting.one_day_each import with_days_said
 from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
@@ -50,7 +51,10 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
         for label in observed.others()
     }
     control, told = observed.name(observed.control), Told()
-    told.lines += [result.sentence(control, observed.name(label)) for label, result in found.items()]
+    told.lines += [
+        with_days_said(result.sentence(control, observed.name(label)), observed, label)
+        for label, result in found.items()
+    ]
     for label, result in found.items():
         told.say(f"savings of {observed.name(label)} against {control}", field_lines(result))
     told.data["savings"] = [

@@ -26,25 +26,6 @@ def two_with_shared(test: TwoSample, shared: SharedError) -> TwoSample:
     return _changed(_changed(test, chosen, "", "difference_ci"), welch, "welch_", "welch_ci")
 
 
-def days_with_shared(found: BlockedByDay, shared: dict[str, SharedError]) -> BlockedByDay:
-    """Add to each contrast what is left of the errors of its condition and of the control, by their names.
-
-    The F-tests leave the shared error out.
-    """
-
-    def of(contrast: Contrast) -> Contrast:
-        left = shared[contrast.condition].minus(shared[contrast.control])
-        if left.se == 0.0:
-            return contrast
-        test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, left, found.level)
-        return _changed(contrast, test, "", "interval")
-
-    exact = found.exact
-    if isinstance(exact, ExactTest):
-        exact = replace(exact, contrasts=tuple(map(of, exact.contrasts)))
-    return replace(found, contrasts=tuple(map(of, found.contrasts)), exact=exact)
-
-
 def by_day_with_shared(
     found: BlockedByDay, conditions: Sequence[str], days: Sequence[str], errors: Sequence[SharedError]
 ) -> BlockedByDay:
