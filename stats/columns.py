@@ -23,6 +23,8 @@ from stats.error_free import scaled, two_sum
 
 _TICKS_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15, "as": 1e18}
 
+_MOST_IN_COMMON, _MOST_LEFT = 2**1000, 2**50
+
 
 @dataclass(frozen=True, slots=True)
 class Column:
@@ -123,10 +125,17 @@ def _of_fractions(name: str, values: list[Fraction], centred: bool, at_middle: b
         raise InputRefused(f"{name} holds a number beyond 1.8e308: give smaller numbers.") from error
     centre = float((lowest + highest) / 2 if at_middle else sum(values) / len(values)) if centred else 0.0
     from_centre = [value - Fraction(centre) for value in values]
-    high = [float(value) for value in from_centre]
-    low = [float(value - Fraction(near)) for value, near in zip(from_centre, high, strict=True)]
-    constant = lowest == highest
-    return _scaled(name, np.array(high), np.array(low), centre, 0, 1.0, ends, exact=True, constant=constant)
+    largest, spread = max(map(abs, from_centre)), highest - lowest
+    # A centre is rounded to a double and what it leaves to two: both must leave digits of how the values differ.
+    if centre and spread and (abs(centre) > spread * _MOST_IN_COMMON or largest > spread * _MOST_LEFT):
+        raise InputRefused(f"{name} varies too little beside what its values have in common: take that off first.")
+    before = largest.numerator.bit_length() - largest.denominator.bit_length() if largest else 0
+    before = before if abs(before) > 900 else 0  # no double is small or large enough
+    unit = Fraction(2) ** before
+    high = [float(value / unit) for value in from_centre]
+    low = [float(value / unit - Fraction(near)) for value, near in zip(from_centre, high, strict=True)]
+    middle, constant = float(Fraction(centre) / unit), lowest == highest
+    return _scaled(name, np.array(high), np.array(low), middle, before, 1.0, ends, exact=True, constant=constant)
 
 
 def _of_moments(name: str, array: NDArray[Any], centred: bool, at_middle: bool) -> Column:

@@ -60,7 +60,6 @@ def noncentral_t_interval(t: float, df: float, level: float) -> Interval:
 def noncentral_f_interval(f: float, df_between: float, df_within: float, level: float) -> Interval:
     """Return the noncentralities, low and high, between which `f` has no tail below (1 - level) / 2; 0 at least."""
     tail = (1.0 - level) / 2.0
-    f = min(f, _FAR)  # of what it is divided by there, the numbers of values, nothing is left
     start = f * df_between
     width = 4.0 * math.sqrt(2.0 * df_between + 4.0 * start + 2.0 * start * start / df_within) + 1.0
 
@@ -89,7 +88,7 @@ def eta_squared_ci(
     """Return the interval of the population's share of variance between groups (derivation above)."""
     if isinstance(f, Undefined):
         return f
-    low, high = noncentral_f_interval(f, df_between, df_within, level)
+    low, high = noncentral_f_interval(min(f, _FAR), df_between, df_within, level)  # both shares are 1 from there on
     n = df_between + df_within + 1.0
     return low / (low + n), high / (high + n)
 

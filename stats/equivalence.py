@@ -216,8 +216,7 @@ def _tost(
     name: str, contrast: Contrast | Undefined, low: float | None, high: float | None, unit: float, alpha: float
 ) -> Tost:
     if isinstance(contrast, Undefined):
-        none = contrast
-        return Tost(name, *(none,) * 12)
+        return Tost(name, *(contrast,) * 12)
     tests = {}
     for side, bound in (("low", low), ("high", high)):
         if bound is not None:
@@ -227,9 +226,7 @@ def _tost(
             tests[side] = test
     worst = max(tests.values(), key=lambda one: one.log10_p)
     ends = contrast.interval(1.0 - 2.0 * alpha)
-    shown = worst.p <= alpha
-    if contrast.relative:
-        shown = shown and not isinstance(ends, Undefined) and _within(ends, low, high, unit)
+    inside = not contrast.relative or (not isinstance(ends, Undefined) and _within(ends, low, high, unit))
     at_low, at_high = tests.get("low"), tests.get("high")
     per = 100 if contrast.relative else 1
     return Tost(
@@ -245,7 +242,7 @@ def _tost(
         p=worst.p,
         log10_p=worst.log10_p,
         estimate_ci=ends if isinstance(ends, Undefined) else finite_pair(ends[0] * per, ends[1] * per),
-        equivalent=shown,
+        equivalent=worst.p <= alpha and inside,
     )
 
 

@@ -45,6 +45,13 @@ def finite_pair(low: Number, high: Number) -> Interval | Undefined:
     return ends if all(map(math.isfinite, ends)) else Undefined("an end of the interval is too large for a double")
 
 
+def as_interval(low: float | Undefined, high: float | Undefined) -> Interval | Undefined:
+    """Return two ends as an interval, or why one of them is undefined."""
+    if isinstance(low, Undefined):
+        return low
+    return high if isinstance(high, Undefined) else (low, high)
+
+
 def refuse_beyond(what: str, numbers: Iterable[Number]) -> None:
     """Raise `InputRefused` where a number has no double of its size: for results that are whole or nothing."""
     for number in numbers:

@@ -19,6 +19,7 @@ from scipy import special
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number, as_values
+from stats.distributions import t_upper_quantile
 from stats.equivalence import ROUTES, EquivalenceRoute
 from stats.finite import to_double
 from stats.noncentral import f_tails, t_tails
@@ -70,7 +71,7 @@ def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.0
     if df < 1 or min(sizes) < 1:
         return Power(test, sizes, alpha, Undefined("there are too few values for a pooled variance"), never)
     ncp = difference / (sd * math.sqrt(1.0 / sizes[0] + 1.0 / sizes[1]))
-    critical = -float(special.stdtrit(df, alpha / sides))
+    critical = t_upper_quantile(alpha / sides, df)
     power = t_tails(critical, df, ncp)[1]
     power += t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0
     return Power(test, sizes, alpha, min(1.0, power), never)
@@ -158,7 +159,7 @@ def power_equivalence(
         return Power(test, sizes, alpha, few, never)
     df = sum(sizes) - 2
     ends = [over_standard_error(Fraction(end) - Fraction(difference), sds, sizes) for end in (low, high)]
-    criticals: Iterable[tuple[float, float]] = [(-float(special.stdtrit(df, alpha)), 1.0)]
+    criticals: Iterable[tuple[float, float]] = [(t_upper_quantile(alpha, df), 1.0)]
     if route == "welch":
         criticals = welch_criticals(sds, sizes, alpha)
     power = math.fsum(weight * within_both(ends[0], ends[1], critical, df) for critical, weight in criticals)

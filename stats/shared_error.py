@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.distributions import t_quantile, t_two_sided_p
-from stats.finite import finite, refuse_beyond, times_power
+from stats.finite import as_interval, finite, refuse_beyond, times_power
 from stats.results import Result
 from stats.summary import Summary, describe
 from stats.tails import t_two_sided
@@ -68,10 +68,6 @@ class SharedError:
     def times(self, factor: float) -> SharedError:
         """Return the error of `factor` times the value."""
         return SharedError({term: factor * value for term, value in self.terms.items()}, self.df)
-
-    def times_power(self, exponent: int) -> SharedError:
-        """Return the error of 2**exponent times the value."""
-        return SharedError({term: math.ldexp(value, exponent) for term, value in self.terms.items()}, self.df)
 
     def minus(self, other: SharedError) -> SharedError:
         """Return the error of the difference of two values; terms that cancel but for rounding are 0."""
@@ -134,7 +130,8 @@ def joint(scatter: Sequence[tuple[float, float]], shared: SharedError, level: fl
 def _joined(se: float, df: float, shared: SharedError, level: float) -> tuple[Joint, float, int]:
     """Join a standard error and a shared one of any sizes; the half width is in units of a power of two, and that."""
     exponent = math.frexp(max(se, shared.se))[1]
-    of_scatter, error = math.ldexp(se, -exponent), shared.times_power(-exponent)
+    of_scatter = math.ldexp(se, -exponent)
+    error = SharedError({term: math.ldexp(value, -exponent) for term, value in shared.terms.items()}, shared.df)
     both = joint([(of_scatter * of_scatter, df)], error, level)
     return both, both.quantile * math.sqrt(of_scatter * of_scatter + both.more * error.se**2), exponent
 
@@ -165,9 +162,7 @@ class SharedSummary(Result):
         """Return the mean in words, with the interval of both errors, what it shares with others, n."""
         if isinstance(self.scatter.mean, Undefined):
             return self.scatter.sentence(name, unit)
-        ends: tuple[float, float] | Undefined = Undefined("one value has no scatter")
-        if not isinstance(self.ci_low, Undefined) and not isinstance(self.ci_high, Undefined):
-            ends = (self.ci_low, self.ci_high)
+        ends = as_interval(self.ci_low, self.ci_high)
         return (
             f"{name} {number_text(self.scatter.mean)}{with_unit(unit)} ({interval_text(ends, self.level, unit)}, "
             f"standard error shared with other means {number_text(self.shared_se, 2)}{with_unit(unit)}, "
@@ -223,9 +218,7 @@ class SharedTest(Result):
         """Return the test in words: t, df, p, interval."""
         if isinstance(self.t, Undefined):
             return f"No test of {difference} with its shared error: {self.t.reason}."
-        ends: tuple[float, float] | Undefined = Undefined("it was not given")
-        if not isinstance(self.ci_low, Undefined) and not isinstance(self.ci_high, Undefined):
-            ends = (self.ci_low, self.ci_high)
+        ends = as_interval(self.ci_low, self.ci_high)
         return (
             f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
             f"t({df_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
@@ -240,10 +233,7 @@ def difference_with_shared(
     shared: SharedError,
     level: float = 0.95,
 ) -> SharedTest:
-    """Add what is left of a shared error in a difference to its test: t is the difference over both errors together.
-
-    p is below 1 - level just where 0 lies outside the interval.
-    """
+    """Add what is left of a shared error to the test of a difference; p < 1 - level just where 0 lies outside."""
     level = as_level("level", level)
     if isinstance(interval, Undefined):
         return SharedTest(t, df, p, interval, interval, level)

@@ -150,13 +150,12 @@ def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: Arr
             f"there are {time.size} times, {position.size} displacements and {velocity.size} velocities: give one of "
             "each for at least 2 samples."
         )
-    with np.errstate(over="ignore"):
-        steps = np.diff(time)
-    if (steps <= 0.0).any():
+    if (time[1:] <= time[:-1]).any():
         raise InputRefused("time does not increase from sample to sample: give one trajectory in order of time.")
     with np.errstate(over="ignore", invalid="ignore"):
+        steps = np.diff(time)
         force = -mass * np.diff(velocity) / steps
-    refuse_beyond("a force between two samples", [-greatest(force)])
+    refuse_beyond("a step or a force between two samples", [greatest(steps), greatest(force)])
     return ForcePoints(
         displacement_m=0.5 * position[1:] + 0.5 * position[:-1],
         velocity_m_s=0.5 * velocity[1:] + 0.5 * velocity[:-1],

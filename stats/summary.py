@@ -11,7 +11,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_sample
 from stats.distributions import t_quantile
 from stats.error_free import exact_root
-from stats.finite import finite
+from stats.finite import as_interval, finite
 from stats.results import Result
 from stats.sums import moments
 from stats.wording import interval_text, missing_text, number_text, with_unit
@@ -42,9 +42,7 @@ class Summary(Result):
         """Return the summary in words: mean, SD, interval, n."""
         if isinstance(self.mean, Undefined):
             return f"{name}: undefined, {self.mean.reason} (n = {self.n}{missing_text(self.missing)})."
-        interval: tuple[float, float] | Undefined = Undefined("one value has no scatter")
-        if not isinstance(self.ci_low, Undefined) and not isinstance(self.ci_high, Undefined):
-            interval = (self.ci_low, self.ci_high)
+        interval = as_interval(self.ci_low, self.ci_high)
         return (
             f"{name} {number_text(self.mean)}{with_unit(unit)} (SD {number_text(self.sd)}, "
             f"{interval_text(interval, self.level)}, n = {self.n}{missing_text(self.missing)})."

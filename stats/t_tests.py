@@ -1,6 +1,7 @@
 """Student's and Welch's t-test of two groups, from their moments.
 
-Statistics are fractions until the end: t, p and the interval are each rounded once.
+Statistics are fractions until the end: t and p are each rounded once. So are the interval's ends, but for Student's
+quantile in them, which is the nearest double or its neighbour (`stats.distributions`).
 """
 
 from __future__ import annotations

@@ -55,6 +55,18 @@ def t_upper(t: Exact, df: Exact) -> Tail:
     return _as_tail(half if t >= 0 else libmp.mpf_sub(libmp.fone, half, _BITS))
 
 
+def t_excess(t: Exact, df: Exact, p: Fraction) -> float:
+    """Return P(|T| >= |t|) - p, with all digits of the difference; `df` may be infinite."""
+    from mpmath import libmp, mp
+
+    if df == math.inf:
+        with mp.workprec(_BITS):
+            both = mp.erfc(abs(_number(t)) / mp.sqrt(2))._mpf_
+    else:
+        both = _t_both(t, df)
+    return float(libmp.to_float(libmp.mpf_sub(both, _raw(*p.as_integer_ratio()), _BITS)))
+
+
 def f_upper(f: Exact, df_numerator: Exact, df_denominator: Exact) -> Tail:
     """Return P(F >= f)."""
     if f <= 0:

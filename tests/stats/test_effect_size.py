@@ -3,6 +3,7 @@ import math
 import mpmath
 import numpy as np
 import pytest
+from scipy import special
 
 from data_schema.vocabulary import Undefined
 from stats.effect_size import (
@@ -111,3 +112,54 @@ def test_the_interval_of_g_covers_the_true_effect(n):
         low, high = found.hedges_g_ci
         covered += low <= 0.8 * hedges_factor(2.0 * n - 2.0) <= high
     assert abs(covered / 1200 - 0.95) < 2.58 * math.sqrt(0.95 * 0.05 / 1200)
+
+
+@pytest.mark.parametrize("t", [1.0, 25.0, 50.0, 1e3, 1e80, 1e200])
+@pytest.mark.parametrize("df", [2, 4, 10])
+def test_the_interval_of_a_negative_effect_mirrors_that_of_a_positive_one(t, df):
+    """Its upper end was 7e61 for t = -98 with 4 degrees of freedom."""
+    low, high = noncentral_t_interval(t, df, 0.95)
+    assert noncentral_t_interval(-t, df, 0.95) == pytest.approx((-high, -low), rel=1e-12)
+    ends = [t * math.sqrt(2.0 * special.gammaincinv(df / 2.0, share) / df) for share in (0.025, 0.975)]
+    if t > 1e9:
+        assert (low, high) == pytest.approx(ends, rel=1e-12)
+
+
+def test_hedges_g_of_groups_far_apart():
+    found = compare_two([1.0, 1.1, 0.9], [9.0, 9.1, 8.9])
+    low, high = found.hedges_g_ci
+    assert low < found.hedges_g < high < 0.0
+    other = compare_two([9.0, 9.1, 8.9], [1.0, 1.1, 0.9]).hedges_g_ci
+    assert (-high, -low) == pytest.approx(other, rel=1e-9)
+
+
+@pytest.mark.parametrize(("df_between", "df_within"), [(1, 4), (2, 9), (3, 200)])
+@pytest.mark.parametrize("f", [1e8, 1e12, 1e20, 1e90])
+def test_the_noncentrality_of_a_large_f(f, df_between, df_within):
+    """Its upper end was 7e59 times too large from 1e18 on, and wrong by parts in a thousand from 1e14."""
+    ends = noncentral_f_interval(f, df_between, df_within, 0.95)
+    limits = [2.0 * special.gammaincinv(df_within / 2.0, share) / df_within for share in (0.025, 0.975)]
+    moved = [df_between + df_within - 2.0 - limit * df_within for limit in limits]
+    right = [f * df_between * limit - less for limit, less in zip(limits, moved, strict=True)]
+    assert ends == pytest.approx(right, rel=1e-9)
+
+
+def test_tails_of_many_join_the_sums_over_poissons_numbers():
+    for df_between, df_within in ((2, 9), (1, 4), (5, 30)):
+        start = 1.001e6 * df_within
+        for share in (0.2, 1.0, 3.0):
+            x = df_within * share
+            many = f_tails(start * df_within / (df_between * x), df_between, df_within, start)
+            with mpmath.workdps(30):
+                # The mean over chi^2(df_between, lambda), which is normal to 1e-3 of its scatter.
+                scale = mpmath.mpf(x) / start
+                density = lambda y, df=df_within: (  # noqa: E731
+                    mpmath.gammainc(mpmath.mpf(df) / 2, 0, y / 2, regularized=True)
+                )
+                nodes = [(-math.sqrt(3.0), 1 / 6), (0.0, 4 / 6), (math.sqrt(3.0), 1 / 6)]
+                total = sum(
+                    weight * density(scale * (start + df_between + node * math.sqrt(4 * start + 2 * df_between)))
+                    for node, weight in nodes
+                )
+            assert many[1] == pytest.approx(float(total), rel=1e-9)
+            assert sum(many) == pytest.approx(1.0, abs=1e-11)

@@ -1,5 +1,8 @@
 """Time stamps of every unit and collinear columns of every kind, on which other programs err (W16 and W20)."""
 
+from decimal import Decimal
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -91,3 +94,21 @@ def test_dummies_of_all_levels_are_collinear_with_the_intercept():
         fit_linear(y, levels)
     means = fit_linear(y, levels, intercept=False)
     assert means.coefficients == pytest.approx([y[k::3].mean() for k in range(3)], rel=1e-13)
+
+
+@pytest.mark.parametrize("common", [Fraction(2) ** 1010, Fraction(10) ** 300, Fraction(17) * 10**307])
+def test_numbers_that_share_more_digits_than_columns_hold_are_refused(common):
+    """The slope was garbage, with an R squared of 1."""
+    values = [common + Fraction(step, 10**9) for step in (1, 2, 4, 5, 7)]
+    for y, x in ((values, [1.0, 2.0, 3.0, 4.0, 5.0]), ([1.0, 2.0, 3.0, 4.0, 6.0], values)):
+        with pytest.raises(InputRefused, match="varies too little beside what its values have in common"):
+            fit_linear(y, {"x": x})
+
+
+def test_decimals_far_below_all_doubles_keep_their_test():
+    """Rounded to doubles they were all 0."""
+    x, steps = [1.0, 2.0, 3.0, 4.0, 5.0, 7.0], [1, 2, 4, 5, 7, 9]
+    tiny, plain = fit_linear([Decimal("1e-390") * step for step in steps], {"x": x}), fit_linear(steps, {"x": x})
+    assert tiny.t == pytest.approx(plain.t, rel=1e-13)
+    assert tiny.r_squared == pytest.approx(plain.r_squared, rel=1e-13)
+    assert tiny.coefficients == (0.0, 0.0)
