@@ -121,14 +121,14 @@ def two_by_day(
         days.append(np.array(words, dtype=object))
         left_out += fewer
     first, second = _as_doubles(*samples)
-    exponent = out_of_range(np.concatenate([first, second]))
-    first, second = scaled(first, -exponent), scaled(second, -exponent)
     strata = [
         Stratum(np.sort(first[days[0] == day]), np.sort(second[days[1] == day])) for day in set(days[0]) & set(days[1])
     ]
     strata.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
     n_days: int | Undefined = Undefined("no days were given") if day_a is None else len(strata)
-    return TwoByDay(tuple(strata), exponent, first.size, second.size, n_days, left_out)
+    exponent = out_of_range(np.concatenate([first, second]))
+    in_range = tuple(Stratum(scaled(each.a, -exponent), scaled(each.b, -exponent)) for each in strata)
+    return TwoByDay(in_range, exponent, first.size, second.size, n_days, left_out)
 
 
 def _as_doubles(a: Sample, b: Sample) -> tuple[Floats, Floats]:
