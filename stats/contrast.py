@@ -1,23 +1,27 @@
-"""The contrast of two means that bounds on a difference or on a ratio are tested by.
+"""The contrast of two means that bounds on a difference or on a ratio are tested by, in exact fractions.
 
 At a bound delta it is mean(a) - mean(b) - delta, or mean(a) - (1 + delta) mean(b) for bounds relative to mean(b).
+Numbers are rounded once, at the end: means, scatter and bounds may be of any sizes.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 from scipy import optimize
 
 from data_schema.vocabulary import Undefined
 from stats.distributions import t_quantile
+from stats.error_free import exact_root, shortened
+from stats.finite import finite
 from stats.groups import Groups
 from stats.tails import t_upper
 
-_Interval = tuple[float, float]
+Ends = tuple[Fraction, Fraction]
 
-MOST_DOUBLINGS = 200
+_MOST_DOUBLINGS = 200
 """Widenings after which an end of an interval counts as infinite."""
 
 
@@ -25,7 +29,7 @@ MOST_DOUBLINGS = 200
 class OneSided:
     """A one-sided t-test at a bound."""
 
-    t: float
+    t: float | Undefined
     df: float
     p: float
     log10_p: float
@@ -33,73 +37,88 @@ class OneSided:
 
 @dataclass(frozen=True, slots=True)
 class Contrast:
-    """Two means with their variances, in scaled units."""
+    """Two means with the variances of their errors, in the unit of the values."""
 
-    difference: float
-    """mean(a) - mean(b)."""
-    control_mean: float
+    mean: Fraction
+    """mean(a)."""
+    control_mean: Fraction
     """mean(b), which relative bounds are shares of."""
-    variances: tuple[float, float]
-    """Squared standard errors of the means of a and b."""
-    dfs: tuple[float, float]
+    variances: Ends
+    """Squared standard errors of the means of a and b, to 30 digits."""
+    dfs: tuple[int, int]
     """Degrees of freedom of each; both the same number where they are one estimate, `pooled`."""
     pooled: bool
     relative: bool
     """Whether bounds are shares of mean(b)."""
-    exponent: int
-    """Raw bounds are in scaled units times 2**exponent."""
 
-    def at(self, bound: float) -> tuple[float, float, float]:
-        """Return t at the bound, its standard error and its degrees of freedom, in scaled units."""
-        slope = 1.0 + bound if self.relative else 1.0
-        top = self.difference - bound * (self.control_mean if self.relative else 1.0)
+    @property
+    def estimate(self) -> Fraction:
+        """The difference, or what it is relative to mean(b)."""
+        difference = self.mean - self.control_mean
+        return difference / self.control_mean if self.relative else difference
+
+    def error(self, bound: Fraction) -> tuple[Fraction, float] | None:
+        """Return the standard error of the contrast at the bound and its degrees of freedom; None without scatter."""
+        slope = shortened(1 + bound) if self.relative else Fraction(1)
         parts = (self.variances[0], slope * slope * self.variances[1])
-        variance = math.fsum(parts)
-        if variance == 0.0:
-            return math.copysign(math.inf, top), 0.0, self.dfs[0]
+        variance = sum(parts, Fraction(0))
+        if variance == 0:
+            return None
         if self.pooled:
-            df = self.dfs[0]
+            df = float(self.dfs[0])
         else:
-            df = 1.0 / math.fsum((part / variance) ** 2 / own for part, own in zip(parts, self.dfs, strict=True))
-        se = math.sqrt(variance)
-        return top / se, se, df
+            df = float(
+                variance**2 / sum((part**2 / own for part, own in zip(parts, self.dfs, strict=True)), Fraction(0))
+            )
+        return exact_root(variance), df
 
-    def test(self, bound: float, *, above: bool) -> OneSided:
+    def test(self, bound: float, *, above: bool) -> OneSided | Undefined:
         """Test that the truth lies above the bound, or below it."""
-        t, _se, df = self.at(bound if self.relative else _scaled(bound, self.exponent))
-        towards = t if above else -t
-        tail = t_upper(towards, df)
-        return OneSided(t, df, tail.p, tail.log10_p)
+        error = self.error(Fraction(bound))
+        if error is None:
+            return Undefined("nothing scatters at the bound")
+        se, df = error
+        at_bound = Fraction(bound) * self.control_mean if self.relative else Fraction(bound)
+        t = shortened((self.mean - self.control_mean - at_bound) / se)
+        tail = t_upper(t if above else -t, df)
+        return OneSided(finite(t, "t"), df, tail.p, tail.log10_p)
 
-    def interval(self, level: float) -> _Interval | Undefined:
+    def interval(self, level: float) -> Ends | Undefined:
         """Return all bounds that the two-sided test of level 1 - `level` does not reject."""
-        if not self.relative:
-            _t, se, df = self.at(0.0)
-            half = t_quantile(level, df) * se
-            low, high = (math.ldexp(self.difference + side * half, self.exponent) for side in (-1.0, 1.0))
-            return low, high
-        ends = [self._end(side, level) for side in (-1.0, 1.0)]
-        low_end, high_end = ends
-        if low_end is None or high_end is None:
+        if self.relative:
+            ends = [self._end(side, level) for side in (-1, 1)]
+        else:
+            error = self.error(Fraction(0))
+            half = None if error is None else Fraction(t_quantile(level, error[1])) * error[0]
+            ends = [None if half is None else self.estimate + side * half for side in (-1, 1)]
+        low, high = ends
+        if low is None or high is None:
             return Undefined("the control's mean is not distinguishable from 0 at this level")
-        return low_end, high_end
+        return low, high
 
-    def _end(self, side: float, level: float) -> float | None:
+    def _end(self, side: int, level: float) -> Fraction | None:
         """Return where |t| reaches its quantile, on one side of the estimate."""
-        estimate = self.difference / self.control_mean
+        estimate = shortened(self.estimate)
+        error = self.error(estimate)
+        if error is None:
+            return None
+        quantile, control_mean = Fraction(t_quantile(level, error[1])), shortened(self.control_mean)
+        step = side * shortened(quantile * error[0] / control_mean)
 
-        def surplus(bound: float) -> float:
-            t, _se, df = self.at(bound)
-            return abs(t) - t_quantile(level, df)
+        def surplus(steps: float) -> float:
+            # Away from the estimate the contrast is that distance times mean(b): nothing cancels.
+            away = Fraction(steps) * step
+            found = self.error(estimate + away)
+            if found is None:
+                return math.inf
+            return float(abs(away) * control_mean / found[0]) - t_quantile(level, found[1])
 
-        _t, se, df = self.at(estimate)
-        step = t_quantile(level, df) * se / self.control_mean
-        inside, outside = estimate, estimate + side * step
-        for _ in range(MOST_DOUBLINGS):
+        inside, outside = 0.0, 1.0
+        for _ in range(_MOST_DOUBLINGS):
             if surplus(outside) >= 0.0:
-                return float(optimize.brentq(surplus, inside, outside, xtol=1e-300, rtol=1e-14))
-            step *= 2.0
-            inside, outside = outside, estimate + side * step
+                steps = optimize.brentq(surplus, inside, outside, xtol=1e-300, rtol=1e-14)
+                return estimate + Fraction(float(steps)) * step
+            inside, outside = outside, 2.0 * outside
         return None
 
 
@@ -107,7 +126,7 @@ class Contrast:
 class Contrasts:
     """One contrast by either estimate of the scatter."""
 
-    estimate: float | Undefined
+    estimate: Fraction | Undefined
     """The difference in the values' unit, or relative to mean(b)."""
     by_test: tuple[Contrast | Undefined, Contrast | Undefined]
     """Welch's and Student's."""
@@ -119,36 +138,29 @@ def contrasts(read: Groups, *, percent: bool) -> Contrasts:
         none = Undefined(f"group {read.empty[0]} is empty")
         return Contrasts(none, (none, none))
     a, b = read.filled
-    difference = a.minus(b)
-    control_mean = b.mean
-    if percent and control_mean <= 0.0:
+    if percent and b.exact_mean <= 0:
         none = Undefined("the control's mean is not positive, so that nothing is a share of it")
         return Contrasts(none, (none, none))
+    unit = Fraction(2) ** read.exponent
+    means = a.exact_mean * unit, b.exact_mean * unit
 
-    def of(variances: _Interval, dfs: _Interval, pooled: bool) -> Contrast | Undefined:
-        if sum(variances) == 0.0:
-            return Undefined("neither group has any scatter")
-        return Contrast(difference, control_mean, variances, dfs, pooled, percent, read.exponent)
+    def of(variances: Ends, dfs: tuple[int, int], pooled: bool) -> Contrast:
+        in_unit = shortened(variances[0] * unit**2), shortened(variances[1] * unit**2)
+        return Contrast(*means, in_unit, dfs, pooled, percent)
 
     welch: Contrast | Undefined
     student: Contrast | Undefined
+    welch = student = Undefined("neither group has any scatter")
     single = next((group for group in (a, b) if group.n < 2), None)
-    if single is None:
-        welch = of((a.mean_variance, b.mean_variance), (a.n - 1.0, b.n - 1.0), pooled=False)
-    else:
+    if single is not None:
         welch = Undefined(f"group {single.name} has a single value, and its variance needs at least 2")
-    df = a.n + b.n - 2.0
-    if df > 0.0:
-        variance = float(read.squares_within) / df
-        student = of((variance / a.n, variance / b.n), (df, df), pooled=True)
-    else:
+    elif read.squares_within:
+        welch = of((a.exact_mean_variance, b.exact_mean_variance), (a.n - 1, b.n - 1), pooled=False)
+    df = read.df_within
+    if df < 1:
         student = Undefined("there are 2 values and the pooled variance needs at least 3")
-    return Contrasts(difference / control_mean if percent else read.in_unit(difference), (welch, student))
-
-
-def _scaled(bound: float, exponent: int) -> float:
-    """Return a raw bound in scaled units; one beyond all doubles is beyond every scatter too."""
-    try:
-        return math.ldexp(bound, -exponent)
-    except OverflowError:
-        return math.copysign(1e300, bound)
+    elif read.squares_within:
+        variance = read.squares_within / df
+        student = of((variance / a.n, variance / b.n), (df, df), pooled=True)
+    estimate = means[0] - means[1]
+    return Contrasts(estimate / means[1] if percent else estimate, (welch, student))

@@ -19,9 +19,9 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
+from stats.contrast import Contrast, Ends, contrasts
 from stats.finite import finite, finite_pair
 from stats.groups import read_groups
-from stats.mean_contrast import Contrast, Ends, contrasts
 from stats.results import Result
 from stats.t_tests import AS_A_AND_B, Names
 from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit

@@ -1,8 +1,7 @@
 """Several groups made ready for comparison: exact moments, scaled by one power of two.
 
-What tells groups apart are differences of means, which stay exact here until they are asked for. Where a comparison
-goes on in doubles its squares must not leave their range, so all moments are in units of 2**exponent, which changes no
-digit and no ratio; squares too small for a double beside the largest are 0 there, and exact in their fractions.
+Means and sums of squares stay fractions until a statistic is asked for, which is rounded once. All are in units of
+2**exponent, which changes no digit and no ratio and keeps the fractions short.
 """
 
 from __future__ import annotations
@@ -29,14 +28,6 @@ class Group:
     exact_mean: Fraction
     exact_sum_squares: Fraction
     """Sum of squared deviations from the group's own mean; exactly 0 for constants."""
-    mean: float
-    variance: float
-    """Sample variance, 0 for a single value, which has none."""
-
-    @property
-    def mean_variance(self) -> float:
-        """Squared standard error of the mean, for n of at least 2."""
-        return self.variance / self.n
 
     @property
     def constant(self) -> bool:
@@ -47,10 +38,6 @@ class Group:
     def exact_mean_variance(self) -> Fraction:
         """Squared standard error of the mean to 30 digits, of any size, for n of at least 2."""
         return self.exact_sum_squares / (self.n * (self.n - 1))
-
-    def minus(self, other: Group) -> float:
-        """Return the difference of the two means, rounded once."""
-        return float(self.exact_mean - other.exact_mean)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,4 +118,4 @@ def _exponent(found: list[Moments]) -> int:
 def _group(name: str, one: Moments, unit: Fraction) -> Group:
     squares = one.exact_sum_squares / unit**2
     mean = one.exact_mean / unit
-    return Group(name, one.n, mean, squares, to_double(mean), float(squares / (one.n - 1)) if one.n > 1 else 0.0)
+    return Group(name, one.n, mean, squares)

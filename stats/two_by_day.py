@@ -121,13 +121,13 @@ def two_by_day(
         days.append(words)
         left_out += fewer
     first, second = _as_doubles(*samples)
-    exponent = out_of_range(np.concatenate([first, second]))
-    first, second = scaled(first, -exponent), scaled(second, -exponent)
     of_a, of_b = (_by_day(values, words) for values, words in zip((first, second), days, strict=True))
     strata = [Stratum(of_a[day], of_b[day]) for day in of_a.keys() & of_b.keys()]
     strata.sort(key=lambda each: (each.a.tolist(), each.b.tolist()))
     n_days: int | Undefined = Undefined("no days were given") if day_a is None else len(strata)
-    return TwoByDay(tuple(strata), exponent, first.size, second.size, n_days, left_out)
+    exponent = out_of_range(np.concatenate([first, second]))
+    in_range = tuple(Stratum(scaled(each.a, -exponent), scaled(each.b, -exponent)) for each in strata)
+    return TwoByDay(in_range, exponent, first.size, second.size, n_days, left_out)
 
 
 def _by_day(values: Floats, words: list[str]) -> dict[str, Floats]:
