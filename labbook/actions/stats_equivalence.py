@@ -99,7 +99,7 @@ def _answer(
             observed,
             {label: number_of(result.estimate, result.estimate_ci, level, unit) for label, result in found.items()},
             [bound for bound in (low, high) if bound is not None],
-            interval=f"both one-sided tests ({request.route})",
+            interval=f"both one-sided tests ({request.route.capitalize()})",
         ),
         1.0 - alpha,
     )

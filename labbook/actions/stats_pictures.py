@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -50,11 +51,12 @@ class Pictures:
         width_in = ONE_COLUMN_IN if len(observed.labels) <= 2 else TWO_COLUMNS_IN
         has_days = any(row.day for row in observed.rows)
         drawn = as_drawn(observed)
+        residuals = functools.cache(lambda by_day: residuals_of(drawn, by_day=by_day))
         draw = {
             "plot": lambda: draw_estimation(estimation(), width_in),
-            "qq": lambda: draw_quantiles(quantiles_of(drawn, residuals_of(drawn, by_day=by_day), level)),
+            "qq": lambda: draw_quantiles(quantiles_of(drawn, residuals(by_day), level)),
             "residuals": lambda: draw_residuals(
-                residual_plot_of(drawn, residuals_of(drawn)), TWO_COLUMNS_IN if has_days else width_in
+                residual_plot_of(drawn, residuals(False)), TWO_COLUMNS_IN if has_days else width_in
             ),
         }
         for name, path in self.files.items():

@@ -25,6 +25,8 @@ class Scale:
 
     def drawn(self, value: float | Decimal) -> float:
         """Return a value as it is drawn, rounded once."""
+        if not self.offset and not self.power:
+            return float(value)
         return float((Fraction(value) - self.offset) / Fraction(10) ** self.power)
 
     def difference(self, value: float) -> float:
@@ -46,10 +48,9 @@ class Scale:
 
 def scale_of(values: Sequence[float | Decimal]) -> Scale:
     """Choose how these are drawn: as they are, where their spread shows so."""
-    exact = [Fraction(value) for value in values]
-    if not exact:
+    if not values:
         return Scale()
-    low, high = min(exact), max(exact)
+    low, high = Fraction(min(values)), Fraction(max(values))
     largest, spread = max(abs(low), abs(high)), high - low
     offset = _round_below(low, spread) if 0 < spread < _LEAST_SPREAD * largest else Fraction(0)
     size = spread if offset else largest

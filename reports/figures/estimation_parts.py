@@ -33,6 +33,8 @@ _BESIDE_PT = 60.0
 """What the axes' own labels take of the width."""
 UPRIGHT = 24
 """Letters in a line of a name that stands upright."""
+_LINE_PT = 9.0
+"""What a line of such a name takes of the width."""
 _LYING = 5
 """Letters of an upright name that take the height of two lines."""
 _SMALL_PT, _LETTER_PT = 6.5, 3.6
@@ -185,8 +187,18 @@ def set_names(axes: Axes, groups: Sequence[DrawnGroup], more: Sequence[str], wid
         "\n".join([*textwrap.wrap(group.name, UPRIGHT if upright else letters, break_on_hyphens=False), count])
         for group, count in zip(groups, counts, strict=True)
     ]
+    if upright and not more:
+        names = _upright_apart(names, (72.0 * width_in - _BESIDE_PT) / columns)
     axes.set_xticks(range(columns), [*names, *more], rotation=90 if upright else 0)
     return height_of_names([*names, *more], upright)
+
+
+def _upright_apart(names: Sequence[str], each_pt: float) -> list[str]:
+    """Write upright names in one line where several do not fit, and of too many only some, at even steps."""
+    if each_pt >= _LINE_PT * max(name.count("\n") + 1 for name in names):
+        return list(names)
+    step = math.ceil(_LINE_PT / each_pt)
+    return ["" if place % step else name.replace("\n", ", ") for place, name in enumerate(names)]
 
 
 def height_of_names(names: Sequence[str], upright: bool) -> float:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from data_schema.vocabulary import Undefined
 from reports.display import NO_BREAK, general_text, shown_unit
-from reports.figures.estimation_parts import MARKS, columns_of, kept_places, named_with_unit, part_text, put_above
+from reports.figures.estimation_parts import MARKS, MOST_DRAWN, columns_of, named_with_unit, put_above
 from reports.figures.style import (
     BLUE,
     GREY,
@@ -47,7 +48,7 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
         found, (unit, factor) = quantiles.found, shown_unit(quantiles.unit)
         figure = new_figure(width_in, min(0.85 * width_in, 3.6))
         axes = figure.add_subplot()
-        kept = kept_places(found.observed)
+        kept = _kept(found.expected)
         expected = [found.expected[place] for place in kept]
 
         def drawn(values: tuple[float, ...]) -> list[float]:
@@ -78,7 +79,7 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
             )
         if len(marks) > 1:
             _name_marks(figure, marks, width_in)
-        put_above(figure, part_text([len(found.observed)]), width_in)
+        put_above(figure, _part_text(len(kept), len(found.observed)), width_in)
         axes.xaxis.set_major_locator(MaxNLocator(6))
         axes.set_xlabel("Normal quantile (standard deviations)")
         axes.set_ylabel(named_with_unit(f"Residual of {quantiles.quantity[:1].lower()}{quantiles.quantity[1:]}", unit))
@@ -86,6 +87,18 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
         if axes.get_legend_handles_labels()[1]:
             axes.legend(loc="upper left")
         return figure
+
+
+def _kept(expected: tuple[float, ...]) -> list[int]:
+    """Return which places are drawn: all, or of many those at even steps of the normal value, both ends among them."""
+    if len(expected) <= MOST_DRAWN:
+        return list(range(len(expected)))
+    steps = np.linspace(expected[0], expected[-1], MOST_DRAWN)
+    return sorted({int(place) for place in np.searchsorted(expected, steps).clip(0, len(expected) - 1)})
+
+
+def _part_text(drawn: int, n: int) -> str:
+    return "" if drawn == n else f"{drawn} of {n} residuals are drawn, evenly along the axis, with the ends."
 
 
 def _name_marks(figure: Figure, marks: Mapping[str, str], width_in: float) -> None:
