@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from stats.passive_drain import fit_passive_drain
     from stats.polynomial import fit_polynomial
     from stats.power import power_anova, power_equivalence, power_t, power_welch, sample_size
+    from stats.power_percent import power_percent_equivalence
     from stats.regression import fit_linear
     from stats.resampling import bootstrap_difference, permutation_test
     from stats.residuals import additive_residuals, normal_quantiles, residuals_of_groups
@@ -74,6 +75,7 @@ __all__ = [
     "permutation_test",
     "power_anova",
     "power_equivalence",
+    "power_percent_equivalence",
     "power_t",
     "power_welch",
     "residuals_of_groups",
@@ -102,6 +104,7 @@ _MODULE_OF = {
     "fit_polynomial": "polynomial",
     "power_anova": "power",
     "power_equivalence": "power",
+    "power_percent_equivalence": "power_percent",
     "power_t": "power",
     "power_welch": "power",
     "sample_size": "power",

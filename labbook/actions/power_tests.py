@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from data_schema.vocabulary import Undefined
-from labbook.actions.power_percent import power_percent
 from labbook.analysis.run_spread import Spread
 from labbook.config.model import AnalysisSettings, Family, UnitOfAnalysis
 from stats.power import Power, power_anova, power_equivalence, power_t, power_welch
+from stats.power_percent import power_percent_equivalence
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ def _equivalence(
 
     def plan(sd: float, n: int) -> Power:
         control, treated = design.sizes(n)
-        found = power_percent(0.0, mean, sd, low, high, treated, control, alpha)
+        found = power_percent_equivalence(0.0, mean, sd, low, high, treated, control, alpha)
         return replace(found, group_ns=(control, treated))
 
     return PlannedTest(

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import Undefined
-from labbook.actions.power_percent import power_percent
 from labbook.actions.stats_told import ALPHA, Told
 from labbook.presenting.stats_fields import field_lines
 from stats.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
+from stats.power_percent import power_percent_equivalence
 from stats.results import as_dict
 
 USUAL_POWER = 0.8
@@ -85,7 +85,7 @@ def _tost(request: PowerRequest, alpha: float) -> Plan:
     if request.percent:
         _at_most("--mean", request.mean, 1)
         mean = _some("--mean", request.mean)[0]
-        return lambda a, b: power_percent(difference, mean, sd, low, high, a, b, alpha)
+        return lambda a, b: power_percent_equivalence(difference, mean, sd, low, high, a, b, alpha)
     if request.mean:
         raise UsageError("--mean is the control's, for bounds in percent of it: add --percent, or leave it out.")
     return lambda a, b: power_equivalence(difference, sd, low, high, a, b, alpha)

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from labbook.actions.power_percent import power_percent
+
 from stats.power import power_anova, power_equivalence, power_t, power_welch
 from stats.results import as_dict
 from tests.cli.shell import good, labbook, refused

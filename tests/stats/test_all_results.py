@@ -30,6 +30,7 @@ from stats.packing import fraction_from_height, fraction_from_mass, fraction_fro
 from stats.passive_drain import fit_passive_drain
 from stats.polynomial import fit_polynomial
 from stats.power import power_anova, power_equivalence, power_t, power_welch, sample_size
+from stats.power_percent import power_percent_equivalence
 from stats.regression import fit_linear
 from stats.resampling import bootstrap_difference, permutation_test
 from stats.results import Result
@@ -74,6 +75,7 @@ DEFINED: dict[str, Callable[[], Any]] = {
     "power_welch": lambda: power_welch(1.0, 1.0, 2.0, 10, 10),
     "power_anova": lambda: power_anova([0.0, 0.5, 1.0], 1.0, 10),
     "power_equivalence": lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 20, 20),
+    "power_percent_equivalence": lambda: power_percent_equivalence(0.0, 40.0, 1.0, -3.0, 3.0, 20, 20),
     "sample_size": lambda: sample_size(lambda n: power_t(1.0, 1.0, n, n)),
     "fit_linear": lambda: fit_linear(A, {"b": B}),
     "LinearFit.at": lambda: fit_linear(A, {"b": B}).at({"b": 36.0}),
@@ -118,6 +120,7 @@ UNDEFINED: dict[str, Callable[[], Any]] = {
     "power_welch": lambda: power_welch(1.0, 1.0, 2.0, 1, 1),
     "power_anova": lambda: power_anova([0.0, 0.5, 1.0], 1.0, 1),
     "power_equivalence": lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 1, 1),
+    "power_percent_equivalence": lambda: power_percent_equivalence(0.0, 40.0, 1.0, -3.0, 3.0, 1, 1),
     "fit_linear": lambda: fit_linear([1.0, 2.0], {"x": [3.0, 4.0]}),
     "LinearFit.at": lambda: fit_linear([1.0, 2.0], {"x": [3.0, 4.0]}).at({"x": 9.0}),
     "fit_polynomial": lambda: fit_polynomial([3.0, 4.0], [1.0, 2.0], 1),

@@ -146,6 +146,9 @@ OF_NUMBERS: dict[str, Callable[[float, float, float], Any]] = {
     "power_equivalence student": lambda one, two, three: stats.power_equivalence(
         one, abs(two), -abs(three), abs(three), 5, 6, route="student"
     ),
+    "power_percent_equivalence": lambda one, two, three: stats.power_percent_equivalence(
+        one, abs(two), abs(three), -3.0, 3.0, 5, 6
+    ),
     "joules_per_jump": lambda one, two, three: stats.joules_per_jump(abs(one), two, abs(three), 25),
     "fraction_from_mass": lambda one, two, three: stats.fraction_from_mass(abs(one), abs(two), abs(three)),
     "fraction_from_water": lambda one, two, three: stats.fraction_from_water(

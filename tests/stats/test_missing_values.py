@@ -83,6 +83,7 @@ NO_SAMPLES = {
     "holm",
     "power_anova",
     "power_equivalence",
+    "power_percent_equivalence",
     "power_t",
     "power_welch",
     "sample_size",

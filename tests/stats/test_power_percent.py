@@ -9,9 +9,9 @@ import pytest
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from labbook.actions.power_percent import power_percent
 from stats.equivalence import equivalence
 from stats.power import power_equivalence
+from stats.power_percent import power_percent_equivalence
 
 STUDIES = 3000
 
@@ -34,7 +34,7 @@ def test_the_test_itself_finds_as_much(
     for _study in range(STUDIES):
         a, b = random.normal(mean + difference, sd, n_a), random.normal(mean, sd, n_b)
         found += equivalence(a, b, low, high, bounds="percent").equivalent is True
-    power = power_percent(difference, mean, sd, low, high, n_a, n_b).power
+    power = power_percent_equivalence(difference, mean, sd, low, high, n_a, n_b).power
     assert isinstance(power, float)
     assert abs(found / STUDIES - power) < 3.5 * math.sqrt(power * (1.0 - power) / STUDIES)
 
@@ -42,17 +42,17 @@ def test_the_test_itself_finds_as_much(
 def test_a_mean_taken_as_known_would_claim_too_much_or_too_little() -> None:
     """With a tenth of scatter the control's own error counts; with a thousandth it does not."""
     known = power_equivalence(0.0, 0.3, -0.3, 0.3, 12, 12).power
-    estimated = power_percent(0.0, 1.0, 0.3, -30.0, 30.0, 12, 12).power
+    estimated = power_percent_equivalence(0.0, 1.0, 0.3, -30.0, 30.0, 12, 12).power
     assert isinstance(known, float)
     assert isinstance(estimated, float)
     assert known - estimated > 0.01
     known = power_equivalence(0.0, 0.001, -0.001, 0.001, 12, 12).power
-    assert power_percent(0.0, 1.0, 0.001, -0.1, 0.1, 12, 12).power == pytest.approx(known, abs=1e-3)
+    assert power_percent_equivalence(0.0, 1.0, 0.001, -0.1, 0.1, 12, 12).power == pytest.approx(known, abs=1e-3)
 
 
 def test_what_has_no_power_says_why() -> None:
-    assert isinstance(power_percent(0.0, 1.0, 0.1, -3, 3, 1, 5).power, Undefined)
-    never = power_percent(0.05, 1.0, 0.1, -3, 3, 5, 5).never
+    assert isinstance(power_percent_equivalence(0.0, 1.0, 0.1, -3, 3, 1, 5).power, Undefined)
+    never = power_percent_equivalence(0.05, 1.0, 0.1, -3, 3, 5, 5).never
     assert never == "the true difference of 5 % does not lie between the bounds -3 and 3 %"
     for mean, low, alpha, said in (
         (0.0, -3.0, 0.05, "mean"),
@@ -60,4 +60,4 @@ def test_what_has_no_power_says_why() -> None:
         (1.0, -3.0, 0.5, "below 0.5"),
     ):
         with pytest.raises(InputRefused, match=said):
-            power_percent(0.0, mean, 0.1, low, 3.0, 5, 5, alpha)
+            power_percent_equivalence(0.0, mean, 0.1, low, 3.0, 5, 5, alpha)
