@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 ALGORITHM = Algorithm(
     "prediction",
-    13,
+    14,
     (
         "labbook.analysis.predicting",
         "labbook.analysis.condition_scenes",
