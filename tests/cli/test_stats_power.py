@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from labbook.actions.power_percent import power_percent
 
 from stats.power import power_anova, power_equivalence, power_t, power_welch
+from stats.power_percent import power_percent_equivalence
 from stats.results import as_dict
 from tests.cli.shell import good, labbook, refused
 
@@ -46,7 +46,7 @@ def test_the_smallest_n_that_reaches_the_power(tmp_path: Path) -> None:
 def test_bounds_in_percent_are_of_a_mean_that_the_study_estimates(tmp_path: Path) -> None:
     words = ("--test", "tost", "--low", "-3", "--high", "3", "--percent", "--mean", "0.3", "--sd", "0.0075")
     found = plan(tmp_path, *words, "--n", "6", "--n", "8")
-    right = power_percent(0.0, 0.3, 0.0075, -3, 3, 6, 8)
+    right = power_percent_equivalence(0.0, 0.3, 0.0075, -3, 3, 6, 8)
     assert found == {**as_dict(right), "group_ns": [6, 8]}
     assert "% of the control's mean, itself estimated and 0.3 in truth" in found["test"]
     shown = good(labbook("stats", "power", *words, at=tmp_path)).out
