@@ -18,16 +18,20 @@ def to_arrow(values: np.ndarray) -> pa.Array:
 
 
 def to_numpy(column: pa.ChunkedArray) -> np.ndarray:
-    """Return a column of float64 or int64, shape (n,); a number that is missing becomes NaN."""
-    dtype = np.dtype(np.int64 if column.type == pa.int64() else np.float64)
-    values = np.empty(len(column), dtype)
+    """Return a column of numbers, shape (n,): whole ones of 64 bits as such, else as float64, NaN where one is missing.
+
+    Raises `pyarrow.ArrowException` for a column of anything else.
+    """
+    whole = column.type == pa.int64() and not column.null_count
+    if not whole and column.type != pa.float64():
+        column = column.cast(pa.float64())
+    values = np.empty(len(column), np.int64 if whole else np.float64)
     at = 0
     for chunk in column.chunks:
-        size = len(chunk)
         filled = chunk.fill_null(np.nan) if chunk.null_count else chunk
-        start = filled.offset * dtype.itemsize
-        values[at : at + size] = np.frombuffer(filled.buffers()[1], np.uint8)[
-            start : start + size * dtype.itemsize
-        ].view(dtype)
-        at += size
+        if len(chunk):
+            values[at : at + len(chunk)] = np.frombuffer(
+                filled.buffers()[1], values.dtype, len(chunk), filled.offset * values.itemsize
+            )
+        at += len(chunk)
     return values
