@@ -38,7 +38,7 @@ class WelchAnova(Result):
     group_ns: tuple[int, ...]
     """Their sizes."""
     f: float | Undefined
-    """Welch's F (top of this module)."""
+    """Welch's F (Welch 1951)."""
     df_between: int
     """Number of groups minus 1."""
     df_within: float | Undefined
