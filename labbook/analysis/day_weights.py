@@ -46,8 +46,8 @@ def day_ratio(found: BlockedByDay, exact: ExactTest | None) -> float:
     """
     if not isinstance(found.n_runs, Undefined):
         raise AssertionError(
-            f"{found.n_runs} runs within days are in a comparison whose values share an error, which is weighed by days: "
-            "compare one value a run."
+            f"{found.n_runs} runs within days are in a comparison whose values share an error, which is weighed by "
+            "days: compare one value a run."
         )
     if exact is None:
         return found.day_ratio
