@@ -63,19 +63,19 @@ class HolmFamily(Result):
     def sentence(self) -> str:
         """Return the family in words: how many tests, which are rejected, with adjusted p, and which are left open."""
         members = [(f"{one.name} ({p_text(one.adjusted_p, one.adjusted_log10_p)})", one) for one in self.rows()]
-        found = ", ".join(text for text, one in members if one.rejected is True) or "none"
-        left_open = ", ".join(
+        found = [text for text, one in members if one.rejected is True]
+        left_open = [
             text
             for text, one in members
             if isinstance(one.rejected, Undefined) and not isinstance(one.adjusted_p, Undefined)
-        )
+        ]
+        verdicts = [f"{', '.join(left_open)} left open"] if left_open else []
+        if not members or len(left_open) < len(members):
+            verdicts = [f"{', '.join(found) or 'none'} rejected", *verdicts]
         missing = sum(isinstance(p, Undefined) for p in self.p)
         undefined = f", {missing} of them undefined and counted all the same" if missing else ""
         count = f"{len(self.names)} test{'' if len(self.names) == 1 else 's'}"
-        return (
-            f"Family {self.family} ({count}{undefined}), adjusted by Holm at {self.alpha:g}: {found} rejected"
-            f"{left_open and f', {left_open} left open'}."
-        )
+        return f"Family {self.family} ({count}{undefined}), adjusted by Holm at {self.alpha:g}: {', '.join(verdicts)}."
 
 
 def holm(
