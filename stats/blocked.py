@@ -78,6 +78,7 @@ def blocked_by_day(
         day_variance=result.day_variance,
         run_variance=result.run_variance if run is not None else Undefined("no runs were given"),
         residual_variance=result.residual_variance,
+        day_ratio=result.day_ratio,
         singular=result.singular,
         reml_criterion=result.reml_criterion,
         f=overall if isinstance(overall, Undefined) else overall.f,

@@ -52,6 +52,7 @@ class Fit:
     day_variance: float | Undefined
     run_variance: float | Undefined
     residual_variance: float | Undefined
+    day_ratio: float
     singular: bool | Undefined
     reml_criterion: float | Undefined
     overall: Overall | Undefined
@@ -67,7 +68,8 @@ def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
     untested = _untested(design, squares)
     if untested is not None:
         gamma = np.array([FAR if each else 0.0 for each in free])
-        return _without(design, days_of, model.estimates(gamma).of(np.eye(len(design.names))), untested)
+        means = model.estimates(gamma).of(np.eye(len(design.names)))
+        return _without(design, days_of, means, float(gamma[DAY]), untested)
     total = cells.sum_squares + float(cells.size @ cells.mean**2)
     gamma = minimise(model, free, 100.0 * (1.0 + total / (squares / strata.residual)))
     profile = model.at(gamma)
@@ -86,6 +88,7 @@ def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
         day_variance=_variance(design, gamma[DAY] * variance) if free[DAY] else _no_day_variance(design),
         run_variance=_variance(design, gamma[RUN] * variance) if free[RUN] else _no_run_variance(),
         residual_variance=_variance(design, variance),
+        day_ratio=float(gamma[DAY]),
         singular=any(each and value == 0.0 for each, value in zip(free, gamma, strict=True)),
         reml_criterion=profile.deviance + 2.0 * model.degrees * cells.unit.exponent * math.log(2.0),
         overall=overall,
@@ -216,7 +219,7 @@ def _type_one_contrasts(cells: Cells) -> Floats:
     return np.asarray(upper @ np.column_stack([-np.ones(k - 1), np.eye(k - 1)]))
 
 
-def _without(design: Fitted, days_of: list[int], means: Floats, none: Undefined) -> Fit:
+def _without(design: Fitted, days_of: list[int], means: Floats, day_ratio: float, none: Undefined) -> Fit:
     """Return the means and differences of a design that allows no test."""
     cells, control = design.cells, design.names[0]
     return Fit(
@@ -231,6 +234,7 @@ def _without(design: Fitted, days_of: list[int], means: Floats, none: Undefined)
         day_variance=none,
         run_variance=none,
         residual_variance=none,
+        day_ratio=day_ratio,
         singular=none,
         reml_criterion=none,
         overall=none,

@@ -113,6 +113,9 @@ class BlockedByDay(Result):
     """Variance between the runs of a day, unit of the values squared."""
     residual_variance: float | Undefined
     """Variance within runs (or days), unit of the values squared."""
+    day_ratio: float
+    """Variance between days over that within runs (or days), as means and differences weigh days by it, in any unit; 0
+    where the model has no variance of days, 1e12 where nothing is tested and differences within days alone count."""
     singular: bool | Undefined
     """Whether a variance is estimated as 0."""
     reml_criterion: float | Undefined
@@ -177,7 +180,7 @@ class BlockedByDay(Result):
                 f"with day as a random effect F({self.df_between}, {df_text(self.df_within)}) = "
                 f"{number_text(self.f)}, {p_text(self.p, self.log10_p)} (REML, Satterthwaite)"
             )
-        if exact is not None and (exact.balanced or not mixed):
+        if exact is not None and exact.balanced:
             contrasts = exact.contrasts
             text = f"The conditions ({where}) give {_exact_text(exact)}{mixed and '; ' + mixed}."
         elif mixed:

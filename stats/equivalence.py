@@ -110,36 +110,41 @@ class Equivalence(Result):
     names: Names = AS_A_AND_B
     """What groups a and b are called in reasons and in the sentence."""
 
-    def sentence(self, a: str | None = None, b: str | None = None, unit: str = "") -> str:
-        """Return the result in words: estimate with interval, bounds, t at each bound, p, n."""
+    def sentence(self, a: str | None = None, b: str | None = None, unit: str = "", untold: str = "") -> str:
+        """Return the result in words: estimate with interval, bounds, t at each bound, p, n.
+
+        `untold` is what it cannot be told from, such as "a difference between days": nothing is claimed then.
+        """
         a, b = self.names[0] if a is None else a, self.names[1] if b is None else b
         if isinstance(self.estimate, Undefined):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.estimate.reason}."
         unit = unit if self.bounds == "raw" else f"% of {b}'s mean"
         estimate = f"{a} (n = {self.n_a}) minus {b} (n = {self.n_b}) is {number_text(self.estimate)}{with_unit(unit)}"
-        if isinstance(self.equivalent, Undefined):
-            return f"{estimate}; no test whether it {self._claim(unit)}, because {self.equivalent.reason}."
+        if isinstance(self.p, Undefined):
+            return f"{estimate}; no test whether it lies {self._bounds(unit)}, because {self.p.reason}."
         chosen = self.welch if self.route == "welch" else self.student
         if isinstance(self.estimate_ci, Undefined):
             why = f"because its {100.0 * (1.0 - 2.0 * self.alpha):g} % CI is undefined: {self.estimate_ci.reason}"
-            return f"{estimate} and is not shown to {self._claim(unit)}, {why}{missing_text(self.missing)}."
+            return f"{estimate} and is not shown to lie {self._bounds(unit)}, {why}{missing_text(self.missing)}."
         tests = [
             f"t({df_text(df)}) = {number_text(t)}"
             for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
             if not isinstance(t, Undefined)
         ]
+        verdict = f" and is {'shown' if self.equivalent is True else 'not shown'} to lie {self._bounds(unit)}"
+        if untold:
+            verdict = f"; that it lies {self._bounds(unit)} cannot be told from {untold}"
         return (
-            f"{estimate} ({interval_text(self.estimate_ci, 1.0 - 2.0 * self.alpha)}) and "
-            f"{'is shown to' if self.equivalent else 'is not shown to'} {self._claim(unit)}, "
+            f"{estimate} ({interval_text(self.estimate_ci, 1.0 - 2.0 * self.alpha)}){verdict}, "
             f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p)}{missing_text(self.missing)}."
         )
 
-    def _claim(self, unit: str) -> str:
+    def _bounds(self, unit: str) -> str:
         if isinstance(self.high, Undefined):
-            return f"lie above {number_text(self.low)}{with_unit(unit)} (non-inferiority)"
+            return f"above {number_text(self.low)}{with_unit(unit)} (non-inferiority)"
         if isinstance(self.low, Undefined):
-            return f"lie below {number_text(self.high)}{with_unit(unit)} (non-superiority)"
-        return f"lie within {number_text(self.low)} to {number_text(self.high)}{with_unit(unit)} (equivalence)"
+            return f"below {number_text(self.high)}{with_unit(unit)} (non-superiority)"
+        return f"within {number_text(self.low)} to {number_text(self.high)}{with_unit(unit)} (equivalence)"
 
 
 def equivalence(

@@ -51,7 +51,7 @@ class HolmFamily(Result):
     adjusted_log10_p: tuple[float | Undefined, ...]
     """Their logarithms, right also where p is below all doubles if log10_p was given."""
     rejected: tuple[bool | Undefined, ...]
-    """Whether the adjusted p is at most alpha."""
+    """Whether the adjusted p is at most alpha; a caller who knows why a p cannot tell leaves that open."""
     alpha: float
     """The chance allowed of rejecting any true hypothesis of the family."""
 
@@ -61,19 +61,21 @@ class HolmFamily(Result):
         return tuple(HolmMember(*row) for row in zip(*columns, strict=True))
 
     def sentence(self) -> str:
-        """Return the family in words: how many tests, which are rejected, with adjusted p."""
-        shown = [
-            f"{name} ({p_text(p, log10_p)})"
-            for name, p, log10_p, rejected in zip(
-                self.names, self.adjusted_p, self.adjusted_log10_p, self.rejected, strict=True
-            )
-            if rejected is True
+        """Return the family in words: how many tests, which are rejected, with adjusted p, and which are left open."""
+        members = [(f"{one.name} ({p_text(one.adjusted_p, one.adjusted_log10_p)})", one) for one in self.rows()]
+        found = [text for text, one in members if one.rejected is True]
+        left_open = [
+            text
+            for text, one in members
+            if isinstance(one.rejected, Undefined) and not isinstance(one.adjusted_p, Undefined)
         ]
-        found = ", ".join(shown) if shown else "none"
+        verdicts = [f"{', '.join(left_open)} left open"] if left_open else []
+        if not members or len(left_open) < len(members):
+            verdicts = [f"{', '.join(found) or 'none'} rejected", *verdicts]
         missing = sum(isinstance(p, Undefined) for p in self.p)
         undefined = f", {missing} of them undefined and counted all the same" if missing else ""
         count = f"{len(self.names)} test{'' if len(self.names) == 1 else 's'}"
-        return f"Family {self.family} ({count}{undefined}), adjusted by Holm at {self.alpha:g}: {found} rejected."
+        return f"Family {self.family} ({count}{undefined}), adjusted by Holm at {self.alpha:g}: {', '.join(verdicts)}."
 
 
 def holm(

@@ -80,8 +80,11 @@ class Savings(Result):
     missing: int
     """How many values were left out as NaN."""
 
-    def sentence(self, control: str = "the control", treated: str = "the treated runs") -> str:
-        """Return the savings in words, with interval and n."""
+    def sentence(self, control: str = "the control", treated: str = "the treated runs", untold: str = "") -> str:
+        """Return the savings in words, with interval and n.
+
+        `untold` is what they cannot be told from, such as "a difference between days": no saving is claimed then.
+        """
         sizes = f"(n = {self.n_treated} against {self.n_control})"
         if isinstance(self.percent, Undefined):
             return f"The savings of {treated} against {control} {sizes} are undefined: {self.percent.reason}."
@@ -90,6 +93,11 @@ class Savings(Result):
             interval += f", because {self.percent_ci.reason}"
         else:
             interval += ", Fieller"
+        if untold:
+            return (
+                f"No saving of {treated} against {control} can be told from {untold}: the estimate is "
+                f"{number_text(self.percent, 3)} % ({interval}) {sizes}{missing_text(self.missing)}."
+            )
         return (
             f"{treated} used {number_text(abs(self.percent), 3)} % {'less' if self.percent >= 0 else 'more'} "
             f"than {control} (savings {number_text(self.percent, 3)} %, "

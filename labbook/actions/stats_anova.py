@@ -11,7 +11,7 @@ from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
-from labbook.presenting.stats_days import day_notes
+from labbook.presenting.stats_days import day_notes, days_untold
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import NO_ANOVA, plan_notes
@@ -50,7 +50,7 @@ def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictur
     )
     treatments = {name: values for name, values in groups.items() if name != control}
     against = dunnett(groups[control], treatments, control_name=control, level=level, missing=missing)
-    tests = {observed.name(label): compared(observed, label, "welch", alpha, given.missing) for label in others}
+    tests = {label: compared(observed, label, "welch", alpha, given.missing) for label in others}
     family = holm_of(tests, observed, alpha)
 
     told = Told()
@@ -63,6 +63,8 @@ def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictur
         against.sentence(unit),
         family.sentence(),
     ]
+    if untold := days_untold(observed):
+        told.lines.append(f"{untold}.")
     told.say("one-way ANOVA", field_lines(classic))
     told.say("Welch ANOVA", field_lines(welch))
     told.show("equal variances", variances, left_out=("ratio_ci", "level"))

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
+from data_schema.vocabulary import Undefined
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import two_with_shared
-from labbook.presenting.one_day_each import with_days_said
-from labbook.presenting.stats_days import day_notes
+from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import plan_notes
@@ -47,14 +47,14 @@ def _answer(observed: Observations, given: Given, request: CompareRequest, pictu
     told = Told()
     names = {label: (observed.name(label), observed.name(observed.control)) for label in found}
     told.lines += [
-        with_days_said(result.sentence(*names[label], observed.unit), observed, label)
+        with_days_said(result.sentence(*names[label], observed.unit), days_untold(observed, (label, observed.control)))
         for label, result in found.items()
     ]
     told.data["comparisons"] = [
         {"a": names[label][0], "b": names[label][1], **as_dict(result)} for label, result in found.items()
     ]
     if len(found) > 1:
-        family = holm_of({names[label][0]: result for label, result in found.items()}, observed, alpha)
+        family = holm_of(found, observed, alpha)
         told.lines.append(family.sentence())
         told.data["holm"] = as_dict(family)
     for label, result in found.items():
@@ -85,11 +85,20 @@ def compared(observed: Observations, label: str, route: str, alpha: float, missi
 
 
 def holm_of(found: dict[str, TwoSample], observed: Observations, alpha: float) -> HolmFamily:
-    """Adjust the p-values of Welch's tests, which hold their level."""
+    """Adjust the p-values of Welch's tests against the control, by label, which hold their level.
+
+    Where a p cannot tell a group from its day, whether it is rejected is left open.
+    """
     control = observed.name(observed.control)
-    return holm(
-        {name: result.welch_p for name, result in found.items()},
+    family = holm(
+        {observed.name(label): result.welch_p for label, result in found.items()},
         f"Welch against {control}",
-        log10_p={name: result.welch_log10_p for name, result in found.items()},
+        log10_p={observed.name(label): result.welch_log10_p for label, result in found.items()},
         alpha=alpha,
     )
+    untold = [days_untold(observed, (label, observed.control)) for label in found]
+    rejected = (
+        Undefined(why) if why and not isinstance(each, Undefined) else each
+        for why, each in zip(untold, family.rejected, strict=True)
+    )
+    return replace(family, rejected=tuple(rejected))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import cast
 
 from data_schema.errors import UsageError
+from data_schema.vocabulary import Undefined
 from labbook.actions.stats_anova import SHARED_NOTE
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
@@ -14,14 +15,14 @@ from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.conditions import NUMBER_OF
 from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds
-from labbook.presenting.one_day_each import with_days_said
-from labbook.presenting.stats_days import day_notes
+from labbook.presenting.one_day_each import FROM_DAYS
+from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import Bounded, bounds_notes
 from reports.numbers import Quantity
 from stats.checks import Missing
-from stats.equivalence import EquivalenceRoute, equivalence
+from stats.equivalence import Equivalence, EquivalenceRoute, equivalence
 from stats.results import as_dict
 
 
@@ -79,10 +80,11 @@ def _answer(
         for label in observed.others()
     }
     control, told = observed.name(observed.control), Told()
-    told.lines += [
-        with_days_said(result.sentence(observed.name(label), control, observed.unit), observed, label)
-        for label, result in found.items()
-    ]
+    for label, result in found.items():
+        untold = days_untold(observed, (label, observed.control))
+        said = result.sentence(observed.name(label), control, observed.unit, untold and FROM_DAYS)
+        told.lines.append(with_days_said(said, untold))
+        found[label] = _left_open(result, untold)
     for label, result in found.items():
         told.say(f"{observed.name(label)} (a) minus {control} (b)", field_lines(result))
         for test in (result.welch, result.student):
@@ -105,6 +107,15 @@ def _answer(
     )
     notes = [*bounds_notes(observed, request.pooled, alpha, bounds), *day_notes(observed)]
     return told.about(observed, pictures, notes)
+
+
+def _left_open(result: Equivalence, untold: str) -> Equivalence:
+    """Return the result without its verdicts where there is something that its p cannot tell."""
+    if not untold or isinstance(result.p, Undefined):
+        return result
+    why = Undefined(untold)
+    welch, student = (replace(test, equivalent=why) for test in (result.welch, result.student))
+    return replace(result, equivalent=why, welch=welch, student=student)
 
 
 def _bounds(request: EquivalenceRequest, observed: Observations) -> tuple[float | None, float | None, bool]:

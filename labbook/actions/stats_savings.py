@@ -9,8 +9,8 @@ from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
-from labbook.presenting.one_day_each import with_days_said
-from labbook.presenting.stats_days import day_notes
+from labbook.presenting.one_day_each import FROM_DAYS
+from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import plan_notes
@@ -51,10 +51,10 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
         for label in observed.others()
     }
     control, told = observed.name(observed.control), Told()
-    told.lines += [
-        with_days_said(result.sentence(control, observed.name(label)), observed, label)
-        for label, result in found.items()
-    ]
+    for label, result in found.items():
+        untold = days_untold(observed, (label, observed.control))
+        said = result.sentence(control, observed.name(label), untold and FROM_DAYS)
+        told.lines.append(with_days_said(said, untold))
     for label, result in found.items():
         told.say(f"savings of {observed.name(label)} against {control}", field_lines(result))
     told.data["savings"] = [

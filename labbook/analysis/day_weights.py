@@ -18,7 +18,7 @@ from stats.shared_error import SharedError, shared_of_mean
 
 Floats = NDArray[np.float64]
 
-FIXED = 1e12
+_FIXED = 1e12
 """Variance of days over that of values from which a day counts as held fixed."""
 
 
@@ -27,7 +27,7 @@ def shared_by_day(
 ) -> SharedError:
     """Return the error of a contrast of values with these conditions, days and errors; `ratio` is that of `day_ratio`.
 
-    Runs within days are no part of it: values that share an error are one a run.
+    Runs within days are no part of it (`day_ratio` refuses them): values that share an error are one a run.
     """
     if not any(error.se > 0.0 for error in errors):
         return shared_of_mean(errors)
@@ -40,12 +40,18 @@ def shared_by_day(
 
 
 def day_ratio(found: BlockedByDay, exact: ExactTest | None) -> float:
-    """Return how much more days vary than values in the exact test of a comparison; in its mixed model where None."""
-    if exact is not None:
-        return FIXED if exact.block == "day" else 0.0
-    if isinstance(found.residual_variance, Undefined):  # nothing is tested: differences are those within days
-        return FIXED
-    return 0.0 if isinstance(found.day_variance, Undefined) else found.day_variance / found.residual_variance
+    """Return how much more days vary than values in the exact test of a comparison; in its mixed model where None.
+
+    Raises `AssertionError` where runs within days are in the comparison: weights by days alone would not be its own.
+    """
+    if not isinstance(found.n_runs, Undefined):
+        raise AssertionError(
+            f"{found.n_runs} runs within days are in a comparison whose values share an error, which is weighed by "
+            "days: compare one value a run."
+        )
+    if exact is None:
+        return found.day_ratio
+    return _FIXED if exact.block == "day" else 0.0
 
 
 def difference_weights(contrast: Contrast, ratio: float, conditions: Sequence[str], days: Sequence[str]) -> Floats:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from data_schema.vocabulary import Undefined
 from stats.blocked_result import BlockedByDay, Contrast, ExactTest
 
 MIXED_MODEL = "mixed model"
@@ -33,6 +32,6 @@ class Leading:
 def leading(found: BlockedByDay) -> Leading:
     """Return what a comparison over days states: that of its sentence, of a figure and of a report alike."""
     exact = found.exact
-    if isinstance(exact, ExactTest) and (exact.balanced or isinstance(found.f, Undefined)):
+    if isinstance(exact, ExactTest) and exact.balanced:
         return Leading(exact.contrasts, exact)
     return Leading(found.contrasts, None)

@@ -31,8 +31,12 @@ def by_day_with_shared(
 ) -> BlockedByDay:
     """Add to each contrast what is left of the errors of its values, each by its own weight in that contrast.
 
-    Conditions, days and errors are those of the values compared. The F-tests leave the shared error out.
+    Conditions, days and errors are those of the values compared. The F-tests leave the shared error out. Raises
+    `AssertionError` where values with runs within days share an error, as no values of a book do.
     """
+
+    if not any(error.se > 0.0 for error in errors):
+        return found
 
     def of(contrasts: Sequence[Contrast], exact: ExactTest | None) -> tuple[Contrast, ...]:
         return tuple(added(contrast, day_ratio(found, exact)) for contrast in contrasts)

@@ -14,6 +14,13 @@ from itertools import combinations
 from stats.recorded import SEVERAL, Recorded, recorded
 
 OWN, PARTLY, MOSTLY, SHARED = "own", "partly", "mostly", "shared"
+WHOSE: Mapping[str, str] = {
+    OWN: "of its own",
+    PARTLY: "of which all groups share one",
+    MOSTLY: "of which all groups share all but one",
+    SHARED: "that all groups share",
+}
+"""By layout: the days of each group in words."""
 _APART: Mapping[str, Callable[[int], float]] = {
     OWN: lambda days: 2.0 / days,
     PARTLY: lambda days: 2.0 * (days - 1) / days**2,

@@ -1,56 +1,103 @@
-"""Groups that share few or no days: what differs from day to day is then taken for what differs between them."""
+"""What days leave unknown of groups that share few or none: what differs from day to day passes for their difference.
+
+Where two groups had one day each and not the same, nothing is claimed of them; where they share days in part it is said
+how often Welch's test errs, by the record.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
 from labbook.analysis.observations import Observations
-from stats.recorded import weak_points
+from labbook.presenting.day_layout import SHARED, WHOSE, without_days
+from labbook.presenting.one_day_each import one_day_each
+from stats.recorded import Recorded, weak_points
 
 _MOST_NAMED = 3
+
+_Runs = Mapping[str, Counter[str]]
+"""Values of each day, by label of the group."""
+
+
+def days_untold(observed: Observations, labels: Sequence[str] | None = None) -> str:
+    """Say what a p on these groups, or on pairs of all, cannot tell for days; "" where there is nothing to say."""
+    runs = _runs(observed)
+    alone = {label: runs[label] for label in labels or runs if label in runs and len(runs[label]) == 1}
+    return one_day_each({observed.name(label): days for label, days in alone.items()})
+
+
+def with_days_said(sentence: str, untold: str) -> str:
+    """Return the sentence, followed by one on what its p cannot tell where there is any."""
+    return f"{sentence} {untold}." if untold else sentence
 
 
 def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
     """Name the groups that share fewer than half of the days of whichever has fewer, with the control.
 
-    `by_day` where the analysis has the day in it; otherwise how often Welch's test errs at such a design is said, and
-    which command has it.
+    `by_day` where the analysis has the day in it; otherwise those are named, too, that share more days and for which
+    Welch's test errs by the record; how often is said, and what helps.
     """
-    known = observed.known()
-    if observed.by == "day" or not all(row.day for row in known.rows):
-        return []
-    days = {label: {row.day for row in known.rows if row.label == label} for label in known.labels}
-    control = days.get(observed.control, set())
-    few = [
-        label
-        for label in known.labels
-        if label != observed.control and 2 * len(days[label] & control) < min(len(days[label]), len(control))
-    ]
+    runs = _runs(observed)
+    control = runs.get(observed.control, Counter())
+    few = {
+        label: [] if by_day else _errs(days, control)
+        for label, days in runs.items()
+        if label != observed.control
+        and (2 * len({*days} & {*control}) < min(len(days), len(control)) or (not by_day and _errs(days, control)))
+    }
     if not few:
         return []
     name = observed.name(observed.control)
     shared = [
-        f"{observed.name(label)} and {name} share {len(days[label] & control)} of {len(days[label] | control)} days"
-        for label in few[:_MOST_NAMED]
+        f"{observed.name(label)} and {name} share {len({*runs[label]} & {*control})} of "
+        f"{len({*runs[label]} | {*control})} days"
+        for label in [*few][:_MOST_NAMED]
     ]
     more = f"; so few are shared by {len(few) - _MOST_NAMED} more groups" if len(few) > _MOST_NAMED else ""
     said = f"{'; '.join(shared)}{more}"
     if by_day:
         return [f"{said}: only days that are shared tell the groups from their days, so that little is known here."]
-    n = [len(known.values(label)) for label in (few[0], observed.control)]
     return [
-        f"{said}: what differs from day to day passes for a difference of the groups here.{_simulated(n, control)} "
-        "`labbook stats blocked` has the day in its model."
+        f"{said}: what differs from day to day passes for a difference of the groups here."
+        f"{_simulated([row for rows in few.values() for row in rows])} {_what_helps(runs)}"
     ]
 
 
-def _simulated(n: list[int], days: set[str]) -> str:
-    rows = [row for row in weak_points("welch", n, len(days), layout="own") if row.kind == "size"]
+def _runs(observed: Observations) -> _Runs:
+    """Return every group's values by day; nothing where days are not known, or are themselves the groups."""
+    known = observed.known()
+    of_days = observed.by == "day" or all(row.day == row.label for row in known.rows)
+    if of_days or not all(row.day for row in known.rows):
+        return {}
+    return {label: Counter(row.day for row in known.rows if row.label == label) for label in known.labels}
+
+
+def _errs(days: Counter[str], control: Counter[str]) -> list[Recorded]:
+    """Return the sizes on record of Welch's test where groups share their days as these do, if they are too large."""
+    n, count, layout = without_days("welch", [days, control])
+    if not control or layout == SHARED:
+        return []
+    return [row for row in weak_points("welch", n, count, layout=layout) if row.kind == "size"]
+
+
+def _simulated(rows: Sequence[Recorded]) -> str:
     if not rows:
         return ""
     worst = max(rows, key=lambda row: row.value)
+    days = "a day" if worst.days == 1 else f"{worst.days} days"
     sizes = " and ".join(map(str, worst.n))
-    each = "a day" if worst.days == 1 else f"{worst.days} days"
     return (
-        f" Simulated with {sizes} values on {each} of each group's own, with an SD between days of {worst.day_sd:g} "
-        f"times that within, Welch's test at alpha = {worst.nominal:g} found a difference that is not there in "
-        f"{100 * worst.value:.0f} % of studies (docs/statistics.md)."
+        f" Simulated with {sizes} values, each group on {days} {WHOSE[worst.layout]}, with "
+        f"an SD between days of {worst.day_sd:g} times that within, Welch's test at alpha = {worst.nominal:g} found a "
+        f"difference that is not there in {100 * worst.value:.0f} % of studies (docs/statistics.md)."
     )
+
+
+def _what_helps(runs: _Runs) -> str:
+    if all(len(days) == 1 for days in runs.values()):
+        return (
+            "Measuring the groups on shared days is what helps: with one day each `labbook stats blocked` gives no p "
+            "either."
+        )
+    return "`labbook stats blocked` has the day in its model."

@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from dataclasses import is_dataclass
 from typing import Any
 
-from data_schema.vocabulary import Undefined
 from stats.results import as_dict
 from stats.wording import number_text
 
@@ -123,8 +122,3 @@ def _body(kind: type) -> list[ast.stmt]:
 def _first_sentence(text: str) -> str:
     words = " ".join(text.split()).replace("`", "")
     return f"{words.split('. ')[0].rstrip('.')}."
-
-
-def interval_ends(interval: tuple[float, float] | Undefined) -> tuple[float | Undefined, float | Undefined]:
-    """Return both ends of an interval, each the reason where there is none."""
-    return (interval, interval) if isinstance(interval, Undefined) else interval

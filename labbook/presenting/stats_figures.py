@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.observations import Observations
-from labbook.presenting.stats_fields import interval_ends
+from labbook.analysis.workbench import ends_of
 from labbook.presenting.stats_names import drawn_axis, drawn_name
 from labbook.presenting.stats_scale import Scale, scale_of
 from reports.figures.estimation import Estimation, EstimationGroup
@@ -19,7 +19,7 @@ from stats.residuals import Residuals, additive_residuals, normal_quantiles, res
 
 def number_of(value: float | Undefined, interval: tuple[float, float] | Undefined, level: float, unit: str) -> Number:
     """Return a difference with its interval as figures take it."""
-    low, high = interval_ends(interval)
+    low, high = ends_of(interval)
     return Number(value, unit, ci_low=low, ci_high=high, ci_level=level)
 
 

@@ -13,7 +13,7 @@ from labbook.analysis.leading_by_day import MIXED_MODEL
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.workbench import number
 from labbook.config.model import UnitOfAnalysis
-from labbook.presenting.day_layout import MOSTLY, OWN, PARTLY, SHARED, with_days, without_days
+from labbook.presenting.day_layout import MOSTLY, OWN, PARTLY, WHOSE, with_days, without_days
 from reports.display import general_text
 from reports.numbers import Quantity
 from reports.wording import count_text, list_text
@@ -32,12 +32,6 @@ _NAMES = {
     "equivalence_percent": "TOST",
     "fieller": "Fieller's interval",
     "one_way_anova": "the analysis of variance",
-}
-_WHOSE = {
-    OWN: "of its own",
-    PARTLY: "of which all groups share one",
-    MOSTLY: "of which all groups share all but one",
-    SHARED: "that all groups share",
 }
 _MIXED, _EXACT = ("blocked_by_day", "blocked_by_day_ci"), ("blocked_by_day_exact",)
 _BY_DAY = (*_MIXED, *_EXACT)
@@ -149,7 +143,7 @@ def _said(name: str, row: Recorded, uses: int) -> str:
     spreads = f" and standard deviations {row.sd_ratio:g} : 1" if row.sd_ratio != 1.0 else ""
     days = ""
     if row.days is not None:
-        whose = _WHOSE[row.layout]
+        whose = WHOSE[row.layout]
         apart = "as much as runs" if row.day_sd == 1.0 else f"{row.day_sd:g} times as much as runs"
         days = f", each group on {count_text(row.days, 'day')} {whose}, days differing {apart}"
     here = f"{count_text(uses, 'use')} here of about that design"

@@ -280,6 +280,32 @@ def test_more_that_is_refused(data: Path) -> None:
         refused(labbook("stats", *words, at=data.parent), 2, said)
 
 
+@pytest.mark.parametrize("words", [("compare",), ("savings",), ("anova",), ("equivalence", "--low=-9", "--high=9")])
+def test_the_days_of_a_table_are_heard_of(words: tuple[str, ...], tmp_path: Path) -> None:
+    path = written(
+        tmp_path,
+        ["controller,energy_J,date", *(f"CE,{v},1" for v in CE), *(f"AD,{v},2" for v in AD), *(f"X,{v},2" for v in AD)],
+    )
+    without = good(labbook("stats", words[0], path, *BY, *words[1:], at=tmp_path)).out
+    said = good(labbook("stats", words[0], path, *BY, *words[1:], "--day", "date", at=tmp_path)).out
+    assert "one day each" not in without
+    assert "were measured on one day each, and not" in said
+    assert "AD and CE share 0 of 2 days; X and CE share 0 of 2 days: what differs from day to day passes" in said
+    assert not re.search(r"is shown to|% less|% more|equivalent +yes|rejected +yes", said)
+    if words[0] in ("compare", "anova"):
+        assert "X (p = 0.0" in without.split(" rejected.")[0]
+        assert re.search(r"at 0.05: AD \(p = 0\.0\d+\), X \(p = 0\.0\d+\) left open\.", said)
+        family = run(path, words[0], *BY, "--day", "date")["holm"]
+        assert all(isinstance(p, float) for p in family["adjusted_p"])
+        assert [one for one in family["rejected"] if isinstance(one, bool)] == []
+    (note,) = [note for note in run(path, words[0], *BY, *words[1:], "--day", "date")["notes"] if "share" in note]
+    assert "Measuring the groups on shared days is what helps" in note
+    shared = table(tmp_path, {"CE": CE, "AD": AD})
+    assert "note" not in good(labbook("stats", words[0], shared, *BY, *words[1:], "--day", "date", at=tmp_path)).out
+    lacking = written(tmp_path, ["controller,energy_J,date", "CE,1,1", "CE,2,1", "AD,1,", "AD,3,1"], "lacking.csv")
+    refused(labbook("stats", words[0], lacking, *BY, *words[1:], "--day", "date", at=tmp_path), 2, "first in line 4")
+
+
 def test_only_rows_that_are_kept_must_hold_numbers(tmp_path: Path) -> None:
     path = written(tmp_path, ["g,x,use", "a,1,yes", "a,1.2,yes", "b,2,yes", "b,2.5,yes", 'b,"1,2 (broken)",no'])
     words = ("compare", "--value", "x", "--by", "g")

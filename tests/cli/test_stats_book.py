@@ -258,9 +258,31 @@ def test_groups_that_share_hardly_a_day_are_named(decided: SmallBook) -> None:
     assert "share 0 of 2 days" in compared
     assert "share 0 of 2 days" in by_day
     assert "Welch's test at alpha = 0.05 found a difference that is not there in" in compared
-    assert "`labbook stats blocked` has the day in its model" in compared
+    assert "Measuring the groups on shared days is what helps" in compared
+    assert "`labbook stats blocked` has the day in its model" not in compared
     assert "only days that are shared tell the groups from their days" in by_day
     assert "share" not in " ".join(asked(decided, "compare", *SMALL)["notes"])
+
+
+@pytest.mark.parametrize(
+    ("words", "claim"),
+    [
+        (("compare",), "t("),
+        (("anova",), "One-way ANOVA over"),
+        (("savings", "--quantity", "joules"), "can be told from a difference between days: the estimate is"),
+        (
+            ("equivalence", "--low=-60", "--high=60", "--percent", "--alpha=0.2"),
+            "CE's mean (equivalence) cannot be told from a difference",
+        ),
+    ],
+)
+def test_with_one_day_each_nothing_is_claimed(decided: SmallBook, words: tuple[str, ...], claim: str) -> None:
+    said = good(labbook("stats", *words, *APART, at=decided.folder)).out
+    text = said.split("\n\n")[0]
+    assert claim in text
+    assert "were measured on one day each, and not the same one, so that a p or an interval that counts runs" in text
+    assert not re.search(r"is shown to|% less|% more|equivalent +yes|rejected +yes", said)
+    assert not re.search(r"^Family .*: [^n].* rejected", said, re.MULTILINE)
 
 
 @pytest.mark.parametrize(

@@ -102,6 +102,10 @@ def test_sentence():
     assert "90 % CI" in text
     percent = equivalence(AD, CE, -0.5, 0.5, bounds="percent").sentence("AD", "CE", "m")
     assert "is not shown to lie within -0.5 to 0.5 % of CE's mean" in percent
+    untold = equivalence(AD, CE, -0.004, 0.004).sentence("AD", "CE", "m", "a difference between days")
+    assert "; that it lies within -0.004 to 0.004 m (equivalence) cannot be told from a difference between" in untold
+    assert "shown" not in untold
+    assert "no test whether it lies within" in equivalence([1.0], [2.0], -1.0, 1.0).sentence()
 
 
 @pytest.mark.parametrize("route", ROUTES)

@@ -1,3 +1,4 @@
+import dataclasses
 import math
 from itertools import combinations
 
@@ -58,6 +59,17 @@ def test_a_test_without_p_belongs_to_the_family_still():
     assert "Family gains against control (2 tests, 1 of them undefined and counted all the same)" in text
     assert "a (p = 0.04) rejected" in text
     assert "none rejected" in holm({}, "no tests").sentence()
+
+
+def test_what_a_caller_leaves_open_is_not_rejected_in_words():
+    why = Undefined("days cannot be told from groups")
+    found = holm({"a": 0.001, "b": 0.01, "c": 0.3}, "gains")
+    some = dataclasses.replace(found, rejected=(why, True, False)).sentence()
+    assert some.endswith("adjusted by Holm at 0.05: b (p = 0.02) rejected, a (p = 0.003) left open.")
+    none = dataclasses.replace(found, rejected=(why, why, False)).sentence()
+    assert none.endswith(": none rejected, a (p = 0.003), b (p = 0.02) left open.")
+    every = dataclasses.replace(found, rejected=(why, why, why)).sentence()
+    assert every.endswith(": a (p = 0.003), b (p = 0.02), c (p = 0.3) left open.")
 
 
 @pytest.mark.parametrize("bad", [-0.1, 1.5, float("nan")])

@@ -113,6 +113,11 @@ def test_the_sentence_says_more_or_less():
     assert "95 % CI" in text
     assert "(n = 6 against 5)" in text
     assert " more than " in percent_savings(TREATED, CONTROL).sentence()
+    untold = percent_savings(CONTROL, TREATED).sentence("CE", "AD", "a difference between days")
+    assert untold.startswith(
+        "No saving of AD against CE can be told from a difference between days: the estimate is 13.5 %"
+    )
+    assert "(n = 6 against 5)" in untold
 
 
 @pytest.mark.parametrize("shared_df", [None, 1.0, 2.0, 4.0, 1e9])

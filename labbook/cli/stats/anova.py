@@ -7,6 +7,7 @@ from labbook.cli.stats.options import (
     AlphaOption,
     ByOption,
     ControlOption,
+    DayOption,
     DecimalOption,
     FileArgument,
     LevelOption,
@@ -32,6 +33,7 @@ def anova(
     value: ValueOption = None,
     by: ByOption = None,
     control: ControlOption = None,
+    day: DayOption = None,
     alpha: AlphaOption = None,
     level: LevelOption = None,
     where: WhereOption = None,
@@ -56,7 +58,7 @@ def anova(
     from labbook.actions.stats_data import Given
     from labbook.actions.stats_pictures import Pictures
 
-    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book)
+    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)
     with progress("stats anova", None, shown=not as_json) as step:
         told = analyse(given, alpha, level, pictures, step)

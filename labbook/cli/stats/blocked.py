@@ -9,6 +9,7 @@ from labbook.cli.stats.options import (
     AlphaOption,
     ByOption,
     ControlOption,
+    DayOption,
     DecimalOption,
     FileArgument,
     LevelOption,
@@ -34,9 +35,7 @@ def blocked(
     value: ValueOption = None,
     by: ByOption = None,
     control: ControlOption = None,
-    day: Annotated[
-        str | None, typer.Option("--day", metavar="COLUMN", help="The table's column of days; a book knows its own.")
-    ] = None,
+    day: DayOption = None,
     run: Annotated[
         str | None,
         typer.Option(

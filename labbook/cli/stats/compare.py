@@ -9,6 +9,7 @@ from labbook.cli.stats.options import (
     AlphaOption,
     ByOption,
     ControlOption,
+    DayOption,
     DecimalOption,
     FileArgument,
     LevelOption,
@@ -34,6 +35,7 @@ def compare(
     value: ValueOption = None,
     by: ByOption = None,
     control: ControlOption = None,
+    day: DayOption = None,
     route: Annotated[
         str,
         typer.Option("--route", metavar="NAME", help="f_then_t (F-test, then Student or Welch), welch or student."),
@@ -65,7 +67,7 @@ def compare(
     from labbook.actions.stats_data import Given
     from labbook.actions.stats_pictures import Pictures
 
-    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book)
+    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)
     with progress("stats compare", None, shown=not as_json) as step:
         told = run(given, CompareRequest(route, alpha, level, pooled), pictures, step)

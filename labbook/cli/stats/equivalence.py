@@ -9,6 +9,7 @@ from labbook.cli.stats.options import (
     AlphaOption,
     ByOption,
     ControlOption,
+    DayOption,
     DecimalOption,
     FileArgument,
     MissingOption,
@@ -33,6 +34,7 @@ def equivalence(
     value: ValueOption = None,
     by: ByOption = None,
     control: ControlOption = None,
+    day: DayOption = None,
     low: Annotated[
         float | None, typer.Option("--low", help="The lower bound of group minus control; alone: non-inferiority.")
     ] = None,
@@ -67,7 +69,7 @@ def equivalence(
     from labbook.actions.stats_equivalence import EquivalenceRequest, equal
     from labbook.actions.stats_pictures import Pictures
 
-    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book)
+    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)
     with progress("stats equivalence", None, shown=not as_json) as step:
         told = equal(given, EquivalenceRequest(low, high, percent, route, alpha, pooled), pictures, step)

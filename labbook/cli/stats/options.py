@@ -27,6 +27,9 @@ ControlOption = Annotated[
         help="What the others are compared with; default: the study's control, or the first.",
     ),
 ]
+DayOption = Annotated[
+    str | None, typer.Option("--day", metavar="COLUMN", help="The table's column of days; a book knows its own.")
+]
 WhereOption = Annotated[
     str | None,
     typer.Option("--where", metavar="TEXT", help='Which rows or runs, for example "foot=small and k_gain=400".'),

@@ -9,6 +9,7 @@ from labbook.cli.stats.options import (
     AlphaOption,
     ByOption,
     ControlOption,
+    DayOption,
     DecimalOption,
     FileArgument,
     LevelOption,
@@ -34,6 +35,7 @@ def savings(
     value: ValueOption = None,
     by: ByOption = None,
     control: ControlOption = None,
+    day: DayOption = None,
     alpha: AlphaOption = None,
     level: LevelOption = None,
     pooled: Annotated[bool, typer.Option("--pooled", help="Take all groups but the control as one.")] = False,
@@ -60,7 +62,7 @@ def savings(
     from labbook.actions.stats_pictures import Pictures
     from labbook.actions.stats_savings import save
 
-    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book)
+    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)
     with progress("stats savings", None, shown=not as_json) as step:
         told = save(given, alpha, level, pooled, pictures, step)

@@ -96,6 +96,44 @@ def test_an_error_that_all_values_share_alike_cancels_in_every_design() -> None:
     assert by_day_with_shared(found, names, days, errors) == found
 
 
+@pytest.mark.parametrize("exponent", [700, 0, -560])
+def test_the_error_is_in_the_unit_of_the_values_however_large_or_small_they_are(exponent: int) -> None:
+    """Also where the variances are no doubles any more."""
+    rows = [
+        ("A", "w", 1.0), ("A", "w", 1.2), ("B", "w", 2.1), ("A", "x", 0.4), ("B", "x", 1.1), ("B", "x", 1.4),
+        ("A", "y", 3.0), ("B", "z", 4.4), ("B", "z", 3.9),
+    ]  # fmt: skip
+    sizes = [0.3, 0.1, 0.2, 0.9, 0.4, 0.4, 0.2, 0.6, 0.5]
+
+    def left(unit: float) -> float:
+        found = compared([(name, day, value * unit) for name, day, value in rows])
+        assert isinstance(found.day_variance, Undefined) == (unit != 1.0)
+        names, days, _values = zip(*rows, strict=True)
+        errors = [SharedError({("fit", "level"): size * unit}, {"fit": 8.0}) for size in sizes]
+        return shared_by_day(found.contrasts[0], day_ratio(found, None), names, days, errors).se
+
+    assert compared(rows).day_ratio > 0.0
+    assert left(2.0**exponent) == pytest.approx(left(1.0) * 2.0**exponent, rel=1e-12)
+
+
+def test_values_with_runs_within_days_that_share_an_error_are_no_comparison_of_weights_by_day() -> None:
+    rows = [
+        ("A", "w", "1", 1.0),
+        ("B", "w", "1", 1.9),
+        ("A", "w", "2", 0.4),
+        ("B", "w", "2", 1.7),
+        ("B", "w", "2", 2.0),
+    ]
+    names, days, runs, values = zip(*rows, strict=True)
+    found = blocked_by_day(values, names, days, runs)
+    assert isinstance(found.exact, ExactTest)
+    assert found.exact.block == "run"
+    assert by_day_with_shared(found, names, days, [SharedError()] * len(rows)) == found
+    errors = [SharedError({("fit", "level"): 0.1 * place}, {"fit": 8.0}) for place in range(len(rows))]
+    with pytest.raises(AssertionError, match="compare one value a run"):
+        by_day_with_shared(found, names, days, errors)
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
     """A report of a design that is not balanced: each side lacks a run of another day."""

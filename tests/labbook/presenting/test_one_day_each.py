@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
-from labbook.analysis.observations import Observation, Observations
 from labbook.presenting.making import MadeReport
-from labbook.presenting.one_day_each import one_day_each, with_days_said
+from labbook.presenting.one_day_each import one_day_each
 from reports.content import Quantity
 from tests.helpers.books import ADA, DAYS, small_book
 from tests.helpers.pages import quick_page
@@ -31,30 +29,14 @@ SAID = (
         ({"b": {"mon"}, "a": {"mon"}}, ""),  # one day for all: runs differ as runs do
         ({"b": {"mon", "tue"}, "a": {"wed"}}, ""),  # how days differ is measured, if badly
         ({"b": {"mon"}, "a": {"mon", "tue"}}, ""),
+        ({"a": {"mon"}}, ""),
+        ({}, ""),
         ({"c": {"mon"}, "b": {"tue"}, "a": {"tue"}}, "c, b and a were measured on one day each, and not all the same"),
     ],
 )
 def test_only_days_that_nothing_measures_are_said(days: dict[str, set[str]], said: str) -> None:
     assert bool(one_day_each(days)) == bool(said)
     assert one_day_each(days).startswith(said)
-
-
-def of_table(rows: str, by: str = "gain") -> Observations:
-    """A table of letters for groups and days: "0a 0a 1b"."""
-    cells = tuple(Observation(float(place), row[0], row[1:]) for place, row in enumerate(rows.split()))
-    return Observations("table.csv", "height", "m", by, "0", cells)
-
-
-def test_on_the_command_line_it_follows_the_sentence_on_a_group_and_the_control() -> None:
-    table = of_table("0a 0a 1b 1b 2a 2a")
-    text = with_days_said("They differ.", table, "1")
-    assert text.startswith("They differ. gain 1 and gain 0 were measured on one day each, and not the same one, so")
-    assert text.endswith("between their days.")
-    assert with_days_said("They differ.", table, "2") == "They differ."
-    assert with_days_said("They differ.", of_table("0 0 1 1"), "1") == "They differ."  # no column of days
-    assert with_days_said("", of_table("0a 0a 1b 1b", by="day"), "1") == ""  # days are what is compared
-    missing = replace(table, rows=(*table.rows, Observation(None, "1", "a")))
-    assert with_days_said("They differ.", missing, "1") == text
 
 
 @pytest.fixture(scope="module")
