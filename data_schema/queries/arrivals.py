@@ -23,8 +23,8 @@ class Arrival:
     `uid` is a log's file or a charge; `file_sha256` and `name` are those of the file, None for a charge that was typed.
     `stays` holds the entries with which it came and left, None where it has not left; what was taken off and put back
     before a report could miss it never left. The entry is that of the last stay; `command` is the same for all that one
-    command stated. `read_seq` is the entry that brought it into the book; `moved` tells whether it was taken from
-    another run.
+    command stated. `read_seq` is the entry that brought it into the book; `moved` tells whether it
+    was another run's before.
     """
 
     run_uid: str
@@ -103,6 +103,9 @@ def _arrivals(
     named, read, declared = _named_with_runs(connection), _read(connection), _declared(connection)
     file_of: dict[str, str] = dict(tuple(row) for row in connection.execute(every))
     left = [(run_uid, uid, file_of[uid]) for uid, run_uid in named if uid in file_of]
+    left_runs: dict[str, list[tuple[str, int]]] = {}
+    for (uid, run_uid), entries in named.items():
+        left_runs.setdefault(uid, []).extend((run_uid, item["seq"]) for item, came in entries if not came)
     found = []
     for run_uid, uid, file_uid in dict.fromkeys([*(tuple(row) for row in connection.execute(belong)), *left]):
         keys = dict.fromkeys([(uid, run_uid), (file_uid, run_uid)])
@@ -123,7 +126,7 @@ def _arrivals(
                 at_utc=entry["at_utc"],
                 person=entry["person"],
                 read_seq=entry["seq"] if in_book is None else in_book["seq"],
-                moved=bool(json.loads(entry["old_json"] or "{}").get("run")),
+                moved=any(seq <= entry["seq"] for other, seq in left_runs.get(uid, ()) if other != run_uid),
                 stays=stays,
             )
         )

@@ -127,9 +127,10 @@ def _columns(changes: Sequence[Change]) -> list[_Changed]:
     found: dict[tuple[str, str, str], _Changed] = {}
     for change in changes:
         for column in _WATCHED.get(change.kind, ()):
-            if column not in change.new or column not in change.old:
+            key = (change.kind, change.uid, column)
+            if column not in change.new or (column not in change.old and key not in found):
                 continue  # an assignment of what belonged to no run yet
-            key, said = (change.kind, change.uid, column), change.new[column]
+            said = change.new[column]
             was = found[key].was if key in found else change.old[column]
             found[key] = _Changed(*key, was, said, change)
     return [item for item in found.values() if item.was != item.now]
@@ -184,11 +185,10 @@ def _logs_that_left(connection: sa.Connection, changes: Sequence[Change]) -> lis
         role, name = known.get(file_uid, (str(FileRole.LOG), "a file"))
         if role != FileRole.LOG:
             continue
-        to = change.new.get("run")
+        to = next((link.run_uid for link in links if link.file_uid == file_uid), None)
         for run_uid in change.old.get("runs", [change.old["run"]] if change.old.get("run") else []):
             if (file_uid, run_uid) not in linked:
-                given = to if (file_uid, to) in linked else None
-                found[file_uid or change.uid, run_uid] = _Left(name, file_uid, run_uid, given, change)
+                found[file_uid or change.uid, run_uid] = _Left(name, file_uid, run_uid, to, change)
     return list(found.values())
 
 

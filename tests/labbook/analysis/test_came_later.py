@@ -144,6 +144,21 @@ def test_a_log_taken_off_and_put_back_after_a_report_is_no_departure(honest: Sma
     assert planned(honest).departures == (said,)
 
 
+def test_a_charge_taken_off_and_put_back_is_no_departure(honest: SmallBook) -> None:
+    reports(honest)
+    assigns(honest, "2021-06-14.csv#2", "none", "was it this one?")
+    assigns(honest, "2021-06-14.csv#2", "r002")
+    assert planned(honest).departures == ()
+
+
+@pytest.mark.parametrize(("what", "lost"), [("r002.csv", "apex height"), ("2021-06-14.csv#2", "joules a jump")])
+def test_what_was_taken_off_a_run_and_given_to_another_is_told_once(honest: SmallBook, what: str, lost: str) -> None:
+    assigns(honest, what, "none", "was it this one?")
+    assigns(honest, what, "r003")
+    (said,) = planned(honest).departures
+    assert said.endswith(f"which leaves run r002, r003 without {lost}")
+
+
 def test_a_log_that_a_report_missed_is_told_though_it_was_there_before(honest: SmallBook) -> None:
     assigns(honest, "r002.csv", "none", "was it this one?")
     reports(honest)
