@@ -13,13 +13,14 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.changes import Change, file_links, roles_and_names_of_files, words_by_uid
+from data_schema.queries.changes import Change, words_by_uid
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.conditions import conditions_by_key
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import FileRole, RunKind, RunState
+from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.departures import Analysable, Departure
 from labbook.analysis.happened import Happened
+from labbook.analysis.logs_that_left import LogThatLeft, logs_that_left
 from labbook.analysis.moved_later import conditions_at_reports
 from labbook.analysis.replaced_later import replacements
 from reports.numbers import Quantity
@@ -45,17 +46,6 @@ class _Changed:
 
 
 @dataclass(frozen=True, slots=True)
-class _Left:
-    """A log that a run had and has no more; `to` is the uid of the run that it was given to, None for none."""
-
-    name: str
-    file_uid: str
-    run: str
-    to: str | None
-    change: Change
-
-
-@dataclass(frozen=True, slots=True)
 class _Names:
     """What is shown for a uid, by the column that holds it."""
 
@@ -74,11 +64,13 @@ def corrected_later(connection: sa.Connection, happened: Happened, now: Analysab
         return []
     changed = _columns(happened.changes)
     names = _names(connection, changed, now)
-    left = _logs_that_left(connection, happened.changes)
+    left = logs_that_left(connection, happened.changes)
     before = _before(now, happened, changed, left, names)
     lost = _lost(now, before, {item.run for item in left})
     old_keys = {run.uid: run.condition_key for run in before.runs}
-    told = {(arrival.uid, item.run.uid) for item in replacements(happened, now) for arrival in item.gone}
+    missing = replacements(happened, now)
+    told = {(arrival.uid, item.run.uid) for item in missing for arrival in item.gone if item.came}
+    seen = {(arrival.uid, item.run.uid) for item in missing for arrival in item.gone if not item.came}
     moved = conditions_at_reports(happened, now)
     found = []
     for item in changed:
@@ -97,8 +89,18 @@ def corrected_later(connection: sa.Connection, happened: Happened, now: Analysab
         words = f"{gone.name} was taken off run {names.shown('run', gone.run)}{given}"
         heights = {uid: tuple(item for item in lost[uid] if item is Quantity.APEX) for uid in lost}
         owners = [gone.run] if gone.to is None else [gone.run, gone.to]
-        found.append(_departure(words, gone.change, owners, heights, old_keys, now))
+        departure = _departure(words, gone.change, owners, heights, old_keys, now)
+        if (gone.file_uid, gone.run) in seen:
+            departure = _of_fewer_logs(departure, gone, now)
+        found.append(departure)
     return found
+
+
+def _of_fewer_logs(told: Departure, gone: LogThatLeft, now: Analysable) -> Departure:
+    """Make exploratory what rests on a run that keeps some of the logs that it had when a report was made."""
+    (run,) = [run for run in now.runs if run.uid == gone.run]
+    said = f"{told.sentence}, after a report had been made: run {run.name} keeps its other logs"
+    return Departure(said, (Quantity.APEX,), (*(told.conditions or ()), run.condition_key))
 
 
 def _names(connection: sa.Connection, changed: Sequence[_Changed], now: Analysable) -> _Names:
@@ -137,7 +139,7 @@ def _columns(changes: Sequence[Change]) -> list[_Changed]:
 
 
 def _before(
-    now: Analysable, happened: Happened, changed: Sequence[_Changed], left: Sequence[_Left], names: _Names
+    now: Analysable, happened: Happened, changed: Sequence[_Changed], left: Sequence[LogThatLeft], names: _Names
 ) -> Analysable:
     """Return what would be there if nothing had been corrected, less the logs that runs lost."""
     values: dict[tuple[str, str], dict[str, Any]] = {}
@@ -169,27 +171,6 @@ def _run_before(run: RunRow, old: Mapping[str, Any], names: _Names) -> RunRow:
             "condition_key": names.words["condition"].get(old["condition"], ""),
         }
     return replace(run, **values)
-
-
-def _logs_that_left(connection: sa.Connection, changes: Sequence[Change]) -> list[_Left]:
-    """Return the logs that runs had and have no more."""
-    links = file_links(connection)
-    linked, file_of = {(link.file_uid, link.run_uid) for link in links}, {link.uid: link.file_uid for link in links}
-    known = roles_and_names_of_files(connection)
-    found: dict[tuple[str, str], _Left] = {}
-    for change in changes:
-        if change.kind not in ("file", "run_file"):
-            continue
-        file_uid = change.uid if change.kind == "file" else file_of.get(change.uid, "")
-        # A link that is gone names no file any more: what it was is not known, that it was taken off is.
-        role, name = known.get(file_uid, (str(FileRole.LOG), "a file"))
-        if role != FileRole.LOG:
-            continue
-        to = next((link.run_uid for link in links if link.file_uid == file_uid), None)
-        for run_uid in change.old.get("runs", [change.old["run"]] if change.old.get("run") else []):
-            if (file_uid, run_uid) not in linked:
-                found[file_uid or change.uid, run_uid] = _Left(name, file_uid, run_uid, to, change)
-    return list(found.values())
 
 
 def _lost(now: Analysable, before: Analysable, without_log: set[str]) -> dict[str, tuple[Quantity, ...]]:

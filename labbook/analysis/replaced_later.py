@@ -22,7 +22,7 @@ from reports.numbers import Quantity
 
 @dataclass(frozen=True, slots=True)
 class Replaced:
-    """What a run's number rested on when a report was made, and what it rests on instead."""
+    """What a run's number rested on when a report was made and does not now, and what it rests on instead, if any."""
 
     run: RunRow
     quantity: Quantity
@@ -31,9 +31,9 @@ class Replaced:
 
 
 def replaced_later(_connection: sa.Connection, happened: Happened, now: Analysable) -> list[Departure]:
-    """Tell which file or charge replaced which."""
+    """Tell which file or charge replaced which; one that nothing replaced is told as taken off."""
     found = []
-    for item in replacements(happened, now):
+    for item in [item for item in replacements(happened, now) if item.came]:
         last = max(item.came, key=lambda arrival: arrival.seq)
         found.append(
             Departure(
@@ -48,13 +48,13 @@ def replaced_later(_connection: sa.Connection, happened: Happened, now: Analysab
 
 
 def replacements(happened: Happened, now: Analysable) -> list[Replaced]:
-    """List the runs that have a number, as at a report, but from other logs or another charge."""
+    """List the runs that have a number, as at a report, but not from all the logs or the charge of then."""
     found = []
     for quantity in happened.arrivals:
         for run in now.runs:
             if run.state is not RunState.VOID and quantity in now.given(run):
                 gone, came = _exchanged(happened, run, quantity)
-                if gone and came:
+                if gone:
                     found.append(Replaced(run, quantity, gone, came))
     return found
 
@@ -68,7 +68,7 @@ def _exchanged(happened: Happened, run: RunRow, quantity: Quantity) -> tuple[tup
         had = happened.that_count(quantity, run.uid, made)
         left = _without(had, has, happened, made, None)
         new = _without(has, had, happened, None, made)
-        if left and new and len(had) <= most:
+        if left and len(had) <= most:
             gone |= dict.fromkeys(left)
             came |= dict.fromkeys(new)
     return tuple(gone), tuple(came)

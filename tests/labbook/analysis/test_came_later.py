@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
 
 from labbook.actions.assigning import assign
 from labbook.actions.correcting import correct
@@ -194,6 +195,24 @@ def test_a_log_that_replaced_another_before_any_report_is_told_only(honest: Smal
     assert found.exploratory_equivalence(POOLED) is None
 
 
+def test_one_of_two_logs_taken_off_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    reports(honest)
+    (started,) = planned(honest).departures
+    assigns(honest, "r002 again.csv", "none", "the first is better")
+    found = planned(honest)
+    assert found.departures[0] == started
+    said = found.departures[1]
+    assert said.startswith("corrected after the first measurement: r002 again.csv was taken off run r002 (Ada Nwosu, ")
+    assert said.endswith("after a report had been made: run r002 keeps its other logs")
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
+    assigns(honest, "r002 again.csv", "r002")
+    assert planned(honest).departures == (started,)
+
+
 def test_a_charge_that_replaced_another_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
     sheet = honest.instruments / "again.csv"
     sheet.write_text("run,mAh,minutes,end_voltage,pack,ended\nr002,90,10,16.80,B,2021-06-14 10:17\n")
@@ -258,6 +277,22 @@ def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(
     with honest.open() as book, book.desk(ADA) as desk:
         correct(book, desk, "r002", ["foot=small"], "it was right")
     assert planned(honest).departures == ()
+
+
+def test_another_corrected_value_asks_the_book_nothing_more(honest: SmallBook) -> None:
+    asked = []
+    for run, pack in (("r002", "C"), ("r003", "A")):
+        with honest.open() as book, book.desk(ADA) as desk:
+            correct(book, desk, run, [f"battery={pack}"], "read again")
+        with honest.open() as book, book.reading() as connection:
+            queries: list[str] = []
+            sa.event.listen(connection, "before_cursor_execute", lambda *said, kept=queries: kept.append(said[2]))
+            found = planned_analysis(connection, book.configuration)
+        assert any(f"battery of run {run} was " in said for said in found.departures)
+        asked.append(queries)
+    assert len(asked[0]) == len(asked[1])
+    of_reports = [query for query in asked[0] if query.startswith("SELECT journal.seq \nFROM journal")]
+    assert len(of_reports) == 1
 
 
 def test_a_run_put_on_another_day_or_pack_is_told_by_name(honest: SmallBook) -> None:
