@@ -9,6 +9,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.facts import FACTS
 from data_schema.tables.files import file, ingest, run_file
 from data_schema.tables.people import journal, person
 from data_schema.tables.runs import run
@@ -82,3 +83,9 @@ def roles_and_names_of_files(connection: sa.Connection) -> dict[str, tuple[str |
         .where(ingest.c.status == str(IngestStatus.IMPORTED))
     )
     return {uid: (role, name) for uid, role, name in connection.execute(query)}
+
+
+def words_by_uid(connection: sa.Connection, kind: str, column: str) -> dict[str, str]:
+    """Return what a column says of every row of a kind of fact, by the row's uid."""
+    table = FACTS[kind]
+    return {uid: str(word) for uid, word in connection.execute(sa.select(table.c.uid, table.c[column]))}

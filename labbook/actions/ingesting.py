@@ -35,12 +35,16 @@ from labbook.statements.ingesting import as_read
 
 @dataclass(frozen=True, slots=True)
 class IngestRequest:
-    """What was asked for with a file: the run it belongs to, what was declared about it, and whether only to try."""
+    """What was asked for with a file: the run it belongs to, what was declared about it, and whether only to try.
+
+    `batch` is the same for all files that one command takes in, None where it takes one.
+    """
 
     run: str | None = None
     options: Mapping[str, Any] | None = None
     dry_run: bool = False
     person: str | None = None
+    batch: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,6 +202,7 @@ def _stored(
         "modified_utc": modified_utc,
         "options": options,
         "stated_run": stated_run(book, path),
+        **({} if request.batch is None else {"batch": request.batch}),
     }
     with book.desk(request.person) as desk:
         first = first_import(desk.connection, sha256)  # another program may have been faster

@@ -11,7 +11,8 @@ from data_schema.errors import InputRefused, UsageError, unknown_name
 from ingest.header_cells import parse_header
 from labbook.actions.stats_table import LongTable, is_number_text, numbers_of, read_table
 from labbook.actions.stats_where import WhereColumns, rows_where
-from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book, with_control
+from labbook.analysis.controls import with_control
+from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
 from labbook.book.opening import opened
 from reports.numbers import Quantity
 from stats.checks import MISSING

@@ -1,59 +1,38 @@
 """Charges and logs that came to a run after it had what counts, and those that came to it after a report was made.
 
 A second charge, or a log more than the run has starts, leaves a run without the number that it had: that acts as an
-exclusion, whoever meant it. What one command brings together took nothing away from anybody who had seen a number. A
-first charge or log that was in the book when a report was made, and was given to its run only afterwards, takes the run
-in after others were seen; inboxes have to be emptied, so that it is told and not labelled.
+exclusion, whoever meant it. What one command brings together, however many files it takes in, took nothing away from
+anybody who had seen a number. A first charge or log that was in the book when a report was made, and was given to its
+run only afterwards, takes the run in after others were seen; inboxes have to be emptied, so that it is told and not
+labelled.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import sqlalchemy as sa
 
-from data_schema.queries.arrivals import Arrival, charge_arrivals, log_arrivals, reports_made
+from data_schema.queries.arrivals import Arrival
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import ChargeMode, RunKind, RunState
+from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.departures import Analysable, Departure
+from labbook.analysis.happened import WHAT, Happened
+from labbook.analysis.replaced_later import replacements
 from reports.numbers import Quantity
 
 
-def came_later(connection: sa.Connection, _first_seq: int, now: Analysable) -> list[Departure]:
+def came_later(_connection: sa.Connection, happened: Happened, now: Analysable) -> list[Departure]:
     """List what came to runs later than it should have, to be seen to make no difference."""
-    reports = reports_made(connection)
-    arrivals = {Quantity.JOULES: charge_arrivals(connection), Quantity.APEX: log_arrivals(connection)}
+    replacing = {arrival for item in replacements(happened, now) for arrival in item.came}
     found = []
-    for quantity, of_runs in arrivals.items():
-        by_run: dict[str, list[Arrival]] = {}
-        for arrival in of_runs:
-            by_run.setdefault(arrival.run_uid, []).append(arrival)
+    for quantity in happened.arrivals:
         for run in now.runs:
             if run.state is not RunState.VOID:
-                several = _that_count(now, run, quantity, by_run.get(run.uid, []))
+                several = happened.that_count(quantity, run.uid)
                 found += _further(now, run, quantity, several)
-                found += _taken_in(now, run, quantity, several, reports)
-    return found
-
-
-_WHAT: Mapping[Quantity, str] = {Quantity.JOULES: "charge", Quantity.APEX: "log"}
-
-
-def _that_count(now: Analysable, run: RunRow, quantity: Quantity, arrivals: Sequence[Arrival]) -> list[Arrival]:
-    """Return the arrivals of charges that charged, or of logs with a body height, each content once."""
-    if quantity is Quantity.JOULES:
-        charged = {item.uid for item in now.charges.get(run.uid, []) if item.mode == ChargeMode.CHARGE}
-        return [item for item in arrivals if item.uid in charged]
-    samples: dict[str, list[str]] = {}
-    for log in now.logs.get(run.uid, []):
-        samples.setdefault(log.file_sha256, []).append(log.sha256)
-    known: set[str] = set()
-    found = []
-    for item in arrivals:
-        own = set(samples.get(item.file_sha256 or "", ()))
-        if own - known:
-            found.append(item)
-        known |= own
+                first = [item for item in several if item not in replacing]
+                found += _taken_in(now, run, quantity, first, happened.reports)
     return found
 
 
@@ -65,14 +44,14 @@ def _further(now: Analysable, run: RunRow, quantity: Quantity, several: Sequence
     had, taken = several[most - 1], f"which leaves run {run.name} without {quantity}"
     return [
         Departure(
-            f"{_named(item, quantity)} came to run {run.name} when it had its {_WHAT[quantity]} ({item.person}, "
+            f"{_named(item, quantity)} came to run {run.name} when it had its {WHAT[quantity]} ({item.person}, "
             f"{item.at_utc[:10]}), {taken}",
             (quantity,),
             None if run.kind is RunKind.IDLE else (run.condition_key,),
         )
         for item in several[most:]
-        # A charge that was moved is told as a correction of it.
-        if item.command != had.command and not (item.moved and quantity is Quantity.JOULES)
+        # What was taken from another run is told as a correction.
+        if item.command != had.command and not item.moved
     ]
 
 
@@ -98,9 +77,9 @@ def _taken_in(
         return []
     return [
         Departure(
-            f"the {_WHAT[quantity]} of run {run.name} was in the book when a report was made, and was given to it only "
+            f"the {WHAT[quantity]} of run {run.name} was in the book when a report was made, and was given to it only "
             f"afterwards ({item.person}, {item.at_utc[:10]})"
         )
         for item in several
-        if not item.moved and any(item.read_seq < made < item.seq for made in reports)
+        if not item.moved and any(item.read_seq < made < item.seq and not item.belonged(made) for made in reports)
     ]

@@ -1,9 +1,8 @@
 """What was corrected after the first measurement of what an analysis rests on, and what that took out of it.
 
 Only what differs in the end is told: who takes a correction back has changed nothing. A correction that leaves a run
-without a number it would have had otherwise takes it out; one that keeps it in may well be right, and is told. A run
-that was moved to another condition after a report had been made could have been moved to please, and both conditions
-are exploratory.
+without a number it would have had otherwise takes it out; one that keeps it in may well be right, and is told. What
+differs from what a report saw is told by `moved_later` and `replaced_later`.
 """
 
 from __future__ import annotations
@@ -14,22 +13,22 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.arrivals import reports_made
-from data_schema.queries.changes import Change, changes_after, file_links, roles_and_names_of_files
-from data_schema.queries.charges import ChargeOfRun, every_charge
+from data_schema.queries.changes import Change, words_by_uid
+from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.conditions import conditions_by_key
-from data_schema.queries.facts import read_fact
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import FileRole, RunKind, RunState
+from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.departures import Analysable, Departure
+from labbook.analysis.happened import Happened
+from labbook.analysis.logs_that_left import LogThatLeft, logs_that_left
+from labbook.analysis.moved_later import conditions_at_reports
+from labbook.analysis.replaced_later import replacements
 from reports.numbers import Quantity
 
 _WATCHED: Mapping[str, tuple[str, ...]] = {
     "run": ("kind", "condition", "jumps_made", "starts", "duration_s", "day", "robot", "battery"),
     "charge": ("run", "charge_mah", "mode"),
 }
-
-
 _NAMED_IN: Mapping[str, str] = {"day": "date_local", "robot": "name", "battery": "name"}
 """Columns that refer to another row, and which column of that says what it is."""
 
@@ -48,70 +47,81 @@ class _Changed:
 
 @dataclass(frozen=True, slots=True)
 class _Names:
-    connection: sa.Connection
-    runs: Mapping[str, str]
-    conditions: Mapping[str, str]
+    """What is shown for a uid, by the column that holds it."""
+
+    words: Mapping[str, Mapping[str, str]]
 
     def shown(self, column: str, value: Any) -> str:
         if value is None or value == "":
             return "none"
-        if column in _NAMED_IN:
-            (word,) = read_fact(self.connection, column, str(value), [_NAMED_IN[column]]).values()
-            return str(word)
-        known = {"run": self.runs, "condition": self.conditions}.get(column, {})
+        known = self.words.get(column, {})
         return known.get(str(value), f"{value:g}" if isinstance(value, float) else str(value))
 
 
-def corrected_later(connection: sa.Connection, first_seq: int, now: Analysable) -> list[Departure]:
+def corrected_later(connection: sa.Connection, happened: Happened, now: Analysable) -> list[Departure]:
     """List what was corrected after the entry of the first measurement."""
-    changes = changes_after(connection, first_seq)
-    if not changes:
+    if not happened.changes:
         return []
-    charges = every_charge(connection)
-    names = _Names(
-        connection,
-        {run.uid: run.name for run in now.runs},
-        {uid: key for key, uid in conditions_by_key(connection).items()},
-    )
-    changed = _columns(changes)
-    before = _before(now, charges, changed, names)
-    left = _logs_that_left(connection, changes)
-    lost = _lost(now, before, {run for _name, run, _change in left})
+    changed = _columns(happened.changes)
+    names = _names(connection, changed, now)
+    left = logs_that_left(connection, happened.changes)
+    before = _before(now, happened, changed, left, names)
+    lost = _lost(now, before, {item.run for item in left})
     old_keys = {run.uid: run.condition_key for run in before.runs}
-    run_of_charge = {item.uid: item.run_uid for item in charges}
+    missing = replacements(happened, now)
+    told = {(arrival.uid, item.run.uid) for item in missing for arrival in item.gone if item.came}
+    seen = {(arrival.uid, item.run.uid) for item in missing for arrival in item.gone if not item.came}
+    moved = conditions_at_reports(happened, now)
     found = []
-    reported = reports_made(connection)
     for item in changed:
-        owners = (
-            [item.uid]
-            if item.kind == "run"
-            else [run_of_charge[item.uid], *([item.was] if item.column == "run" else [])]
-        )
-        of = f"run {names.shown('run', item.uid)}" if item.kind == "run" else _charge_words(item, run_of_charge, names)
+        if (item.column == "condition" and item.uid in moved) or (
+            item.column == "run" and not item.now and (item.uid, item.was) in told
+        ):
+            continue
+        owners, of = _owners(item, happened.charges), _of(item, happened.charges, names)
         was, is_now = names.shown(item.column, item.was), names.shown(item.column, item.now)
-        told = _departure(
-            f"{item.column} of {of} was {was} and is {is_now}", item.last, owners, _taken(item, lost), old_keys, now
-        )
-        if item.column == "condition" and not told.quantities and any(made < item.last.seq for made in reported):
-            told = _moved(told, item.uid, (was, is_now), now)
-        found.append(told)
-    for name, run_uid, change in left:
-        words = f"{name} was taken off run {names.shown('run', run_uid)}"
+        said = f"{item.column} of {of} was {was} and is {is_now}"
+        found.append(_departure(said, item.last, owners, _taken(item, lost), old_keys, now))
+    for gone in left:
+        if gone.to is None and (gone.file_uid, gone.run) in told:
+            continue
+        given = "" if gone.to is None else f" and given to run {names.shown('run', gone.to)}"
+        words = f"{gone.name} was taken off run {names.shown('run', gone.run)}{given}"
         heights = {uid: tuple(item for item in lost[uid] if item is Quantity.APEX) for uid in lost}
-        found.append(_departure(words, change, [run_uid], heights, old_keys, now))
+        owners = [gone.run] if gone.to is None else [gone.run, gone.to]
+        departure = _departure(words, gone.change, owners, heights, old_keys, now)
+        if (gone.file_uid, gone.run) in seen:
+            departure = _of_fewer_logs(departure, gone, now)
+        found.append(departure)
     return found
 
 
-def _moved(told: Departure, run_uid: str, keys: tuple[str, str], now: Analysable) -> Departure:
-    """Make exploratory what rests on both conditions of a run that was moved when a report had been made."""
-    given = {quantity for run in now.runs if run.uid == run_uid for quantity in now.given(run)}
-    quantities = tuple(item for item in Quantity if item in given)
-    return Departure(f"{told.sentence}, after a report had been made", quantities, keys if quantities else None)
+def _of_fewer_logs(told: Departure, gone: LogThatLeft, now: Analysable) -> Departure:
+    """Make exploratory what rests on a run that keeps some of the logs that it had when a report was made."""
+    (run,) = [run for run in now.runs if run.uid == gone.run]
+    said = f"{told.sentence}, after a report had been made: run {run.name} keeps its other logs"
+    return Departure(said, (Quantity.APEX,), (*(told.conditions or ()), run.condition_key))
 
 
-def _charge_words(item: _Changed, run_of_charge: Mapping[str, str], names: _Names) -> str:
-    run = item.was if item.column == "run" else run_of_charge[item.uid]
-    return "a charge" if item.column == "run" else f"the charge of run {names.shown('run', run)}"
+def _names(connection: sa.Connection, changed: Sequence[_Changed], now: Analysable) -> _Names:
+    """Read the words for the columns that changed, each once."""
+    columns = {item.column for item in changed}
+    words = {column: words_by_uid(connection, column, name) for column, name in _NAMED_IN.items() if column in columns}
+    words["condition"] = {uid: key for key, uid in conditions_by_key(connection).items()}
+    return _Names(words | {"run": {run.uid: run.name for run in now.runs}})
+
+
+def _owners(item: _Changed, charges: Mapping[str, ChargeOfRun]) -> list[str]:
+    """Return the runs that a changed column is about."""
+    if item.kind == "run":
+        return [item.uid]
+    return [charges[item.uid].run_uid, *([item.was] if item.column == "run" else [])]
+
+
+def _of(item: _Changed, charges: Mapping[str, ChargeOfRun], names: _Names) -> str:
+    if item.kind == "run":
+        return f"run {names.shown('run', item.uid)}"
+    return "a charge" if item.column == "run" else f"the charge of run {names.shown('run', charges[item.uid].run_uid)}"
 
 
 def _columns(changes: Sequence[Change]) -> list[_Changed]:
@@ -119,22 +129,25 @@ def _columns(changes: Sequence[Change]) -> list[_Changed]:
     found: dict[tuple[str, str, str], _Changed] = {}
     for change in changes:
         for column in _WATCHED.get(change.kind, ()):
-            if column not in change.new or column not in change.old:
+            key = (change.kind, change.uid, column)
+            if column not in change.new or (column not in change.old and key not in found):
                 continue  # an assignment of what belonged to no run yet
-            key, said = (change.kind, change.uid, column), change.new[column]
+            said = change.new[column]
             was = found[key].was if key in found else change.old[column]
             found[key] = _Changed(*key, was, said, change)
     return [item for item in found.values() if item.was != item.now]
 
 
-def _before(now: Analysable, charges: Sequence[ChargeOfRun], changed: Sequence[_Changed], names: _Names) -> Analysable:
-    """Return what would be there if nothing had been corrected; files apart."""
+def _before(
+    now: Analysable, happened: Happened, changed: Sequence[_Changed], left: Sequence[LogThatLeft], names: _Names
+) -> Analysable:
+    """Return what would be there if nothing had been corrected, less the logs that runs lost."""
     values: dict[tuple[str, str], dict[str, Any]] = {}
     for item in changed:
         values.setdefault((item.kind, item.uid), {})[item.column] = item.was
     runs = tuple(_run_before(run, values.get(("run", run.uid), {}), names) for run in now.runs)
     by_run: dict[str, list[ChargeOfRun]] = {}
-    for charge in charges:
+    for charge in happened.charges.values():
         old = values.get(("charge", charge.uid), {})
         as_it_was = replace(
             charge,
@@ -143,7 +156,9 @@ def _before(now: Analysable, charges: Sequence[ChargeOfRun], changed: Sequence[_
             mode=old.get("mode", charge.mode),
         )
         by_run.setdefault(as_it_was.run_uid, []).append(as_it_was)
-    return Analysable(runs, by_run, now.logs)
+    given = {(item.to, sample) for item in left for sample in happened.heights.get(item.file_uid, ())}
+    logs = {uid: [log for log in logs if (uid, log.sha256) not in given] for uid, logs in now.logs.items()}
+    return Analysable(runs, by_run, logs)
 
 
 def _run_before(run: RunRow, old: Mapping[str, Any], names: _Names) -> RunRow:
@@ -151,28 +166,11 @@ def _run_before(run: RunRow, old: Mapping[str, Any], names: _Names) -> RunRow:
     if "kind" in old:
         values["kind"] = RunKind(old["kind"])
     if "condition" in old:
-        values |= {"condition_uid": old["condition"], "condition_key": names.conditions.get(old["condition"], "")}
+        values |= {
+            "condition_uid": old["condition"],
+            "condition_key": names.words["condition"].get(old["condition"], ""),
+        }
     return replace(run, **values)
-
-
-def _logs_that_left(connection: sa.Connection, changes: Sequence[Change]) -> list[tuple[str, str, Change]]:
-    """Return the logs that a run had and has no more: (name, the run's uid, what took it off)."""
-    links = file_links(connection)
-    linked, file_of = {(link.file_uid, link.run_uid) for link in links}, {link.uid: link.file_uid for link in links}
-    known = roles_and_names_of_files(connection)
-    found: dict[tuple[str, str], tuple[str, str, Change]] = {}
-    for change in changes:
-        if change.kind not in ("file", "run_file"):
-            continue
-        file_uid = change.uid if change.kind == "file" else file_of.get(change.uid, "")
-        # A link that is gone names no file any more: what it was is not known, that it was taken off is.
-        role, name = known.get(file_uid, (str(FileRole.LOG), "a file"))
-        if role != FileRole.LOG:
-            continue
-        for run_uid in change.old.get("runs", [change.old["run"]] if change.old.get("run") else []):
-            if (file_uid, run_uid) not in linked:
-                found[file_uid or change.uid, run_uid] = (name, run_uid, change)
-    return list(found.values())
 
 
 def _lost(now: Analysable, before: Analysable, without_log: set[str]) -> dict[str, tuple[Quantity, ...]]:

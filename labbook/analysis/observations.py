@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-import math
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import Any
@@ -17,6 +15,7 @@ from data_schema.queries.runs import RunRow
 from ingest.store import Store
 from labbook.analysis import pairing
 from labbook.analysis.conditions import NUMBER_OF, RunNumber, run_numbers
+from labbook.analysis.controls import sort_key, with_control
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence, gather
 from labbook.analysis.observed_notes import beside_plan, left_out, pooled_over
@@ -86,14 +85,14 @@ class Observations:
     @property
     def labels(self) -> list[str]:
         """Labels of the groups: the control's first, then numbers by size and words by alphabet."""
-        found = sorted({row.label for row in self.rows}, key=_order)
+        found = sorted({row.label for row in self.rows}, key=sort_key)
         return sorted(found, key=lambda label: label != self.control)
 
     def name(self, label: str) -> str:
         """Return a group's name in sentences: as it is shown, or a bare number with what it is a level of."""
         if label in self.shown:
             return self.shown[label]
-        return f"{self.by} {label}" if _order(label)[0] == 0 else label
+        return f"{self.by} {label}" if sort_key(label)[0] == 0 else label
 
     def values(self, label: str) -> list[Any]:
         """Return the values of a group, None for missing ones."""
@@ -143,32 +142,6 @@ class Observations:
     def known(self) -> Observations:
         """Return the observations that hold a value."""
         return replace(self, rows=tuple(row for row in self.rows if row.value is not None))
-
-
-def with_control(control: str | None, by: str, labels: Sequence[str], usual: str | None = None) -> str:
-    """Return the label of the control: the one given, the usual one, or the first in order.
-
-    Raises `UnknownName` for a label that no value has.
-    """
-    if not labels:
-        raise InputRefused(f"there is no value to group by {by}: select others with --where.")
-    if control is not None and control not in labels:
-        raise unknown_name(f"level of {by}", control, labels)
-    if control is None and usual in labels:
-        return str(usual)
-    return min(labels, key=_order) if control is None else control
-
-
-def _order(label: str) -> tuple[int, float, tuple[tuple[str, int], ...], str]:
-    """Return what sorts numbers by size, and words by alphabet with whole numbers in them by size."""
-    try:
-        number = float(label)
-    except ValueError:
-        number = math.nan
-    if not math.isfinite(number):
-        parts = re.findall(r"([^0-9]*)([0-9]*)", label)
-        return (1, 0.0, tuple((word, int(digits or -1)) for word, digits in parts), label)
-    return (0, number, (), label)
 
 
 @dataclass(frozen=True, slots=True)

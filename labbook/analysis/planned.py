@@ -21,7 +21,10 @@ from labbook.analysis.came_later import came_later
 from labbook.analysis.conditions_left_out import conditions_left_out
 from labbook.analysis.corrected_later import corrected_later
 from labbook.analysis.departures import Analysable, Departure, parted_conditions, read_analysable
+from labbook.analysis.happened import Happened, read_happened
 from labbook.analysis.left_out import LeftOut, left_out
+from labbook.analysis.moved_later import moved_later
+from labbook.analysis.replaced_later import replaced_later
 from labbook.config.analysis import kept_analysis, kept_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family, Outcome
 from reports.numbers import Quantity
@@ -122,9 +125,10 @@ def planned_analysis(
             now or AnalysisSettings(), False, (NOTHING_DECIDED + too_late,), *_said(known), first.at_utc
         )  # fmt: skip
     out, since, every = left_out(connection, stood.exclusions), _since(before, stood), read_analysable(connection)
+    happened = read_happened(connection, first.seq)
     further = [
         *_jump_rules(before[-1][0].text, configuration),
-        *(item for watch in _SINCE_MEASURED for item in watch(connection, first.seq, every)),
+        *(item for watch in _SINCE_MEASURED for item in watch(connection, happened, every)),
         *(
             ()
             if selected is None
@@ -150,7 +154,12 @@ def planned_analysis(
     )
 
 
-_SINCE_MEASURED: tuple[Callable[[sa.Connection, int, Analysable], list[Departure]], ...] = (corrected_later, came_later)
+_SINCE_MEASURED: tuple[Callable[[sa.Connection, Happened, Analysable], list[Departure]], ...] = (
+    corrected_later,
+    moved_later,
+    replaced_later,
+    came_later,
+)
 """What is watched in the journal since the entry of the first measurement, in the order in which it is told."""
 _IN_SELECTIONS: tuple[Callable[[Analysable, Configuration, Collection[str]], list[Departure]], ...] = (
     parted_conditions,

@@ -47,6 +47,7 @@ def ingest(
         ingest_file_or_refuse,
         without_samples,
     )
+    from labbook.book.desk import new_uid
     from labbook.book.opening import opened
     from labbook.cli.ingest_lines import outcome_json, outcome_lines, rig_lines_of, summary_line
 
@@ -58,11 +59,12 @@ def ingest(
         files = files_of(paths, opened_book.folder)
         many = len(files) > 1
         take = ingest_file_or_refuse if many else ingest_file
+        batch = new_uid() if many else None
         try:
             # on a terminal the lines themselves show how far it is
             with progress("ingesting", len(files), shown=many and (as_json or not sys.stdout.isatty())) as step:
                 for path in files:
-                    outcome = take(opened_book, path, IngestRequest(run, options, dry_run, person))
+                    outcome = take(opened_book, path, IngestRequest(run, options, dry_run, person, batch))
                     if asking() and not as_json and not many:
                         said = ask_for(outcome, options)
                         if said is not None:

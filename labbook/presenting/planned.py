@@ -15,8 +15,8 @@ HOW_TO_DECIDE = (
 
 NOT_WATCHED = (
     "Not watched: runs never made or never entered, whether a value was corrected to please (that it was is listed), "
-    "corrections of the study, what labbook.toml says beside [analysis] and which jumps count, and what was looked at "
-    "without a report; the journal has all but the first and the last of these."
+    "the study, the rest of labbook.toml (beside [analysis] and which jumps count), and what was looked at without a "
+    "report; the journal has all but the first and the last of these."
 )
 """What could depart from the plan and is not looked for."""
 

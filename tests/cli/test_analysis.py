@@ -36,7 +36,12 @@ def test_what_was_decided_is_shown_with_its_day_and_its_departures(tmp_path: Pat
     made.toml.write_text(made.toml.read_text() + EXAMPLE)
     good(labbook("charge", "r001", "120", "--as", "BO", at=made.folder))
     line, made_before, not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
-    assert not_watched.startswith("Not watched: runs never made or never entered, ")
+    for words in (
+        "Not watched: runs never made or never entered, whether a value was corrected to please ",
+        ", the study, the rest of labbook.toml ",
+        ", and what was looked at without a report; ",
+    ):
+        assert words in not_watched
     assert line.startswith("Decided on 20")
     assert made_before.startswith("The first run is dated 2021-")
     assert "by Ben Ode, before the first measurement" in line
@@ -66,6 +71,23 @@ def test_leaving_out_for_a_reason_that_was_not_allowed_is_remarked_on(tmp_path: 
     assert remark not in good(labbook("void", "r001", "--undo", "--reason", "it was r002", at=made.folder)).out
     assert remark not in good(labbook("void", "r001", "--reason", "sensor fault: no string", at=made.folder)).out
     assert "Departure" not in good(labbook("analysis", at=made.folder)).out
+
+
+def test_what_one_folder_brings_together_blames_neither_of_two_logs(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + EXAMPLE)
+    log = made.log("r002")
+    again = log.with_name("r002_again.csv")
+    again.write_bytes(b"\n".join(log.read_bytes().splitlines()[:-1]) + b"\n")
+    late = made.folder / "r001_late.csv"
+    late.write_bytes(b"\n".join(made.log("r001").read_bytes().splitlines()[:-1]) + b"\n")
+    good(labbook("ingest", log.parent, at=made.folder))
+    assert "Departure" not in good(labbook("analysis", at=made.folder)).out
+    good(labbook("ingest", late, at=made.folder))
+    (said,) = [line for line in good(labbook("analysis", at=made.folder)).out.splitlines() if "Departure" in line]
+    assert said.startswith("Departure: r001_late.csv came to run r001 when it had its log (")
+    good(labbook("rebuild", at=made.folder))
+    assert said in good(labbook("analysis", at=made.folder)).out
 
 
 def test_a_correction_that_takes_a_run_out_is_told_and_named(tmp_path: Path) -> None:

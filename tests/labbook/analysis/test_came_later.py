@@ -6,6 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import sqlalchemy as sa
 
 from labbook.actions.assigning import assign
 from labbook.actions.correcting import correct
@@ -132,6 +133,135 @@ def test_what_lay_in_the_inbox_while_a_report_was_made_is_told(tmp_path: Path, r
     assert found.exploratory_equivalence(POOLED) is None
 
 
+def test_a_log_taken_off_and_put_back_after_a_report_is_no_departure(honest: SmallBook) -> None:
+    reports(honest)
+    assigns(honest, "r002.csv", "none", "was it this one?")
+    assigns(honest, "r002.csv", "r002")
+    assert planned(honest).departures == ()
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    (said,) = planned(honest).departures
+    assert said.startswith("r002 again.csv came to run r002 when it had its log")
+    rebuild_database(honest.folder, lambda _step: None)
+    assert planned(honest).departures == (said,)
+
+
+def test_a_charge_taken_off_and_put_back_is_no_departure(honest: SmallBook) -> None:
+    reports(honest)
+    assigns(honest, "2021-06-14.csv#2", "none", "was it this one?")
+    assigns(honest, "2021-06-14.csv#2", "r002")
+    assert planned(honest).departures == ()
+
+
+@pytest.mark.parametrize(("what", "lost"), [("r002.csv", "apex height"), ("2021-06-14.csv#2", "joules a jump")])
+def test_what_was_taken_off_a_run_and_given_to_another_is_told_once(honest: SmallBook, what: str, lost: str) -> None:
+    assigns(honest, what, "none", "was it this one?")
+    assigns(honest, what, "r003")
+    (said,) = planned(honest).departures
+    assert said.endswith(f"which leaves run r002, r003 without {lost}")
+
+
+def test_a_log_that_a_report_missed_is_told_though_it_was_there_before(honest: SmallBook) -> None:
+    assigns(honest, "r002.csv", "none", "was it this one?")
+    reports(honest)
+    assigns(honest, "r002.csv", "r002")
+    (said,) = planned(honest).departures
+    assert said.startswith("the log of run r002 was in the book when a report was made, and was given to it only after")
+
+
+def test_a_log_that_replaced_another_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
+    reports(honest)
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    assigns(honest, "r002.csv", "none", "the other is better")
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith("r002 again.csv replaced r002.csv as the log of run r002 after a report had been made (Ada ")
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    rebuild_database(honest.folder, lambda _step: None)
+    assert planned(honest) == found
+    assigns(honest, "r002 again.csv", "none", "it was not")
+    assigns(honest, "r002.csv", "r002")
+    assert not [item for item in planned(honest).further if item.quantities]
+
+
+def test_a_log_that_replaced_another_before_any_report_is_told_only(honest: SmallBook) -> None:
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    assigns(honest, "r002.csv", "none", "the other is better")
+    reports(honest)
+    found = planned(honest)
+    (said,) = found.departures
+    assert "r002.csv was taken off run r002" in said
+    assert found.exploratory_equivalence(POOLED) is None
+
+
+def test_one_of_two_logs_taken_off_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    reports(honest)
+    (started,) = planned(honest).departures
+    assigns(honest, "r002 again.csv", "none", "the first is better")
+    found = planned(honest)
+    assert found.departures[0] == started
+    said = found.departures[1]
+    assert said.startswith("corrected after the first measurement: r002 again.csv was taken off run r002 (Ada Nwosu, ")
+    assert said.endswith("after a report had been made: run r002 keeps its other logs")
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
+    assigns(honest, "r002 again.csv", "r002")
+    assert planned(honest).departures == (started,)
+
+
+def test_a_charge_that_replaced_another_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
+    sheet = honest.instruments / "again.csv"
+    sheet.write_text("run,mAh,minutes,end_voltage,pack,ended\nr002,90,10,16.80,B,2021-06-14 10:17\n")
+    ingests(honest, sheet)
+    reports(honest)
+    assigns(honest, "2021-06-14.csv#2", "none", "read wrongly")
+    assigns(honest, "again.csv#1", "r002")
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith("a charge of again.csv replaced a charge of 2021-06-14.csv as the charge of run r002 after ")
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory_equivalence(POOLED) is None
+
+
+def test_a_charge_corrected_after_a_report_is_listed_and_not_labelled(honest: SmallBook) -> None:
+    reports(honest)
+    with honest.open() as book, book.reading() as connection:
+        query = "SELECT charge.uid FROM charge JOIN run ON charge.run = run.id WHERE run.name = 'r002'"
+        uid = connection.exec_driver_sql(query).scalar_one()
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, f"charge:{uid}", ["charge_mah=90"], "typed wrongly")
+    found = planned(honest)
+    (said,) = found.departures
+    assert "charge_mah of the charge of run r002 was " in said
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+
+
+def moves(made: SmallBook, foot: str) -> None:
+    with made.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", [f"foot={foot}"], "looked odd")
+
+
+def test_a_run_stands_where_the_report_saw_it(honest: SmallBook) -> None:
+    """Moved before a report and there and back after it: told, for it was moved after the first measurement."""
+    moves(honest, "large")
+    reports(honest)
+    moves(honest, "small")
+    moves(honest, "large")
+    found = planned(honest)
+    (told,) = found.departures
+    assert told.startswith("corrected after the first measurement: condition of run r002 was ")
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    moves(honest, "small")
+    (said,) = planned(honest).departures
+    assert said.endswith("after a report had been made")
+    assert planned(honest).exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
+
+
 def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(honest: SmallBook) -> None:
     was = key_of(honest, "r002")
     reports(honest)
@@ -147,6 +277,22 @@ def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(
     with honest.open() as book, book.desk(ADA) as desk:
         correct(book, desk, "r002", ["foot=small"], "it was right")
     assert planned(honest).departures == ()
+
+
+def test_another_corrected_value_asks_the_book_nothing_more(honest: SmallBook) -> None:
+    asked = []
+    for run, pack in (("r002", "C"), ("r003", "A")):
+        with honest.open() as book, book.desk(ADA) as desk:
+            correct(book, desk, run, [f"battery={pack}"], "read again")
+        with honest.open() as book, book.reading() as connection:
+            queries: list[str] = []
+            sa.event.listen(connection, "before_cursor_execute", lambda *said, kept=queries: kept.append(said[2]))
+            found = planned_analysis(connection, book.configuration)
+        assert any(f"battery of run {run} was " in said for said in found.departures)
+        asked.append(queries)
+    assert len(asked[0]) == len(asked[1])
+    of_reports = [query for query in asked[0] if query.startswith("SELECT journal.seq \nFROM journal")]
+    assert len(of_reports) == 1
 
 
 def test_a_run_put_on_another_day_or_pack_is_told_by_name(honest: SmallBook) -> None:
