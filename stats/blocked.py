@@ -18,9 +18,10 @@ from stats.blocked_result import BlockedByDay
 from stats.blocks import Codes
 from stats.cells import cells_of
 from stats.checks import Missing, as_level, as_sample
-from stats.complete import Labels, as_labels, complete_rows
+from stats.complete import Labels, as_labels, complete_rows, label_text
 from stats.exact_by_day import exact_test
 from stats.strata import Strata, strata_of
+from stats.wording import counted
 
 
 def blocked_by_day(
@@ -35,13 +36,14 @@ def blocked_by_day(
 ) -> BlockedByDay:
     """Compare the conditions of values of shape (n,), each with the labels of its condition, its day and its run.
 
-    Runs are numbered within days: run 1 of Monday is not run 1 of Tuesday. `control` is the condition that the others
+    Runs are numbered within days: run 1 of Monday is not run 1 of Tuesday. Labels that are equal numbers, as 0 and 0.0,
+    are one, called "0". `control` is the condition that the others
     are compared with, by default the first in order (numbers by size, words by alphabet). Agrees with lmerTest's
     Satterthwaite tests; where contrasts differ in their degrees of freedom, lmerTest's overall F-test depends on the
     order of the conditions and stands apart from the one that does not. Where the design has an exact F-test, that
     stands beside them. Conditions of one day each get no p. Raises `InputRefused` for infinite values, labels of
-    another length, and, unless `missing` is "drop", for values or labels that are missing; `UnknownName` for an unknown
-    control.
+    another length or of more than one dimension, and, unless `missing` is "drop", for values or labels that are missing
+    (an infinite label and an empty one are); `UnknownName` for an unknown control.
     """
     level = as_level("level", level)
     columns = [values, as_labels("condition", condition, missing), as_labels("day", day, missing)]
@@ -54,7 +56,7 @@ def blocked_by_day(
     condition_names, condition_codes = _coded("condition", conditions, numbers.size)
     day_names, day_codes = _coded("day", days, numbers.size)
     if control is not None:
-        condition_names, condition_codes = _control_first(str(control), condition_names, condition_codes)
+        condition_names, condition_codes = _control_first(label_text(control), condition_names, condition_codes)
     run_codes, n_runs = day_codes, 0
     if runs:
         _names, within_day = _coded("run", runs[0], numbers.size)
@@ -96,9 +98,12 @@ def blocked_by_day(
 
 def _coded(name: str, labels: NDArray[np.object_], n: int) -> tuple[tuple[str, ...], Codes]:
     """Return the distinct labels in order (numbers by size where all are numbers) and the number of each value's."""
-    words = [str(label) for label in labels]
+    words: list[str] = labels.tolist()
     if len(words) != n:
-        raise InputRefused(f"there are {n} values and {len(words)} labels of {name}: give one label for each value.")
+        raise InputRefused(
+            f"there {'is' if n == 1 else 'are'} {counted(n, 'value')} and {counted(len(words), 'label')} of {name}: "
+            "give one label for each value."
+        )
     names = sorted(set(words))
     try:
         names.sort(key=float)

@@ -12,7 +12,7 @@ from stats.blocked_result import ConditionMean, Contrast
 from stats.blocks import Floats, blocks_of
 from stats.cells import Cells
 from stats.distributions import t_quantile
-from stats.reml import DAY, RUN, Profile, RemlModel
+from stats.reml import DAY, RUN, Estimates, Profile, RemlModel
 from stats.reml_search import minimise
 from stats.satterthwaite import Satterthwaite
 from stats.strata import Strata, negligible
@@ -68,8 +68,7 @@ def fit_by_day(design: Fitted, days_of: list[int]) -> Fit:
     untested = _untested(design, squares)
     if untested is not None:
         gamma = np.array([FAR if each else 0.0 for each in free])
-        means = model.estimates(gamma).of(np.eye(len(design.names)))
-        return _without(design, days_of, means, float(gamma[DAY]), untested)
+        return _without(design, days_of, model.estimates(gamma), float(gamma[DAY]), untested)
     total = cells.sum_squares + float(cells.size @ cells.mean**2)
     gamma = minimise(model, free, 100.0 * (1.0 + total / (squares / strata.residual)))
     profile = model.at(gamma)
@@ -172,7 +171,7 @@ def _mean(
 ) -> ConditionMean:
     cells = design.cells
     weights = np.eye(len(design.names))[place]
-    estimate = float(profile.estimates.of(weights))
+    estimate = profile.estimates.means()[place]
     n = int(cells.size[cells.condition == place].sum())
     middle = cells.unit.value(estimate, "the mean")
     if unknown is not None:
@@ -180,14 +179,14 @@ def _mean(
     se = math.sqrt(profile.residual_variance * profile.estimates.variance(weights))
     df = doubt.df(weights)
     half = t_quantile(design.level, df) * se
-    ends = cells.unit.values(estimate - half, estimate + half)
+    ends = cells.unit.values(float(estimate - half), float(estimate + half))
     return ConditionMean(design.names[place], n, n_days, middle, cells.unit.spread(se, "the standard error"), df, ends)
 
 
 def _contrast(design: Fitted, profile: Profile, doubt: Satterthwaite, place: int) -> Contrast:
     unit, names = design.cells.unit, design.names
     weights = np.eye(len(names))[place] - np.eye(len(names))[0]
-    difference = float(profile.estimates.of(weights))
+    difference = float(profile.estimates.differences()[place - 1])
     none = _untellable(design, place)
     if none is not None:
         return Contrast(names[place], names[0], unit.difference(difference, "the difference"), *(none,) * 6)
@@ -219,17 +218,17 @@ def _type_one_contrasts(cells: Cells) -> Floats:
     return np.asarray(upper @ np.column_stack([-np.ones(k - 1), np.eye(k - 1)]))
 
 
-def _without(design: Fitted, days_of: list[int], means: Floats, day_ratio: float, none: Undefined) -> Fit:
+def _without(design: Fitted, days_of: list[int], estimates: Estimates, day_ratio: float, none: Undefined) -> Fit:
     """Return the means and differences of a design that allows no test."""
     cells, control = design.cells, design.names[0]
     return Fit(
         conditions=tuple(
-            ConditionMean(name, int(n), days, cells.unit.value(float(mean), "the mean"), none, none, none)
-            for name, n, days, mean in zip(design.names, cells.counts, days_of, means, strict=True)
+            ConditionMean(name, int(n), days, cells.unit.value(mean, "the mean"), none, none, none)
+            for name, n, days, mean in zip(design.names, cells.counts, days_of, estimates.means(), strict=True)
         ),
         contrasts=tuple(
-            Contrast(name, control, cells.unit.difference(float(mean - means[0]), "the difference"), *(none,) * 6)
-            for name, mean in zip(design.names[1:], means[1:], strict=True)
+            Contrast(name, control, cells.unit.difference(float(difference), "the difference"), *(none,) * 6)
+            for name, difference in zip(design.names[1:], estimates.differences(), strict=True)
         ),
         day_variance=none,
         run_variance=none,

@@ -6,19 +6,20 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from data_schema.vocabulary import Undefined
+from stats.finite import Number
 
 
 @dataclass(frozen=True, slots=True)
 class Unit:
     """What values are counted from and in, once as many powers of two are taken out that their squares are doubles."""
 
-    shift: float
+    shift: Fraction
     """What they are counted from, in units of 2**shift_exponent."""
     shift_exponent: int
     exponent: int
     """They are in units of 2**exponent."""
 
-    def value(self, scaled: float, what: str) -> float | Undefined:
+    def value(self, scaled: Number, what: str) -> float | Undefined:
         """Return a value in the unit of the values given; `what` it is stands in the reason."""
         return _rounded(self._exact(scaled), what)
 
@@ -26,7 +27,7 @@ class Unit:
         """Return an interval of values."""
         return _interval(self._exact(low), self._exact(high))
 
-    def difference(self, scaled: float, what: str) -> float | Undefined:
+    def difference(self, scaled: Number, what: str) -> float | Undefined:
         """Return a difference of values."""
         return _rounded(_times(scaled, self.exponent), what)
 
@@ -41,11 +42,17 @@ class Unit:
             return Undefined(f"{what} is too small for a double: give the values in a smaller unit")
         return found
 
-    def _exact(self, scaled: float) -> Fraction:
+    def scaled(self, value: Fraction) -> Fraction:
+        """Return a value in the unit given as it is counted here."""
+        return (value / Fraction(2) ** self.shift_exponent - self.shift) * Fraction(2) ** (
+            self.shift_exponent - self.exponent
+        )
+
+    def _exact(self, scaled: Number) -> Fraction:
         return _times(self.shift, self.shift_exponent) + _times(scaled, self.exponent)
 
 
-def _times(value: float, exponent: int) -> Fraction:
+def _times(value: Number, exponent: int) -> Fraction:
     return Fraction(value) * Fraction(2) ** exponent
 
 

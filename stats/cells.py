@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 from stats.blocked_unit import Unit
 from stats.blocks import Blocks, Codes, Floats, blocks_of
 from stats.checks import Sample
-from stats.error_free import greatest, two_product, two_sum
+from stats.error_free import exact_sum, greatest, two_product, two_sum
 from stats.sums import common_shift, sum_of_products
 
 
@@ -39,6 +40,8 @@ class Cells:
     sum_squares: float
     """Sum of squared deviations of all values from the mean of their cell, in the unit squared."""
     unit: Unit
+    condition_means: tuple[Fraction, ...]
+    """Mean of all values of each condition, without error."""
 
     @property
     def n(self) -> int:
@@ -54,6 +57,26 @@ class Cells:
     def counts(self) -> Floats:
         """Number of values of each condition, shape (k,)."""
         return np.asarray(np.bincount(self.condition, weights=self.size))
+
+    def plain(self, *groups: Codes) -> bool:
+        """Whether least squares takes the plain means of conditions, however much each group of cells has in common.
+
+        So it is where all groups that hold a condition hold every condition equally often (Zyskind 1967, theorem 2: the
+        covariance then maps the space of the conditions into itself).
+        """
+        return all(self._alike(group) for group in groups)
+
+    def _alike(self, group: Codes) -> bool:
+        pairs, place = np.unique(group * self.n_conditions + self.condition, return_inverse=True)
+        counts = np.bincount(place, weights=self.size)
+        of_pair, conditions = np.divmod(pairs, self.n_conditions)
+        ends = np.flatnonzero(np.diff(of_pair)) + 1
+        held: dict[int, tuple[bytes, bytes]] = {}
+        for some, how_often in zip(np.split(conditions, ends), np.split(counts, ends), strict=True):
+            told = some.tobytes(), how_often.tobytes()
+            if any(held.setdefault(each, told) != told for each in some.tolist()):
+                return False
+        return True
 
     def rows(self, basis: Floats, group: Codes) -> tuple[Floats, Floats]:
         """Return rows between groups and within them: the conditions in a basis, shape (k, c), and the values.
@@ -72,15 +95,19 @@ class Cells:
 
 def cells_of(sample: Sample, condition: Codes, day: Codes, run: Codes) -> Cells:
     """Return the cells of values of shape (n,) with the numbers of their conditions, days and runs."""
-    values = sample.values
-    outer = math.frexp(greatest(values))[1]
-    scaled = np.ldexp(values, -outer)
+    outer = math.frexp(greatest(sample.values))[1]
+    scaled = np.ldexp(sample.values, -outer)
     shift = common_shift(scaled)
-    scaled = scaled - shift
+    scaled, low = two_sum(scaled, -shift)
     if sample.rest is not None:
-        scaled = scaled + np.ldexp(sample.rest, -outer)
+        scaled, low = two_sum(scaled, low + np.ldexp(sample.rest, -outer))
+    # What doubles leave of numbers far beyond 2^53 may have a large part in common too.
+    further = common_shift(scaled)
+    scaled = (scaled - further) + low
     inner = math.frexp(greatest(scaled))[1]
     scaled = np.ldexp(scaled, -inner)
+    unit = Unit(Fraction(shift) + Fraction(further), outer, outer + inner)
+    condition_means = tuple(map(unit.scaled, _condition_means(sample, condition)))
     order = np.lexsort((scaled, condition, run, day))
     scaled, condition, day, run = scaled[order], condition[order], day[order], run[order]
     new = [np.diff(each, prepend=-1) != 0 for each in (condition, run, day)]
@@ -97,8 +124,17 @@ def cells_of(sample: Sample, condition: Codes, day: Codes, run: Codes) -> Cells:
         base=base[day],
         offset=offset,
         sum_squares=squares,
-        unit=Unit(shift, outer, outer + inner),
+        unit=unit,
+        condition_means=condition_means,
     )
+
+
+def _condition_means(sample: Sample, condition: Codes) -> list[Fraction]:
+    """Return the exact mean of each condition's values, in the unit given."""
+    ends = np.cumsum(np.bincount(condition))[:-1]
+    order = np.argsort(condition, kind="stable")
+    parts = [np.split(part[order], ends) for part in (sample.values, sample.rest) if part is not None]
+    return [sum(map(exact_sum, of_one), Fraction(0)) / of_one[0].size for of_one in zip(*parts, strict=True)]
 
 
 def _medians(values: Floats, group: Codes) -> Floats:

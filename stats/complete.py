@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from decimal import Decimal
-from numbers import Real
+from numbers import Rational, Real
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,9 @@ from stats.checks import MISSING, NO_VALUE, Missing
 
 Labels = Sequence[object] | ArrayLike
 """Names of conditions, days or runs, one for each value: words, numbers or anything with a text of its own."""
+
+_LARGEST_BROKEN = 2**53
+"""From here on doubles are whole numbers."""
 
 
 def complete_rows(columns: Sequence[Any], missing: Missing) -> tuple[list[Any], int]:
@@ -35,18 +38,41 @@ def complete_rows(columns: Sequence[Any], missing: Missing) -> tuple[list[Any], 
 
 
 def as_labels(name: str, labels: Labels, missing: Missing) -> NDArray[np.object_]:
-    """Return labels as an array of shape (n,), whatever holds them; a label that is missing is refused unless dropped.
+    """Return the texts of labels, shape (n,), whatever holds them; a label that is missing is refused unless dropped.
 
-    NaN as a label would be a condition or a day of its own.
+    A label that is missing would be a condition or a day of its own: NaN, None, infinite, masked or an empty text. With
+    `missing="drop"` it comes back as None.
     """
-    array = np.asarray(labels, dtype=object).ravel()
-    lacking = absent(array)
+    array = np.asarray(labels, dtype=object)
+    if array.ndim != 1:
+        raise InputRefused(
+            f"{name} has {array.ndim} dimensions where one is allowed: give a plain list of labels, one for each value."
+        )
+    lacking = absent(labels if isinstance(labels, np.ndarray) else array)  # which a mask and NaT do not outlive
+    texts = np.array([None if gone else label_text(each) for each, gone in zip(array, lacking, strict=True)], object)
+    lacking = np.array([text is None or not text.strip() for text in texts], dtype=np.bool_)
     if missing == "refuse" and lacking.any():
         raise InputRefused(
             f"{name} holds {int(lacking.sum())} of {array.size} labels that are missing, the first at position "
-            f"{int(np.argmax(lacking)) + 1}: leave missing values out before calling."
+            f'{int(np.argmax(lacking)) + 1}: leave missing values out before calling, or say missing="drop".'
         )
-    return array
+    texts[lacking] = None
+    return texts
+
+
+def label_text(label: Any) -> str:
+    """Return what a label is called: numbers that are equal, as 0, 0.0 and Decimal(0), by one name; "" if infinite."""
+    if isinstance(label, str | bool | np.bool_) or not isinstance(label, Real | Decimal):
+        return str(label)
+    try:
+        whole = int(label)  # type: ignore[arg-type]
+    except OverflowError:
+        return ""
+    if whole == label:
+        return str(whole)
+    if isinstance(label, Rational | Decimal) and abs(whole) < _LARGEST_BROKEN and float(label) == label:
+        return str(float(label))
+    return f"{label:f}".rstrip("0") if isinstance(label, Decimal) else str(label)
 
 
 def absent(values: Any) -> NDArray[np.bool_]:

@@ -14,12 +14,15 @@ with M_ij = Z_i'PZ_j, w_i = Z_i'Py, S = y'Py, nu = n - k.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 from stats.blocks import Blocks, Floats, blocks_of, pair_squares, parts_of
 from stats.cells import Cells
+from stats.finite import Number
 
 DAY, RUN = 0, 1
 """Places of the two variances in gamma."""
@@ -38,10 +41,18 @@ class Estimates:
     """Shape (k,), scaled."""
     inverse: Floats
     """Inverse of the triangle of the whitened design, shape (k, k)."""
+    plain: tuple[Fraction, ...] | None
+    """The means without error where they are the values' own at any gamma, so that what cancels leaves its digits."""
 
-    def of(self, weights: Floats) -> Floats:
-        """Return weighted sums of the conditions' means; `weights` has shape (..., k)."""
-        return np.asarray(weights @ self.basis @ self.coefficients)
+    def means(self) -> Sequence[Number]:
+        """Return the k conditions' means."""
+        return self.plain or (self.basis @ self.coefficients).tolist()
+
+    def differences(self) -> Floats:
+        """Return the means of all conditions but the first minus that of the first, shape (k - 1,)."""
+        if self.plain is None:
+            return np.asarray((self.basis[1:] - self.basis[0]) @ self.coefficients)
+        return np.array([float(mean - self.plain[0]) for mean in self.plain[1:]])
 
     def root(self, weights: Floats) -> Floats:
         """Return a root A of the covariance AA' of weighted sums, in units of the residual standard deviation."""
@@ -167,6 +178,7 @@ class RemlModel:
         self._run_size = runs.sums(cells.size)
         self._days = blocks_of(cells.day[runs.first])
         self._within_cells = cells.sum_squares
+        self._plain = cells.condition_means if cells.plain(cells.day, cells.run) else None
         self.group_size = np.array([cells.n / self._days.first.size, cells.n / self._run_size.size])
         """Mean number of values a day and a run, shape (2,): the natural units of 1 / gamma."""
 
@@ -186,7 +198,7 @@ class RemlModel:
         rows = self._whitened(gamma).rows
         q, r = np.linalg.qr(rows[:, :-1])
         inverse = np.linalg.solve(r, np.eye(r.shape[0]))
-        return Estimates(self._basis, inverse @ (q.T @ rows[:, -1]), inverse)
+        return Estimates(self._basis, inverse @ (q.T @ rows[:, -1]), inverse, self._plain)
 
     def _solved(self, rows: Floats) -> tuple[Floats, Floats, Floats, Floats, float]:
         """Return Q, R, Q'y, what is left of y, and S of whitened rows."""
@@ -235,7 +247,7 @@ class RemlModel:
             gradient=gradient,
             hessian=hessian,
             residual_variance=squares / nu,
-            estimates=Estimates(self._basis, np.asarray(inverse @ along), np.asarray(inverse)),
+            estimates=Estimates(self._basis, np.asarray(inverse @ along), np.asarray(inverse), self._plain),
             reach=(reach[0], reach[1]),
             pulls=(force[0], force[1]),
         )

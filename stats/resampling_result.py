@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import Undefined
 from stats.results import Result
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import counted, interval_text, missing_text, number_text, p_text, with_unit
 
 
 def _log10(p: float | Undefined) -> float | Undefined:
@@ -61,7 +61,7 @@ class Permutation(Result):
         where = f"n = {self.n_a} and {self.n_b}"
         if isinstance(self.p, Undefined):
             return f"No permutation test of {a} and {b} ({where}): {self.p.reason}."
-        within = "" if isinstance(self.n_days, Undefined) else f" within {self.n_days} days"
+        within = "" if isinstance(self.n_days, Undefined) else f" within {counted(self.n_days, 'day')}"
         how = f"all {self.arrangements} arrangements" if self.exact else f"{self.arrangements} random arrangements"
         return (
             f"{a} minus {b}{within} is {number_text(self.difference)}{with_unit(unit)}, permutation test over {how}, "
@@ -107,8 +107,8 @@ class Bootstrap(Result):
         text = f"{a} minus {b} is {number_text(self.difference)}{with_unit(unit)}"
         if isinstance(self.interval, Undefined):
             return f"{text} ({where}); no bootstrap interval, because {self.interval.reason}."
+        within = "" if isinstance(self.n_days, Undefined) else f" within {counted(self.n_days, 'day')}"
         return (
-            f"{text} ({interval_text(self.interval, self.level, unit)} by studentised bootstrap"
-            f"{'' if isinstance(self.n_days, Undefined) else f' within {self.n_days} days'}, {self.resamples} draws, "
-            f"seed {self.seed}; {where}{missing_text(self.missing)})."
+            f"{text} ({interval_text(self.interval, self.level, unit)} by studentised bootstrap{within}, "
+            f"{self.resamples} draws, seed {self.seed}; {where}{missing_text(self.missing)})."
         )

@@ -48,7 +48,9 @@ class Satterthwaite:
         return 2.0 * variance**2 / float(gradient @ self._doubt @ gradient)
 
     def f_test(self, contrasts: Floats) -> tuple[float, float] | None:
-        """Return F of all contrasts, shape (q, k), being 0, and its denominator's degrees of freedom.
+        """Return F of all contrasts being 0 and its denominator's degrees of freedom.
+
+        `contrasts` has shape (q, k), and its rows add up to 0.
 
         F is split into t-tests of uncorrelated contrasts whose degrees of freedom are joined through the expected
         values of their squares (Fai and Cornelius); where they differ, the result depends on the contrasts chosen,
@@ -61,7 +63,8 @@ class Satterthwaite:
             return None
         turned = turn.T @ contrasts
         q = errors.size
-        f = float(np.sum((estimates.of(turned) / errors) ** 2)) / (q * self._profile.residual_variance)
+        found = turned[:, 1:] @ estimates.differences()
+        f = float(np.sum((found / errors) ** 2)) / (q * self._profile.residual_variance)
         single = [self.df(row) for row in turned]
         if max(single) - min(single) < 1e-8:
             return f, float(np.mean(single))

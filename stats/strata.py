@@ -82,10 +82,15 @@ def fixed_blocks(cells: Cells, block: Codes) -> FixedBlocks | None:
     residual = y - q @ along
     squares = cells.sum_squares + float(residual @ residual)
     inverse = np.linalg.solve(r, np.eye(k - 1))
+    differences = inverse @ along
+    if cells.plain(block):
+        first = cells.condition_means[0]
+        differences = np.array([float(mean - first) for mean in cells.condition_means[1:]])
+        along = r @ differences
     nothing = squares <= negligible(cells)
     mean_square = 0.0 if nothing else squares / df
     f = None if nothing else float(along @ along) / (k - 1) / mean_square
-    return FixedBlocks(inverse @ along, inverse @ inverse.T, mean_square, df, f)
+    return FixedBlocks(differences, inverse @ inverse.T, mean_square, df, f)
 
 
 def negligible(cells: Cells) -> float:
@@ -111,4 +116,5 @@ def units_of(cells: Cells, group: Codes, size: Floats) -> Cells | None:
         offset=means,
         sum_squares=0.0,
         unit=cells.unit,
+        condition_means=cells.condition_means,
     )

@@ -20,6 +20,7 @@ from stats.complete import Labels, as_labels, complete_rows
 from stats.error_free import greatest, scaled
 from stats.finite import finite, times_power
 from stats.sums import common_shift, out_of_range
+from stats.wording import counted
 
 Floats = NDArray[np.float64]
 
@@ -108,14 +109,14 @@ def two_by_day(
         raise InputRefused("days are given for one group only: give them for both or for none.")
     samples, days, left_out = [], [], 0
     for name, values, labels in (("a", a, day_a), ("b", b, day_b)):
-        columns = [values] if labels is None else [values, as_labels(f"the days of group {name}", labels, missing)]
+        columns = [values] if labels is None else [values, as_labels(f"day_{name}", labels, missing)]
         (kept, *kept_days), fewer = complete_rows(columns, missing)
         sample = as_sample(f"group {name}", kept)
         words = [str(day) for day in kept_days[0]] if kept_days else [""] * sample.values.size
         if len(words) != sample.values.size:
             raise InputRefused(
-                f"group {name} has {sample.values.size} values and {len(words)} labels of day: give one label for each "
-                "value."
+                f"group {name} has {counted(sample.values.size, 'value')} and {counted(len(words), 'label')} of day: "
+                "give one label for each value."
             )
         samples.append(sample)
         days.append(words)

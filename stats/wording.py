@@ -53,6 +53,11 @@ def with_unit(unit: str) -> str:
     return f" {unit}" if unit else ""
 
 
+def counted(n: int, thing: str) -> str:
+    """Return "1 day" or "3 days"."""
+    return f"{n} {thing}{'' if n == 1 else 's'}"
+
+
 def missing_text(*missing: int) -> str:
     """Return ", 3 missing left out", or nothing where none were."""
     return f", {sum(missing)} missing left out" if any(missing) else ""

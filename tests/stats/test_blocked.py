@@ -164,7 +164,8 @@ def test_conditions_on_their_own_days_are_compared_by_day_means():
 def test_shift_scale_and_order_leave_p_as_it_is(number, exponent, shift, seed):
     rows = DATA[list(DATA)[number]]
     values = np.round(np.array([float(row["value"]) for row in rows]) * 1024.0)
-    labels = np.array([[row["condition"], row["day"], row["run"]] for row in rows])
+    named = [name for name in ("condition", "day", "run") if rows[0][name]]
+    labels = np.array([[row[name] for name in named] for row in rows])
     order = np.random.default_rng(seed).permutation(len(rows))
     one = blocked_by_day(values, *labels.T)
     other = blocked_by_day(np.ldexp(values + shift, exponent)[order], *labels[order].T)

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
+from fractions import Fraction
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.blocked import blocked_by_day
+from stats.complete import as_labels
+from stats.resampling import permutation_test
 from stats.two_sample import compare_two
 
 
@@ -74,9 +80,54 @@ def test_labels_control_and_refusals():
     assert [each.condition for each in found.conditions] == ["100", "9", "10"]
     with pytest.raises(UnknownName, match="condition"):
         blocked_by_day([1.0, 2.0], ["a", "b"], [1, 1], control="c")
-    with pytest.raises(InputRefused, match="2 values and 1 labels of day"):
+    with pytest.raises(InputRefused, match="2 values and 1 label of day"):
         blocked_by_day([1.0, 2.0], ["a", "b"], [1])
     with pytest.raises(InputRefused, match="NaN"):
         blocked_by_day([1.0, float("nan")], ["a", "b"], [1, 1])
     with pytest.raises(InputRefused, match="no values"):
         blocked_by_day([], [], [])
+
+
+def test_equal_numbers_are_one_label_whatever_their_type():
+    values = [1.0, 2.5, 2.0, 4.5, 1.2, 2.4, 2.3, 4.0]
+    condition = [0, 50, 0.0, 50.0, Decimal("-0.0"), Fraction(50), np.float32(0), np.int8(50)]
+    day, run = [1, 1, 1.0, 1, 2, 2.0, Decimal(2), np.uint8(2)], [1, 1, 1.0, True + 1, 1, 1, 2.0, 2]
+    found = blocked_by_day(values, condition, day, run, control=50.0)
+    plain = blocked_by_day(values, [0, 50] * 4, [1] * 4 + [2] * 4, [1, 1, 1, 2, 1, 1, 2, 2], control=50)
+    assert found == plain
+    assert [each.condition for each in found.conditions] == ["50", "0"]
+    assert as_labels("day", [0.5, Fraction(1, 2), Decimal("0.50"), 1e22, 10**22], "refuse").tolist() == [
+        *["0.5"] * 3,
+        *[str(10**22)] * 2,
+    ]
+    apart = as_labels("day", [Decimal("0.10"), Decimal("0.1"), 0.1, True, "01", np.float32(0.1), 2.5], "refuse")
+    assert apart.tolist() == ["0.1", "0.1", "0.1", "True", "01", "0.1", "2.5"]
+    by_type, by_one = (permutation_test(values[:4], values[4:], [1, 1, 2, 2], b) for b in ([1.0, 2.0] * 2, [1, 2] * 2))
+    assert by_type == by_one
+    assert by_type.n_days == 2
+
+
+TABLE = np.array([["a", "b"], ["a", "b"]])
+
+
+@pytest.mark.parametrize(
+    "table", [TABLE, TABLE.tolist(), pd.DataFrame(TABLE), "abab"], ids=["array", "list", "frame", "text"]
+)
+@pytest.mark.parametrize("place", range(3))
+def test_labels_are_a_plain_list(table, place):
+    labels = [list("abab"), [1, 1, 2, 2], [1, 1, 1, 2]]
+    labels[place] = table
+    name = ("condition", "day", "run")[place]
+    with pytest.raises(InputRefused, match=f"^{name} has [02] dimensions where one is allowed: give a plain list"):
+        blocked_by_day([1.0, 2.0, 3.0, 5.0], *labels)
+    with pytest.raises(InputRefused, match=r"^day_b has [02] dimensions"):
+        permutation_test([1.0, 2.0, 3.0, 5.0], [1.0, 2.0, 4.0, 9.0], labels[0 if place else 1], table)
+
+
+def test_one_of_a_thing_is_said_as_one():
+    told = permutation_test([1.0, 2.0, 4.0], [3.0, 5.0, 9.0], [1] * 3, [1] * 3).sentence()
+    assert "within 1 day is" in told
+    with pytest.raises(InputRefused, match="there is 1 value and 2 labels of condition"):
+        blocked_by_day([1.0], ["a", "b"], [1])
+    with pytest.raises(InputRefused, match="group a has 2 values and 1 label of day"):
+        permutation_test([1.0, 2.0], [1.0, 2.0], [1], [1, 1])

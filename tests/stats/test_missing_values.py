@@ -160,14 +160,16 @@ def test_planes():
     assert fit_stiffness(x, v, force, missing="drop").missing == 1
 
 
-@pytest.mark.parametrize("gap", [None, math.nan, pd.NA], ids=repr)
+@pytest.mark.parametrize(
+    "gap", [None, math.nan, pd.NA, math.inf, -np.float32("inf"), Decimal("inf"), "", " "], ids=repr
+)
 def test_labels_that_are_missing_are_no_day_of_their_own(gap):
     values, condition, run = [*A, *B], ["ad"] * 6 + ["ce"] * 6, [1, 1, 1, 2, 2, 2] * 2
     clean = blocked_by_day(values, condition, DAYS * 2, run)
     for place in range(3):
         labels = [[*condition, "ad"], [*DAYS, *DAYS, "mon"], [*run, 1]]
         labels[place][-1] = gap
-        with pytest.raises(InputRefused, match="1 of 13 labels that are missing, the first at position 13"):
+        with pytest.raises(InputRefused, match=r"1 of 13 labels that are missing, .* position 13: .* missing=.drop"):
             blocked_by_day([*values, 99.0], *labels)
         found = blocked_by_day([*values, 99.0], *labels, missing="drop")
         assert (found.missing, found.n) == (1, 12)
@@ -179,6 +181,16 @@ def test_labels_that_are_missing_are_no_day_of_their_own(gap):
         found = function([*A, 99.0], B, [*DAYS, gap], DAYS, missing="drop")
         assert without_count(found) == without_count(function(A, B, DAYS, DAYS))
         assert found.missing == 1
+
+
+def test_labels_that_are_masked_or_no_time():
+    values, days = [*A, *B, 99.0], [*DAYS, *DAYS, "mon"]
+    clean = blocked_by_day([*A, *B], ["ad"] * 6 + ["ce"] * 6, DAYS * 2)
+    masked = np.ma.masked_array(["ad"] * 6 + ["ce"] * 6 + ["xy"], mask=[0] * 12 + [1])
+    assert without_count(blocked_by_day(values, masked, days, missing="drop")) == without_count(clean)
+    times = np.array(["2024-05-06"] * 12 + ["NaT"], dtype="datetime64[ns]")
+    with pytest.raises(InputRefused, match="day holds 1 of 13 labels that are missing"):
+        blocked_by_day(values, ["ad"] * 6 + ["ce"] * 7, times)
 
 
 def test_masks_and_frames():
