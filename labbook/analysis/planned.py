@@ -200,8 +200,8 @@ def _changes(stood: AnalysisSettings, now: AnalysisSettings | None, history: _Hi
     if now is None:
         return ["labbook.toml has no [analysis] any more: what it said before the first run was ingested stands"]
     return [
-        f"{_NAMES.get(field, field)} was {_shown(was)} before the first run was ingested and is {_shown(value)} in "
-        f"labbook.toml{_since_when(history, field, value)}: "
+        f"[analysis] had {_NAMES.get(field, field)} {_shown(was)} before the first run was ingested and has "
+        f"{_shown(value)} in labbook.toml{_since_when(history, field, value)}: "
         + ("it is used, and exploratory" if was is None else "what was stated before stands")
         for field in AnalysisSettings.__slots__
         for was, value in [(getattr(stood, field), getattr(now, field))]
@@ -234,7 +234,7 @@ def _since_when(history: _History, field: str, value: object) -> str:
 
 
 _JUMP_RULES = ("detector", "exclude_first_jumps", "exclude_gap_jumps")
-_NAMES = {"apex_bounds": "apex bounds"}
+_NAMES = {"primary_outcome": "primary outcome", "apex_bounds": "apex bounds"}
 
 
 def _shown(value: object) -> str:

@@ -52,7 +52,7 @@ def test_what_was_decided_is_shown_with_its_day_and_its_departures(tmp_path: Pat
     decided, _, departure, _not_watched = good(labbook("analysis", at=made.folder)).out.splitlines()
     assert decided == line
     assert departure.startswith(
-        "Departure: alpha was 0.05 before the first run was ingested and is 0.1 in labbook.toml"
+        "Departure: [analysis] had alpha 0.05 before the first run was ingested and has 0.1 in labbook.toml"
     )
     assert departure.endswith("(Ada Nwosu): what was stated before stands.")
 

@@ -221,8 +221,10 @@ def test_what_was_stated_before_the_first_measurement_rules(decided: SmallBook) 
     assert asked(decided, "compare", *SMALL)["comparisons"][0]["alpha"] == 0.01
     for command in ("compare", "savings", "equivalence", "anova", "blocked"):
         notes = " ".join(asked(decided, command, *SMALL)["notes"])
-        assert "Alpha was 0.01 before the first run was ingested and is 0.1 in labbook.toml" in notes
-        assert "bounds was -4 to 5 % before the first run was ingested and is -40 to 50 % in labbook.toml" in notes
+        assert "[analysis] had alpha 0.01 before the first run was ingested and has 0.1 in labbook.toml" in notes
+        assert (
+            "had apex bounds -4 to 5 % before the first run was ingested and has -40 to 50 % in labbook.toml" in notes
+        )
 
 
 @pytest.mark.parametrize(

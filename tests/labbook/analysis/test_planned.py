@@ -153,9 +153,10 @@ def test_a_later_change_is_taken_over_and_told_and_rules_nothing(fresh: SmallBoo
     assert (found.settings, found.stated, found.stated_by) == (STOOD, True, ADA)
     words = [sentence.split(" before")[0] for sentence in found.departures]
     assert words == [
-        "primary_outcome was joules", "family was pooled", "alpha was 0.01", "exclusions was misfire, sensor_fault"
+        "[analysis] had primary outcome joules", "[analysis] had family pooled", "[analysis] had alpha 0.01",
+        "[analysis] had exclusions misfire, sensor_fault",
     ]  # fmt: skip
-    assert "and is apex in labbook.toml since 20" in found.departures[0]
+    assert "and has apex in labbook.toml since 20" in found.departures[0]
     assert found.departures[0].endswith("(Ben Ode): what was stated before stands")
     assert found.exploratory(Quantity.JOULES, POOLED) is None
 
@@ -217,8 +218,8 @@ def test_bounds_that_come_late_are_used_and_exploratory(fresh: SmallBook) -> Non
     found = planned(fresh)
     assert found.settings.apex_bounds == Bounds(-3.0, 3.0, percent=True)
     assert found.departures == (
-        "apex bounds was none before the first run was ingested and is -3 to 3 % in labbook.toml: it is used, and "
-        "exploratory",
+        "[analysis] had apex bounds none before the first run was ingested and has -3 to 3 % in labbook.toml: it is "
+        "used, and exploratory",
     )
     assert "no bounds" in str(found.exploratory_equivalence(POOLED))
     assert found.exploratory(Quantity.JOULES, POOLED) is None
