@@ -130,11 +130,11 @@ def cells_of(sample: Sample, condition: Codes, day: Codes, run: Codes) -> Cells:
 
 
 def _condition_means(sample: Sample, condition: Codes) -> list[Fraction]:
-    """Return the exact mean of each condition's values, in the unit given."""
+    """Return the exact mean of each condition's values, 0 of none, in the unit given."""
     ends = np.cumsum(np.bincount(condition))[:-1]
     order = np.argsort(condition, kind="stable")
     parts = [np.split(part[order], ends) for part in (sample.values, sample.rest) if part is not None]
-    return [sum(map(exact_sum, of_one), Fraction(0)) / of_one[0].size for of_one in zip(*parts, strict=True)]
+    return [sum(map(exact_sum, of_one), Fraction(0)) / max(of_one[0].size, 1) for of_one in zip(*parts, strict=True)]
 
 
 def _medians(values: Floats, group: Codes) -> Floats:
