@@ -24,6 +24,7 @@ _NEAR = 1e-9
 """A step of this share of the quantile leaves an error of its square."""
 _USUAL_TAIL, _USUAL_DF = Fraction(1, 10**100), (0.5, 1e6)
 """Where scipy's quantile is a good start: beyond it is infinite, no number, or as good as any."""
+_DIGITS_LOST = 1e-4
 _LINEAR = Fraction(1, 2**64)
 _FEW = 1e-8
 """Degrees of freedom from which the density is flat where the middle holds a chance of 2^-64."""
@@ -36,6 +37,11 @@ _MANY = 1e5
 def t_two_sided_p(t: float, df: float) -> float:
     """Return P(|T| >= |t|) for Student's t with `df` degrees of freedom, which need not be whole."""
     return min(1.0, 2.0 * float(special.stdtr(df, -abs(t))))
+
+
+def level_beside(alpha: float) -> Number:
+    """Return 1 - alpha: as the double that is shown, or where that loses digits of alpha as a fraction."""
+    return 1.0 - alpha if alpha > _DIGITS_LOST else 1 - Fraction(alpha)
 
 
 def t_quantile(level: Number, df: float) -> float:
@@ -56,8 +62,10 @@ def t_upper_quantile(tail: Number, df: float) -> float:
     if 2 * exact > 1:
         return -t_upper_quantile(1 - exact, df)
     both, middle = 2 * exact, 1 - 2 * exact
-    if both == 0 or middle == 0:
-        return 0.0 if both else math.inf
+    if both == 0 or df == 0.0:
+        return math.inf
+    if middle == 0:
+        return 0.0
     if middle < _LINEAR:
         if df < _FEW:
             return _exp(_start(both, df))

@@ -20,6 +20,7 @@ _ENOUGH = 1 << (_BITS - 64)
 _MOST_STEPS = 200_000
 _SMALL_SHARE, _FEW_TERMS = _ONE // 10, 30 * _ONE
 _LAST_TERM = 1 << (_BITS - 120)
+_FAR = 1e13
 _LITTLE = (0, 1, -8, 1)  # 2^-8 as mpmath holds numbers inside
 _LEAST_DF, _MOST_DF = 1e-16, 1e15  # beyond these the digits of the beta function run out
 _PLAIN = (1e-290, 0.5)  # between these the logarithm of the double is as good
@@ -113,7 +114,15 @@ def _normal_both(z: Exact) -> Any:
     from mpmath import mp
 
     with mp.workprec(_BITS):
-        return mp.erfc(abs(_number(z)) / mp.sqrt(2))._mpf_
+        return _erfc(abs(_number(z)) / mp.sqrt(2))._mpf_
+
+
+def _erfc(x: Any) -> Any:
+    from mpmath import mp
+
+    if x < _FAR:
+        return mp.erfc(x)
+    return mp.exp(-x * x) / (x * mp.sqrt(mp.pi)) * (1 - 1 / (2 * x * x))  # mpmath's own ends at 1e154
 
 
 def _as_tail(raw: Any) -> Tail:
@@ -151,7 +160,7 @@ def _t_both_at_ends(t: Exact, df: Exact) -> Any:
         number, square = _number(df), _number(t) ** 2
         if df < _LEAST_DF:
             return mp.exp(-number * mp.asinh(mp.sqrt(square / number)))._mpf_
-        return mp.erfc(mp.sqrt((number - 0.5) * mp.log1p(square / number) / 2))._mpf_
+        return _erfc(mp.sqrt((number - 0.5) * mp.log1p(square / number) / 2))._mpf_
 
 
 def _f_upper(f: Exact, df_numerator: Exact, df_denominator: Exact) -> Any:
