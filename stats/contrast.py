@@ -15,7 +15,7 @@ from scipy import optimize
 from data_schema.vocabulary import Undefined
 from stats.distributions import t_quantile
 from stats.error_free import exact_root, shortened
-from stats.finite import finite
+from stats.finite import QUANTILE_BEYOND_DOUBLES, Number, finite
 from stats.groups import Groups
 from stats.tails import t_upper
 
@@ -83,27 +83,32 @@ class Contrast:
         tail = t_upper(t if above else -t, df)
         return OneSided(finite(t, "t"), df, tail.p, tail.log10_p)
 
-    def interval(self, level: float) -> Ends | Undefined:
+    def interval(self, level: Number) -> Ends | Undefined:
         """Return all bounds that the two-sided test of level 1 - `level` does not reject."""
         if self.relative:
             ends = [self._end(side, level) for side in (-1, 1)]
         else:
             error = self.error(Fraction(0))
-            half = None if error is None else Fraction(t_quantile(level, error[1])) * error[0]
+            quantile = 0.0 if error is None else t_quantile(level, error[1])
+            if math.isinf(quantile):
+                return QUANTILE_BEYOND_DOUBLES
+            half = None if error is None else Fraction(quantile) * error[0]
             ends = [None if half is None else self.estimate + side * half for side in (-1, 1)]
         low, high = ends
         if low is None or high is None:
             return Undefined("the control's mean is not distinguishable from 0 at this level")
         return low, high
 
-    def _end(self, side: int, level: float) -> Fraction | None:
+    def _end(self, side: int, level: Number) -> Fraction | None:
         """Return where |t| reaches its quantile, on one side of the estimate."""
         estimate = shortened(self.estimate)
         error = self.error(estimate)
         if error is None:
             return None
-        quantile, control_mean = Fraction(t_quantile(level, error[1])), shortened(self.control_mean)
-        step = side * shortened(quantile * error[0] / control_mean)
+        quantile, control_mean = t_quantile(level, error[1]), shortened(self.control_mean)
+        if math.isinf(quantile):
+            return None
+        step = side * shortened(Fraction(quantile) * error[0] / control_mean)
 
         def surplus(steps: float) -> float:
             # Away from the estimate the contrast is that distance times mean(b): nothing cancels.

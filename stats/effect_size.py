@@ -21,6 +21,9 @@ from stats.finite import Interval, finite_pair
 from stats.noncentral import f_tails, t_tails
 
 _STEPS = 200
+_LEAST_OUTSIDE = 1e-14
+"""Chance of both tails below which those of the noncentral distributions are lost."""
+_LEVEL_TOO_HIGH = Undefined("the level is too near 1 for the tails of the noncentral distribution")
 _FAR = 2.0**300
 """Statistics from which noncentralities grow in proportion to them."""
 
@@ -77,6 +80,8 @@ def noncentral_f_interval(f: float, df_between: float, df_within: float, level: 
 
 def hedges_g_ci(t: float, df: float, n_a: int, n_b: int, level: float = 0.95) -> Interval | Undefined:
     """Return the interval of Hedges's g from Student's t of two groups: signed, exact for normal values."""
+    if 1.0 - level < _LEAST_OUTSIDE:
+        return _LEVEL_TOO_HIGH
     low, high = noncentral_t_interval(t, df, level)
     factor = hedges_factor(df) * math.sqrt(1.0 / n_a + 1.0 / n_b)
     return finite_pair(low * factor, high * factor)
@@ -88,6 +93,8 @@ def eta_squared_ci(
     """Return the interval of the population's share of variance between groups (derivation above)."""
     if isinstance(f, Undefined):
         return f
+    if 1.0 - level < _LEAST_OUTSIDE:
+        return _LEVEL_TOO_HIGH
     low, high = noncentral_f_interval(min(f, _FAR), df_between, df_within, level)  # both shares are 1 from there on
     n = df_between + df_within + 1.0
     return low / (low + n), high / (high + n)

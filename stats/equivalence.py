@@ -20,6 +20,7 @@ from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.contrast import Contrast, Ends, contrasts
+from stats.distributions import level_beside
 from stats.finite import finite, finite_pair
 from stats.groups import read_groups
 from stats.results import Result
@@ -230,7 +231,7 @@ def _tost(
                 return Tost(name, *(test,) * 12)
             tests[side] = test
     worst = max(tests.values(), key=lambda one: one.log10_p)
-    ends = contrast.interval(1.0 - 2.0 * alpha)
+    ends = contrast.interval(level_beside(2.0 * alpha))
     inside = not contrast.relative or (not isinstance(ends, Undefined) and _within(ends, low, high, unit))
     at_low, at_high = tests.get("low"), tests.get("high")
     per = 100 if contrast.relative else 1

@@ -15,6 +15,7 @@ from data_schema.vocabulary import Undefined
 
 Interval = tuple[float, float]
 Number = float | Fraction
+QUANTILE_BEYOND_DOUBLES = Undefined("Student's quantile at this level is too large for a double")
 
 
 def to_double(value: Number) -> float:
@@ -43,6 +44,14 @@ def finite_pair(low: Number, high: Number) -> Interval | Undefined:
     """Return the ends of an interval as doubles, or that one is too large."""
     ends = to_double(low), to_double(high)
     return ends if all(map(math.isfinite, ends)) else Undefined("an end of the interval is too large for a double")
+
+
+def interval_about(middle: Fraction, quantile: float, se: Fraction) -> Interval | Undefined:
+    """Return middle -/+ quantile * se as doubles, or that the quantile or an end is too large."""
+    if math.isinf(quantile):
+        return QUANTILE_BEYOND_DOUBLES
+    half = Fraction(quantile) * se
+    return finite_pair(middle - half, middle + half)
 
 
 def as_interval(low: float | Undefined, high: float | Undefined) -> Interval | Undefined:

@@ -53,7 +53,8 @@ def _steep_t_tails(t: float, df: float, delta: float) -> tuple[float, float]:
     half = (_NORMAL_REACH - start) / 2.0
     z = start + half * (nodes + 1.0)
     weights = half * widths * np.exp(-z * z / 2.0) / math.sqrt(2.0 * math.pi)
-    argument = df / 2.0 * (np.maximum(z + delta, 0.0) / t) ** 2
+    with np.errstate(over="ignore"):
+        argument = df / 2.0 * (np.maximum(z + delta, 0.0) / t) ** 2
     lower = float(weights @ special.gammaincc(df / 2.0, argument)) + float(special.ndtr(start))
     return lower, float(weights @ special.gammainc(df / 2.0, argument))
 

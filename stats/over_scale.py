@@ -55,7 +55,7 @@ def log_upper_of_any(log_upper: Callable[[float], float], statistic: Number, df:
 
 def critical_value(log_upper: Callable[[float], float], tail: float, guess: float) -> float:
     """Return the statistic whose upper tail, exp(log_upper(x)) falling with x, is `tail`."""
-    wanted = math.log(tail)
+    wanted = math.log(min(tail, 1.0 - 2.0**-53))  # 1 is all that is left of a level near 0
     low, high = guess, guess
     while log_upper(low) < wanted:
         low -= max(abs(low), 1.0) * 0.5

@@ -19,7 +19,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.complete import complete_rows
 from stats.distributions import t_quantile
-from stats.finite import refuse_beyond
+from stats.finite import Interval, refuse_beyond
 from stats.regression import fit_linear
 from stats.results import Result
 from stats.sums import common_shift, moments
@@ -99,15 +99,15 @@ class PassiveDrain(Result):
         """Standard error of the intercept."""
         return math.sqrt(self.covariance[0][0])
 
-    def slope_ci_mah_s(self, level: float = 0.95) -> tuple[float, float]:
-        """Student's interval of the slope."""
+    def slope_ci_mah_s(self, level: float = 0.95) -> Interval:
+        """Student's interval of the slope; raises `InputRefused` where an end is beyond the doubles."""
         half = t_quantile(as_level("level", level), self.df) * self.slope_se_mah_s
-        return self.slope_mah_s - half, self.slope_mah_s + half
+        return _interval("the slope", self.slope_mah_s, half)
 
-    def intercept_ci_mah(self, level: float = 0.95) -> tuple[float, float]:
-        """Student's interval of the intercept."""
+    def intercept_ci_mah(self, level: float = 0.95) -> Interval:
+        """Student's interval of the intercept; raises `InputRefused` where an end is beyond the doubles."""
         half = t_quantile(as_level("level", level), self.df) * self.intercept_se_mah
-        return self.intercept_mah - half, self.intercept_mah + half
+        return _interval("the intercept", self.intercept_mah, half)
 
     def error_terms_mah(self, duration_s: float) -> dict[str, float]:
         """Return the two independent errors of the line at a duration: signed standard errors of level and slope."""
@@ -205,3 +205,9 @@ def fit_passive_drain(
         charge_mean_mah=of_charge.mean,
         missing=left_out,
     )
+
+
+def _interval(of: str, middle: float, half: float) -> Interval:
+    low, high = middle - half, middle + half
+    refuse_beyond(f"an end of the interval of {of}", (low, high))
+    return low, high

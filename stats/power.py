@@ -10,7 +10,7 @@ their own, count days, not values.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -71,7 +71,9 @@ def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.0
     if df < 1 or min(sizes) < 1:
         return Power(test, sizes, alpha, Undefined("there are too few values for a pooled variance"), never)
     ncp = difference / (sd * math.sqrt(1.0 / sizes[0] + 1.0 / sizes[1]))
-    critical = t_upper_quantile(alpha / sides, df)
+    critical = t_upper_quantile(Fraction(alpha) / sides, df)
+    if math.isinf(critical):
+        return Power(test, sizes, alpha, _NO_CRITICAL, never)
     power = t_tails(critical, df, ncp)[1]
     power += t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0
     return Power(test, sizes, alpha, min(1.0, power), never)
@@ -94,7 +96,10 @@ def power_welch(
         return Power(test, sizes, alpha, _NO_VARIANCE, never)
     df, ncp = sum(sizes) - 2.0, over_standard_error(difference, sds, sizes)
     total = 0.0
-    for critical, weight in welch_criticals(sds, sizes, alpha / sides):
+    criticals = list(welch_criticals(sds, sizes, Fraction(alpha) / sides))
+    if any(math.isinf(critical) for critical, _weight in criticals):
+        return Power(test, sizes, alpha, _NO_CRITICAL, never)
+    for critical, weight in criticals:
         total += weight * (t_tails(critical, df, ncp)[1] + (t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0))
     return Power(test, sizes, alpha, min(1.0, total), never)
 
@@ -114,6 +119,11 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     ncp = to_double(n * moments(truth).exact_sum_squares / Fraction(sd) ** 2)
     df_within = k * (n - 1)
     critical = float(special.fdtri(k - 1, df_within, 1.0 - alpha))
+    if alpha < _FAR_TAIL:  # 1 - alpha loses its digits
+        share = float(special.betaincinv(df_within / 2.0, (k - 1) / 2.0, alpha))
+        critical = (1.0 - share) / share * df_within / (k - 1) if share > 0.0 else math.inf
+    if not critical < _LARGEST_F:
+        return Power(test, sizes, alpha, _NO_CRITICAL, never)
     return Power(test, sizes, alpha, f_tails(critical, k - 1, df_within, ncp)[1], never)
 
 
@@ -159,9 +169,11 @@ def power_equivalence(
         return Power(test, sizes, alpha, few, never)
     df = sum(sizes) - 2
     ends = [over_standard_error(Fraction(end) - Fraction(difference), sds, sizes) for end in (low, high)]
-    criticals: Iterable[tuple[float, float]] = [(t_upper_quantile(alpha, df), 1.0)]
+    criticals = [(t_upper_quantile(alpha, df), 1.0)]
     if route == "welch":
-        criticals = welch_criticals(sds, sizes, alpha)
+        criticals = list(welch_criticals(sds, sizes, Fraction(alpha)))
+    if any(math.isinf(critical) for critical, _weight in criticals):
+        return Power(test, sizes, alpha, _NO_CRITICAL, never)
     power = math.fsum(weight * within_both(ends[0], ends[1], critical, df) for critical, weight in criticals)
     return Power(test, sizes, alpha, min(1.0, power), never)
 
@@ -192,6 +204,8 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
     return plan(n)
 
 
+_FAR_TAIL, _LARGEST_F = 1e-4, 1e300
+_NO_CRITICAL = Undefined("the critical value at so small an alpha is too large for a double")
 _NO_VARIANCE = Undefined("each group needs at least 2 values for its variance")
 
 

@@ -19,6 +19,7 @@ from scipy import special
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number
+from stats.distributions import t_upper_quantile
 from stats.finite import to_double
 from stats.power import Power
 
@@ -27,6 +28,8 @@ Floats = NDArray[np.float64]
 _NODES = 48
 FAR = 1e9
 """Standard deviations."""
+_LEAST_ALPHA, _LARGEST_CRITICAL = 1e-100, 1e6
+"""scipy's quantile of t is right from there on, and nothing that it is multiplied by reaches FAR."""
 
 
 def power_percent_equivalence(
@@ -54,6 +57,9 @@ def power_percent_equivalence(
         never = f"the true difference of {truth:g} % does not lie between the bounds {low:g} and {high:g} %"
     if min(sizes) < 2:
         return Power(test, sizes, alpha, Undefined("each group needs at least 2 values for its variance"), never)
+    if alpha < _LEAST_ALPHA or t_upper_quantile(alpha, min(sizes) - 1) > _LARGEST_CRITICAL:
+        few = Undefined("alpha is too small for the quadrature over estimated variances")
+        return Power(test, sizes, alpha, few, never)
     bounds = tuple(
         _Bound(1.0 + end / 100.0, _in_sds(_share(end) * Fraction(mean) - Fraction(difference), sd))
         for end in (low, high)

@@ -31,6 +31,7 @@ both stands the delta interval of log(T / C), which no noise takes beyond 100 %.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -39,7 +40,7 @@ from numpy.typing import ArrayLike
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.error_free import exact_root
-from stats.finite import finite, finite_pair
+from stats.finite import QUANTILE_BEYOND_DOUBLES, finite, finite_pair
 from stats.groups import Groups, read_groups
 from stats.ratio_of_means import RatioOfMeans, in_unit, squares
 from stats.results import Result
@@ -175,6 +176,8 @@ def _described(read: Groups, names: tuple[str, str], level: float, scale_relativ
 
 def _with_intervals(result: Savings, ratio: RatioOfMeans, df_of_fits: Mapping[str, float]) -> Savings:
     both = ratio.joined(df_of_fits, result.level)
+    if not (math.isfinite(both.quantile) and math.isfinite(both.more)):
+        return _without_interval(result, QUANTILE_BEYOND_DOUBLES)
     half = ratio.half_width(both)
     middle = ratio.saved / ratio.mean
     return replace(

@@ -18,12 +18,13 @@ from numpy.typing import ArrayLike
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.distributions import t_quantile, t_two_sided_p
-from stats.finite import as_interval, finite, refuse_beyond, times_power
+from stats.finite import QUANTILE_BEYOND_DOUBLES, as_interval, finite, refuse_beyond, times_power
 from stats.results import Result
 from stats.summary import Summary, describe
-from stats.tails import t_two_sided
+from stats.tails import normal_two_sided, t_two_sided
 from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
 
+NORMAL = Undefined("both errors are known as if from infinitely many values: t is normal")
 CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""
 
@@ -116,13 +117,15 @@ def joint(scatter: Sequence[tuple[float, float]], shared: SharedError, level: fl
     if not any(variance for variance, _df in scatter):
         return Joint(t_quantile(level, own_df), own_df, 1.0)
     alone_df = _welch_satterthwaite(scatter)
-    alone = Joint(t_quantile(level, alone_df), alone_df, (t_quantile(level, own_df) / t_quantile(level, alone_df)) ** 2)
+    ratio = t_quantile(level, own_df) / t_quantile(level, alone_df)
+    alone = Joint(t_quantile(level, alone_df), alone_df, ratio * ratio)
     if own_df < ENOUGH_DEGREES:
         return alone
     together_df = _welch_satterthwaite([*scatter, (shared.se**2, own_df)])
     together = Joint(t_quantile(level, together_df), together_df, 1.0)
     variance = math.fsum(part for part, _df in scatter)
-    if together.quantile**2 * (variance + shared.se**2) < alone.quantile**2 * variance:
+    wider = together.quantile / alone.quantile
+    if wider * wider * (variance + shared.se**2) < variance:
         return replace(alone, more=0.0)
     return together
 
@@ -210,18 +213,21 @@ class SharedTest(Result):
     @property
     def log10_p(self) -> float | Undefined:
         """Decimal logarithm of p, right at any size."""
-        if isinstance(self.t, Undefined) or isinstance(self.df, Undefined):
-            return self.t if isinstance(self.t, Undefined) else self.df
-        return t_two_sided(self.t, self.df).log10_p
+        if isinstance(self.t, Undefined):
+            return self.t
+        if isinstance(self.df, Undefined):
+            return finite(normal_two_sided(self.t).log10_p, "log10 p") if self.df is NORMAL else self.df
+        return finite(t_two_sided(self.t, self.df).log10_p, "log10 p")
 
     def sentence(self, difference: str = "the difference", unit: str = "") -> str:
         """Return the test in words: t, df, p, interval."""
         if isinstance(self.t, Undefined):
             return f"No test of {difference} with its shared error: {self.t.reason}."
         ends = as_interval(self.ci_low, self.ci_high)
+        name = "z" if self.df is NORMAL else f"t({df_text(self.df)})"
         return (
             f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
-            f"t({df_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
+            f"{name} = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
         )
 
 
@@ -240,9 +246,16 @@ def difference_with_shared(
     if isinstance(df, Undefined) or shared.se == 0.0:
         return SharedTest(t, df, p, *interval, level)
     middle, scatter_half = interval[0] / 2.0 + interval[1] / 2.0, interval[1] / 2.0 - interval[0] / 2.0
-    both, half, exponent = _joined(scatter_half / t_quantile(level, df), df, shared, level)
+    se = finite(scatter_half / t_quantile(level, df), "the standard error")
+    if isinstance(se, Undefined):
+        return SharedTest(se, df, se, se, se, level)
+    both, half, exponent = _joined(se, df, shared, level)
+    shown_df = both.df if math.isfinite(both.df) else NORMAL
+    if half == 0.0 or math.isinf(half):
+        none = Undefined("the interval has no width") if half == 0.0 else QUANTILE_BEYOND_DOUBLES
+        return SharedTest(none, shown_df, none, none, none, level)
     t = finite(times_power(middle, -exponent) / half * both.quantile, "t")
     p = t if isinstance(t, Undefined) else t_two_sided_p(t, both.df)
     half = times_power(half, exponent)
     low, high = (finite(end, "an end of the interval") for end in (middle - half, middle + half))
-    return SharedTest(t, both.df, p, low, high, level)
+    return SharedTest(t, shown_df, p, low, high, level)

@@ -12,7 +12,7 @@ from fractions import Fraction
 from data_schema.vocabulary import Undefined
 from stats.distributions import t_quantile
 from stats.error_free import exact_root, shortened
-from stats.finite import finite, finite_pair
+from stats.finite import Number, finite, interval_about
 from stats.sums import Moments
 from stats.tails import t_two_sided
 
@@ -36,7 +36,7 @@ class TTest:
     """Standard error of the difference."""
 
 
-def student(a: Moments, b: Moments, level: float = 0.95, names: Names = AS_A_AND_B) -> TTest:
+def student(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_B) -> TTest:
     """Return Student's test of mean(a) - mean(b), with one variance pooled from both groups."""
     df = a.n + b.n - 2
     if a.n == 0 or b.n == 0:
@@ -47,7 +47,7 @@ def student(a: Moments, b: Moments, level: float = 0.95, names: Names = AS_A_AND
     return _t_test(a.exact_mean - b.exact_mean, pooled * (Fraction(1, a.n) + Fraction(1, b.n)), Fraction(df), level)
 
 
-def welch(a: Moments, b: Moments, level: float = 0.95, names: Names = AS_A_AND_B) -> TTest:
+def welch(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_B) -> TTest:
     """Return Welch's test of mean(a) - mean(b), with Welch and Satterthwaite's degrees of freedom."""
     if a.n == 0 or b.n == 0:
         return _no_test(empty(a, names))
@@ -70,14 +70,13 @@ def too_small(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> str | None:
     return None
 
 
-def _t_test(difference: Fraction, se_squared: Fraction, df: Fraction, level: float) -> TTest:
+def _t_test(difference: Fraction, se_squared: Fraction, df: Fraction, level: Number) -> TTest:
     if se_squared == 0:
         return _no_test("neither group has any scatter")
     se = exact_root(se_squared)
     t = shortened(difference / se)
     tail = t_two_sided(t, df)
-    half = Fraction(t_quantile(level, float(df))) * se
-    interval = finite_pair(difference - half, difference + half)
+    interval = interval_about(difference, t_quantile(level, float(df)), se)
     return TTest(finite(t, "t"), float(df), tail.p, tail.log10_p, interval, finite(se, "the standard error"))
 
 

@@ -20,7 +20,9 @@ _ENOUGH = 1 << (_BITS - 64)
 _MOST_STEPS = 200_000
 _SMALL_SHARE, _FEW_TERMS = _ONE // 10, 30 * _ONE
 _LAST_TERM = 1 << (_BITS - 120)
+_FAR = 1e13
 _LITTLE = (0, 1, -8, 1)  # 2^-8 as mpmath holds numbers inside
+_LEAST_DF, _MOST_DF = 1e-16, 1e15  # beyond these the digits of the beta function run out
 _PLAIN = (1e-290, 0.5)  # between these the logarithm of the double is as good
 
 Exact = float | Fraction
@@ -55,16 +57,15 @@ def t_upper(t: Exact, df: Exact) -> Tail:
     return _as_tail(half if t >= 0 else libmp.mpf_sub(libmp.fone, half, _BITS))
 
 
-def t_excess(t: Exact, df: Exact, p: Fraction) -> float:
-    """Return P(|T| >= |t|) - p, with all digits of the difference; `df` may be infinite."""
-    from mpmath import libmp, mp
+def t_log_ratio(t: Exact, df: Exact, p: Fraction) -> float:
+    """Return ln(P(|T| >= |t|) / p), with all digits where the two are nearly equal; `df` may be infinite."""
+    from mpmath import mp
 
-    if df == math.inf:
-        with mp.workprec(_BITS):
-            both = mp.erfc(abs(_number(t)) / mp.sqrt(2))._mpf_
-    else:
-        both = _t_both(t, df)
-    return float(libmp.to_float(libmp.mpf_sub(both, _raw(*p.as_integer_ratio()), _BITS)))
+    with mp.workprec(_BITS):
+        both = mp.make_mpf(_normal_both(t) if df == math.inf else _t_both(t, df))
+        wanted = mp.make_mpf(_raw(*p.as_integer_ratio()))
+        near = wanted < 2 * both < 4 * wanted
+        return float(mp.log1p((both - wanted) / wanted) if near else mp.log(both / wanted))
 
 
 def f_upper(f: Exact, df_numerator: Exact, df_denominator: Exact) -> Tail:
@@ -106,10 +107,22 @@ def normal_upper(z: Exact) -> Tail:
 
 def normal_two_sided(z: Exact) -> Tail:
     """Return P(|Z| >= |z|)."""
+    return _as_tail(_normal_both(z))
+
+
+def _normal_both(z: Exact) -> Any:
     from mpmath import mp
 
     with mp.workprec(_BITS):
-        return _as_tail(mp.erfc(abs(_number(z)) / mp.sqrt(2))._mpf_)
+        return _erfc(abs(_number(z)) / mp.sqrt(2))._mpf_
+
+
+def _erfc(x: Any) -> Any:
+    from mpmath import mp
+
+    if x < _FAR:
+        return mp.erfc(x)
+    return mp.exp(-x * x) / (x * mp.sqrt(mp.pi)) * (1 - 1 / (2 * x * x))  # mpmath's own ends at 1e154
 
 
 def _as_tail(raw: Any) -> Tail:
@@ -129,9 +142,25 @@ def _number(value: Exact) -> Any:
 
 
 def _t_both(t: Exact, df: Exact) -> Any:
+    if not _LEAST_DF <= df <= _MOST_DF:
+        return _t_both_at_ends(t, df)
     exact_df, exact_t = Fraction(df), Fraction(t)
     top, bottom = exact_t.numerator**2 * exact_df.denominator, exact_t.denominator**2 * exact_df.numerator
     return _beta_lower(exact_df / 2, Fraction(1, 2), top, bottom)
+
+
+def _t_both_at_ends(t: Exact, df: Exact) -> Any:
+    """Return both tails of t with so many or few degrees of freedom that the next term of a series is below 1e-17.
+
+    Many: those of a normal (Hill 1970, algorithm 395, the first of his terms). Few: P = exp(-df asinh(|t| / sqrt(df))).
+    """
+    from mpmath import mp
+
+    with mp.workprec(_BITS):
+        number, square = _number(df), _number(t) ** 2
+        if df < _LEAST_DF:
+            return mp.exp(-number * mp.asinh(mp.sqrt(square / number)))._mpf_
+        return _erfc(mp.sqrt((number - 0.5) * mp.log1p(square / number) / 2))._mpf_
 
 
 def _f_upper(f: Exact, df_numerator: Exact, df_denominator: Exact) -> Any:

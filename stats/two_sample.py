@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_pair, as_sample
+from stats.distributions import level_beside
 from stats.effect_size import hedges_factor, hedges_g_ci
 from stats.error_free import exact_root
 from stats.finite import finite
@@ -102,7 +103,7 @@ class TwoSample(Result):
             return self.hedges_g
         if isinstance(self.pooled_t, Undefined):
             return self.pooled_t
-        return hedges_g_ci(self.pooled_t, self.n_a + self.n_b - 2, self.n_a, self.n_b, 1.0 - self.alpha)
+        return hedges_g_ci(self.pooled_t, self.n_a + self.n_b - 2, self.n_a, self.n_b, float(level_beside(self.alpha)))
 
     def sentence(self, a: str | None = None, b: str | None = None, unit: str = "") -> str:
         """Return the comparison in words: means, difference with interval, test, p, n; Welch's t always."""
@@ -150,7 +151,7 @@ def compare_two(
     equal: bool | Undefined = of_ratio if isinstance(of_ratio, Undefined) else of_ratio.p >= alpha
     difference = _difference(of_a, of_b, names)
     spreads = brown_forsythe_of(as_pair(names, first, second))
-    by_welch, by_student = (test(of_a, of_b, 1.0 - alpha, names) for test in (welch, student))
+    by_welch, by_student = (test(of_a, of_b, level_beside(alpha), names) for test in (welch, student))
     use_student = route == "student" or (route == "f_then_t" and equal is True)
     chosen = by_student if use_student else by_welch
     return TwoSample(

@@ -29,6 +29,7 @@ from stats.wording import interval_text, missing_text, number_text, p_text
 
 Interval = tuple[float, float]
 
+_FAR_OUTSIDE = 1e-4
 _NO_RATIO = Undefined("only the F-test of two groups has a ratio of variances")
 
 
@@ -95,7 +96,12 @@ def f_test(
         none = tail if isinstance(tail, Undefined) else Undefined("there is no ratio")
         return VarianceTest("F", names, sizes, f, df, none, none, none, level, left_out)
     outside = (1.0 - level) / 2.0
-    low, high = (Fraction(float(special.fdtri(df[1], df[0], share))) for share in (outside, 1.0 - outside))
+    low = Fraction(float(special.fdtri(df[1], df[0], outside)))
+    # 1 - outside loses the digits of a little one; the quantile there is 1 over that of the other ratio.
+    if outside < _FAR_OUTSIDE:
+        high = 1 / Fraction(float(special.fdtri(*df, outside)))
+    else:
+        high = Fraction(float(special.fdtri(df[1], df[0], 1.0 - outside)))
     ends = finite_pair(ratio * low, ratio * high)
     return VarianceTest("F", names, sizes, f, df, tail.p, tail.log10_p, ends, level, left_out)
 

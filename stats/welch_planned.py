@@ -13,9 +13,12 @@ from fractions import Fraction
 import numpy as np
 from scipy import special
 
+from stats.distributions import t_upper_quantile
 from stats.error_free import exact_root
 from stats.finite import Number, to_double
 from stats.owens_q import NODES, TINY, WEIGHTS
+
+_FAR_TAIL = 1e-15
 
 
 def over_standard_error(difference: Number, sds: tuple[float, float], sizes: tuple[int, int]) -> float:
@@ -24,7 +27,7 @@ def over_standard_error(difference: Number, sds: tuple[float, float], sizes: tup
     return to_double(Fraction(difference) / exact_root(squared))
 
 
-def welch_criticals(sds: tuple[float, float], sizes: tuple[int, int], tail: float) -> Iterator[tuple[float, float]]:
+def welch_criticals(sds: tuple[float, float], sizes: tuple[int, int], tail: Fraction) -> Iterator[tuple[float, float]]:
     """Yield pairs of critical value and weight, over the share of group a in both sums of squares.
 
     The critical value is Welch's one-sided at `tail`, for a t that is divided by the true standard error times a
@@ -38,8 +41,10 @@ def welch_criticals(sds: tuple[float, float], sizes: tuple[int, int], tail: floa
         part_a, part_b = share * true_a * df / df_a, (1.0 - share) * true_b * df / df_b
         both = part_a + part_b
         welch_df = 1.0 / ((part_a / both) ** 2 / df_a + (part_b / both) ** 2 / df_b)
-        # Of many nodes, which keep 13 digits: scipy's quantile is enough.
-        yield -float(special.stdtrit(welch_df, tail)) * math.sqrt(both / (true_a + true_b)), weight
+        # Of many nodes, which keep 13 digits: scipy's quantile is enough, where it is one.
+        far = tail < _FAR_TAIL
+        quantile = t_upper_quantile(tail, welch_df) if far else -float(special.stdtrit(welch_df, float(tail)))
+        yield quantile * math.sqrt(both / (true_a + true_b)), weight
 
 
 def _share_nodes(df_a: float, df_b: float) -> tuple[list[float], list[float]]:

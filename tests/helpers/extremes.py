@@ -49,6 +49,24 @@ def groups(draw: st.DrawFn, size: st.SearchStrategy[int] | None = None) -> list[
     return draw(st.lists(doubles(st.sampled_from(ends)), min_size=n, max_size=n))
 
 
+@st.composite
+def levels(draw: st.DrawFn) -> float:
+    """A chance between 0 and 1, from the least double to the last one below 1."""
+    kind = draw(st.sampled_from(["usual", "small", "small", "large"]))
+    if kind == "usual":
+        return draw(st.floats(0.001, 0.999))
+    if kind == "large":
+        return 1.0 - math.ldexp(1.0, -draw(st.integers(2, 53)))
+    return math.ldexp(draw(st.integers(2**52, 2**53 - 1)) / 2**53, draw(st.integers(-1073, -1)))
+
+
+def degrees_of_freedom() -> st.SearchStrategy[float]:
+    """Degrees of freedom that a fit may state: any above 0, usual ones, whole ones, or infinitely many."""
+    return st.one_of(
+        doubles().map(lambda df: abs(df) or 1.0), st.floats(0.02, 1e3), st.integers(1, 99), st.just(math.inf)
+    )
+
+
 def positive(values: list[float]) -> list[float]:
     """The same sizes without signs, none of them 0."""
     return [abs(value) or 1.0 for value in values]

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 
 import stats
 from data_schema.errors import LabbookError
+from data_schema.vocabulary import Undefined
 from stats.shared_error import SharedError
-from tests.helpers.extremes import assert_sound, doubles, groups, positive
+from tests.helpers.extremes import assert_sound, degrees_of_freedom, doubles, groups, levels, positive
 
 Three = tuple[list[float], list[float], list[float]]
 ONE = st.builds(lambda values, times: values * times, groups(), st.sampled_from([1, 1, 1, 26]))
@@ -30,8 +31,8 @@ def named(three: Three) -> dict[str, list[float]]:
     return dict(zip("abc", three, strict=True))
 
 
-def shared(three: Three) -> SharedError:
-    return SharedError({("idle", "level"): three[2][0], ("idle", "slope"): three[2][1]}, {"idle": 3.0})
+def shared(three: Three, df: float = 3.0) -> SharedError:
+    return SharedError({("idle", "level"): three[2][0], ("idle", "slope"): three[2][1]}, {"idle": df})
 
 
 OF_GROUPS: dict[str, Callable[[Three], Any]] = {
@@ -105,9 +106,16 @@ def bounds(three: Three) -> tuple[float, float]:
     return (low, high) if low < high else (-1.0, 1.0)
 
 
-def difference_with_shared(three: Three) -> Any:
-    found = stats.compare_two(three[0], three[1])
-    return stats.difference_with_shared(found.t, found.df, found.p, found.difference_ci, shared(three))
+def difference_with_shared(three: Three, level: float = 0.95, df: float = 3.0) -> Any:
+    found = stats.compare_two(three[0], three[1], alpha=1.0 - level if level > 0.5 else 0.05)
+    return stats.difference_with_shared(found.t, found.df, found.p, found.difference_ci, shared(three, df), level)
+
+
+def of_drain(three: Three, level: float, _df: float) -> Any:
+    fit = stats.fit_passive_drain(positive(three[0]), three[1], abs(three[2][0]))
+    if isinstance(fit, Undefined):
+        return fit
+    return [fit.at(abs(three[2][1]), level), fit.slope_ci_mah_s(level), fit.intercept_ci_mah(level)]
 
 
 def check(call: Callable[[], Any]) -> None:
@@ -162,3 +170,100 @@ OF_NUMBERS: dict[str, Callable[[float, float, float], Any]] = {
 @given(doubles(), doubles(), doubles())
 def test_numbers_of_any_magnitude_give_numbers_or_reasons(name, one, two, three):
     check(lambda: OF_NUMBERS[name](one, two, three))
+
+
+AT_LEVELS: dict[str, Callable[[Three, float, float], Any]] = {
+    "describe": lambda three, level, _df: stats.describe(three[0], level),
+    "compare_two": lambda three, level, _df: stats.compare_two(three[0], three[1], alpha=level),
+    "f_test": lambda three, level, _df: stats.f_test(three[0], three[1], level),
+    "one_way_anova": lambda three, level, _df: stats.one_way_anova(named(three), level=level),
+    "tukey": lambda three, level, _df: stats.compare_all_pairs(named(three), level=level),
+    "games_howell": lambda three, level, _df: stats.compare_all_pairs(named(three), variances="unequal", level=level),
+    "dunnett": lambda three, level, _df: stats.dunnett(three[0], {"b": three[1], "c": three[2]}, level=level),
+    "dunnett greater": lambda three, level, _df: stats.dunnett(
+        three[0], {"b": three[1]}, alternative="greater", level=level
+    ),
+    "equivalence": lambda three, level, _df: stats.equivalence(three[0], three[1], *bounds(three), alpha=level),
+    "equivalence percent": lambda three, level, _df: stats.equivalence(
+        three[0], positive(three[1]), -5.0, 5.0, bounds="percent", alpha=level
+    ),
+    "percent_savings": lambda three, level, df: stats.percent_savings(
+        positive(three[0]),
+        three[1],
+        shared_in_control=shared(three, df),
+        shared_in_treated=shared(three[::-1], df),
+        level=level,
+    ),
+    "describe_shared": lambda three, level, df: stats.describe_shared(three[0], shared(three, df), level),
+    "difference_with_shared": difference_with_shared,
+    "bootstrap_difference": lambda three, level, _df: stats.bootstrap_difference(
+        three[0], three[1], level=level, resamples=100
+    ),
+    "normal_quantiles": lambda three, level, _df: stats.normal_quantiles(
+        stats.residuals_of_groups(named(three)), level
+    ),
+    "holm": lambda _three, level, df: stats.holm({"one": level, "two": 0.01}, "runs", alpha=min(level, df / (1 + df))),
+}
+ROWS_AT_LEVELS: dict[str, Callable[[Three, float, float], Any]] = {
+    "fit_linear": lambda three, level, _df: stats.fit_linear(three[0], {"x": three[1]}, level=level),
+    "LinearFit.at": lambda three, level, _df: stats.fit_linear(three[0], {"x": three[1]}).at({"x": three[2][0]}, level),
+    "fit_polynomial": lambda three, level, _df: stats.fit_polynomial(three[1], three[0], 2, level=level),
+    "PolynomialFit.at": lambda three, level, _df: stats.fit_polynomial(three[1], three[0], 2).at(three[2][0], level),
+    "fit_gain_line": lambda three, level, _df: stats.fit_gain_line(three[1], three[0]).at(three[2][0], level),
+    "PassiveDrain": of_drain,
+}
+
+
+@pytest.mark.parametrize("name", AT_LEVELS)
+@settings(max_examples=60)
+@given(THREE, levels(), degrees_of_freedom())
+def test_groups_at_any_level_and_degrees_of_freedom_give_numbers_or_reasons(name, three, level, df):
+    check(lambda: AT_LEVELS[name](three, level, df))
+
+
+@pytest.mark.parametrize("name", ROWS_AT_LEVELS)
+@settings(max_examples=60)
+@given(SIX, levels())
+def test_rows_at_any_level_give_numbers_or_reasons(name, three, level):
+    check(lambda: ROWS_AT_LEVELS[name](three, level, 1.0))
+
+
+POWERS: dict[str, Callable[[float, float, float, float], Any]] = {
+    "power_t": lambda one, two, _three, alpha: stats.power_t(one, abs(two), 5, 6, alpha),
+    "power_t one-sided": lambda one, two, _three, alpha: stats.power_t(one, abs(two), 2, 1, alpha, sides=1),
+    "power_welch": lambda one, two, three, alpha: stats.power_welch(one, abs(two), abs(three), 3, 2, alpha),
+    "power_anova": lambda one, two, three, alpha: stats.power_anova([one, two, 0.0], abs(three), 4, alpha),
+    "power_equivalence": lambda one, two, three, alpha: stats.power_equivalence(
+        one, abs(two), -abs(three), abs(three), 5, 6, alpha
+    ),
+    "power_equivalence student": lambda one, two, three, alpha: stats.power_equivalence(
+        one, abs(two), -abs(three), abs(three), 2, 1, alpha, route="student"
+    ),
+    "power_percent_equivalence": lambda one, two, three, alpha: stats.power_percent_equivalence(
+        one, abs(two), abs(three), -3.0, 3.0, 5, 6, alpha
+    ),
+}
+
+
+@pytest.mark.parametrize("name", POWERS)
+@settings(max_examples=60)
+@given(doubles(), doubles(), doubles(), levels())
+def test_powers_at_any_level_give_numbers_or_reasons(name, one, two, three, alpha):
+    check(lambda: POWERS[name](one, two, three, alpha))
+
+
+def test_shared_errors_of_any_degrees_of_freedom_bound_a_mean():
+    ends = [
+        stats.describe_shared([2, 2, 2, 2], SharedError({("drain", "rail"): 0.1}, {"drain": df})).ci_high
+        for df in (1e6, 1e16, 1e17, 1e20, 1e100, np.inf)
+    ]
+    assert ends == pytest.approx([2.0 + 0.1 * 1.959963984540054] * 6, rel=1e-6)
+    none = stats.describe_shared([2, 2, 2, 2], SharedError({("drain", "rail"): 0.1}, {"drain": 1e-6})).ci_high
+    assert isinstance(none, Undefined)
+
+
+def test_small_levels_leave_small_powers_and_wide_intervals():
+    assert stats.power_t(1, 1, 6, 6, alpha=1e-300).power < 1e-200
+    assert stats.power_welch(1, 1, 1, 6, 6, alpha=1e-260).power < 1e-200
+    low, high = stats.compare_two([1.0, 2.0, 3.0], [2.0, 3.0, 5.0], alpha=1e-100).difference_ci
+    assert high - low > 1e20

@@ -76,3 +76,17 @@ def test_edges():
     assert f_two_sided(1.0, 7, 7).p == 1.0
     assert t_two_sided(Fraction(21, 10), Fraction(19, 2)).p == pytest.approx(t_two_sided(2.1, 9.5).p, rel=1e-15)
     assert t_two_sided(2.1, 1e8).p == pytest.approx(2.0 * scipy.stats.t.sf(2.1, 1e8), rel=1e-12)
+
+
+@pytest.mark.parametrize("t", [0.01, 1.7, 30.0, 1e6])
+@pytest.mark.parametrize("ends", [(1e15, 1.0000001e15), (1.0000001e-16, 0.9999999e-16)])
+def test_t_is_continuous_where_its_series_begin(t, ends):
+    inside, beyond = (t_two_sided(t, df) for df in ends)
+    assert beyond.p == pytest.approx(inside.p, rel=1e-12)
+    assert beyond.log10_p == pytest.approx(inside.log10_p, rel=2e-7)
+
+
+@pytest.mark.parametrize("df", [1e17, 1e50, 1e300])
+def test_many_degrees_of_freedom_are_a_normal(df):
+    assert t_two_sided(2.0, df).p == normal_two_sided(2.0).p
+    assert t_two_sided(1e3, df).log10_p == pytest.approx(normal_two_sided(1e3).log10_p, rel=1e-10)
