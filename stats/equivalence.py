@@ -118,7 +118,7 @@ class Equivalence(Result):
         unit = unit if self.bounds == "raw" else f"% of {b}'s mean"
         estimate = f"{a} (n = {self.n_a}) minus {b} (n = {self.n_b}) is {number_text(self.estimate)}{with_unit(unit)}"
         if isinstance(self.equivalent, Undefined):
-            return f"{estimate}; no test whether it {self._claim(unit)}, because {self.equivalent.reason}."
+            return f"{estimate}; no test whether it {self._claim(unit, lie='lies')}, because {self.equivalent.reason}."
         chosen = self.welch if self.route == "welch" else self.student
         if isinstance(self.estimate_ci, Undefined):
             why = f"because its {100.0 * (1.0 - 2.0 * self.alpha):g} % CI is undefined: {self.estimate_ci.reason}"
@@ -134,12 +134,12 @@ class Equivalence(Result):
             f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p)}{missing_text(self.missing)}."
         )
 
-    def _claim(self, unit: str) -> str:
+    def _claim(self, unit: str, lie: str = "lie") -> str:
         if isinstance(self.high, Undefined):
-            return f"lie above {number_text(self.low)}{with_unit(unit)} (non-inferiority)"
+            return f"{lie} above {number_text(self.low)}{with_unit(unit)} (non-inferiority)"
         if isinstance(self.low, Undefined):
-            return f"lie below {number_text(self.high)}{with_unit(unit)} (non-superiority)"
-        return f"lie within {number_text(self.low)} to {number_text(self.high)}{with_unit(unit)} (equivalence)"
+            return f"{lie} below {number_text(self.high)}{with_unit(unit)} (non-superiority)"
+        return f"{lie} within {number_text(self.low)} to {number_text(self.high)}{with_unit(unit)} (equivalence)"
 
 
 def equivalence(

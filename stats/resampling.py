@@ -45,7 +45,7 @@ def permutation_test(
     nothing and are left out. Raises `InputRefused` for infinite values, for labels of another length, and, unless
     `missing` is "drop", for values or days that are missing.
     """
-    resamples = as_count("resamples", resamples, 1)
+    resamples, seed = as_count("resamples", resamples, 1), as_count("seed", seed)
     days = two_by_day(a, b, day_a, day_b, missing)
     strata = days.strata
     if not strata:
@@ -113,7 +113,7 @@ def bootstrap_difference(
     Student's t does: a stated 95 % covers 98, 96, 96 and 95 % for 3, 5, 10 and 25 normal values a group (BCa, which
     stands beside it: 80, 88, 93 and 93 %). Raises `InputRefused` as `permutation_test`.
     """
-    level, resamples = as_level("level", level), as_count("resamples", resamples, 100)
+    level, resamples, seed = as_level("level", level), as_count("resamples", resamples, 100), as_count("seed", seed)
     days = two_by_day(a, b, day_a, day_b, missing)
 
     def undefined(why: Undefined, difference: float | Undefined) -> Bootstrap:
