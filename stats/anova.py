@@ -5,7 +5,7 @@ It takes all groups to scatter alike; `stats.welch_anova` does not, and stands b
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -82,7 +82,9 @@ class Anova(Result):
         )
 
 
-def one_way_anova(groups: Mapping[str, ArrayLike], *, level: float = 0.95, missing: Missing = "refuse") -> Anova:
+def one_way_anova(
+    groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], *, level: float = 0.95, missing: Missing = "refuse"
+) -> Anova:
     """Analyse groups of values, each of shape (n_i,), all in one unit.
 
     A group without a value leaves the question open: there is no F, only what the other groups are. F and p are those

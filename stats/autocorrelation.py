@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from data_schema.errors import UsageError
 from data_schema.vocabulary import Undefined
-from stats.checks import as_sample
+from stats.checks import as_count, as_sample
 from stats.sums import deviations, sum_of_products
 
 
@@ -14,10 +13,9 @@ def autocorrelation(values: ArrayLike, lag: int = 1) -> float | Undefined:
     """Return the autocorrelation of a series, shape (n,), at a lag in samples.
 
     NIST's definition: the sum of products of deviations from the one mean, over the sum of their squares.
-    Raises `InputRefused` for NaN or infinite values and `UsageError` for a lag below 0.
+    Raises `InputRefused` for NaN or infinite values and for a lag that is no whole number of at least 0.
     """
-    if lag < 0:
-        raise UsageError(f"the lag is {lag}: give a whole number of samples of at least 0.")
+    lag = as_count("the lag", lag)
     series = as_sample("the series", values)
     n = series.values.size
     if n <= lag:

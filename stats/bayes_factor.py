@@ -50,7 +50,7 @@ class BayesFactor(Result):
         n = f"n = {self.n_a} and {self.n_b}" if self.n_b else f"n = {self.n_a}"
         if isinstance(self.log10_bf, Undefined):
             return f"No Bayes factor ({n}): {self.log10_bf.reason}."
-        side = "an effect" if self.log10_bf >= 0.0 else "no effect"
+        side = "an effect as under none" if self.log10_bf >= 0.0 else "no effect as under one"
         size = abs(self.log10_bf)
         text = f"{10.0 ** (size % 1.0):.2g}e{math.floor(size)}" if size >= 6.0 else number_text(10.0**size, 3)
         return (

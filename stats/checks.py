@@ -6,7 +6,7 @@ that decimals at a large offset (NIST's SmLs07 to 09 and NumAcc4) lose none of t
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
@@ -23,10 +23,6 @@ Missing = Literal["refuse", "drop"]
 MISSING: tuple[Missing, ...] = ("refuse", "drop")
 """What to do with values that are NaN: refuse them all, or leave them out and say how many."""
 
-_WAY_OUT: dict[Missing, str] = {
-    "refuse": 'leave missing values out before calling, or say missing="drop"',
-    "drop": "leave infinite values out before calling",
-}
 _LEVELS = {"alpha": 0.05, "power": 0.8}
 """What such a number usually is, by its name."""
 _LARGEST_EXACT = 2**53
@@ -63,12 +59,32 @@ def as_sample(name: str, values: ArrayLike | Iterable[Decimal | Fraction], missi
         return Sample(doubles, rest, 0)
     bad = ~finite if missing == "refuse" else np.isinf(doubles)
     if bad.any():
+        what, way_out = "infinite", "leave infinite values out before calling"
+        if np.isnan(doubles[bad]).any():
+            what = "NaN or infinite"
+            way_out = 'leave missing values out before calling, or say missing="drop"'
+            if np.isinf(doubles[bad]).any():
+                way_out += " (infinite values are never dropped)"
         raise InputRefused(
-            f"{name} holds {int(bad.sum())} of {doubles.size} values that are "
-            f"{'NaN or infinite' if missing == 'refuse' else 'infinite'}, the first at position "
-            f"{int(np.argmax(bad)) + 1}: {_WAY_OUT[missing]}."
+            f"{name} holds {int(bad.sum())} of {doubles.size} values that are {what}, the first at position "
+            f"{int(np.argmax(bad)) + 1}: {way_out}."
         )
     return Sample(doubles[finite], None if rest is None else rest[finite], int(doubles.size - finite.sum()))
+
+
+def as_groups(groups: Any) -> dict[str, ArrayLike]:
+    """Return samples by their names; a sequence of samples, each of shape (n_i,), gets the names "1", "2" and so on.
+
+    Raises `InputRefused` for what is no sequence of samples.
+    """
+    if isinstance(groups, Mapping):
+        return dict(groups)
+    if hasattr(groups, "columns"):  # a data frame: a group for each column
+        return {str(name): groups[name] for name in groups.columns}
+    listed = [] if isinstance(groups, str | bytes) or not isinstance(groups, Iterable) else list(groups)
+    if not all(np.iterable(values) and not isinstance(values, str) for values in listed) or not listed:
+        raise InputRefused("the groups are no samples: give one sample of numbers for each, by name or in a list.")
+    return {str(place): values for place, values in enumerate(listed, 1)}
 
 
 def as_pair(names: tuple[str, str], first: T, second: T) -> dict[str, T]:
@@ -121,7 +137,7 @@ def as_count(name: str, value: float, least: int = 0) -> int:
 
 
 def _one(name: str, value: Any) -> float:
-    if isinstance(value, bool | np.bool_ | str):
+    if isinstance(value, bool | np.bool_ | str | complex | np.complexfloating):
         raise InputRefused(f"{name} is {value!r}: give a number.")
     try:
         return float(value)
@@ -149,7 +165,7 @@ def _doubles(name: str, values: Any) -> tuple[NDArray[np.float64], NDArray[np.fl
     elif array.dtype.kind in "iuO":
         if array.ndim != 1:
             return np.empty(array.shape), None
-        doubles, rest = _exact(array.tolist(), no_number)
+        doubles, rest = _exact(name, array.tolist(), no_number)
     else:
         raise InputRefused(no_number)
     if hidden is not None and hidden.any():
@@ -161,7 +177,7 @@ def _small(array: NDArray[Any]) -> bool:
     return int(array.min()) >= -_LARGEST_EXACT and int(array.max()) <= _LARGEST_EXACT
 
 
-def _exact(values: list[Any], no_number: str) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+def _exact(name: str, values: list[Any], no_number: str) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
     doubles, rest = np.empty(len(values)), np.zeros(len(values))
     for place, value in enumerate(values):
         if type(value).__name__ in NO_VALUE:
@@ -173,6 +189,14 @@ def _exact(values: list[Any], no_number: str) -> tuple[NDArray[np.float64], NDAr
             doubles[place] = float(value)
         except OverflowError:
             doubles[place] = np.inf
-        if isinstance(value, (Rational, Decimal)) and np.isfinite(doubles[place]):
+        except ValueError as error:  # a signalling NaN
+            raise InputRefused(no_number) from error
+        if isinstance(value, Decimal) and not value.is_finite():
+            continue
+        if isinstance(value, (Rational, Decimal)):
+            if np.isinf(doubles[place]):
+                raise InputRefused(f"{name} holds a number beyond 1.8e308: give smaller numbers.")
+            if value and doubles[place] == 0.0:
+                raise InputRefused(f"{name} holds a number that falls below 5e-324: change units.")
             rest[place] = float(Fraction(value) - Fraction(float(doubles[place])))
     return doubles, rest if rest.any() else None

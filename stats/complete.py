@@ -25,10 +25,14 @@ def complete_rows(columns: Sequence[Any], missing: Missing) -> tuple[list[Any], 
 
     With `missing="refuse"`, or where lengths differ, the columns come back as they are: who takes them refuses them.
     Types stay what they are; a missing value is NaN, NaT, None, pandas' NA or masked.
+    Raises `InputRefused` for lists of unequal lengths in place of values.
     """
     if missing not in MISSING:
         raise unknown_name("way with missing values", missing, MISSING)
-    shapes = {np.shape(column) for column in columns}
+    try:
+        shapes = {np.shape(column) for column in columns}
+    except ValueError as error:
+        raise InputRefused("the values are lists of unequal lengths: give one number for each value.") from error
     if missing == "refuse" or len(shapes) != 1 or len(next(iter(shapes))) != 1:
         return list(columns), 0
     lacking = np.any([absent(column) for column in columns], axis=0)

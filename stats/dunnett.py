@@ -6,7 +6,7 @@ One pooled standard deviation serves all comparisons, so all groups are taken to
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level
+from stats.checks import Missing, as_groups, as_level
 from stats.error_free import exact_root, shortened
 from stats.finite import finite
 from stats.groups import Groups, read_groups
@@ -105,7 +105,7 @@ class Dunnett(Result):
 
 def dunnett(
     control: ArrayLike,
-    treatments: Mapping[str, ArrayLike],
+    treatments: Mapping[str, ArrayLike] | Sequence[ArrayLike],
     *,
     control_name: str = "the control",
     alternative: Alternative = "two_sided",
@@ -120,6 +120,7 @@ def dunnett(
     if alternative not in ALTERNATIVES:
         raise unknown_name("alternative", alternative, ALTERNATIVES)
     level = as_level("level", level)
+    treatments = as_groups(treatments)
     if control_name in treatments:
         raise InputRefused(f"A treatment is called {control_name!r} as the control is: give one of them another name.")
     read = read_groups({control_name: control, **treatments}, missing)

@@ -119,7 +119,7 @@ class Equivalence(Result):
         a, b = self.names[0] if a is None else a, self.names[1] if b is None else b
         if isinstance(self.estimate, Undefined):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.estimate.reason}."
-        unit = unit if self.bounds == "raw" else f"% of {b}'s mean"
+        unit, short = (unit, unit) if self.bounds == "raw" else (f"% of {b}'s mean", "%")
         estimate = f"{a} (n = {self.n_a}) minus {b} (n = {self.n_b}) is {number_text(self.estimate)}{with_unit(unit)}"
         if isinstance(self.p, Undefined):
             return f"{estimate}; no test whether it lies {self._bounds(unit)}, because {self.p.reason}."
@@ -136,7 +136,7 @@ class Equivalence(Result):
         if untold:
             verdict = f"; that it lies {self._bounds(unit)} cannot be told from {untold}"
         return (
-            f"{estimate} ({interval_text(self.estimate_ci, 1.0 - 2.0 * self.alpha)}){verdict}, "
+            f"{estimate} ({interval_text(self.estimate_ci, 1.0 - 2.0 * self.alpha, short)}){verdict}, "
             f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p)}{missing_text(self.missing)}."
         )
 

@@ -7,14 +7,14 @@ Means and sums of squares stay fractions until a statistic is asked for, which i
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_sample
+from stats.checks import Missing, as_groups, as_sample
 from stats.finite import Interval, Number, finite, finite_pair, to_double
 from stats.sums import Moments, moments
 
@@ -93,9 +93,9 @@ class Groups:
         return Undefined("it lies outside the range of doubles") if lost else found
 
 
-def read_groups(samples: Mapping[str, ArrayLike], missing: Missing = "refuse") -> Groups:
+def read_groups(samples: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse") -> Groups:
     """Check and summarise samples of shape (n_i,) in one unit; raises `InputRefused` naming the group."""
-    checked = {name: as_sample(f"group {name!r}", values, missing) for name, values in samples.items()}
+    checked = {name: as_sample(f"group {name!r}", values, missing) for name, values in as_groups(samples).items()}
     found = {name: moments(sample.values, rest=sample.rest) for name, sample in checked.items() if sample.values.size}
     exponent = _exponent(list(found.values()))
     unit = Fraction(2) ** exponent

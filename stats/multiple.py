@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level
+from stats.checks import as_level, as_number
 from stats.results import Result
 from stats.wording import p_text
 
@@ -89,13 +89,14 @@ def holm(
 
     The smallest of m is multiplied by m, the next by m - 1 and so on; none becomes smaller than one before it. A test
     whose p is undefined belongs to the family still: it counts in m. `log10_p` is needed only where p underflows to 0.
-    Raises `InputRefused` for a p outside 0 to 1, or a p of 0 whose logarithm is not given.
+    Raises `InputRefused` for a p that is no number or outside 0 to 1, or a p of 0 whose logarithm is not given.
     """
     alpha = as_level("alpha", alpha)
+    p_values = {name: p if isinstance(p, Undefined) else _as_p(name, p) for name, p in p_values.items()}
     logs: dict[str, float | Undefined] = {}
     for name, p in p_values.items():
         given = None if log10_p is None else log10_p.get(name)
-        logs[name] = p if isinstance(p, Undefined) else _log10(name, float(p), given)
+        logs[name] = p if isinstance(p, Undefined) else _log10(name, p, given)
     defined = sorted((log, name) for name, log in logs.items() if not isinstance(log, Undefined))
     adjusted_p: dict[str, float | Undefined] = {}
     adjusted_log: dict[str, float | Undefined] = {}
@@ -103,7 +104,7 @@ def holm(
     for place, (log, name) in enumerate(defined):
         factor = len(p_values) - place
         p = p_values[name]
-        worst_p = max(worst_p, min(1.0, factor * (0.0 if isinstance(p, Undefined) else float(p))))
+        worst_p = max(worst_p, min(1.0, factor * (0.0 if isinstance(p, Undefined) else p)))
         worst_log = max(worst_log, min(0.0, math.log10(factor) + log))
         adjusted_p[name], adjusted_log[name] = worst_p, worst_log
     adjusted = tuple(adjusted_p.get(name, p) for name, p in p_values.items())
@@ -119,9 +120,17 @@ def holm(
     )
 
 
+def _as_p(name: str, p: float) -> float:
+    try:
+        number = as_number(f"the p-value of {name!r}", p)
+    except InputRefused:
+        number = math.nan
+    if not 0.0 <= number <= 1.0:
+        raise InputRefused(f"the p-value of {name!r} is {p!r}: give a number from 0 to 1.")
+    return number
+
+
 def _log10(name: str, p: float, given: float | Undefined | None) -> float:
-    if not 0.0 <= p <= 1.0:
-        raise InputRefused(f"The p-value of {name!r} is {p!r}: give a number from 0 to 1.")
     if isinstance(given, float | int):
         return float(given)
     if p == 0.0:

@@ -45,7 +45,7 @@ def permutation_test(
     nothing and are left out. Raises `InputRefused` for infinite values, for labels of another length, and, unless
     `missing` is "drop", for values or days that are missing.
     """
-    resamples = as_count("resamples", resamples, 1)
+    resamples, seed = as_count("resamples", resamples, 1), as_count("seed", seed)
     days = two_by_day(a, b, day_a, day_b, missing)
     strata = days.strata
     if not strata:
@@ -65,7 +65,7 @@ def permutation_test(
         n_a=days.n_a,
         n_b=days.n_b,
         n_days=days.n_days,
-        difference=days.in_unit(days.difference()),
+        difference=days.difference,
         p=(both + one) / total,
         p_greater=(greater + one) / total,
         p_less=(less + one) / total,
@@ -113,7 +113,7 @@ def bootstrap_difference(
     Student's t does: a stated 95 % covers 98, 96, 96 and 95 % for 3, 5, 10 and 25 normal values a group (BCa, which
     stands beside it: 80, 88, 93 and 93 %). Raises `InputRefused` as `permutation_test`.
     """
-    level, resamples = as_level("level", level), as_count("resamples", resamples, 100)
+    level, resamples, seed = as_level("level", level), as_count("resamples", resamples, 100), as_count("seed", seed)
     days = two_by_day(a, b, day_a, day_b, missing)
 
     def undefined(why: Undefined, difference: float | Undefined) -> Bootstrap:
@@ -123,10 +123,9 @@ def bootstrap_difference(
     if not days.strata:
         none = days.nothing_shared()
         return undefined(none, none)
-    difference = days.difference()
     cells, exponent = days.centred_cells()
     if not any(cell.values.any() for cell in cells):
-        return undefined(Undefined("the values of each day and group do not scatter"), days.in_unit(difference))
+        return undefined(Undefined("the values of each day and group do not scatter"), days.difference)
     drawn = redraw(cells, resamples, seed)
     tail = (1.0 - level) / 2.0
 
@@ -134,14 +133,14 @@ def bootstrap_difference(
         if isinstance(ends, Undefined):
             return ends
         step, unit = Fraction(2) ** exponent, Fraction(2) ** days.exponent
-        low, high = ((Fraction(difference) + Fraction(end) * step) * unit for end in ends)
+        low, high = (days.exact_difference + Fraction(end) * step * unit for end in ends)
         return finite_pair(low, high)
 
     return Bootstrap(
         n_a=days.n_a,
         n_b=days.n_b,
         n_days=days.n_days,
-        difference=days.in_unit(difference),
+        difference=days.difference,
         se=days.in_unit(times_power(float(np.std(drawn.changes, ddof=1)), exponent), "the standard error"),
         interval=around(drawn.studentised(tail)),
         bca_interval=around(drawn.bca(tail)),

@@ -16,7 +16,7 @@ from scipy import special
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_sample
+from stats.checks import as_groups, as_level, as_sample
 from stats.error_free import exact_root, scaled
 from stats.finite import finite, refuse_beyond, times_power, to_double
 from stats.sums import common_shift, moments, out_of_range
@@ -64,7 +64,7 @@ class NormalQuantiles:
     """How often each residual, taken by itself, lies in the band where the values are normal."""
 
 
-def residuals_of_groups(groups: Mapping[str, ArrayLike]) -> Residuals:
+def residuals_of_groups(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike]) -> Residuals:
     """Return values less the mean of their group, group after group; samples of shape (n_i,) in one unit.
 
     The standard deviation is pooled. Raises `InputRefused` for NaN or infinite values.
@@ -73,7 +73,7 @@ def residuals_of_groups(groups: Mapping[str, ArrayLike]) -> Residuals:
     fitted: list[float] = []
     sizes: dict[str, int] = {}
     squares, df = Fraction(0), 0
-    for name, given in groups.items():
+    for name, given in as_groups(groups).items():
         sample = as_sample(f"group {name!r}", given)
         if sample.values.size == 0:
             continue

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 
 from numpy.typing import ArrayLike
 
+from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.distributions import t_quantile, t_two_sided_p
@@ -42,6 +43,11 @@ class SharedError:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
+        if not isinstance(self.terms, Mapping) or not isinstance(self.df, Mapping):
+            raise InputRefused(
+                f"a shared error of {self.terms!r} with {self.df!r} degrees of freedom names no fit: give standard "
+                'errors by fit and term, {("drain", "level"): 0.1}, and degrees of freedom by fit, {"drain": 5}.'
+            )
         for (fit, term), value in self.terms.items():
             as_number(f"the shared error {fit} {term}", value)
             if self.df.get(fit) != math.inf:

@@ -7,6 +7,7 @@ the accident of their last digits (p = 0.0996 in place of 0.1082 for values of o
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,8 @@ LARGEST_WHOLE = 2.0**53
 """Up to here doubles tell whole numbers apart."""
 MOST_BITS = 62
 """Differences of whole numbers below 2^62 are whole numbers below 2^63."""
+MOST_OF_ANY_LENGTH = 200
+"""Values up to which sums of Python's own whole numbers take no time that anybody notices."""
 SPARE_BITS = 3
 """Bits that all values leave unused where they are whole numbers of a power of two; decimals leave none."""
 
@@ -28,7 +31,8 @@ def on_tied_scale(days: list[NDArray[np.float64]]) -> tuple[list[Numbers], float
     Values that doubles hold exactly (whole numbers in any unit that is a power of two) and values with few decimals
     become whole numbers, times the least common multiple of the days' sizes, with tolerance 0; all others stay doubles,
     with the rounding of their sums as tolerance. Where that tolerance would swallow the values' own differences, at an
-    offset that leaves them few bits, doubles are taken for what they are.
+    offset that leaves them few bits or beside values that cancel, doubles are taken for what they are, as whole numbers
+    of any length if need be (up to `MOST_OF_ANY_LENGTH` values: beyond, the tolerance stays).
     """
     held = [values for values in days if values.size]
     pooled = np.concatenate(held)
@@ -36,7 +40,8 @@ def on_tied_scale(days: list[NDArray[np.float64]]) -> tuple[list[Numbers], float
     tolerance = 2.0 * size * float(np.finfo(np.float64).eps) * float(np.max(np.abs(pooled)))
     gaps = np.diff(np.unique(pooled))
     bits, grid = _binary_digits(pooled)
-    if bits <= 53 - SPARE_BITS or (gaps.size and tolerance > gaps.min() / 4.0):
+    swallowed = bool(gaps.size and tolerance > gaps.min() / 4.0)
+    if bits <= 53 - SPARE_BITS or swallowed:
         whole = _of_grid(held, grid) if bits < MOST_BITS else None
     else:
         whole = _decimals(held)
@@ -45,6 +50,8 @@ def on_tied_scale(days: list[NDArray[np.float64]]) -> tuple[list[Numbers], float
         largest = max(int(np.max(np.abs(values))) for values in whole)
         if 4 * largest * common * size < 2**62:
             return [common * values - (common // values.size) * values.sum() for values in whole], 0.0
+    if swallowed and size <= MOST_OF_ANY_LENGTH:
+        return [common * values - (common // values.size) * values.sum() for values in _of_any_length(held)], 0.0
     scores: list[Numbers] = []
     for values in days:
         shifted = values - values[0]
@@ -67,6 +74,13 @@ def _of_grid(days: list[NDArray[np.float64]], grid: int) -> list[NDArray[np.int6
     """Return the values as whole numbers of 2**grid, from the first value."""
     counts = [np.ldexp(values, -grid).astype(np.int64) for values in days]
     return [each - int(counts[0][0]) for each in counts]
+
+
+def _of_any_length(days: list[NDArray[np.float64]]) -> list[NDArray[Any]]:
+    """Return the values as Python's whole numbers of the finest power of two that any of them needs."""
+    ratios = [[value.as_integer_ratio() for value in values.tolist()] for values in days]
+    unit = max(bottom for each in ratios for _, bottom in each)
+    return [np.array([top * (unit // bottom) for top, bottom in each], dtype=object) for each in ratios]
 
 
 def _decimals(days: list[NDArray[np.float64]]) -> list[NDArray[np.int64]] | None:

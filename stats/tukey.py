@@ -6,7 +6,7 @@ is alpha: exactly for Tukey at equal n, less at unequal n (Kramer), nearly for G
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
@@ -97,7 +97,7 @@ class AllPairs(Result):
 
 
 def compare_all_pairs(
-    groups: Mapping[str, ArrayLike],
+    groups: Mapping[str, ArrayLike] | Sequence[ArrayLike],
     *,
     variances: Variances = "equal",
     level: float = 0.95,

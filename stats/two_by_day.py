@@ -7,6 +7,7 @@ each day; without days it is the difference of means.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -17,7 +18,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_sample
 from stats.complete import Labels, as_labels, complete_rows
-from stats.error_free import greatest, scaled
+from stats.error_free import exact_sum, greatest, scaled
 from stats.finite import finite, times_power
 from stats.sums import common_shift, out_of_range
 from stats.wording import counted
@@ -57,20 +58,18 @@ class TwoByDay:
     """Days that hold both groups, in an order that their labels do not decide; in units of 2**exponent."""
     exponent: int
     """0 but where differences of the values could overflow or lose bits."""
+    exact_difference: Fraction
+    """a minus b within days, in the unit of the values; 0 where no day holds both groups."""
     n_a: int
     n_b: int
     n_days: int | Undefined
     missing: int
     """Values left out because they or their day were missing."""
 
-    def difference(self) -> float:
-        """Return a minus b within days, in units of 2**exponent."""
-        parts = []
-        for each in self.strata:
-            origin = each.a[0]
-            of_a, of_b = (math.fsum(values - origin) / values.size for values in (each.a, each.b))
-            parts.append(each.weight * (of_a - of_b))
-        return math.fsum(parts) / math.fsum(each.weight for each in self.strata)
+    @property
+    def difference(self) -> float | Undefined:
+        """a minus b within days in the unit of the values, if doubles reach so far."""
+        return finite(self.exact_difference, "the difference")
 
     def in_unit(self, scaled: float, what: str = "the difference") -> float | Undefined:
         """Return a difference in the unit of the values, if doubles reach so far."""
@@ -121,6 +120,7 @@ def two_by_day(
         samples.append(sample)
         days.append(words)
         left_out += fewer
+    difference = _difference(*(_exact_means(sample, words) for sample, words in zip(samples, days, strict=True)))
     first, second = _as_doubles(*samples)
     of_a, of_b = (_by_day(values, words) for values, words in zip((first, second), days, strict=True))
     strata = [Stratum(of_a[day], of_b[day]) for day in of_a.keys() & of_b.keys()]
@@ -128,7 +128,27 @@ def two_by_day(
     n_days: int | Undefined = Undefined("no days were given") if day_a is None else len(strata)
     exponent = out_of_range(np.concatenate([first, second]))
     in_range = tuple(Stratum(scaled(each.a, -exponent), scaled(each.b, -exponent)) for each in strata)
-    return TwoByDay(in_range, exponent, first.size, second.size, n_days, left_out)
+    return TwoByDay(in_range, exponent, difference, first.size, second.size, n_days, left_out)
+
+
+def _exact_means(sample: Sample, words: list[str]) -> dict[str, tuple[int, Fraction]]:
+    """Return the number of values of each day and their mean without error: sums that cancel keep all digits."""
+    values = _by_day(sample.values, words)
+    rests = {} if sample.rest is None else _by_day(sample.rest, words)
+    return {
+        day: (each.size, (exact_sum(each) + (exact_sum(rests[day]) if rests else 0)) / each.size)
+        for day, each in values.items()
+    }
+
+
+def _difference(a: Mapping[str, tuple[int, Fraction]], b: Mapping[str, tuple[int, Fraction]]) -> Fraction:
+    """Return the weighted difference of the means of the days that hold both groups."""
+    total, weights = Fraction(0), Fraction(0)
+    for day in a.keys() & b.keys():
+        (n_a, mean_a), (n_b, mean_b) = a[day], b[day]
+        weight = Fraction(n_a * n_b, n_a + n_b)
+        total, weights = total + weight * (mean_a - mean_b), weights + weight
+    return total / weights if weights else total
 
 
 def _by_day(values: Floats, words: list[str]) -> dict[str, Floats]:

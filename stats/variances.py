@@ -8,7 +8,7 @@ medians, kept to 0.034 to 0.049 in all six distributions tried. Constant groups 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, Sample, as_level, as_sample
+from stats.checks import Missing, Sample, as_groups, as_level, as_sample
 from stats.error_free import scaled, shortened
 from stats.finite import finite, finite_pair
 from stats.results import Result
@@ -106,7 +106,7 @@ def f_test(
     return VarianceTest("F", names, sizes, f, df, tail.p, tail.log10_p, ends, level, left_out)
 
 
-def bartlett(groups: Mapping[str, ArrayLike], missing: Missing = "refuse") -> VarianceTest:
+def bartlett(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse") -> VarianceTest:
     """Return Bartlett's test; every group needs 2 values. Raises `InputRefused` as `f_test` does."""
     samples = _samples(groups, missing)
     parts = {name: moments(sample.values, rest=sample.rest) for name, sample in samples.items()}
@@ -130,12 +130,12 @@ def bartlett(groups: Mapping[str, ArrayLike], missing: Missing = "refuse") -> Va
     )
 
 
-def levene(groups: Mapping[str, ArrayLike], missing: Missing = "refuse") -> VarianceTest:
+def levene(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse") -> VarianceTest:
     """Return Levene's test: ANOVA of the distances from the means. Raises `InputRefused` as `f_test` does."""
     return _of_spreads("Levene", _samples(groups, missing), from_mean)
 
 
-def brown_forsythe(groups: Mapping[str, ArrayLike], missing: Missing = "refuse") -> VarianceTest:
+def brown_forsythe(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse") -> VarianceTest:
     """Return Brown and Forsythe's test: ANOVA of the distances from the medians. Raises as `f_test` does."""
     return brown_forsythe_of(_samples(groups, missing))
 
@@ -170,8 +170,8 @@ def _excess_over_log(ratio: Fraction) -> float:
         return float(more - (mp.log(whole) if whole < 0.5 else mp.log1p(more)))
 
 
-def _samples(groups: Mapping[str, ArrayLike], missing: Missing) -> dict[str, Sample]:
-    return {name: as_sample(f"group {name!r}", values, missing) for name, values in groups.items()}
+def _samples(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing) -> dict[str, Sample]:
+    return {name: as_sample(f"group {name!r}", values, missing) for name, values in as_groups(groups).items()}
 
 
 def _missing(samples: Mapping[str, Sample]) -> int:

@@ -66,7 +66,7 @@ class WelchAnova(Result):
         )
 
 
-def welch_anova(groups: Mapping[str, ArrayLike], *, missing: Missing = "refuse") -> WelchAnova:
+def welch_anova(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], *, missing: Missing = "refuse") -> WelchAnova:
     """Analyse groups of values, each of shape (n_i,), all in one unit, by Welch's F.
 
     Raises `InputRefused`, naming the group, for infinite values, and for NaN unless `missing` is "drop".

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from decimal import Decimal
+from fractions import Fraction
 from itertools import combinations, product
 
 import numpy as np
@@ -16,6 +17,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.resampling import bootstrap_difference, permutation_test
 from stats.tied_scale import on_tied_scale
+from stats.two_sample import compare_two
 
 
 def tenths(offset: int) -> tuple[list[float], list[float]]:
@@ -98,6 +100,38 @@ def test_the_scale_of_ties():
     assert [score.tolist() for score in scores] == [[-16, 20, -4], [12, -12]]
     scores, tolerance = on_tied_scale([np.array([np.pi, np.e, 1.0 / 3.0])])
     assert 0.0 < tolerance < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("a", "b"),
+    [
+        ([1e17, -1e17, 3.0, 4.0], [1.0, 2.0, 3.0, 5.0]),
+        ([1e9, -1e9, 3.1, 4.0], [1.0, 2.0, 3.0, 5.3]),
+        ([Decimal("1e17"), Decimal("-1e17"), Decimal("3.1"), Decimal(4)], [1, 2, 3, Decimal("5.3")]),
+        ([1e300, -1e300, 3.0, 4.0], [1.0, 2.0, 3.0, 5.0]),
+    ],
+)
+def test_values_that_cancel_leave_the_difference_exact(a, b):
+    difference = compare_two(a, b).difference
+    assert permutation_test(a, b).difference == difference
+    assert bootstrap_difference(a, b, resamples=100).difference == difference
+    days = ["mon"] * 4
+    assert permutation_test(a, b, days, days).difference == difference
+    assert bootstrap_difference(a, b, days, days, resamples=100).difference == difference
+
+
+@pytest.mark.parametrize("far", [1e17, 1e300])
+def test_values_that_cancel_are_shuffled_without_rounding(far):
+    """Oracle: all arrangements in fractions; a drawn test comes near it."""
+    a, b = [far, -far, 3.0, 4.0], [1.0, 2.0, 3.0, 5.5]
+    pooled = [Fraction(value) for value in a + b]
+    middle = sum(pooled) / 2
+    sums = [sum(chosen) - middle for chosen in combinations(pooled, 4)]
+    found = permutation_test(a, b)
+    assert found.p == sum(abs(each) >= abs(sums[0]) for each in sums) / 70 < 1.0
+    assert found.p_greater == sum(each >= sums[0] for each in sums) / 70
+    assert found.p_less == sum(each <= sums[0] for each in sums) / 70
+    assert permutation_test(a, b, exact_limit=10, seed=1).p == pytest.approx(found.p, abs=4 * 0.0036)
 
 
 def test_nothing_to_shuffle():
