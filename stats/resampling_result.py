@@ -7,11 +7,15 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import Undefined
 from stats.results import Result
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import counted, interval_text, missing_text, number_text, p_text, with_unit
 
 
 def _log10(p: float | Undefined) -> float | Undefined:
     return p if isinstance(p, Undefined) else math.log10(p)
+
+
+def _within(n_days: int | Undefined) -> str:
+    return "" if isinstance(n_days, Undefined) else f" within {counted(n_days, 'day')}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +65,7 @@ class Permutation(Result):
         where = f"n = {self.n_a} and {self.n_b}"
         if isinstance(self.p, Undefined):
             return f"No permutation test of {a} and {b} ({where}): {self.p.reason}."
-        within = "" if isinstance(self.n_days, Undefined) else f" within {self.n_days} days"
+        within = _within(self.n_days)
         how = f"all {self.arrangements} arrangements" if self.exact else f"{self.arrangements} random arrangements"
         return (
             f"{a} minus {b}{within} is {number_text(self.difference)}{with_unit(unit)}, permutation test over {how}, "
@@ -109,6 +113,6 @@ class Bootstrap(Result):
             return f"{text} ({where}); no bootstrap interval, because {self.interval.reason}."
         return (
             f"{text} ({interval_text(self.interval, self.level, unit)} by studentised bootstrap"
-            f"{'' if isinstance(self.n_days, Undefined) else f' within {self.n_days} days'}, {self.resamples} draws, "
+            f"{_within(self.n_days)}, {self.resamples} draws, "
             f"seed {self.seed}; {where}{missing_text(self.missing)})."
         )
