@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from datetime import UTC, date
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Rational
@@ -82,6 +83,32 @@ def as_column(name: str, values: ArrayLike, *, centred: bool = True, at_middle: 
         if kind == "f":
             return _of_floats(name, array.astype(np.float64, copy=False), centred, at_middle)
     return _of_floats(name, as_values(name, array), centred, at_middle)
+
+
+def as_ticks(values: Any) -> Any:
+    """Return moments of any kind (of Python, or of pandas with a time zone or as periods) as numpy's `datetime64`.
+
+    What holds no moments comes back as it is. Raises `InputRefused` for moments with and without a time zone together.
+    """
+    if hasattr(values, "to_timestamp") and hasattr(values, "freq"):  # periods count from their start
+        values = values.to_timestamp()
+    if type(getattr(values, "dtype", None)).__name__ == "DatetimeTZDtype":
+        zoned = values.dt if hasattr(values, "dt") else values
+        return np.asarray(zoned.tz_convert(None))
+    try:
+        array = np.asarray(values)
+    except ValueError:
+        return values  # who takes it refuses it
+    entries = array.tolist() if array.dtype.kind == "O" and array.ndim == 1 else []
+    if not entries or not all(isinstance(entry, date) for entry in entries):
+        return values
+    zones = {getattr(entry, "tzinfo", None) is None for entry in entries}
+    if len(zones) > 1:
+        raise InputRefused("moments with and without a time zone stand together: give datetime64 values, or one kind.")
+    if zones == {False}:
+        entries = [entry.astimezone(UTC).replace(tzinfo=None) for entry in entries]
+    # pandas keeps nanoseconds that a plain conversion would cut off.
+    return np.array([e.to_datetime64() if hasattr(e, "to_datetime64") else np.datetime64(e) for e in entries])
 
 
 def _of_floats(name: str, values: Floats, centred: bool, at_middle: bool) -> Column:

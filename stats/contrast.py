@@ -86,6 +86,8 @@ class Contrast:
     def interval(self, level: Number) -> Ends | Undefined:
         """Return all bounds that the two-sided test of level 1 - `level` does not reject."""
         if self.relative:
+            if self.error(shortened(self.estimate)) is None:
+                return Undefined("all values compared with the control are 0, and a share of 0 does not scatter")
             ends = [self._end(side, level) for side in (-1, 1)]
         else:
             error = self.error(Fraction(0))

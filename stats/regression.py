@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
-from stats.columns import Column, as_column
+from stats.columns import Column, as_column, as_ticks
 from stats.complete import complete_rows
 from stats.double_double import FRACTION_BITS, fixed_point, nearest_double
 from stats.error_free import exact_root
@@ -25,6 +26,9 @@ from stats.fit import INTERCEPT, Fit
 from stats.fit_fields import Scaled, fit_fields
 from stats.least_squares import Design, Factor, factorise, solve
 from stats.response import Response, response_at, root_of_form
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,22 +84,24 @@ class LinearFit(Fit):
 
 def fit_linear(
     y: ArrayLike,
-    columns: Mapping[str, ArrayLike],
+    columns: Mapping[str, ArrayLike] | pd.DataFrame,
     *,
     intercept: bool = True,
     level: float = 0.95,
     missing: Missing = "refuse",
 ) -> LinearFit:
-    """Fit y, shape (n,), as a sum of named columns, each of shape (n,), by least squares.
+    """Fit y, shape (n,), as a sum of named columns (or those of a data frame), each of shape (n,), by least squares.
 
     Columns may be numbers of any real type, whole numbers and decimals (kept exact), or time stamps and durations of
-    numpy (in seconds, time stamps since 1970 UTC). The numbers are those of exact arithmetic on the input.
+    any kind (in seconds, time stamps since 1970; without a time zone they are taken for UTC). The numbers are those of
+    exact arithmetic on the input.
     Raises `InputRefused`, naming the columns, for infinite values, for NaN unless `missing` is "drop" (which leaves
     out rows), lengths that differ, fewer values than coefficients, a constant column beside an intercept, a column of
     zeros, and columns that are collinear.
     """
     level = as_level("level", level)
-    (y, *kept), left_out = complete_rows([y, *columns.values()], missing)
+    columns = _as_columns(columns)
+    (y, *kept), left_out = complete_rows([as_ticks(y), *columns.values()], missing)
     columns = dict(zip(columns, kept, strict=True))
     n = _check(y, columns, intercept)
     response = as_column("y", y, centred=intercept)
@@ -147,6 +153,15 @@ def fit_linear(
         highest=tuple(column.highest for column in given),
         missing=left_out,
     )
+
+
+def _as_columns(columns: Any) -> dict[str, ArrayLike]:
+    """Return columns by their names; raises `InputRefused` where they have none."""
+    if hasattr(columns, "columns"):  # a data frame
+        columns = {str(name): columns[name] for name in columns.columns}
+    if not isinstance(columns, Mapping):
+        raise InputRefused('the columns have no names: give them by name, {"temperature": [...]}, or as a data frame.')
+    return {name: as_ticks(values) for name, values in columns.items()}
 
 
 def _check(y: ArrayLike, columns: Mapping[str, ArrayLike], intercept: bool) -> int:

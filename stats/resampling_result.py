@@ -14,6 +14,10 @@ def _log10(p: float | Undefined) -> float | Undefined:
     return p if isinstance(p, Undefined) else math.log10(p)
 
 
+def _within(n_days: int | Undefined) -> str:
+    return "" if isinstance(n_days, Undefined) else f" within {counted(n_days, 'day')}"
+
+
 @dataclass(frozen=True, slots=True)
 class Permutation(Result):
     """Group a against group b by shuffling the labels within each day."""
@@ -61,7 +65,7 @@ class Permutation(Result):
         where = f"n = {self.n_a} and {self.n_b}"
         if isinstance(self.p, Undefined):
             return f"No permutation test of {a} and {b} ({where}): {self.p.reason}."
-        within = "" if isinstance(self.n_days, Undefined) else f" within {counted(self.n_days, 'day')}"
+        within = _within(self.n_days)
         how = f"all {self.arrangements} arrangements" if self.exact else f"{self.arrangements} random arrangements"
         return (
             f"{a} minus {b}{within} is {number_text(self.difference)}{with_unit(unit)}, permutation test over {how}, "
@@ -107,8 +111,8 @@ class Bootstrap(Result):
         text = f"{a} minus {b} is {number_text(self.difference)}{with_unit(unit)}"
         if isinstance(self.interval, Undefined):
             return f"{text} ({where}); no bootstrap interval, because {self.interval.reason}."
-        within = "" if isinstance(self.n_days, Undefined) else f" within {counted(self.n_days, 'day')}"
         return (
-            f"{text} ({interval_text(self.interval, self.level, unit)} by studentised bootstrap{within}, "
-            f"{self.resamples} draws, seed {self.seed}; {where}{missing_text(self.missing)})."
+            f"{text} ({interval_text(self.interval, self.level, unit)} by studentised bootstrap"
+            f"{_within(self.n_days)}, {self.resamples} draws, "
+            f"seed {self.seed}; {where}{missing_text(self.missing)})."
         )

@@ -148,7 +148,9 @@ def percent_savings(
         return replace(_without_interval(result, none), se_percent=none)
     result = replace(result, se_percent=finite(100 * exact_root(ratio.scatter) / ratio.mean, "the standard error"))
     if ratio.scatter == 0:
-        return _without_interval(result, Undefined("neither group has any scatter"))
+        if of_c.constant:
+            return _without_interval(result, Undefined("neither group has any scatter"))
+        return _without_interval(result, Undefined("all treated runs are 0, and a share of 0 does not scatter"))
     return _with_intervals(result, ratio, {**in_control.df, **in_treated.df})
 
 

@@ -48,14 +48,14 @@ def interval_text(interval: tuple[float, float] | Undefined, level: float, unit:
     return f"{name} {number_text(interval[0])} to {number_text(interval[1])}{with_unit(unit)}"
 
 
+def counted(number: int, what: str) -> str:
+    """Return "1 day" or "3 days"."""
+    return f"{number} {what}{'' if number == 1 else 's'}"
+
+
 def with_unit(unit: str) -> str:
     """Return the unit with the space that belongs before it."""
     return f" {unit}" if unit else ""
-
-
-def counted(n: int, thing: str) -> str:
-    """Return "1 day" or "3 days"."""
-    return f"{n} {thing}{'' if n == 1 else 's'}"
 
 
 def missing_text(*missing: int) -> str:

@@ -98,7 +98,7 @@ def test_a_constant_response_has_no_r_squared():
         ([1.0, 2.0], {}, "at least one column"),
         ([1.0, 2.0, 3.0], {"x": [1.0, 2.0]}, r"the column 'x' has the shape \(2,\)"),
         ([1.0, 2.0, np.nan], {"x": [1.0, 2.0, 3.0]}, "y holds 1 of 3 values that are NaN"),
-        ([1.0, 2.0, 4.0], {"x": [1.0, np.inf, 3.0]}, "the column 'x' holds 1 of 3 values that are NaN"),
+        ([1.0, 2.0, 4.0], {"x": [1.0, np.inf, 3.0]}, "the column 'x' holds 1 of 3 values that are infinite"),
         ([1.0, 2.0, 4.0], {"x": ["a", "b", "c"]}, "the column 'x' holds something that is not a number"),
         ([1.0, 2.0, 4.0], {"x": [1j, 2, 3]}, "the column 'x'"),
         ([1.0, 2.0, 4.0], {"intercept": [1.0, 2.0, 3.0]}, "name it otherwise"),

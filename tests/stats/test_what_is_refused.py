@@ -104,3 +104,17 @@ def test_groups_without_names_are_counted(function):
 
 def test_treatments_without_names_are_counted():
     assert [pair.treatment for pair in stats.dunnett(Y, [[1.0, 2.0], [3.0, 5.0]]).comparisons] == ["1", "2"]
+
+
+def test_treated_runs_that_are_all_0_have_a_reason_that_is_true():
+    assert stats.percent_savings(Y, [0.0] * 5).percent_ci.reason.startswith("all treated runs are 0")
+    assert (
+        "a share of 0 does not scatter" in stats.equivalence([0.0] * 5, Y, -3, 3, bounds="percent").estimate_ci.reason
+    )
+    assert stats.percent_savings([2.0] * 3, [1.0] * 3).percent_ci.reason == "neither group has any scatter"
+
+
+def test_one_day_is_no_days():
+    days = ["mon"] * 4
+    assert "within 1 day is" in stats.permutation_test(Y, Y, days, days).sentence()
+    assert "within 1 day," in stats.bootstrap_difference(Y, Y, days, days, resamples=200).sentence()
