@@ -19,7 +19,7 @@ from stats.finite import finite
 from stats.groups import Groups, read_groups
 from stats.results import Result
 from stats.tails import f_upper
-from stats.wording import interval_text, missing_text, number_text, p_text
+from stats.wording import counted, interval_text, missing_text, number_text, p_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +73,12 @@ class Anova(Result):
         """Return the result in words: F, both degrees of freedom, p, eta squared with interval, n."""
         n = sum(self.group_ns)
         if isinstance(self.f, Undefined):
-            return f"No one-way ANOVA over {what} ({len(self.groups)} groups, n = {n}): {self.f.reason}."
+            return f"No one-way ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         return (
             f"One-way ANOVA over {what}: F({self.df_between}, {self.df_within}) = {number_text(self.f)}, "
             f"{p_text(self.p, self.log10_p)}, eta squared {number_text(self.eta_squared, 3)} "
             f"({interval_text(self.eta_squared_ci, self.level)}) "
-            f"({len(self.groups)} groups, n = {n}{missing_text(self.missing)})."
+            f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)})."
         )
 
 

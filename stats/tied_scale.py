@@ -49,9 +49,9 @@ def on_tied_scale(days: list[NDArray[np.float64]]) -> tuple[list[Numbers], float
     if whole is not None:
         largest = max(int(np.max(np.abs(values))) for values in whole)
         if 4 * largest * common * size < 2**62:
-            return [common * values - (common // values.size) * values.sum() for values in whole], 0.0
+            return [common * values - (common // values.size) * values.sum() for values in whole], 0
     if swallowed and size <= MOST_OF_ANY_LENGTH:
-        return [common * values - (common // values.size) * values.sum() for values in _of_any_length(held)], 0.0
+        return [common * values - (common // values.size) * values.sum() for values in _of_any_length(held)], 0
     scores: list[Numbers] = []
     for values in days:
         shifted = values - values[0]

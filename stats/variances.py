@@ -25,7 +25,7 @@ from stats.spreads import from_mean, from_median
 from stats.sums import Moments, moments, out_of_range
 from stats.t_tests import AS_A_AND_B, Names, too_small
 from stats.tails import Tail, chi2_upper, f_two_sided, f_upper
-from stats.wording import interval_text, missing_text, number_text, p_text
+from stats.wording import counted, interval_text, missing_text, number_text, p_text
 
 Interval = tuple[float, float]
 
@@ -60,7 +60,7 @@ class VarianceTest(Result):
 
     def sentence(self) -> str:
         """Return the test in words: statistic, degrees of freedom, p, n."""
-        sizes = f"({len(self.groups)} groups, n = {sum(self.group_ns)}{missing_text(self.missing)})"
+        sizes = f"({counted(len(self.groups), 'group')}, n = {sum(self.group_ns)}{missing_text(self.missing)})"
         if isinstance(self.p, Undefined):
             return f"{self.test} test of equal variances {sizes}: none, because {self.p.reason}."
         sign = "chi-squared" if self.test == "Bartlett" else "F"

@@ -26,7 +26,7 @@ from stats.finite import finite
 from stats.groups import Group, read_groups
 from stats.results import Result
 from stats.tails import f_upper
-from stats.wording import df_text, missing_text, number_text, p_text
+from stats.wording import counted, df_text, missing_text, number_text, p_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,11 +58,12 @@ class WelchAnova(Result):
         """Return the result in words: F, both degrees of freedom, p, n."""
         n = sum(self.group_ns)
         if isinstance(self.f, Undefined):
-            return f"No Welch ANOVA over {what} ({len(self.groups)} groups, n = {n}): {self.f.reason}."
+            return f"No Welch ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
         return (
             f"Welch ANOVA over {what}: F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p)} ({len(self.groups)} groups, n = {n}{missing_text(self.missing)}{limit})."
+            f"{p_text(self.p, self.log10_p)} "
+            f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)}{limit})."
         )
 
 

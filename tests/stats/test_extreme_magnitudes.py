@@ -204,12 +204,19 @@ AT_LEVELS: dict[str, Callable[[Three, float, float], Any]] = {
     ),
     "holm": lambda _three, level, df: stats.holm({"one": level, "two": 0.01}, "runs", alpha=min(level, df / (1 + df))),
 }
+
+
+def of_gain_line(three: Three, level: float, _df: float) -> Any:
+    line = stats.fit_gain_line(three[1], three[0], level=level)
+    return line if isinstance(line, Undefined) else line.at(three[2][0], level)
+
+
 ROWS_AT_LEVELS: dict[str, Callable[[Three, float, float], Any]] = {
     "fit_linear": lambda three, level, _df: stats.fit_linear(three[0], {"x": three[1]}, level=level),
     "LinearFit.at": lambda three, level, _df: stats.fit_linear(three[0], {"x": three[1]}).at({"x": three[2][0]}, level),
     "fit_polynomial": lambda three, level, _df: stats.fit_polynomial(three[1], three[0], 2, level=level),
     "PolynomialFit.at": lambda three, level, _df: stats.fit_polynomial(three[1], three[0], 2).at(three[2][0], level),
-    "fit_gain_line": lambda three, level, _df: stats.fit_gain_line(three[1], three[0]).at(three[2][0], level),
+    "fit_gain_line": of_gain_line,
     "PassiveDrain": of_drain,
 }
 
