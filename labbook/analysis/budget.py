@@ -14,7 +14,7 @@ from stats.energy import energy_budget
 from stats.shared_error import shared_of_mean
 
 ALGORITHM = Algorithm(
-    "energy_budget", 9, ("labbook.analysis.budget", "stats.energy", "stats.shared_error", "stats.sums")
+    "energy_budget", 10, ("labbook.analysis.budget", "stats.energy", "stats.shared_error", "stats.sums")
 )
 
 IN_ALL = "in all"

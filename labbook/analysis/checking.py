@@ -22,7 +22,7 @@ from reports.predicted import PredictedQuantity
 
 ALGORITHM = Algorithm(
     "prediction_check",
-    5,
+    6,
     (
         "labbook.analysis.checking",
         "labbook.analysis.prediction_agreement",

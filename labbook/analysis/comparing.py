@@ -20,7 +20,7 @@ from stats.variances import brown_forsythe
 
 COMPARISON = Algorithm(
     "comparison",
-    9,
+    10,
     (
         "labbook.analysis.comparing",
         "stats.two_sample",
@@ -32,7 +32,7 @@ COMPARISON = Algorithm(
         "stats.distributions",
     ),
 )
-ANOVA = Algorithm("anova", 9, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
+ANOVA = Algorithm("anova", 10, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ from stats.shared_error import difference_with_shared
 
 ALGORITHM = Algorithm(
     "comparison_by_day",
-    3,
+    4,
     (
         "labbook.analysis.comparing_by_day",
         "labbook.analysis.day_weights",

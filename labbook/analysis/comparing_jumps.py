@@ -13,7 +13,7 @@ from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, W
 from stats.two_sample import compare_two
 
 ALGORITHM = Algorithm(
-    "jump_comparison", 7, ("labbook.analysis.comparing_jumps", "stats.two_sample", "stats.sums", "stats.distributions")
+    "jump_comparison", 8, ("labbook.analysis.comparing_jumps", "stats.two_sample", "stats.sums", "stats.distributions")
 )
 
 

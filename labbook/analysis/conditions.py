@@ -15,7 +15,7 @@ from reports.numbers import Quantity
 from stats.shared_error import SharedError, describe_shared, shared_of_mean
 
 ALGORITHM = Algorithm(
-    "condition_summary", 8, ("labbook.analysis.conditions", "stats.shared_error", "stats.summary", "stats.sums")
+    "condition_summary", 9, ("labbook.analysis.conditions", "stats.shared_error", "stats.summary", "stats.sums")
 )
 
 NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {

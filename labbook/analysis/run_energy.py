@@ -21,7 +21,7 @@ from stats.shared_error import SharedError
 
 ALGORITHM = Algorithm(
     "run_energy",
-    9,
+    10,
     ("labbook.analysis.run_energy", "stats.energy", "stats.passive_drain", "stats.shared_error", "stats.sums"),
 )
 
