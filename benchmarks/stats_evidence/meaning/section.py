@@ -6,12 +6,11 @@ TEXT = """\
 ## What it means
 
 Means, scatter, t, F, their p and the coefficients of fits are what exact arithmetic gives on the values handed over, to
-the last digit or nearly; ends of intervals rest on quantiles, of which Student's is the nearest double or its neighbour and others are
-good to twelve or more digits, mixed models and
-resampling on searches and draws. It does not matter how far the values lie from 0, in which unit they are, or in which
-order: heights in counts of an encoder, times in seconds since 1970 and sums of millijoules keep all their digits. Whole
-numbers and decimals are taken as they are, so that a column of a logger loses nothing on its way through a double
-either.
+the last digit or nearly; ends of intervals rest on quantiles, of which Student's is the nearest double or its neighbour
+and others are good to twelve or more digits, mixed models and resampling on searches and draws. It does not matter how
+far the values lie from 0, in which unit they are, or in which order: heights in counts of an encoder, times in seconds
+since 1970 and sums of millijoules keep all their digits. Whole numbers and decimals are taken as they are, so that a
+column of a logger loses nothing on its way through a double either.
 
 For a few dozen runs with an offset of no more than a thousand times their scatter every library here gives t and F to
 ten digits or more, and nobody prints more than four. Choose among them by what they offer then, not by digits. The
