@@ -58,6 +58,11 @@ main()
 """
 
 
+def heeds_ctrl_c() -> None:
+    """Have a process interrupted by Ctrl-C, which it would ignore where the tests run in the background."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.mark.parametrize("code", [INTERRUPTED_IMPORT, INTERRUPTED_CLASS])
 @pytest.mark.parametrize("module", ["labbook.cli.main", "typer", "labbook.cli.ingest"])
 def test_while_it_starts(code: str, module: str) -> None:
@@ -68,6 +73,7 @@ def test_while_it_starts(code: str, module: str) -> None:
         text=True,
         timeout=60,
         check=False,
+        preexec_fn=heeds_ctrl_c,
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", TOLD)
 
@@ -104,7 +110,7 @@ def ingesting(book: SmallBook) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler) and None,
+        preexec_fn=heeds_ctrl_c,
     )
 
 
