@@ -21,9 +21,9 @@ STUDIES = 3000
     [
         (0.0, 0.3, 0.0075, -3.0, 3.0, 6, 6),
         (0.001, 0.3, 0.0075, -3.0, 3.0, 20, 5),
-        (0.0, 1.0, 0.5, -50.0, 60.0, 20, 5),
-        (0.0, 1.0, 0.6, -60.0, 90.0, 3, 4),
-        (0.0, 1.0, 0.25, -20.0, 40.0, 40, 8),
+        pytest.param(0.0, 1.0, 0.5, -50.0, 60.0, 20, 5, marks=pytest.mark.soak),
+        pytest.param(0.0, 1.0, 0.6, -60.0, 90.0, 3, 4, marks=pytest.mark.soak),
+        pytest.param(0.0, 1.0, 0.25, -20.0, 40.0, 40, 8, marks=pytest.mark.soak),
     ],
 )
 def test_the_test_itself_finds_as_much(
