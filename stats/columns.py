@@ -7,7 +7,8 @@ slope no digit (W16), while a least-squares solver given the same column loses a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from datetime import UTC, date
 from decimal import Decimal
 from fractions import Fraction
@@ -48,6 +49,16 @@ class Column:
     lowest: float
     highest: float
     """Range of the values."""
+    fractions: tuple[Fraction, ...] | None = None
+    """The values themselves, where doubles need not hold them."""
+
+    def exactly(self) -> Sequence[Fraction]:
+        """Return the values in ticks, as rational numbers."""
+        if self.fractions is not None:
+            return self.fractions
+        unit, centre = Fraction(2) ** self.exponent, Fraction(self.centre)
+        pairs = zip(*(part.tolist() for part in self.pair), strict=True)
+        return [centre + unit * (Fraction(high) + Fraction(low)) for high, low in pairs]
 
     @property
     def centre_scaled(self) -> float:
@@ -83,6 +94,15 @@ def as_column(name: str, values: ArrayLike, *, centred: bool = True, at_middle: 
         if kind == "f":
             return _of_floats(name, array.astype(np.float64, copy=False), centred, at_middle)
     return _of_floats(name, as_values(name, array), centred, at_middle)
+
+
+def as_response(values: ArrayLike, *, centred: bool = True) -> Column:
+    """Return what is fitted, y, as `as_column` does, moments in seconds: its unit is that of every result."""
+    column = as_column("y", values, centred=centred)
+    if column.ticks_per_unit == 1.0:
+        return column
+    ticks = Fraction(column.ticks_per_unit)
+    return _of_fractions("y", [value / ticks for value in column.exactly()], centred, at_middle=False)
 
 
 def as_ticks(values: Any) -> Any:
@@ -162,7 +182,8 @@ def _of_fractions(name: str, values: list[Fraction], centred: bool, at_middle: b
     high = [float(value / unit) for value in from_centre]
     low = [float(value / unit - Fraction(near)) for value, near in zip(from_centre, high, strict=True)]
     middle, constant = float(Fraction(centre) / unit), lowest == highest
-    return _scaled(name, np.array(high), np.array(low), middle, before, 1.0, ends, exact=True, constant=constant)
+    column = _scaled(name, np.array(high), np.array(low), middle, before, 1.0, ends, exact=True, constant=constant)
+    return replace(column, fractions=tuple(values))
 
 
 def _of_moments(name: str, array: NDArray[Any], centred: bool, at_middle: bool) -> Column:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 from data_schema.vocabulary import Undefined
 from stats.coefficients import Coefficient, one_by_one
@@ -65,6 +66,10 @@ class Fit(Result):
         """Decimal logarithm of `f_p`, right at any size."""
         return self.f if isinstance(self.f, Undefined) else f_upper(self.f, self.df_model, self.df).log10_p
 
+    def as_fields(self) -> dict[str, Any]:
+        """Return the fields by name, for a fit that says more."""
+        return {one.name: getattr(self, one.name) for one in fields(Fit)}
+
     def rows(self) -> tuple[Coefficient, ...]:
         """Return the coefficients, for `to_frame`."""
         of_each = self.standard_errors, self.t, self.p, self.log10_p, self.ci
@@ -106,5 +111,7 @@ class Fit(Result):
             about.append(f"no standard errors, because {self.residual_sd.reason}")
         else:
             about.append(f"residual SD {number_text(self.residual_sd)}{with_unit(unit)}")
+            if isinstance(self.ci, Undefined):
+                about.append(f"no intervals, because {self.ci.reason}")
         n = f"n = {self.n}{missing_text(self.missing)}"
         return f"Least squares of {response}: {'; '.join(parts)}; {', '.join(about)}, {n}."

@@ -17,13 +17,14 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
-from stats.columns import Column, as_column
+from stats.columns import Column, as_column, as_response
 from stats.complete import complete_rows
 from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double
 from stats.error_free import product_of_halves, shortened, split, two_sum
+from stats.exact_fit import exact_coefficients, in_scale
 from stats.finite import refuse_beyond
 from stats.fit import INTERCEPT, Fit
-from stats.fit_fields import BEYOND_DOUBLES, LEAST_SD, Scaled, fit_fields
+from stats.fit_of import BEYOND_DOUBLES, LEAST_SD, Scaled, fit_of
 from stats.least_squares import Design, Factor, factorise, solve
 from stats.response import Response, response_at, root_of_form
 
@@ -83,7 +84,7 @@ def fit_polynomial(
             f"x has the shape {np.shape(x)} and y has {np.shape(y)}: give one y for each x, and at least {p} for "
             f"degree {degree}."
         )
-    column, response = as_column("x", x, at_middle=True), as_column("y", y)
+    column, response = as_column("x", x, at_middle=True), as_response(y)
     if column.constant:
         raise _too_few(1, degree)
     stretch = 1.0 / float(np.abs(column.high).max())
@@ -102,11 +103,16 @@ def fit_polynomial(
     back = _back(column.centre_scaled, stretch, degree)
     ticks = column.ticks_per_unit
     units = tuple((ticks**power, response.exponent - power * column.exponent) for power in range(p))
+    coefficients = [
+        nearest_double(sum(weight * value for weight, value in zip(row, fixed, strict=True)) >> FRACTION_BITS)
+        for row in back
+    ]
+    chebyshev = tuple(nearest_double(value, response.exponent) for value in fixed)
+    exact = None if solution.residuals.any() else _exactly(column, stretch, response, degree)
+    if exact is not None:
+        coefficients, chebyshev = in_scale(exact[0], units), tuple(map(float, exact[1]))
     scaled = Scaled(
-        coefficients=[
-            nearest_double(sum(weight * value for weight, value in zip(row, fixed, strict=True)) >> FRACTION_BITS)
-            for row in back
-        ],
+        coefficients=coefficients,
         fitted=solution.coefficients[0][1:] @ design.high[1:],
         residuals=solution.residuals,
         response_exponent=response.exponent,
@@ -114,11 +120,10 @@ def fit_polynomial(
         units=units,
         condition=factor.condition,
     )
-    chebyshev = tuple(nearest_double(value, response.exponent) for value in fixed)
     refuse_beyond("x and y are such that a coefficient", chebyshev)
     names = (INTERCEPT, "x", *(f"x^{power}" for power in range(2, p)))[:p]
-    fields = fit_fields(names, scaled, intercept=True, level=level)
-    sd = fields["residual_sd"]
+    fit = fit_of(names, scaled, intercept=True, level=level, missing=left_out)
+    sd = fit.residual_sd
     covariance: tuple[tuple[float, ...], ...] | Undefined
     if isinstance(sd, Undefined):
         covariance = sd
@@ -128,7 +133,7 @@ def fit_polynomial(
         rows = sd * factor.inverse
         covariance = tuple(tuple(row) for row in (rows @ rows.T).tolist())
     return PolynomialFit(
-        **fields,
+        **fit.as_fields(),
         degree=degree,
         centre=column.centre / ticks,
         half_range=math.ldexp(1.0 / stretch, column.exponent) / ticks,
@@ -136,7 +141,6 @@ def fit_polynomial(
         chebyshev_covariance=covariance,
         lowest=column.lowest,
         highest=column.highest,
-        missing=left_out,
     )
 
 
@@ -160,6 +164,23 @@ def _design(column: Column, stretch: float, degree: int) -> Design:
         waves.append(two_sum(total, error + (2.0 * last[1] - before[1])))
     rows, lower = np.array([wave[0] for wave in waves]), np.array([wave[1] for wave in waves[1:]])
     return Design(rows, lower if lower.any() else None, True, np.sqrt((rows * rows).sum(axis=1)))
+
+
+def _exactly(
+    column: Column, stretch: float, response: Column, degree: int
+) -> tuple[list[Fraction], list[Fraction]] | None:
+    """Return coefficients of the powers and of T_k(u) that leave nothing over of the response, if there are such."""
+    x, y = column.exactly(), response.exactly()
+    powers = exact_coefficients([[value**power for value in x] for power in range(degree + 1)], y)
+    if powers is None:
+        return None
+    unit = Fraction(stretch) / Fraction(2) ** column.exponent
+    u = [unit * (value - Fraction(column.centre)) for value in x]
+    waves = [[Fraction(1)] * len(u), u]
+    while len(waves) <= degree:
+        waves.append([2 * a * b - c for a, b, c in zip(u, waves[-1], waves[-2], strict=True)])
+    chebyshev = exact_coefficients(waves, y)
+    return None if chebyshev is None else (powers, chebyshev)
 
 
 @lru_cache(maxsize=HIGHEST_DEGREE)

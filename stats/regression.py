@@ -10,6 +10,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from operator import mul
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,12 +19,13 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
-from stats.columns import Column, as_column, as_ticks
+from stats.columns import Column, as_column, as_response, as_ticks
 from stats.complete import complete_rows
-from stats.double_double import FRACTION_BITS, fixed_point, nearest_double
+from stats.double_double import FRACTION_BITS, Pair, fixed_point, nearest_double
 from stats.error_free import exact_root
+from stats.exact_fit import exact_coefficients, in_scale
 from stats.fit import INTERCEPT, Fit
-from stats.fit_fields import Scaled, fit_fields
+from stats.fit_of import Scaled, fit_of
 from stats.least_squares import Design, Factor, factorise, solve
 from stats.response import Response, response_at, root_of_form
 
@@ -104,7 +106,7 @@ def fit_linear(
     (y, *kept), left_out = complete_rows([as_ticks(y), *columns.values()], missing)
     columns = dict(zip(columns, kept, strict=True))
     n = _check(y, columns, intercept)
-    response = as_column("y", y, centred=intercept)
+    response = as_response(y, centred=intercept)
     regressors = {
         name: as_column(f"the column {name!r}", values, centred=intercept) for name, values in columns.items()
     }
@@ -120,22 +122,22 @@ def fit_linear(
             "coefficients are not identifiable: leave one of them out."
         )
     solution = solve(design, factor, response.pair)
-    middle = solution.coefficients
-    fixed = [fixed_point(*pair) for pair in zip(*(part.tolist() for part in middle), strict=True)]
+    middle, skip = solution.coefficients, int(intercept)
     back = np.eye(p)
     units = [(column.ticks_per_unit, response.exponent - column.exponent) for column in given]
-    response_mean, off_centre = 0.0, [0.0] * len(given)
     if intercept:
-        off_centre = [float(column.high.sum()) / n for column in given]
-        # Only the intercept is a sum in the caller's terms: it is taken with all digits.
         back[0, 1:] = [-column.centre_scaled for column in given]
         units.insert(0, (1.0, response.exponent))
-        fixed[0] += fixed_point(response.centre_scaled)
-        response_mean = nearest_double(_along(fixed, off_centre), response.exponent)
-        fixed[0] = _along(fixed, [-column.centre_scaled for column in given])
-    skip = int(intercept)
+    off_centre = [float(column.high.sum()) / n if intercept else 0.0 for column in given]
+    coefficients, response_mean = _in_callers_terms(middle, given, response, off_centre, intercept)
+    exact = None if solution.residuals.any() else _exactly(given, response, intercept)
+    if exact is not None:
+        coefficients = in_scale(exact, units)
+        response_mean = (
+            float(exact[0] + sum(map(mul, exact[1:], map(_centre, given, off_centre)))) if intercept else 0.0
+        )
     scaled = Scaled(
-        coefficients=[nearest_double(value) for value in fixed],
+        coefficients=coefficients,
         fitted=middle[0][skip:] @ design.high[skip:],
         residuals=solution.residuals,
         response_exponent=response.exponent,
@@ -144,14 +146,13 @@ def fit_linear(
         condition=factor.condition,
     )
     return LinearFit(
-        **fit_fields(names, scaled, intercept=intercept, level=level),
+        **fit_of(names, scaled, intercept=intercept, level=level, missing=left_out).as_fields(),
         intercept=intercept,
         vif=tuple(((factor.norms[skip:] / factor.distances[skip:]) ** 2).tolist()),
         means=tuple(_mean(column, off) for column, off in zip(given, off_centre, strict=True)),
         response_mean=response_mean,
         lowest=tuple(column.lowest for column in given),
         highest=tuple(column.highest for column in given),
-        missing=left_out,
     )
 
 
@@ -207,6 +208,29 @@ def _design(columns: list[Column], n: int, intercept: bool) -> Design:
     return Design(rows, lower, intercept, np.array(([0.0] if intercept else []) + sizes))
 
 
+def _in_callers_terms(
+    middle: Pair, columns: list[Column], response: Column, off_centre: list[float], intercept: bool
+) -> tuple[list[float], float]:
+    """Return the coefficients in the columns' scale, of columns that are not centred, and the response at their means.
+
+    Only the intercept is a sum in the caller's terms: it is taken with all digits.
+    """
+    fixed = [fixed_point(*pair) for pair in zip(*(part.tolist() for part in middle), strict=True)]
+    response_mean = 0.0
+    if intercept:
+        fixed[0] += fixed_point(response.centre_scaled)
+        response_mean = nearest_double(_along(fixed, off_centre), response.exponent)
+        fixed[0] = _along(fixed, [-column.centre_scaled for column in columns])
+    return [nearest_double(value) for value in fixed], response_mean
+
+
+def _exactly(columns: list[Column], response: Column, intercept: bool) -> list[Fraction] | None:
+    """Return coefficients that leave nothing over of the response, if there are such."""
+    y = response.exactly()
+    constant = [[Fraction(1)] * len(y)] if intercept else []
+    return exact_coefficients([*constant, *(column.exactly() for column in columns)], y)
+
+
 def _along(fixed: list[int], steps: list[float]) -> int:
     """Return fixed[0] + the sum of fixed[j] * steps[j - 1]."""
     products = (value * fixed_point(step) for value, step in zip(fixed[1:], steps, strict=True))
@@ -215,6 +239,10 @@ def _along(fixed: list[int], steps: list[float]) -> int:
 
 def _mean(column: Column, off_centre: float) -> float:
     return (column.centre + math.ldexp(off_centre, column.exponent)) / column.ticks_per_unit
+
+
+def _centre(column: Column, off_centre: float) -> Fraction:
+    return Fraction(column.centre) + Fraction(off_centre) * Fraction(2) ** column.exponent
 
 
 def _named(names: list[str]) -> str:

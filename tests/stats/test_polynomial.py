@@ -1,3 +1,5 @@
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -101,6 +103,19 @@ def test_the_fit_is_evaluated_without_cancellation():
         fit.ss_residual, rel=1e-9
     )
     assert sum(fit.at(a).se ** 2 for a in x) == pytest.approx(11 * fit.residual_sd**2, rel=1e-9)
+
+
+@pytest.mark.parametrize("degree", [2, 4, 20])
+def test_coefficients_of_an_exact_fit_are_exact(degree):
+    x = range(3, 40)
+    fit = fit_polynomial(list(x), [Fraction(place**2, 3) for place in x], degree)
+    assert fit.coefficients == (0.0, 0.0, 1 / 3, *[0.0] * (degree - 2))
+
+
+def test_moments_as_response_are_seconds():
+    x, seconds = [0.0, 1.0, 2.0, 3.5, 4.0], np.array([0, 10, 21, 30, 44])
+    milliseconds = (seconds * 1000).astype("timedelta64[ms]")
+    assert_exact(fit_polynomial(x, milliseconds, 2), exact_polynomial(x, seconds, 2))
 
 
 def test_exact_and_saturated_fits():

@@ -73,6 +73,43 @@ def test_an_exact_fit_has_no_t_and_no_p():
         assert "exact" in undefined.reason
 
 
+@pytest.mark.parametrize(
+    ("y", "columns", "truth"),
+    [
+        ([1, 2, 3], {"x": [1, 2, 3]}, (0.0, 1.0)),
+        ([2.0, 4.0, 6.0, 8.0, 3.0], {"a": [1.0, 2.0, 3.0, 4.0, 1.5], "b": [1.0, 5.0, 2.0, 9.0, 0.0]}, (0.0, 2.0, 0.0)),
+        ([Decimal(k) / 10 for k in range(3, 9)], {"x": [Decimal(k) for k in range(3, 9)]}, (0.0, 0.1)),
+        ([Fraction(k, 3) - 7 for k in range(3, 9)], {"x": list(range(3, 9))}, (-7.0, 1 / 3)),
+        ([k + Fraction(1, 10**30) for k in range(3, 9)], {"x": list(range(3, 9))}, (1e-30, 1.0)),
+    ],
+)
+def test_coefficients_of_an_exact_fit_are_exact(y, columns, truth):
+    """Two doubles leave 1e-31 of an intercept of 0, which no interval of an exact fit would hold."""
+    fit = fit_linear(y, columns)
+    assert fit.coefficients == truth
+    assert fit.ci == tuple((value, value) for value in truth)
+    assert fit.at(dict.fromkeys(columns, 0.0)).value == truth[0]
+
+
+def test_moments_as_response_are_seconds_too():
+    """One clock against another: the unit in which a moment is kept is no unit of the results."""
+    seconds = np.array([0, 10, 20, 30])
+    other = {"x": [0.0, 1.0, 2.0, 3.5]}
+    truth = exact_fit(seconds, [other["x"]])
+    for unit, ticks in (("s", 1), ("ms", 10**3), ("ns", 10**9)):
+        durations = (seconds * ticks).astype(f"timedelta64[{unit}]")
+        assert_exact(fit_linear(durations, other), truth)
+    since_1970 = exact_fit(seconds + 10**9, [other["x"]])
+    stamps = ((seconds + 10**9) * 10**9).astype("datetime64[ns]")
+    assert_exact(fit_linear(stamps, other), since_1970)
+
+
+def test_an_interval_beyond_doubles_is_missed_with_its_reason():
+    fit = fit_linear([1e308, -1e308, 1.2e308, 1.5e308], {"x": [1, 2, 3, 4]})
+    assert isinstance(fit.ci, Undefined)
+    assert f"no intervals, because {fit.ci.reason}" in fit.sentence()
+
+
 def test_as_many_values_as_coefficients_have_no_standard_error():
     fit = fit_linear([1.0, 4.0], {"x": [0.0, 1.0]})
     assert fit.coefficients == (1.0, 3.0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import dataclass
-from typing import TypedDict
 
 import numpy as np
 
@@ -13,34 +12,13 @@ from data_schema.vocabulary import Undefined
 from stats.distributions import f_upper_p, t_quantile, t_two_sided_p
 from stats.double_double import Floats
 from stats.finite import Interval, finite, finite_pair, refuse_beyond, times_power
+from stats.fit import Fit
 
 _EXACT = Undefined("the fit is exact, so that nothing measures the scatter")
 BEYOND_DOUBLES = Undefined("a covariance is beyond what a double can hold")
 _LARGEST_EXPONENT = 400
 """Of a standard error, or its inverse: its square still fits a double, whatever stands before the power of two."""
 LEAST_SD = 2.0**-_LARGEST_EXPONENT
-
-
-class FitFields(TypedDict):
-    """The fields of a `Fit` by name."""
-
-    names: tuple[str, ...]
-    coefficients: tuple[float, ...]
-    standard_errors: tuple[float, ...] | Undefined
-    ci: tuple[tuple[float, float], ...] | Undefined
-    level: float
-    t: tuple[float, ...] | Undefined
-    p: tuple[float, ...] | Undefined
-    covariance: tuple[tuple[float, ...], ...] | Undefined
-    r_squared: float | Undefined
-    f: float | Undefined
-    f_p: float | Undefined
-    residual_sd: float | Undefined
-    ss_residual: float | Undefined
-    condition: float
-    df_model: int
-    df: int
-    n: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +40,7 @@ class Scaled:
     condition: float
 
 
-def fit_fields(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level: float) -> FitFields:
+def fit_of(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level: float, missing: int) -> Fit:
     """Return everything that follows from coefficients, residuals and the factor of the design.
 
     Raises `InputRefused` where a coefficient is beyond the range of doubles.
@@ -79,7 +57,7 @@ def fit_fields(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level
     ]
     errors: tuple[float, ...] | Undefined = none
     covariance: tuple[tuple[float, ...], ...] | Undefined = none
-    ci: tuple[tuple[float, float], ...] | Undefined = none
+    ci: tuple[Interval, ...] | Undefined = none
     t: tuple[float, ...] | Undefined = none
     p_values: tuple[float, ...] | Undefined = none
     f: float | Undefined = none
@@ -109,7 +87,7 @@ def fit_fields(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level
         (*coefficients, *(errors if isinstance(errors, tuple) else ())),
     )
     total = model + squares
-    return FitFields(
+    return Fit(
         names=names,
         coefficients=tuple(coefficients),
         standard_errors=errors,
@@ -127,6 +105,7 @@ def fit_fields(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level
         df_model=df_model,
         df=df,
         n=n,
+        missing=missing,
     )
 
 
