@@ -23,6 +23,8 @@ Ends = tuple[Fraction, Fraction]
 
 _MOST_DOUBLINGS = 200
 """Widenings after which an end of an interval counts as infinite."""
+_MOST_STEPS = 5000
+"""Of the search within the last widening: an end may lie 300 decades below it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +125,7 @@ class Contrast:
         inside, outside = 0.0, 1.0
         for _ in range(_MOST_DOUBLINGS):
             if surplus(outside) >= 0.0:
-                steps = optimize.brentq(surplus, inside, outside, xtol=1e-300, rtol=1e-14)
+                steps = optimize.brentq(surplus, inside, outside, xtol=1e-300, rtol=1e-14, maxiter=_MOST_STEPS)
                 return estimate + Fraction(float(steps)) * step
             inside, outside = outside, 2.0 * outside
         return None

@@ -150,7 +150,7 @@ def classes() -> Iterator[type]:
 
 
 RESULTS = [kind for kind in classes() if issubclass(kind, Result)]
-OF_CHECKED_INPUT = {"brown_forsythe_of", "exact_test", "one_by_one", "response_at"}
+OF_CHECKED_INPUT = {"brown_forsythe_of", "exact_test", "fit_of", "one_by_one", "response_at"}
 """Functions that serve others and take what those have read."""
 
 

@@ -190,3 +190,17 @@ def test_a_mean_of_values_that_cancel():
 def test_what_is_whole_or_nothing_is_refused_with_a_sentence(call):
     with pytest.raises(InputRefused, match=r"change units\.$"):
         call()
+
+
+def test_an_end_of_a_percent_interval_thirty_decades_from_its_first_guess_is_found():
+    """At this level the quantile falls by as much between the degrees of freedom of one bound and of the next."""
+    a, b, alpha = [0.5, 1.0], [2.0**52 * 1.5] * 3 + [2.0**52 * 1.5 + 1.0], 9e-44
+    found = stats.equivalence(a, b, -5.0, 5.0, bounds="percent", alpha=alpha).welch
+    assert not isinstance(found.estimate_ci, Undefined)
+    variances, dfs = [error(a), error(b)], (1, 3)
+    for end, sign in zip(found.estimate_ci, (1, -1), strict=True):
+        ratio = 1 + Fraction(end) / 100
+        parts = variances[0], ratio**2 * variances[1]
+        df = sum(parts) ** 2 / sum(part**2 / own for part, own in zip(parts, dfs, strict=True))
+        t = (mean(a) - ratio * mean(b)) / exact_root(sum(parts))
+        assert float(sign * t) == pytest.approx(t_quantile(1 - 2 * Fraction(alpha), float(df)), rel=1e-9)
