@@ -30,7 +30,8 @@ if TYPE_CHECKING:
     from stats.residuals import additive_residuals, normal_quantiles, residuals_of_groups
     from stats.rmse import rmse_over_iqr
     from stats.savings import percent_savings
-    from stats.shared_error import SharedError, describe_shared, difference_with_shared
+    from stats.shared_error import SharedError, describe_shared
+    from stats.shared_test import difference_with_shared
     from stats.stiffness import fit_gain_line, fit_stiffness, force_points
     from stats.summary import describe
     from stats.tukey import compare_all_pairs
@@ -118,7 +119,7 @@ _MODULE_OF = {
     "percent_savings": "savings",
     "SharedError": "shared_error",
     "describe_shared": "shared_error",
-    "difference_with_shared": "shared_error",
+    "difference_with_shared": "shared_test",
     "fit_gain_line": "stiffness",
     "fit_stiffness": "stiffness",
     "force_points": "stiffness",

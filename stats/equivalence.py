@@ -19,12 +19,12 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
-from stats.contrast import Contrast, Ends, contrasts
-from stats.distributions import level_beside
-from stats.finite import finite, finite_pair
+from stats.contrast import contrasts
+from stats.finite import finite
 from stats.groups import read_groups
 from stats.results import Result
 from stats.t_tests import AS_A_AND_B, Names
+from stats.tost import NO_HIGH, NO_LOW, Tost, tost
 from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
 
 Bounds = Literal["raw", "percent"]
@@ -33,41 +33,6 @@ BOUNDS: tuple[Bounds, ...] = ("raw", "percent")
 EquivalenceRoute = Literal["welch", "student"]
 ROUTES: tuple[EquivalenceRoute, ...] = ("welch", "student")
 """Each group with a scatter of its own, or one pooled."""
-
-_NO_LOW = Undefined("no lower bound was asked for")
-_NO_HIGH = Undefined("no upper bound was asked for")
-
-
-@dataclass(frozen=True, slots=True)
-class Tost(Result):
-    """Two one-sided tests by one way of estimating the scatter."""
-
-    test: str
-    """"Welch" or "Student"."""
-    t_low: float | Undefined
-    """Estimate minus the lower bound, over its standard error; large speaks against a loss."""
-    df_low: float | Undefined
-    """Degrees of freedom of `t_low`."""
-    p_low: float | Undefined
-    """One-sided p against "at or below the lower bound"."""
-    log10_p_low: float | Undefined
-    """Its decimal logarithm."""
-    t_high: float | Undefined
-    """Estimate minus the upper bound, over its standard error; far below 0 speaks against a gain."""
-    df_high: float | Undefined
-    """Degrees of freedom of `t_high`."""
-    p_high: float | Undefined
-    """One-sided p against "at or above the upper bound"."""
-    log10_p_high: float | Undefined
-    """Its decimal logarithm."""
-    p: float | Undefined
-    """The larger of both, or the only one."""
-    log10_p: float | Undefined
-    """Decimal logarithm of p, right at any size."""
-    estimate_ci: tuple[float, float] | Undefined
-    """Two-sided interval of level 1 - 2 alpha, in the unit of the bounds."""
-    equivalent: bool | Undefined
-    """Whether p is at most alpha and, in percent, the interval exists and lies within the bounds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,20 +89,23 @@ class Equivalence(Result):
         if isinstance(self.p, Undefined):
             return f"{estimate}; no test whether it lies {self._bounds(unit)}, because {self.p.reason}."
         chosen = self.welch if self.route == "welch" else self.student
-        if isinstance(self.estimate_ci, Undefined):
-            why = f"because its {100.0 * (1.0 - 2.0 * self.alpha):g} % CI is undefined: {self.estimate_ci.reason}"
-            return f"{estimate} and is not shown to lie {self._bounds(unit)}, {why}{missing_text(self.missing)}."
         tests = [
             f"t({df_text(df)}) = {number_text(t)}"
             for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
             if not isinstance(t, Undefined)
         ]
+        told = f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p)}"
+        if isinstance(self.estimate_ci, Undefined):
+            why = f"because its {100.0 * (1.0 - 2.0 * self.alpha):g} % CI is undefined: {self.estimate_ci.reason}"
+            return (
+                f"{estimate} and is not shown to lie {self._bounds(unit)} ({told}), {why}{missing_text(self.missing)}."
+            )
         verdict = f" and is {'shown' if self.equivalent is True else 'not shown'} to lie {self._bounds(unit)}"
         if untold:
             verdict = f"; that it lies {self._bounds(unit)} cannot be told from {untold}"
         return (
             f"{estimate} ({interval_text(self.estimate_ci, 1.0 - 2.0 * self.alpha, short)}){verdict}, "
-            f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p)}{missing_text(self.missing)}."
+            f"{told}{missing_text(self.missing)}."
         )
 
     def _bounds(self, unit: str) -> str:
@@ -180,7 +148,7 @@ def equivalence(
     pair = contrasts(read, percent=percent)
     unit, per = (0.01, 100) if percent else (1.0, 1)
     found = {
-        test: _tost(name, contrast, low, high, unit, alpha)
+        test: tost(name, contrast, low, high, unit, alpha)
         for (test, name), contrast in zip((("welch", "Welch"), ("student", "Student")), pair.by_test, strict=True)
     }
     means = dict(zip(read.names, read.means, strict=True))
@@ -192,8 +160,8 @@ def equivalence(
         mean_a=means.get(names[0], Undefined(f"group {names[0]} is empty")),
         mean_b=means.get(names[1], Undefined(f"group {names[1]} is empty")),
         bounds=bounds,
-        low=_NO_LOW if low is None else low,
-        high=_NO_HIGH if high is None else high,
+        low=NO_LOW if low is None else low,
+        high=NO_HIGH if high is None else high,
         estimate=pair.estimate if isinstance(pair.estimate, Undefined) else finite(per * pair.estimate, "the estimate"),
         route=route,
         alpha=alpha,
@@ -216,41 +184,3 @@ def _checked(low: float | None, high: float | None, lowest: float) -> tuple[floa
     if low is not None and high is not None and low >= high:
         raise InputRefused(f"The bounds are {low!r} to {high!r}: give the lower one first.")
     return low, high
-
-
-def _tost(
-    name: str, contrast: Contrast | Undefined, low: float | None, high: float | None, unit: float, alpha: float
-) -> Tost:
-    if isinstance(contrast, Undefined):
-        return Tost(name, *(contrast,) * 12)
-    tests = {}
-    for side, bound in (("low", low), ("high", high)):
-        if bound is not None:
-            test = contrast.test(bound * unit, above=side == "low")
-            if isinstance(test, Undefined):
-                return Tost(name, *(test,) * 12)
-            tests[side] = test
-    worst = max(tests.values(), key=lambda one: one.log10_p)
-    ends = contrast.interval(level_beside(2.0 * alpha))
-    inside = not contrast.relative or (not isinstance(ends, Undefined) and _within(ends, low, high, unit))
-    at_low, at_high = tests.get("low"), tests.get("high")
-    per = 100 if contrast.relative else 1
-    return Tost(
-        test=name,
-        t_low=at_low.t if at_low else _NO_LOW,
-        df_low=at_low.df if at_low else _NO_LOW,
-        p_low=at_low.p if at_low else _NO_LOW,
-        log10_p_low=at_low.log10_p if at_low else _NO_LOW,
-        t_high=at_high.t if at_high else _NO_HIGH,
-        df_high=at_high.df if at_high else _NO_HIGH,
-        p_high=at_high.p if at_high else _NO_HIGH,
-        log10_p_high=at_high.log10_p if at_high else _NO_HIGH,
-        p=worst.p,
-        log10_p=worst.log10_p,
-        estimate_ci=ends if isinstance(ends, Undefined) else finite_pair(ends[0] * per, ends[1] * per),
-        equivalent=worst.p <= alpha and inside,
-    )
-
-
-def _within(ends: Ends, low: float | None, high: float | None, unit: float) -> bool:
-    return (low is None or ends[0] >= low * unit) and (high is None or ends[1] <= high * unit)

@@ -18,14 +18,12 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
-from stats.distributions import t_quantile, t_two_sided_p
-from stats.finite import QUANTILE_BEYOND_DOUBLES, as_interval, finite, refuse_beyond, times_power
+from stats.distributions import t_quantile
+from stats.finite import as_interval, finite, refuse_beyond, times_power
 from stats.results import Result
 from stats.summary import Summary, describe
-from stats.tails import normal_two_sided, t_two_sided
-from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import interval_text, missing_text, number_text, with_unit
 
-NORMAL = Undefined("both errors are known as if from infinitely many values: t is normal")
 CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""
 
@@ -136,7 +134,7 @@ def joint(scatter: Sequence[tuple[float, float]], shared: SharedError, level: fl
     return together
 
 
-def _joined(se: float, df: float, shared: SharedError, level: float) -> tuple[Joint, float, int]:
+def joined(se: float, df: float, shared: SharedError, level: float) -> tuple[Joint, float, int]:
     """Join a standard error and a shared one of any sizes; the half width is in units of a power of two, and that."""
     exponent = math.frexp(max(se, shared.se))[1]
     of_scatter = math.ldexp(se, -exponent)
@@ -193,75 +191,7 @@ def describe_shared(
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined):
         return SharedSummary(scatter, shared.se, scatter.ci_low, scatter.ci_high, level)
-    _both, half, exponent = _joined(se, scatter.n - 1, shared, level)
+    _both, half, exponent = joined(se, scatter.n - 1, shared, level)
     half = times_power(half, exponent)
     low, high = (finite(end, "an end of the interval") for end in (mean - half, mean + half))
     return SharedSummary(scatter, shared.se, low, high, level)
-
-
-@dataclass(frozen=True, slots=True)
-class SharedTest(Result):
-    """A t-test of a difference and its interval, both with what is left of a shared error."""
-
-    t: float | Undefined
-    """Difference over both errors together."""
-    df: float | Undefined
-    """Degrees of freedom of the quantile (`joint`)."""
-    p: float | Undefined
-    """Two-sided."""
-    ci_low: float | Undefined
-    """Lower end of the interval of the difference, in the unit of the values."""
-    ci_high: float | Undefined
-    """Its upper end."""
-    level: float
-    """Level of the interval."""
-
-    @property
-    def log10_p(self) -> float | Undefined:
-        """Decimal logarithm of p, right at any size."""
-        if isinstance(self.t, Undefined):
-            return self.t
-        if isinstance(self.df, Undefined):
-            return finite(normal_two_sided(self.t).log10_p, "log10 p") if self.df is NORMAL else self.df
-        return finite(t_two_sided(self.t, self.df).log10_p, "log10 p")
-
-    def sentence(self, difference: str = "the difference", unit: str = "") -> str:
-        """Return the test in words: t, df, p, interval."""
-        if isinstance(self.t, Undefined):
-            return f"No test of {difference} with its shared error: {self.t.reason}."
-        ends = as_interval(self.ci_low, self.ci_high)
-        name = "z" if self.df is NORMAL else f"t({df_text(self.df)})"
-        return (
-            f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
-            f"{name} = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
-        )
-
-
-def difference_with_shared(
-    t: float | Undefined,
-    df: float | Undefined,
-    p: float | Undefined,
-    interval: tuple[float, float] | Undefined,
-    shared: SharedError,
-    level: float = 0.95,
-) -> SharedTest:
-    """Add what is left of a shared error to the test of a difference; p < 1 - level just where 0 lies outside."""
-    level = as_level("level", level)
-    if isinstance(interval, Undefined):
-        return SharedTest(t, df, p, interval, interval, level)
-    if isinstance(df, Undefined) or shared.se == 0.0:
-        return SharedTest(t, df, p, *interval, level)
-    middle, scatter_half = interval[0] / 2.0 + interval[1] / 2.0, interval[1] / 2.0 - interval[0] / 2.0
-    se = finite(scatter_half / t_quantile(level, df), "the standard error")
-    if isinstance(se, Undefined):
-        return SharedTest(se, df, se, se, se, level)
-    both, half, exponent = _joined(se, df, shared, level)
-    shown_df = both.df if math.isfinite(both.df) else NORMAL
-    if half == 0.0 or math.isinf(half):
-        none = Undefined("the interval has no width") if half == 0.0 else QUANTILE_BEYOND_DOUBLES
-        return SharedTest(none, shown_df, none, none, none, level)
-    t = finite(times_power(middle, -exponent) / half * both.quantile, "t")
-    p = t if isinstance(t, Undefined) else t_two_sided_p(t, both.df)
-    half = times_power(half, exponent)
-    low, high = (finite(end, "an end of the interval") for end in (middle - half, middle + half))
-    return SharedTest(t, shown_df, p, low, high, level)

@@ -13,7 +13,8 @@ from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, W
 from reports.numbers import Quantity
 from stats.anova import one_way_anova
 from stats.savings import percent_savings
-from stats.shared_error import SharedError, difference_with_shared, shared_of_mean
+from stats.shared_error import SharedError, shared_of_mean
+from stats.shared_test import difference_with_shared
 from stats.summary import describe
 from stats.two_sample import compare_two
 from stats.variances import brown_forsythe
@@ -28,6 +29,7 @@ COMPARISON = Algorithm(
         "stats.variances",
         "stats.savings",
         "stats.shared_error",
+        "stats.shared_test",
         "stats.sums",
         "stats.distributions",
     ),

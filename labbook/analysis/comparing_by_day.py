@@ -15,7 +15,7 @@ from labbook.analysis.leading_by_day import leading
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
 from reports.numbers import Quantity
 from stats.blocked import blocked_by_day
-from stats.shared_error import difference_with_shared
+from stats.shared_test import difference_with_shared
 
 ALGORITHM = Algorithm(
     "comparison_by_day",
@@ -26,6 +26,7 @@ ALGORITHM = Algorithm(
         "labbook.analysis.leading_by_day",
         "stats.blocked",
         "stats.shared_error",
+        "stats.shared_test",
     ),
 )
 

@@ -9,7 +9,8 @@ from typing import Any, TypeVar
 from data_schema.vocabulary import Undefined
 from labbook.analysis.day_weights import day_ratio, shared_by_day
 from stats.blocked_result import BlockedByDay, Contrast, ExactTest
-from stats.shared_error import SharedError, SharedTest, difference_with_shared
+from stats.shared_error import SharedError
+from stats.shared_test import SharedTest, difference_with_shared
 from stats.tails import t_two_sided
 from stats.two_sample import TwoSample
 

@@ -36,7 +36,8 @@ from stats.resampling import bootstrap_difference, permutation_test
 from stats.results import Result
 from stats.rmse import rmse_over_iqr
 from stats.savings import percent_savings
-from stats.shared_error import SharedError, describe_shared, difference_with_shared
+from stats.shared_error import SharedError, describe_shared
+from stats.shared_test import difference_with_shared
 from stats.stiffness import fit_gain_line, fit_stiffness, force_points
 from stats.summary import describe
 from stats.tukey import compare_all_pairs
@@ -150,7 +151,7 @@ def classes() -> Iterator[type]:
 
 
 RESULTS = [kind for kind in classes() if issubclass(kind, Result)]
-OF_CHECKED_INPUT = {"brown_forsythe_of", "exact_test", "fit_of", "one_by_one", "response_at"}
+OF_CHECKED_INPUT = {"brown_forsythe_of", "exact_test", "fit_of", "one_by_one", "response_at", "tost"}
 """Functions that serve others and take what those have read."""
 
 

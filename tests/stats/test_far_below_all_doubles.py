@@ -16,7 +16,8 @@ from stats.equivalence import equivalence
 from stats.multiple import holm
 from stats.polynomial import fit_polynomial
 from stats.regression import fit_linear
-from stats.shared_error import SharedError, difference_with_shared
+from stats.shared_error import SharedError
+from stats.shared_test import difference_with_shared
 from stats.tukey import compare_all_pairs
 from stats.two_sample import compare_two
 from stats.variances import bartlett, brown_forsythe, f_test

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.distributions import t_quantile
-from stats.shared_error import SharedError, describe_shared, difference_with_shared, joint, shared_of_mean
+from stats.shared_error import SharedError, describe_shared, joint, shared_of_mean
+from stats.shared_test import difference_with_shared
 from stats.summary import describe
 from stats.two_sample import compare_two
 

@@ -27,7 +27,8 @@ from labbook.presenting.making import MadeReport
 from reports.numbers import Quantity
 from stats.blocked import blocked_by_day
 from stats.blocked_result import BlockedByDay, ExactTest
-from stats.shared_error import SharedError, difference_with_shared
+from stats.shared_error import SharedError
+from stats.shared_test import difference_with_shared
 from tests.helpers.books import ADA, DAYS, small_book
 
 Rows = list[tuple[str, str, float]]
