@@ -7,7 +7,7 @@ Fractions are rounded once, at the ends: means and errors of any sizes may stand
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -15,7 +15,7 @@ from data_schema.vocabulary import Undefined
 from stats.error_free import exact_root, shortened
 from stats.finite import Interval, finite_pair
 from stats.groups import Group
-from stats.shared_error import CANCELLED, Joint, SharedError, joint
+from stats.shared_error import CANCELLED, Joint, SharedError, joints
 
 Terms = Mapping[tuple[str, str], Fraction]
 """Signed standard errors by (fit, term)."""
@@ -71,22 +71,32 @@ class RatioOfMeans:
         doubt = sum((part**2 / part_df for part, part_df in self.scatter_parts), Fraction(0))
         return float(self.scatter**2 / doubt)
 
-    def joined(self, df: Mapping[str, float], level: float) -> Joint:
-        """Return how scatter and errors in common join; `df` are the degrees of freedom of each fit."""
+    def joined(self, df: Mapping[str, float], level: float) -> tuple[Joint, ...]:
+        """Return the ways in which scatter and errors in common join; `df` are the degrees of freedom of each fit."""
         shared = self.shared
         # Only their proportions count.
         unit = exact_root(self.scatter + squares(shared))
         parts = [(float(part / unit**2), float(part_df)) for part, part_df in self.scatter_parts]
         error = SharedError({term: float(value / unit) for term, value in shared.items()}, df)
-        return joint(parts, error, level)
+        return joints(parts, error, level)
 
-    def half_width(self, both: Joint) -> Fraction:
-        """Return the half width of the delta interval of S."""
-        variance = self.scatter + Fraction(both.more) * squares(self.shared)
-        return Fraction(both.quantile) * exact_root(variance) / self.mean
+    def half_width(self, ways: Iterable[Joint]) -> Fraction:
+        """Return the half width of the delta interval of S, the widest of all ways."""
+        shared = squares(self.shared)
+        squared = max(Fraction(way.quantile) ** 2 * (self.scatter + Fraction(way.more) * shared) for way in ways)
+        return exact_root(squared) / self.mean
 
-    def fieller(self, both: Joint) -> Interval | Undefined:
-        """Return Fieller's interval of S in percent."""
+    def fieller(self, ways: Iterable[Joint]) -> Interval | Undefined:
+        """Return Fieller's interval of S in percent, the least that holds those of all ways."""
+        ends: list[float] = []
+        for way in ways:
+            interval = self._fieller(way)
+            if isinstance(interval, Undefined):
+                return interval
+            ends += interval
+        return min(ends), max(ends)
+
+    def _fieller(self, both: Joint) -> Interval | Undefined:
         more, squared = Fraction(both.more), Fraction(both.quantile) ** 2
         of_difference = without(self.in_treated, self.in_control)
         variance_c, variance_t = self.control.exact_mean_variance, self.treated.exact_mean_variance

@@ -17,13 +17,15 @@ smaller.
 
 *Shared scale error.* A wrong reference voltage multiplies C and T alike and leaves S as it is.
 
-With m = 1 where the fit has enough degrees of freedom and more where it has few (`stats.shared_error.joint`), Fieller's
-interval holds all rho with
+With m = 1 where the fit has enough degrees of freedom and more where it has few (`stats.shared_error.joints`),
+Fieller's interval holds all rho with
 
     (T - rho C)^2 <= t^2 (Var(T) + rho^2 Var(C) + m times the sum of (t_k - rho c_k)^2),
 
 t and m taken at the estimate; it is computed as Fieller's interval of S = (C - T) / C, which is the same and cancels
-less. The delta interval beside it is S -/+ t times the root of that variance over C.
+less. Where a fit of many degrees of freedom lowers t by more than its error adds, the interval without that error
+(m = 0) is the wider: what is given holds both. The delta interval beside it is S -/+ t times the root of that variance
+over C, the wider likewise.
 A mean of ratios of single pairs is biased and not offered.
 Coverage at n = 5 and a coefficient of variation of 0.2: Fieller 0.956, delta 0.950 (20 000 simulated samples). Beside
 both stands the delta interval of log(T / C), which no noise takes beyond 100 %.
@@ -177,14 +179,14 @@ def _described(read: Groups, names: tuple[str, str], level: float, scale_relativ
 
 
 def _with_intervals(result: Savings, ratio: RatioOfMeans, df_of_fits: Mapping[str, float]) -> Savings:
-    both = ratio.joined(df_of_fits, result.level)
-    if not (math.isfinite(both.quantile) and math.isfinite(both.more)):
+    ways = ratio.joined(df_of_fits, result.level)
+    if not all(math.isfinite(way.quantile) and math.isfinite(way.more) for way in ways):
         return _without_interval(result, QUANTILE_BEYOND_DOUBLES)
-    half = ratio.half_width(both)
+    half = ratio.half_width(ways)
     middle = ratio.saved / ratio.mean
     return replace(
         result,
-        percent_ci=ratio.fieller(both),
+        percent_ci=ratio.fieller(ways),
         delta_ci=finite_pair(100 * (middle - half), 100 * (middle + half)),
         log_ci=ratio.log_interval(half),
         df=ratio.df,

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from numpy.typing import ArrayLike
 
@@ -110,28 +110,35 @@ class Joint:
 
 
 def joint(scatter: Sequence[tuple[float, float]], shared: SharedError, level: float) -> Joint:
+    """Return the one of `joints` that makes the wider interval about an estimate."""
+    widest, *others = joints(scatter, shared, level)
+    variance = math.fsum(part for part, _df in scatter)
+    for other in others:
+        wider = other.quantile / widest.quantile
+        if wider * wider * (variance + other.more * shared.se**2) >= variance + widest.more * shared.se**2:
+            widest = other
+    return widest
+
+
+def joints(scatter: Sequence[tuple[float, float]], shared: SharedError, level: float) -> tuple[Joint, ...]:
     """Return how the scatter, as (variance, degrees of freedom) of its independent parts, and a shared error join.
 
-    With enough degrees of freedom in the fit there is one quantile, after Welch and Satterthwaite over all parts, and
-    `more` is 1. With fewer that covers too rarely (90 % at a stated 95 % for three idle runs whose error dominates), so
-    the shared error keeps the quantile of its own degrees of freedom: half widths in quadrature cover 95 to 99 %.
-    Nor does a further error ever make an interval narrower, as it would where the scatter has few degrees of freedom.
+    The interval is the least that holds those of all that are returned. With enough degrees of freedom in the fit there
+    is one quantile, after Welch and Satterthwaite over all parts, and `more` is 1. With fewer that covers too rarely
+    (90 % at a stated 95 % for three idle runs whose error dominates), so the shared error keeps the quantile of its own
+    degrees of freedom: half widths in quadrature cover 95 to 99 %. Nor does a further error ever make an interval
+    narrower, as it would where the scatter has few degrees of freedom: that of the scatter alone stands beside.
     """
     own_df = shared.degrees_of_freedom
     if not any(variance for variance, _df in scatter):
-        return Joint(t_quantile(level, own_df), own_df, 1.0)
+        return (Joint(t_quantile(level, own_df), own_df, 1.0),)
     alone_df = _welch_satterthwaite(scatter)
-    ratio = t_quantile(level, own_df) / t_quantile(level, alone_df)
-    alone = Joint(t_quantile(level, alone_df), alone_df, ratio * ratio)
+    alone = t_quantile(level, alone_df)
     if own_df < ENOUGH_DEGREES:
-        return alone
+        ratio = t_quantile(level, own_df) / alone
+        return (Joint(alone, alone_df, ratio * ratio),)
     together_df = _welch_satterthwaite([*scatter, (shared.se**2, own_df)])
-    together = Joint(t_quantile(level, together_df), together_df, 1.0)
-    variance = math.fsum(part for part, _df in scatter)
-    wider = together.quantile / alone.quantile
-    if wider * wider * (variance + shared.se**2) < variance:
-        return replace(alone, more=0.0)
-    return together
+    return Joint(alone, alone_df, 0.0), Joint(t_quantile(level, together_df), together_df, 1.0)
 
 
 def joined(se: float, df: float, shared: SharedError, level: float) -> tuple[Joint, float, int]:

@@ -13,7 +13,7 @@ from labbook.analysis.leading_by_day import MIXED_MODEL
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.workbench import number
 from labbook.config.model import UnitOfAnalysis
-from labbook.presenting.day_layout import MOSTLY, OWN, PARTLY, WHOSE, with_days, without_days
+from labbook.presenting.day_layout import MOSTLY, OWN, PARTLY, WHOSE, Runs, with_days, without_days
 from reports.display import general_text
 from reports.numbers import Quantity
 from reports.wording import count_text, list_text
@@ -42,13 +42,15 @@ class Use:
     """A method and a design that it was used on.
 
     `n` counts what was tested of each group, runs or day means; `days` and `layout` are those of the design on record
-    that stands for how groups share their days (`day_layout`). Day means have neither: a day is one value.
+    that stands for how groups share their days (`day_layout`). Day means have neither: a day is one value. `tested` are
+    the groups' own sizes where that design has others: groups of unequal size err whatever their days are.
     """
 
     method: str
     n: tuple[int, ...]
     days: int | None = None
     layout: str = ""
+    tested: tuple[int, ...] = ()
 
     def weak_points(self) -> tuple[Recorded, ...]:
         """Return what is on record of the method at such a design; days matter where groups do not share them all."""
@@ -56,7 +58,7 @@ class Use:
         rows: tuple[Recorded, ...] = ()
         if by_day or self.layout in (OWN, PARTLY, MOSTLY):
             rows = weak_points(self.method, self.n, self.days, layout=self.layout)
-        return rows if rows or by_day else weak_points(self.method, self.n, layout="")
+        return rows if by_day else (*rows, *weak_points(self.method, self.tested or self.n, layout=""))
 
 
 def weaknesses(analysis: StudyAnalysis) -> str:
@@ -85,20 +87,22 @@ def _of_comparisons(analysis: StudyAnalysis) -> Iterator[Use]:
         sides = (item.pair.a, item.pair.b)
         for method in _methods(analysis, item):
             if method in _BY_DAY:  # on runs, whatever the other tests are on
-                yield _on_runs(method, sides)
+                yield on_runs(method, _by_day(sides))
             elif _on_day_means(analysis):
                 yield Use(method, (payload["n_a"], payload["n_b"]))
             else:
-                yield _on_runs(method, sides)
+                yield on_runs(method, _by_day(sides))
 
 
 def _on_day_means(analysis: StudyAnalysis) -> bool:
     return analysis.planned.settings.unit_of_analysis is UnitOfAnalysis.DAY
 
 
-def _on_runs(method: str, groups: Sequence[Sequence[ConditionValues]]) -> Use:
-    by_day = _by_day(groups)
-    return Use(method, *(with_days(by_day) if method in _BY_DAY else without_days(method, by_day)))
+def on_runs(method: str, by_day: Runs) -> Use:
+    """Return the use of a method on groups of runs, given how many there are of each day."""
+    if method in _BY_DAY:
+        return Use(method, *with_days(by_day))
+    return Use(method, *without_days(method, by_day), tested=tuple(group.total() for group in by_day))
 
 
 def _by_day(groups: Sequence[Sequence[ConditionValues]]) -> list[Counter[str]]:
@@ -131,7 +135,7 @@ def _of_anovas(analysis: StudyAnalysis) -> Iterator[Use]:
         if _on_day_means(analysis):
             yield Use("one_way_anova", tuple(map(len, _by_day(levels))))
         else:
-            yield _on_runs("one_way_anova", levels)
+            yield on_runs("one_way_anova", _by_day(levels))
 
 
 def _off(row: Recorded) -> float:

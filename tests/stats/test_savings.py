@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.savings import Savings, percent_savings
-from stats.shared_error import ENOUGH_DEGREES, SharedError, joint
+from stats.shared_error import ENOUGH_DEGREES, SharedError, joints
 
 CONTROL = [42.0, 44.5, 40.1, 43.3, 41.6]
 TREATED = [36.0, 37.9, 35.2, 38.8, 36.1, 35.5]
@@ -29,21 +29,33 @@ def test_savings_are_a_ratio_of_means():
 
 @pytest.mark.parametrize("shared_df", [1.0, 4.0])
 def test_fiellers_ends_are_where_the_test_just_rejects(shared_df):
-    """At each end (T - rho C)^2 is the quantile squared times its variance: the definition of the interval."""
+    """At each end (T - rho C)^2 is the quantile squared times its variance: the definition of the interval.
+
+    Of those with the shared error and without it the interval holds both.
+    """
     found = with_shared(CONTROL, TREATED, 0.7, shared_df)
     c, t = np.mean(CONTROL), np.mean(TREATED)
     var_c, var_t = np.var(CONTROL, ddof=1) / 5, np.var(TREATED, ddof=1) / 6
     left = SharedError({("drain", "level"): 0.7 * (1.0 - t / c)}, {"drain": shared_df})
-    both = joint([(var_t, 5.0), ((t / c) ** 2 * var_c, 4.0)], left, 0.95)
+    ways = joints([(var_t, 5.0), ((t / c) ** 2 * var_c, 4.0)], left, 0.95)
 
     def squared_half_width(rho: float) -> float:
-        return both.quantile**2 * (var_t + rho**2 * var_c + both.more * 0.7**2 * (1.0 - rho) ** 2)
+        return max(w.quantile**2 * (var_t + rho**2 * var_c + w.more * 0.7**2 * (1.0 - rho) ** 2) for w in ways)
 
     for end in found.percent_ci:
         rho = 1.0 - end / 100.0
         assert (t - rho * c) ** 2 == pytest.approx(squared_half_width(rho), rel=1e-9)
     half = found.delta_ci[1] - found.percent
     assert half == pytest.approx(100.0 * math.sqrt(squared_half_width(t / c)) / c)
+
+
+def test_fiellers_ends_do_not_jump_as_the_shared_error_grows():
+    """Where the wider of two symmetrical intervals was the other, both asymmetrical ends went to that one."""
+    errors = np.linspace(0.0, 12.0, 400)
+    ends = np.array([with_shared([42.0, 40.0, 41.0], [36.0, 35.0, 37.5], se, 5.0).percent_ci for se in errors])
+    assert (np.diff(ends[:, 0]) <= 1e-12).all()
+    assert (np.diff(ends[:, 1]) >= -1e-12).all()
+    assert np.abs(np.diff(ends, axis=0)).max() < 0.3
 
 
 def test_the_shared_error_has_the_sensitivity_of_the_derivation():

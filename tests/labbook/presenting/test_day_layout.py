@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labbook.presenting.day_layout import with_days, without_days
-from labbook.presenting.weak_points import Use
-from stats.recorded import recorded
+from labbook.presenting.weak_points import Use, on_runs
+from stats.recorded import recorded, weak_points
 from stats.two_sample import compare_two
 
 counts = st.lists(st.integers(0, 12), min_size=1, max_size=8)
@@ -92,6 +92,15 @@ def test_what_is_cited_is_no_better_than_the_design_itself(a: str, b: str, runs:
 def test_few_runs_a_day_on_nearly_shared_days_need_no_sentence() -> None:
     groups = [of("abcde", 3), of("abcdf", 3)]
     assert Use("welch", *without_days("welch", groups)).weak_points() == ()
+
+
+def test_groups_of_unequal_size_are_cited_as_such_on_days_nearly_shared() -> None:
+    """A design on record that stands for the days has groups of one size, which hides what 5 against 20 runs do."""
+    groups = [Counter(dict(zip("abcd", (2, 1, 1, 1), strict=True))), of("abcd", 5)]
+    unequal = weak_points("f_then_t", (5, 20), layout="")
+    assert unequal
+    assert on_runs("f_then_t", groups).weak_points()[-len(unequal) :] == unequal
+    assert unequal == on_runs("f_then_t", [of("abcde", 1), of("abcde", 4)]).weak_points()
 
 
 def test_what_is_not_on_record_by_day_is_looked_up_by_its_sizes() -> None:
