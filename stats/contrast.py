@@ -74,13 +74,13 @@ class Contrast:
             )
         return exact_root(variance), df
 
-    def test(self, bound: float, *, above: bool) -> OneSided | Undefined:
+    def test(self, bound: Fraction, *, above: bool) -> OneSided | Undefined:
         """Test that the truth lies above the bound, or below it."""
-        error = self.error(Fraction(bound))
+        error = self.error(bound)
         if error is None:
             return Undefined("nothing scatters at the bound")
         se, df = error
-        at_bound = Fraction(bound) * self.control_mean if self.relative else Fraction(bound)
+        at_bound = bound * self.control_mean if self.relative else bound
         t = shortened((self.mean - self.control_mean - at_bound) / se)
         tail = t_upper(t if above else -t, df)
         return OneSided(finite(t, "t"), df, tail.p, tail.log10_p)

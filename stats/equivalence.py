@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Literal
 
 from numpy.typing import ArrayLike
@@ -146,9 +147,10 @@ def equivalence(
     read = read_groups(as_pair(names, a, b), missing)
     percent = bounds == "percent"
     pair = contrasts(read, percent=percent)
-    unit, per = (0.01, 100) if percent else (1.0, 1)
+    per = 100 if percent else 1
+    within = (None if low is None else Fraction(low) / per, None if high is None else Fraction(high) / per)
     found = {
-        test: tost(name, contrast, low, high, unit, alpha)
+        test: tost(name, contrast, within, alpha)
         for (test, name), contrast in zip((("welch", "Welch"), ("student", "Student")), pair.by_test, strict=True)
     }
     means = dict(zip(read.names, read.means, strict=True))

@@ -28,7 +28,7 @@ class Scaled:
     coefficients: list[float]
     """The caller's but for their unit's factor and power of two."""
     fitted: Floats
-    """Without the intercept; shape (n,)."""
+    """In the response's scale, about its centre where there is an intercept; shape (n,)."""
     residuals: Floats
     """Shape (n,)."""
     response_exponent: int

@@ -92,6 +92,8 @@ class Solution:
 
     coefficients: Pair
     """Shape (p,)."""
+    fitted: Floats
+    """What is fitted of the response, shape (n,): large coefficients that cancel in it leave its digits."""
     residuals: Floats
     """Shape (n,); exactly 0 where the fit is exact."""
 
@@ -150,10 +152,12 @@ def solve(design: Design, factor: Factor, response: Pair) -> Solution:
             low = low - correction @ design.high
             break
     result = high + low
+    fitted, error = two_sum(response[0], -high)
+    fitted += error + (response[1] - low)
     rounding = _ZERO_RESIDUAL * (1.0 + float(np.abs(coefficients[0]).sum()))
     if float(result @ result) <= rounding * rounding * result.size:
         result = np.zeros_like(result)
-    return Solution(coefficients, result)
+    return Solution(coefficients, fitted, result)
 
 
 def _residuals(design: Design, response: Pair, coefficients: Pair) -> tuple[Floats, Floats, Floats]:
@@ -202,40 +206,42 @@ def _products(rows: Floats, rows_low: Floats | None, halves: Pair, vector: Pair,
 
 
 def _rotation(inverse: Floats, design: Design) -> Floats | None:
-    """Return L with (A A')^-1 = S L L' S', from what S'GS, in double-double, differs from the identity.
+    """Return L with (A A')^-1 = S L L' S', from what S'A A'S, in double-double, differs from the identity.
 
+    The rows are turned before they are multiplied, so that the error grows with the condition and not with its square.
     None where R has no digit right in some direction.
     """
     p, n = design.high.shape
-    parts = []
+    gram = np.zeros((p, p)), np.zeros((p, p))
     for block in design.blocks():
-        rows, low = design.high[:, block], np.zeros((p, min(block.stop, n) - block.start))
+        low = np.zeros((p, min(block.stop, n) - block.start))
         if design.low is not None:
             low[design.first :] = design.low[:, block]
-        halves = split(rows)
-        # Half of a symmetric matrix: row i with rows 0 to i.
-        parts.append(
-            [
-                _products(rows[: i + 1], low[: i + 1], (halves[0][: i + 1], halves[1][: i + 1]), (rows[i], low[i]), 0)
-                for i in range(p)
-            ]
-        )
-    gram = np.zeros((p, p)), np.zeros((p, p))
-    for i in range(p):
-        high, error = (np.array([part[i][which] for part in parts]).T for which in (0, 1))
-        gram[0][i, : i + 1], gram[1][i, : i + 1] = sum_pairs(high, error)
-    for triangle in gram:
-        triangle += np.tril(triangle, -1).T
-    right = inverse.T[np.newaxis], np.zeros((1, p, p))
-    half = sum_pairs(*multiply((gram[0][:, np.newaxis], gram[1][:, np.newaxis]), right))
-    left = inverse.T[:, np.newaxis], np.zeros((p, 1, p))
-    product = sum_pairs(*multiply(left, (half[0].T[np.newaxis], half[1].T[np.newaxis])))
-    excess = (product[0] - np.eye(p)) + product[1]
+        turned = _turned(inverse, design.high[:, block], low)
+        for i in range(p):
+            # Half of a symmetric matrix: row i with rows 0 to i.
+            row = turned[0][i], turned[1][i]
+            sums = sum_pairs(*multiply((turned[0][: i + 1], turned[1][: i + 1]), row))
+            total, error = two_sum(gram[0][i, : i + 1], sums[0])
+            gram[0][i, : i + 1], gram[1][i, : i + 1] = total, gram[1][i, : i + 1] + (error + sums[1])
+    excess = (gram[0] - np.eye(p)) + gram[1]
+    excess = np.tril(excess) + np.tril(excess, -1).T
     if float(np.abs(excess).max()) * p > 0.5:
         return None
-    square = np.asarray(np.linalg.inv(np.eye(p) + 0.5 * (excess + excess.T)), dtype=np.float64)
+    square = np.asarray(np.linalg.inv(np.eye(p) + excess), dtype=np.float64)
     rotation: Floats = np.asarray(np.linalg.cholesky(0.5 * (square + square.T)), dtype=np.float64)
     return rotation
+
+
+def _turned(inverse: Floats, rows: Floats, low: Floats) -> Pair:
+    """Return S'A, as a pair of the shape of the rows: rows of norm 1 that are nearly orthogonal."""
+    halves = split(rows)
+    parts = []
+    for column in inverse.T:
+        factor = column[:, np.newaxis]
+        products, errors = product_of_halves(rows, halves, factor, split(factor))
+        parts.append(sum_pairs(products.T, (errors + low * factor).T))
+    return np.array([part[0] for part in parts]), np.array([part[1] for part in parts])
 
 
 def _participants(triangle: Floats) -> tuple[int, ...]:

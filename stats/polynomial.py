@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
-from stats.columns import Column, as_column, as_response
+from stats.columns import Column, as_column, as_response, as_ticks
 from stats.complete import complete_rows
 from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double
 from stats.error_free import product_of_halves, shortened, split, two_sum
@@ -70,14 +70,15 @@ def fit_polynomial(
 ) -> PolynomialFit:
     """Fit y over x, both of shape (n,), by a polynomial of the given degree (1 to 20) with an intercept.
 
-    `x` may be numbers of any real type or time stamps (then in seconds, time stamps since 1970 UTC).
+    `x` and `y` may be numbers of any real type, or time stamps and durations of any kind (then in seconds, time stamps
+    since 1970 UTC).
     Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop" (which leaves out pairs), lengths that
     differ, another degree, or fewer different x than coefficients.
     """
     level = as_level("level", level)
     if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= HIGHEST_DEGREE:
         raise InputRefused(f"the degree is {degree!r}: give a whole number from 1 to {HIGHEST_DEGREE}.")
-    (x, y), left_out = complete_rows([x, y], missing)
+    (x, y), left_out = complete_rows([as_ticks(x), as_ticks(y)], missing)
     degree, n, p = int(degree), int(np.size(y)), int(degree) + 1
     if np.shape(x) != np.shape(y) or n < p:
         raise InputRefused(
@@ -113,7 +114,7 @@ def fit_polynomial(
         coefficients, chebyshev = in_scale(exact[0], units), tuple(map(float, exact[1]))
     scaled = Scaled(
         coefficients=coefficients,
-        fitted=solution.coefficients[0][1:] @ design.high[1:],
+        fitted=solution.fitted,
         residuals=solution.residuals,
         response_exponent=response.exponent,
         rows=factor.carried(np.array([[nearest_double(weight) if weight else 0.0 for weight in row] for row in back])),

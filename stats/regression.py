@@ -94,9 +94,9 @@ def fit_linear(
 ) -> LinearFit:
     """Fit y, shape (n,), as a sum of named columns (or those of a data frame), each of shape (n,), by least squares.
 
-    Columns may be numbers of any real type, whole numbers and decimals (kept exact), or time stamps and durations of
-    any kind (in seconds, time stamps since 1970; without a time zone they are taken for UTC). The numbers are those of
-    exact arithmetic on the input.
+    y and columns may be numbers of any real type, whole numbers and decimals (kept exact), or time stamps and durations
+    of any kind (in seconds, time stamps since 1970; without a time zone they are taken for UTC). The numbers are those
+    of exact arithmetic on the input.
     Raises `InputRefused`, naming the columns, for infinite values, for NaN unless `missing` is "drop" (which leaves
     out rows), lengths that differ, fewer values than coefficients, a constant column beside an intercept, a column of
     zeros, and columns that are collinear.
@@ -138,7 +138,7 @@ def fit_linear(
         )
     scaled = Scaled(
         coefficients=coefficients,
-        fitted=middle[0][skip:] @ design.high[skip:],
+        fitted=solution.fitted,
         residuals=solution.residuals,
         response_exponent=response.exponent,
         rows=factor.carried(back),

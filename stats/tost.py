@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 from data_schema.vocabulary import Undefined
 from stats.contrast import Contrast, Ends
@@ -47,21 +48,21 @@ class Tost(Result):
 
 
 def tost(
-    name: str, contrast: Contrast | Undefined, low: float | None, high: float | None, unit: float, alpha: float
+    name: str, contrast: Contrast | Undefined, bounds: tuple[Fraction | None, Fraction | None], alpha: float
 ) -> Tost:
-    """Return both one-sided tests of a contrast at level alpha; bounds are in `unit` of the contrast's."""
+    """Return both one-sided tests of a contrast at level alpha; the bounds, the lower first, are in its unit."""
     if isinstance(contrast, Undefined):
         return Tost(name, *(contrast,) * 12)
     tests = {}
-    for side, bound in (("low", low), ("high", high)):
+    for side, bound in zip(("low", "high"), bounds, strict=True):
         if bound is not None:
-            test = contrast.test(bound * unit, above=side == "low")
+            test = contrast.test(bound, above=side == "low")
             if isinstance(test, Undefined):
                 return Tost(name, *(test,) * 12)
             tests[side] = test
     worst = max(tests.values(), key=lambda one: one.log10_p)
     ends = contrast.interval(level_beside(2.0 * alpha))
-    inside = not contrast.relative or (not isinstance(ends, Undefined) and _within(ends, low, high, unit))
+    inside = not contrast.relative or (not isinstance(ends, Undefined) and _within(ends, *bounds))
     at_low, at_high = tests.get("low"), tests.get("high")
     per = 100 if contrast.relative else 1
     return Tost(
@@ -81,5 +82,5 @@ def tost(
     )
 
 
-def _within(ends: Ends, low: float | None, high: float | None, unit: float) -> bool:
-    return (low is None or ends[0] >= low * unit) and (high is None or ends[1] <= high * unit)
+def _within(ends: Ends, low: Fraction | None, high: Fraction | None) -> bool:
+    return (low is None or ends[0] >= low) and (high is None or ends[1] <= high)

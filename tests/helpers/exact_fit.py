@@ -19,6 +19,8 @@ class ExactFit:
     variances: list[Fraction]
     """Squares of the standard errors; empty without degrees of freedom."""
     ss_residual: Fraction
+    ss_model: Fraction
+    """What the columns explain: about the mean where there is an intercept."""
     inverse: list[list[Fraction]]
 
 
@@ -46,7 +48,9 @@ def exact_fit(y: Iterable[object], columns: Sequence[Iterable[object]], *, inter
     squares, df = dot(residuals, residuals), len(response) - p
     inverse = [row[p + 1 :] for row in work]
     variances = [squares / df * inverse[j][j] for j in range(p)] if df else []
-    return ExactFit(coefficients, variances, squares, inverse)
+    middle = sum(response, Fraction(0)) / len(response) if intercept else Fraction(0)
+    about = [value - middle for value in response]
+    return ExactFit(coefficients, variances, squares, dot(about, about) - squares, inverse)
 
 
 def exact(value: Any) -> Fraction:
@@ -72,7 +76,7 @@ def relative_error(found: float, truth: float | Fraction | Decimal) -> float:
 
 
 def assert_exact(fit: Any, truth: ExactFit, tolerance: float = 1e-14, se_tolerance: float = 1e-12) -> None:
-    """Compare coefficients, standard errors and the sum of squares with exact arithmetic."""
+    """Compare coefficients, standard errors, the sum of squares, R squared and F with exact arithmetic."""
     for value, true in zip(fit.coefficients, truth.coefficients, strict=True):
         assert relative_error(value, true) < tolerance
     for se, variance in zip(fit.standard_errors, truth.variances, strict=True):
@@ -92,3 +96,9 @@ def nist_truth(name: str) -> dict[str, Decimal]:
     with (NIST / "linear_exact.csv").open(encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["dataset"] == name]
     return {row["quantity"]: Decimal(row["exact_of_float64"]) for row in rows}
+    total = truth.ss_model + truth.ss_residual
+    if total:
+        assert relative_error(fit.r_squared, truth.ss_model / total) < se_tolerance
+    if truth.ss_residual and fit.df:
+        f = truth.ss_model / fit.df_model / (truth.ss_residual / fit.df)
+        assert relative_error(fit.f, f) < se_tolerance

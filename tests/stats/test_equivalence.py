@@ -83,6 +83,12 @@ def test_the_percent_interval_is_fiellers():
     )
 
 
+def test_percent_bounds_are_hundredths_exactly():
+    """-5 % of 100 is -5: a bound of -5 times the double .01 is another."""
+    found = equivalence([94, 95, 96], [99, 100, 101], -5.0, 5.0, bounds="percent")
+    assert (found.estimate, found.welch.t_low, found.student.t_low, found.welch.p_low) == (-5.0, 0.0, 0.0, 0.5)
+
+
 def test_non_inferiority_asks_for_one_bound():
     found = equivalence(AD, CE, -0.004, None)
     both = equivalence(AD, CE, -0.004, 0.004)

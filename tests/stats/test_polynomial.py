@@ -1,6 +1,7 @@
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -110,6 +111,13 @@ def test_coefficients_of_an_exact_fit_are_exact(degree):
     x = range(3, 40)
     fit = fit_polynomial(list(x), [Fraction(place**2, 3) for place in x], degree)
     assert fit.coefficients == (0.0, 0.0, 1 / 3, *[0.0] * (degree - 2))
+
+
+def test_moments_of_any_kind_are_seconds():
+    days = pd.date_range("2026-01-01", periods=5, tz="Europe/Berlin")
+    truth = exact_polynomial([day.timestamp() for day in days], [1, 2, 3, 4, 6], 1)
+    for kind in (days, pd.Series(days), list(days), [day.to_pydatetime() for day in days]):
+        assert_exact(fit_polynomial(kind, [1, 2, 3, 4, 6], 1), truth)
 
 
 def test_moments_as_response_are_seconds():
