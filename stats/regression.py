@@ -10,7 +10,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from operator import mul
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,12 +17,11 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
+from stats.centred_columns import CentredColumns
 from stats.checks import Missing, as_level, as_number
 from stats.columns import Column, as_column, as_response, as_ticks
 from stats.complete import complete_rows
-from stats.double_double import FRACTION_BITS, Pair, fixed_point, nearest_double
 from stats.error_free import exact_root
-from stats.exact_fit import exact_coefficients, in_scale
 from stats.fit import INTERCEPT, Fit
 from stats.fit_of import Scaled, fit_of
 from stats.least_squares import Design, Factor, factorise, solve
@@ -113,43 +111,31 @@ def fit_linear(
     _check_identifiable(regressors, intercept)
     given = list(regressors.values())
     names = (INTERCEPT, *columns) if intercept else tuple(columns)
-    p = len(names)
     design = _design(given, n, intercept)
     factor = factorise(design)
     if not isinstance(factor, Factor):
         raise InputRefused(
-            f"the columns {_named([names[row] for row in factor])} are collinear to the last digit, so that their "
-            "coefficients are not identifiable: leave one of them out."
+            f"the columns {_named(_collinear(columns, [names[row] for row in factor]))} are collinear to the last "
+            "digit, so that their coefficients are not identifiable: leave one of them out."
         )
     solution = solve(design, factor, response.pair)
-    middle, skip = solution.coefficients, int(intercept)
-    back = np.eye(p)
-    units = [(column.ticks_per_unit, response.exponent - column.exponent) for column in given]
-    if intercept:
-        back[0, 1:] = [-column.centre_scaled for column in given]
-        units.insert(0, (1.0, response.exponent))
-    off_centre = [float(column.high.sum()) / n if intercept else 0.0 for column in given]
-    coefficients, response_mean = _in_callers_terms(middle, given, response, off_centre, intercept)
-    exact = None if solution.residuals.any() else _exactly(given, response, intercept)
-    if exact is not None:
-        coefficients = in_scale(exact, units)
-        response_mean = (
-            float(exact[0] + sum(map(mul, exact[1:], map(_centre, given, off_centre)))) if intercept else 0.0
-        )
+    centred = CentredColumns(given, response, intercept)
+    coefficients, response_mean = centred.callers(solution)
     scaled = Scaled(
         coefficients=coefficients,
         fitted=solution.fitted,
         residuals=solution.residuals,
         response_exponent=response.exponent,
-        rows=factor.carried(back),
-        units=tuple(units),
+        rows=factor.carried(centred.back),
+        units=centred.units,
         condition=factor.condition,
     )
+    skip = int(intercept)
     return LinearFit(
         **fit_of(names, scaled, intercept=intercept, level=level, missing=left_out).as_fields(),
         intercept=intercept,
         vif=tuple(((factor.norms[skip:] / factor.distances[skip:]) ** 2).tolist()),
-        means=tuple(_mean(column, off) for column, off in zip(given, off_centre, strict=True)),
+        means=centred.means,
         response_mean=response_mean,
         lowest=tuple(column.lowest for column in given),
         highest=tuple(column.highest for column in given),
@@ -191,6 +177,16 @@ def _check_identifiable(columns: Mapping[str, Column], intercept: bool) -> None:
             raise InputRefused(f"the column {name!r} {what}: its coefficient is not identifiable, leave it out.")
 
 
+def _collinear(columns: Mapping[str, ArrayLike], found: list[str]) -> list[str]:
+    """Return the names of those found collinear without the intercept, where it only takes up what centring moved."""
+    names = [name for name in found if name != INTERCEPT]
+    if len(names) == len(found):
+        return found
+    uncentred = [as_column(name, columns[name], centred=False) for name in names]
+    alone = factorise(_design(uncentred, uncentred[0].high.size, intercept=False))
+    return found if isinstance(alone, Factor) else [names[row] for row in alone]
+
+
 def _design(columns: list[Column], n: int, intercept: bool) -> Design:
     high = [column.high for column in columns]
     low = [column.low for column in columns]
@@ -206,43 +202,6 @@ def _design(columns: list[Column], n: int, intercept: bool) -> Design:
     if any(part is not None for part in low):
         lower = np.array([np.zeros(n) if part is None else part for part in low])
     return Design(rows, lower, intercept, np.array(([0.0] if intercept else []) + sizes))
-
-
-def _in_callers_terms(
-    middle: Pair, columns: list[Column], response: Column, off_centre: list[float], intercept: bool
-) -> tuple[list[float], float]:
-    """Return the coefficients in the columns' scale, of columns that are not centred, and the response at their means.
-
-    Only the intercept is a sum in the caller's terms: it is taken with all digits.
-    """
-    fixed = [fixed_point(*pair) for pair in zip(*(part.tolist() for part in middle), strict=True)]
-    response_mean = 0.0
-    if intercept:
-        fixed[0] += fixed_point(response.centre_scaled)
-        response_mean = nearest_double(_along(fixed, off_centre), response.exponent)
-        fixed[0] = _along(fixed, [-column.centre_scaled for column in columns])
-    return [nearest_double(value) for value in fixed], response_mean
-
-
-def _exactly(columns: list[Column], response: Column, intercept: bool) -> list[Fraction] | None:
-    """Return coefficients that leave nothing over of the response, if there are such."""
-    y = response.exactly()
-    constant = [[Fraction(1)] * len(y)] if intercept else []
-    return exact_coefficients([*constant, *(column.exactly() for column in columns)], y)
-
-
-def _along(fixed: list[int], steps: list[float]) -> int:
-    """Return fixed[0] + the sum of fixed[j] * steps[j - 1]."""
-    products = (value * fixed_point(step) for value, step in zip(fixed[1:], steps, strict=True))
-    return fixed[0] + (sum(products) >> FRACTION_BITS)
-
-
-def _mean(column: Column, off_centre: float) -> float:
-    return (column.centre + math.ldexp(off_centre, column.exponent)) / column.ticks_per_unit
-
-
-def _centre(column: Column, off_centre: float) -> Fraction:
-    return Fraction(column.centre) + Fraction(off_centre) * Fraction(2) ** column.exponent
 
 
 def _named(names: list[str]) -> str:

@@ -82,6 +82,12 @@ def assert_exact(fit: Any, truth: ExactFit, tolerance: float = 1e-14, se_toleran
     for se, variance in zip(fit.standard_errors, truth.variances, strict=True):
         assert relative_error(se, root(variance)) < se_tolerance
     assert relative_error(fit.ss_residual, truth.ss_residual) < se_tolerance
+    total = truth.ss_model + truth.ss_residual
+    if total:
+        assert relative_error(fit.r_squared, truth.ss_model / total) < se_tolerance
+    if truth.ss_residual and fit.df:
+        f = truth.ss_model / fit.df_model / (truth.ss_residual / fit.df)
+        assert relative_error(fit.f, f) < se_tolerance
 
 
 def nist_data(name: str) -> list[list[float]]:
@@ -96,9 +102,3 @@ def nist_truth(name: str) -> dict[str, Decimal]:
     with (NIST / "linear_exact.csv").open(encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["dataset"] == name]
     return {row["quantity"]: Decimal(row["exact_of_float64"]) for row in rows}
-    total = truth.ss_model + truth.ss_residual
-    if total:
-        assert relative_error(fit.r_squared, truth.ss_model / total) < se_tolerance
-    if truth.ss_residual and fit.df:
-        f = truth.ss_model / fit.df_model / (truth.ss_residual / fit.df)
-        assert relative_error(fit.f, f) < se_tolerance

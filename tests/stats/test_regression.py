@@ -109,6 +109,17 @@ def test_an_interval_beyond_doubles_is_missed_with_its_reason():
     assert f"no intervals, because {fit.ci.reason}" in fit.sentence()
 
 
+@pytest.mark.parametrize(
+    ("shift", "named"), [(0, "the columns 'x' and 'z' are"), (1, "the columns 'intercept', 'x' and")]
+)
+def test_the_intercept_is_named_among_collinear_columns_only_where_it_is_one(shift, named):
+    """Columns are centred on doubles, which need not be each other's multiples: that is not the caller's constant."""
+    x = list(range(8))
+    columns = {"x": x, "z": [2 * value + shift for value in x], "w": [3, 1, 4, 1, 5, 9, 2, 6]}
+    with pytest.raises(InputRefused, match=named):
+        fit_linear([1, 2, 4, 8, 3, 5, 9, 11], columns)
+
+
 def test_as_many_values_as_coefficients_have_no_standard_error():
     fit = fit_linear([1.0, 4.0], {"x": [0.0, 1.0]})
     assert fit.coefficients == (1.0, 3.0)

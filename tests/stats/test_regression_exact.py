@@ -57,7 +57,7 @@ def test_a_thousand_random_designs_agree_with_rational_arithmetic():
 
 @pytest.mark.parametrize("closeness", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14])
 def test_nearly_collinear_columns_keep_their_digits(closeness):
-    """Condition up to 2e14: a QR solution in doubles has 16 - log10(condition) digits, standard errors and F as many."""
+    """Condition up to 2e14: a QR solution in doubles has 16 - log10(condition) digits, in standard errors, too."""
     rng = np.random.default_rng(5)
     a, b, other = rng.normal(size=(3, 40))
     close = a + closeness * b
