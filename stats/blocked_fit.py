@@ -12,7 +12,8 @@ from stats.blocked_result import ConditionMean, Contrast
 from stats.blocks import Floats, blocks_of
 from stats.cells import Cells
 from stats.distributions import t_quantile
-from stats.reml import DAY, RUN, Estimates, Profile, RemlModel
+from stats.reml import DAY, RUN, RemlModel
+from stats.reml_profile import Estimates, Profile
 from stats.reml_search import minimise
 from stats.satterthwaite import Satterthwaite
 from stats.strata import Strata, negligible

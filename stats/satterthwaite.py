@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from stats.blocks import Floats
-from stats.reml import Profile
+from stats.reml_profile import Profile
 
 
 class Satterthwaite:

@@ -27,8 +27,8 @@ less. Where a fit of many degrees of freedom lowers t by more than its error add
 (m = 0) is the wider: what is given holds both. The delta interval beside it is S -/+ t times the root of that variance
 over C, the wider likewise.
 A mean of ratios of single pairs is biased and not offered.
-Coverage at n = 5 and a coefficient of variation of 0.2: Fieller 0.956, delta 0.950 (20 000 simulated samples). Beside
-both stands the delta interval of log(T / C), which no noise takes beyond 100 %.
+How often both cover stands in docs/statistics.md. Beside them stands the delta interval of log(T / C), which no noise
+takes beyond 100 %.
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ INTRODUCTION = """\
 What the numbers of `stats` are worth: how many digits are right, where other programs fail, whether tests and intervals
 keep what they state, and what that costs. Written by `python benchmarks/statistics_document.py`; do not edit. With
 names of sections (`{names}`) only these are written anew. All but the times come out the
-same on every run.
+same on every run on one machine; on another the last digits of what other programs return may differ.
 """
 _FIRST, _LAST = "<!-- section: {} -->", "<!-- end of {} -->"
 _SECTION = re.compile(r"<!-- section: (\w+) -->\n(.*?)\n<!-- end of \1 -->", re.DOTALL)

@@ -39,10 +39,10 @@ def ingest(
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007
     """
     from labbook.actions.declaring import ask_for, declared_options
+    from labbook.actions.files_meant import files_of
     from labbook.actions.ingesting import (
         FileOutcome,
         IngestRequest,
-        files_of,
         ingest_file,
         ingest_file_or_refuse,
         without_samples,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from data_schema.errors import InputRefused
-from labbook.actions.ingesting import read_bytes
+from labbook.actions.files_meant import read_bytes
 
 
 def read_text(path: Path) -> str:

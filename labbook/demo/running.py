@@ -12,7 +12,8 @@ from data_schema.errors import UsageError
 from data_schema.vocabulary import CheckKind, PlanMethod
 from labbook.actions.correcting import correct
 from labbook.actions.day_checks import state_check
-from labbook.actions.ingesting import IngestRequest, files_of, ingest_file
+from labbook.actions.files_meant import files_of
+from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.planning import PlannedEntry, state_plan
 from labbook.actions.report_command import write
 from labbook.actions.runs_importing import import_runs

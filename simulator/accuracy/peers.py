@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from simulator.accuracy.hybrid import WISH, HybridSystem
+from simulator.accuracy.peer_events import Watched
 from simulator.basics import GRAVITY_M_S2
 from simulator.kernel.events import GOES_ON
 from simulator.kernel.layout import (
@@ -43,7 +44,6 @@ METHODS = ("RK45", "DOP853", "LSODA")
 LONGEST_STEP_S = 0.02
 MOST_EVALUATIONS = 400_000
 MOST_SEGMENTS = 5_000
-_JUST_BEFORE = -1e-300
 
 
 class PeerGaveUp(Exception):
@@ -160,7 +160,7 @@ class _Walk:
         state = work[NOW : NOW + size].copy()
         fired: list[int] = []
         if end_s > start_s:
-            watched = _Watched(system, work, start_s, state)
+            watched = Watched(system, work, start_s, state)
             with warnings.catch_warnings():
                 warnings.simplefilter("error")
                 try:
@@ -207,39 +207,6 @@ class _Walk:
             state += step_s * system.rates(mode, work[TIME], work, state)
             work[TIME] += step_s
             step_s *= 2.0
-
-
-@dataclass(slots=True)
-class _Event:
-    """One guard as `solve_ivp` wants its events; at the start of a segment a guard at 0 is below it."""
-
-    watched: _Watched
-    place: int
-    armed: bool
-    terminal: bool = True
-    direction: float = 1.0
-
-    def __call__(self, t: float, state: Row) -> float:
-        value = float(self.watched.values(t, state)[self.place])
-        return min(value, _JUST_BEFORE) if self.armed and t <= self.watched.start_s else value
-
-
-class _Watched:
-    """All guards of a segment, evaluated once for each instant that `solve_ivp` asks about."""
-
-    def __init__(self, system: HybridSystem, work: Row, start_s: float, state: Row) -> None:
-        self._system, self._work, self.start_s, self._at = system, work, start_s, start_s
-        self._first: Row = system.watch(start_s, work, state)
-        self._values: Row = self._first
-
-    def event(self, place: int) -> _Event:
-        return _Event(self, place, bool(self._first[place] <= 0.0))
-
-    def values(self, t: float, state: Row) -> Row:
-        if t != self._at:
-            self._values = self._system.watch(t, self._work, np.ascontiguousarray(state))
-            self._at = t
-        return self._values
 
 
 def _typical_sizes(work: Row, system: HybridSystem) -> Row:

@@ -19,7 +19,8 @@ import numpy as np
 
 from data_schema.vocabulary import CheckKind, RunKind
 from labbook.actions.day_checks import state_check
-from labbook.actions.ingesting import IngestRequest, files_of, ingest_file
+from labbook.actions.files_meant import files_of
+from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import Book, opened

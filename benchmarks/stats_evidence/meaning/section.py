@@ -24,9 +24,9 @@ interval of 95 % that holds the truth seven times in eight, is wrong in the firs
 coverage gives what each method here does with few values, unequal scatter and runs from a few days; a report that uses
 a method where it fails says so.
 
-The price is small: comparing two groups of 25 runs in every way that a report needs takes less than a millisecond,
-about as long as scipy takes for the same fields. Where others were measured to be faster the tables on speed say by how
-much. For simulations that call a test a million times plain numpy is the better tool, and labbook's own use it.
+The price is small: comparing two groups of 25 runs by F, Student and Welch takes less than a millisecond, about as
+long as scipy takes for the same fields. Where others were measured to be faster the tables on speed say by how much.
+For simulations that call a test a million times plain numpy is the better tool, and labbook's own use it.
 """
 
 
