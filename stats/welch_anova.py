@@ -8,6 +8,14 @@ Each mean counts with its weight w = n / s^2, W the sum of the weights. With k g
 A single group without scatter has an infinite weight, and all of this has a limit: only pairs with that group are left
 in A, each with the other's weight, and its share w_i / W is 1. Two such groups have none: where they differ F is
 infinite, where they agree df_within depends on how their variances vanish.
+
+The share of variance is lambda / (lambda + n), lambda the sum of n_i (mu_i - mu)^2 / sigma_i^2 about the mean mu with
+those weights and n the number of values: that of `stats.anova` where all groups scatter alike. Welch's F follows the
+noncentral F of this lambda nearly (Levy 1978, "Some empirical power results associated with Welch's robust analysis of
+variance technique"), so that both estimates and the interval are those of `stats.anova` with Welch's F in the place of
+F: eta squared and omega squared as effectsize's `F_to_eta2` and `F_to_omega2` have them for n - k degrees of freedom.
+(For `oneway.test` effectsize puts Welch's df_within there, which is fewer: its omega squared is 0.19 on average where
+the share is 0.14, for 3 groups of 25 that scatter alike, and does not come nearer with n.)
 """
 
 from __future__ import annotations
@@ -20,13 +28,14 @@ from itertools import combinations
 from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing
+from stats.checks import Missing, as_level
+from stats.effect_size import eta_squared_ci
 from stats.error_free import shortened
-from stats.finite import finite
+from stats.finite import Interval, finite
 from stats.groups import Group, read_groups
 from stats.results import Result
 from stats.tails import f_upper
-from stats.wording import counted, df_text, missing_text, number_text, p_text
+from stats.wording import counted, df_text, interval_text, missing_text, number_text, p_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,31 +56,62 @@ class WelchAnova(Result):
     """P(F >= f); 0.0 below 1e-308, where `log10_p` goes on."""
     log10_p: float | Undefined
     """Decimal logarithm of p, right at any size."""
+    eta_squared: float | Undefined
+    """Share of variance between the groups, each value in SDs of its own group; too large on average where n is small.
+    """
+    omega_squared: float | Undefined
+    """The same share with its bias taken off, nearly; below 0 where F is below 1."""
     constant_group: str
     """Name of the one group without scatter, for which the limit was taken; empty where all groups scatter."""
     empty_groups: tuple[str, ...]
     """Names of groups without a value."""
+    level: float
+    """Level of the intervals."""
     missing: int
     """How many values were left out as NaN."""
 
+    @property
+    def eta_squared_ci(self) -> Interval | Undefined:
+        """Approximate interval of the population's share, from the noncentral F; `eta_squared` may lie outside."""
+        if isinstance(self.df_within, Undefined):
+            return self.df_within
+        ends = eta_squared_ci(self.f, self.df_between, self.df_within, self.level)
+        if isinstance(ends, Undefined):
+            return ends
+        low, high = (self._of_all_values(end, self.df_between + self.df_within + 1.0) for end in ends)
+        return low, high
+
+    @property
+    def omega_squared_ci(self) -> Interval | Undefined:
+        """The same interval: both estimate one share."""
+        return self.eta_squared_ci
+
+    def _of_all_values(self, share: float, counted_values: float) -> float:
+        """Return lambda / (lambda + n) from the share with the fewer values that degrees of freedom count as n."""
+        return share * counted_values / (share * counted_values + (1.0 - share) * sum(self.group_ns))
+
     def sentence(self, what: str = "the groups") -> str:
-        """Return the result in words: F, both degrees of freedom, p, n."""
+        """Return the result in words: F, both degrees of freedom, p, both shares of variance with interval, n."""
         n = sum(self.group_ns)
         if isinstance(self.f, Undefined):
             return f"No Welch ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
         return (
             f"Welch ANOVA over {what}: F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p)} "
+            f"{p_text(self.p, self.log10_p)}, eta squared {number_text(self.eta_squared, 3)}, omega squared "
+            f"{number_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
             f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)}{limit})."
         )
 
 
-def welch_anova(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], *, missing: Missing = "refuse") -> WelchAnova:
+def welch_anova(
+    groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], *, level: float = 0.95, missing: Missing = "refuse"
+) -> WelchAnova:
     """Analyse groups of values, each of shape (n_i,), all in one unit, by Welch's F.
 
     Raises `InputRefused`, naming the group, for infinite values, and for NaN unless `missing` is "drop".
     """
+    level = as_level("level", level)
     read = read_groups(groups, missing)
     reason = _why_no_test(read.filled, read.empty)
     none = Undefined(reason or "it has not been computed")
@@ -83,8 +123,11 @@ def welch_anova(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], *, missin
         df_within=none,
         p=none,
         log10_p=none,
+        eta_squared=none,
+        omega_squared=none,
         constant_group=next((group.name for group in read.filled if group.n > 1 and group.constant), ""),
         empty_groups=read.empty,
+        level=level,
         missing=read.missing,
     )
     if reason is not None:
@@ -102,7 +145,16 @@ def welch_anova(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], *, missin
     f = distances / (k - 1) / (1 + 2 * (k - 2) * doubt / (k * k - 1))
     f, df_within = (shortened(number) for number in (f, (k * k - 1) / (3 * doubt)))
     tail = f_upper(f, k - 1, df_within)
-    return replace(result, f=finite(f, "F"), df_within=float(df_within), p=tail.p, log10_p=tail.log10_p)
+    n, above_chance = sum(read.sizes), (k - 1) * (f - 1)
+    return replace(
+        result,
+        f=finite(f, "F"),
+        df_within=float(df_within),
+        p=tail.p,
+        log10_p=tail.log10_p,
+        eta_squared=float((k - 1) * f / ((k - 1) * f + n - k)),
+        omega_squared=float(above_chance / (above_chance + n)),
+    )
 
 
 def _shares(groups: Sequence[Group]) -> dict[str, Fraction]:
