@@ -36,9 +36,9 @@ def test_nist_sets_to_the_last_digit(name):
         assert relative_error(value, truth[f"B{power}"]) < coefficient_bound
         assert relative_error(se, truth[f"se_B{power}"]) < se_bound
     assert relative_error(fit.r_squared, truth["r_squared"]) < 1e-14
-    assert relative_error(fit.residual_sd, truth["residual_sd"]) < 1e-12
+    assert relative_error(fit.residual_sd, truth["residual_sd"]) < 1e-14
     if truth["ss_res"] != 0:
-        assert relative_error(fit.f, truth["F"]) < 1e-12
+        assert relative_error(fit.f, truth["F"]) < 1e-14
 
 
 def exact_polynomial(x, y, degree):
