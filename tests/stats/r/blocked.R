@@ -1,28 +1,10 @@
 # Thirty designs of conditions over days, analysed by lmerTest; writes blocked_data.csv and blocked.csv beside itself.
 #
 #   Rscript blocked.R        (Debian: r-cran-lmertest, r-cran-emmeans; R 4.2.2, lme4 1.1-31, lmerTest 3.1-3, emmeans 1.8.4)
-#
-# lme4's search stops where the deviance no longer falls, at 1e-7 of the variances; Newton's method on its gradient
-# goes on from there, so that what is compared is the estimate, not where a search stopped.
-suppressMessages({library(lmerTest); library(emmeans); library(numDeriv)})
+suppressMessages(library(emmeans))
 set.seed(20261121)
 here <- dirname(sub("--file=", "", grep("--file=", commandArgs(FALSE), value = TRUE)))
-keep_start <- function(fn, par, lower, upper, control) list(par = par, fval = fn(par), conv = 0, message = "kept")
-quiet <- function(...) lmerControl(..., check.conv.singular = "ignore", check.conv.grad = "ignore",
-                                   check.conv.hess = "ignore")
-fit <- function(formula, d) {
-  first <- lmer(formula, d, control = quiet())
-  deviance_of <- lmer(formula, d, control = quiet(), devFunOnly = TRUE)
-  theta <- getME(first, "theta")
-  theta[theta < 1e-3] <- 0
-  inner <- which(theta > 0)
-  of <- function(part) { all <- theta; all[inner] <- part; deviance_of(all) }
-  for (step in 1:6) if (length(inner))
-    theta[inner] <- theta[inner] - solve(hessian(of, theta[inner]), grad(of, theta[inner]))
-  stopifnot(theta >= 0, deviance_of(theta) <= deviance_of(getME(first, "theta")) + 1e-7)
-  formula <- formula; start <- unname(theta)
-  eval(bquote(lmer(.(formula), d, start = .(start), control = quiet(optimizer = "keep_start", calc.derivs = FALSE))))
-}
+source(file.path(here, "refined_fit.R"))
 
 simulate <- function(cells, k, day_sd, run_sd = 0, sd = 1, level = 10, effect = 0.5) {
   days <- unique(cells$day); runs <- unique(paste(cells$day, cells$run))
