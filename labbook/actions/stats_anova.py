@@ -43,7 +43,7 @@ def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictur
     groups, control, unit = observed.groups(), observed.name(observed.control), observed.unit
 
     classic = one_way_anova(groups, level=level, missing=missing)
-    welch = welch_anova(groups, missing=missing)
+    welch = welch_anova(groups, level=level, missing=missing)
     variances = [test(groups, missing=missing) for test in (brown_forsythe, levene, bartlett)]
     tukey, games_howell = (
         compare_all_pairs(groups, variances=kind, level=level, missing=missing) for kind in ("equal", "unequal")
