@@ -27,10 +27,8 @@ from stats.known_scale import Floats, KnownScale
 from stats.over_scale import log_mean_over_scale, log_sum, log_upper_of_any
 from stats.tails import Tail, t_two_sided
 
-_STEP = 0.2
-"""The trapezoidal rule errs by less than 1e-14 here for up to 30 normals."""
-_AROUND_MIDDLE = np.arange(-48, 49) * _STEP
-"""Places of the largest value, from the middle of the range."""
+_REACH = 9.6
+"""How far from the middle of the range its largest value counts."""
 _LOG_ROOT_2PI = 0.5 * math.log(2.0 * math.pi)
 
 
@@ -43,8 +41,9 @@ class RangeOfNormals(KnownScale):
 
     def log_chance(self, w: Floats) -> Floats:
         """Return log g at each w of shape (m,), integrated over the largest value."""
-        k = self.k
-        z = w[:, None] / 2.0 + _AROUND_MIDDLE
+        k, step = self.k, _step(self.k)
+        around = np.arange(-math.ceil(_REACH / step), math.ceil(_REACH / step) + 1) * step
+        z = w[:, None] / 2.0 + around
         log_a, log_b = special.log_ndtr(z), special.log_ndtr(z - w[:, None])
         ratio = np.minimum(log_b - log_a, 0.0)
         with np.errstate(divide="ignore"):
@@ -52,7 +51,7 @@ class RangeOfNormals(KnownScale):
         # Where the ratio is too small for a double, the power's first term is all of it.
         share = np.where(ratio < -600.0, math.log(k - 1) + ratio, share)
         terms = (k - 1) * log_a - 0.5 * z * z + share
-        return np.minimum(log_sum(terms) + math.log(k * _STEP) - _LOG_ROOT_2PI, 0.0)
+        return np.minimum(log_sum(terms) + math.log(k * step) - _LOG_ROOT_2PI, 0.0)
 
     def log_bound(self, w: Floats) -> Floats:
         """Return the logarithm of all pairs' chances together, at most 0."""
@@ -90,3 +89,12 @@ def range_critical(tail: float, k: int, df: float) -> float:
         return np.array([range_log_upper(float(q[0]), k, df)])
 
     return float(critical_values(log_upper, tail, np.array([3.5]))[0])
+
+
+def _step(k: int) -> float:
+    """Return the trapezoidal rule's step: the more normals, the steeper the rise of their largest one's distribution.
+
+    It rises around the middle of the largest, about ndtri(1 - 1/k), over the inverse of that. At these steps the rule
+    errs by less than 1e-14 of the chance for any k up to a million.
+    """
+    return min(0.2, 0.25 / max(-float(special.ndtri(1.0 / k)), 1.0))
