@@ -14,35 +14,39 @@ from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize
 
 from stats.finite import Number
-
-_Floats = NDArray[np.float64]
-LogTail = Callable[[_Floats], _Floats]
-"""log g at each s of shape (m,); falls with s."""
+from stats.known_scale import Floats, KnownScale
 
 NEGLIGIBLE = 42.0
 """What lies e**42 below the largest value adds nothing to 16 digits."""
 STARTS = 48
 """Intervals of the first rule; each further rule halves them."""
+_EVEN = np.arange(STARTS + 1) / STARTS
 FAR = 2.0**300
 """From here on a tail falls as statistic**-df: what else it does is its square's inverse, 1e-180."""
+_ZOOMS = 4
+_MOST = 20000
+"""Points of the last rule."""
+_Rows = NDArray[np.intp]
+_LogFunctions = Callable[[_Rows, Floats], Floats]
+"""Logarithms of those of m functions that are asked for, shape (p,), each at its own u, shape (p, points)."""
 
 
-def log_mean_over_scale(log_tail: LogTail, df: float, statistic: float) -> float:
-    """Return log of the mean of exp(log_tail(s)) over s, s^2 = chi^2(df) / df; `statistic` is what s multiplies."""
-    if math.isinf(df):
-        return float(log_tail(np.ones(1))[0])
+def log_mean_over_scale(known: KnownScale, df: float, statistic: float) -> float:
+    """Return log of the mean of g(statistic s) over s, s^2 = chi^2(df) / df; df may be infinite."""
+    return float(log_means_over_scale(known, np.array([df]), np.array([statistic]))[0])
 
-    def log_density(u: _Floats) -> _Floats:
-        return np.asarray(df * (u - np.expm1(2.0 * u) / 2.0))
 
-    def log_product(u: _Floats) -> _Floats:
-        return log_density(u) + log_tail(np.exp(u))
-
-    left = -(NEGLIGIBLE / df + math.log(max(abs(statistic), 1.0)) + 3.0)
-    return min(_log_integral(log_product, left, 2.5) - _log_integral(log_density, left, 2.5), 0.0)
+def log_means_over_scale(known: KnownScale, df: Floats, statistic: Floats) -> Floats:
+    """Return `log_mean_over_scale` of each df and statistic, all of shape (m,)."""
+    found = np.empty(df.shape)
+    sure = np.isinf(df)
+    if np.any(sure):
+        found[sure] = known.log_tail(statistic[sure])
+    if not np.all(sure):
+        found[~sure] = _log_means(known, df[~sure], statistic[~sure])
+    return found
 
 
 def log_upper_of_any(log_upper: Callable[[float], float], statistic: Number, df: float) -> float:
@@ -53,20 +57,7 @@ def log_upper_of_any(log_upper: Callable[[float], float], statistic: Number, df:
     return log_upper(FAR) - df * (math.log(excess.numerator) - math.log(excess.denominator))
 
 
-def critical_value(log_upper: Callable[[float], float], tail: float, guess: float) -> float:
-    """Return the statistic whose upper tail, exp(log_upper(x)) falling with x, is `tail`."""
-    wanted = math.log(min(tail, 1.0 - 2.0**-53))  # 1 is all that is left of a level near 0
-    low, high = guess, guess
-    while log_upper(low) < wanted:
-        low -= max(abs(low), 1.0) * 0.5
-    while log_upper(high) > wanted:
-        high += max(abs(high), 1.0) * 0.5
-    if low == high:
-        return guess
-    return float(optimize.brentq(lambda x: log_upper(x) - wanted, low, high, xtol=1e-13, rtol=1e-13))
-
-
-def log_sum(logs: _Floats) -> _Floats:
+def log_sum(logs: Floats) -> Floats:
     """Return log of the sum of exp over the last axis."""
     largest = np.max(logs, axis=-1, keepdims=True)
     largest = np.where(np.isfinite(largest), largest, 0.0)
@@ -74,23 +65,52 @@ def log_sum(logs: _Floats) -> _Floats:
         return np.asarray(np.log(np.sum(np.exp(logs - largest), axis=-1)) + largest[..., 0])
 
 
-def _log_integral(log_f: Callable[[_Floats], _Floats], left: float, right: float) -> float:
-    """Return log of the integral of a function with one hump: find where it counts, halve steps until digits stand."""
-    for _ in range(4):
-        grid = np.linspace(left, right, STARTS + 1)
-        values = log_f(grid)
-        counts = np.flatnonzero(values > np.max(values) - NEGLIGIBLE)
-        first, last = max(counts[0] - 1, 0), min(counts[-1] + 1, STARTS)
-        if last - first > STARTS // 2:
-            break
-        left, right = float(grid[first]), float(grid[last])
-    step = (right - left) / STARTS
-    before = math.inf
-    found = float(log_sum(values)) + math.log(step)
-    # Half the step squares the error: after a change of 1e-10 what is left is far below a double's digits.
-    while abs(found - before) > 1e-10 and grid.size < 20000:
-        between = grid[:-1] + step / 2.0
-        grid = np.linspace(left, right, 2 * (grid.size - 1) + 1)
-        before, step = found, step / 2.0
-        found = float(np.logaddexp(before - math.log(2.0), float(log_sum(log_f(between))) + math.log(step)))
+def _log_means(known: KnownScale, df: Floats, statistic: Floats) -> Floats:
+    def log_density(rows: _Rows, u: Floats) -> Floats:
+        return np.asarray(df[rows, None] * (u - np.expm1(2.0 * u) / 2.0))
+
+    def log_product(rows: _Rows, u: Floats) -> Floats:
+        return log_density(rows, u) + known.log_tail(statistic[rows, None] * np.exp(u))
+
+    def log_bound(rows: _Rows, u: Floats) -> Floats:
+        return log_density(rows, u) + known.log_bound(statistic[rows, None] * np.exp(u))
+
+    left = -(NEGLIGIBLE / df + np.log(np.maximum(np.abs(statistic), 1.0)) + 3.0)
+    least = NEGLIGIBLE + known.slack
+    part = _log_integrals(log_product, *_where_it_counts(log_bound, left, least))
+    return np.minimum(part - _log_integrals(log_density, *_where_it_counts(log_density, left, least)), 0.0)
+
+
+def _where_it_counts(log_bound: _LogFunctions, left: Floats, least: float) -> tuple[Floats, Floats]:
+    """Return between which u functions with one hump each, bounded like this, are within e**least of their largest."""
+    right = np.full(left.shape, 2.5)
+    rows = np.arange(left.size)
+    for _ in range(_ZOOMS):
+        u = left[:, None] + (right - left)[:, None] * _EVEN
+        values = log_bound(rows, u)
+        counts = values > np.max(values, axis=-1, keepdims=True) - least
+        first = np.maximum(np.argmax(counts, axis=-1) - 1, 0)
+        last = np.minimum(STARTS + 1 - np.argmax(counts[:, ::-1], axis=-1), STARTS)
+        left, right = u[rows, first], u[rows, last]
+    return left, right
+
+
+def _log_integrals(log_f: _LogFunctions, left: Floats, right: Floats) -> Floats:
+    """Return log of the integral of each of m functions from its own left to its own right, shape (m,).
+
+    Steps are halved until digits stand: half the step squares the error, so that after a change of 1e-10 what is left
+    is far below a double's digits.
+    """
+    rows = np.arange(left.size)
+    steps = STARTS
+    values = log_f(rows, left[:, None] + (right - left)[:, None] * _EVEN)
+    found = log_sum(values) + np.log((right - left) / steps)
+    while rows.size and steps < _MOST:
+        width = ((right - left)[rows] / steps)[:, None]
+        between = left[rows, None] + width * (np.arange(steps) + 0.5)
+        steps *= 2
+        finer = np.logaddexp(found[rows] - math.log(2.0), log_sum(log_f(rows, between)) + np.log(width[:, 0] / 2.0))
+        moved = np.abs(finer - found[rows]) > 1e-10
+        found[rows] = finer
+        rows = rows[moved]
     return found

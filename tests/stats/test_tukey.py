@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
-from stats.studentized_range import range_critical, range_log_upper
+from stats.over_scale import log_mean_over_scale
+from stats.studentized_range import RangeOfNormals, range_critical, range_log_upper, range_tail
 from stats.tukey import VARIANCES, compare_all_pairs
 from stats.two_sample import compare_two
 
@@ -22,10 +23,8 @@ def upper(q, k, df):
 @pytest.mark.parametrize(("q", "df"), [(20.0, 30), (15.0, 20), (40.0, 60)])
 def test_the_integral_that_serves_many_means_keeps_the_far_tail_of_two(q, df):
     """W9: scipy gives 3.7e-15 for 8.3e-15, and 3.6e-15 for 2.2e-36; two means have the tail of t."""
-    from stats import over_scale, studentized_range
-
-    integral = over_scale.log_mean_over_scale(lambda s: studentized_range._known_scale(q * s, 2), df, q)
-    assert math.exp(integral) == pytest.approx(studentized_range.range_tail(q, 2, df).p, rel=1e-13)
+    integral = log_mean_over_scale(RangeOfNormals(2), df, q)
+    assert math.exp(integral) == pytest.approx(range_tail(q, 2, df).p, rel=1e-13)
 
 
 def by_gauss(q, k, df):

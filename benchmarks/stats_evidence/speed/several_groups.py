@@ -12,7 +12,7 @@ from statsmodels.stats.multicomp import pairwise_tukeyhsd
 from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.oneway import anova_oneway
 
-from benchmarks.stats_evidence.speed.case import PINGOUIN, SCIPY, STATSMODELS, Call, Case, Inputs, Peer
+from benchmarks.stats_evidence.speed.case import PINGOUIN, SCIPY, SEED, STATSMODELS, Call, Case, Inputs, Peer
 from stats.anova import one_way_anova
 from stats.blocked import blocked_by_day
 from stats.dunnett import dunnett
@@ -48,6 +48,22 @@ def _over_days(it: Inputs) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     values = np.concatenate([it.a, it.b])
     day = np.tile(np.arange(it.n) % DAYS, 2)
     return values + 0.5 * day, np.repeat([0, 1], it.n), day
+
+
+def _of_unequal_size(it: Inputs) -> dict[str, np.ndarray]:
+    """A treatment of four times as many values as the control has, and one of a quarter."""
+    rng = np.random.default_rng(SEED)
+    return {"b": rng.normal(0.3, 1.0, 4 * it.n), "c": rng.normal(0.0, 1.0, it.n // 4)}
+
+
+def _against_control(it: Inputs) -> Call:
+    treatments = _of_unequal_size(it)
+    return lambda: dunnett(it.a, treatments)
+
+
+def _against_control_by_scipy(it: Inputs) -> Call:
+    treatments = _of_unequal_size(it).values()
+    return lambda: scipy.stats.dunnett(*treatments, control=it.a, rng=1).confidence_interval()
 
 
 def _p_values(it: Inputs) -> dict[str, float]:
@@ -141,6 +157,11 @@ CASES = (
                 lambda it: lambda: scipy.stats.dunnett(it.b, it.c, control=it.a, rng=1).confidence_interval(),
             ),
         ),
+    ),
+    Case(
+        "dunnett, n, 4 n and n / 4 values",
+        _against_control,
+        (Peer(SCIPY, "dunnett with intervals", _against_control_by_scipy),),
     ),
     Case("holm, n p-values", _holm, (Peer(STATSMODELS, "multipletests", _holm_of_statsmodels),), sizes=(25, 100)),
     Case(f"blocked_by_day, 2 n values on {DAYS} days", _blocked, (Peer(STATSMODELS, "MixedLM (z-tests)", _mixed),)),
