@@ -19,22 +19,8 @@ from stats.summary import describe
 from stats.two_sample import compare_two
 from stats.variances import brown_forsythe
 
-COMPARISON = Algorithm(
-    "comparison",
-    10,
-    (
-        "labbook.analysis.comparing",
-        "stats.two_sample",
-        "stats.summary",
-        "stats.variances",
-        "stats.savings",
-        "stats.shared_error",
-        "stats.shared_test",
-        "stats.sums",
-        "stats.distributions",
-    ),
-)
-ANOVA = Algorithm("anova", 10, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
+COMPARISON = Algorithm("comparison", 10)
+ANOVA = Algorithm("anova", 10)
 
 
 @dataclass(frozen=True, slots=True)
