@@ -22,6 +22,9 @@ class Comparison:
     `sides` are those of the control and of the treatment. `adjusted` is Welch's p by Holm's method over the `n` tests
     of the family; `exploratory` says why the comparison is not a planned one, "" where it is; `one_day_each` what p and
     intervals cannot tell where each side had one day, and not the same, "" elsewhere.
+
+    Verdicts: `rejected` says whether Welch's p is at most alpha, `adjusted_rejected` whether `adjusted` is,
+    `savings_shown` whether the savings are told from zero; None where there is no such p or interval.
     """
 
     label: str
@@ -42,6 +45,9 @@ class Comparison:
     sides: tuple[Side, Side] | None = None
     by_day: ByDay | None = None
     adjusted: Number | None = None
+    rejected: bool | None = None
+    adjusted_rejected: bool | None = None
+    savings_shown: bool | None = None
     equivalence: Equivalence | None = None
     exploratory: str = ""
     one_day_each: str = ""

@@ -20,7 +20,7 @@ from reports.display import (
 )
 from reports.inference import Equivalence
 from reports.naming import control_name, level_names, swept_factor, swept_words, treatment_name
-from reports.numbers import Number, Quantity
+from reports.numbers import Quantity
 from reports.wording import count_text, list_text, sentence_start
 
 
@@ -31,13 +31,6 @@ def _where(content: ReportContent, comparison: Comparison) -> str:
     return f" with {list_text(parts)}" if parts else ""
 
 
-def _excludes_zero(number: Number) -> bool | None:
-    low, high = number.ci_low, number.ci_high
-    if isinstance(low, int | float) and isinstance(high, int | float):
-        return low > 0 or high < 0
-    return None
-
-
 def _lost_by_holm(comparison: Comparison) -> str:
     """Say that the family's tests leave nothing shown, " once the 4 tests ..."; "" where they do not, or are one.
 
@@ -46,9 +39,8 @@ def _lost_by_holm(comparison: Comparison) -> str:
     adjusted = comparison.adjusted
     if adjusted is None or isinstance(adjusted.value, Undefined):
         return ""
-    alpha = round(1.0 - comparison.welch_difference.ci_level, 12)  # 1 - 0.95 is a little above 0.05
     counted = f" once the {adjusted.n} tests of the family are counted by Holm"
-    return "" if adjusted.value < alpha else counted
+    return "" if comparison.adjusted_rejected else counted
 
 
 def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
@@ -65,7 +57,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
     interval = interval_text(savings)
     counts = _counts(content, comparison)
     evidence = f"{level_text(savings)} {interval}; {counts}; {_tests(comparison)}" if interval else counts
-    shown = False if comparison.one_day_each else _excludes_zero(savings)
+    shown = False if comparison.one_day_each else comparison.savings_shown
     treatment = sentence_start(treatment_name(content, comparison.group))
     against, between = _sides(content, comparison)
     once = _lost_by_holm(comparison) if shown else ""
@@ -182,7 +174,7 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     )
     once = _lost_by_holm(comparison)
     lost = f", which is not shown{once}" if once else ""
-    verdict = {True: lost, False: ", which the interval does not tell from zero", None: ""}[_excludes_zero(difference)]
+    verdict = {True: lost, False: ", which the interval does not tell from zero", None: ""}[comparison.rejected]
     if comparison.one_day_each:
         verdict = ", which cannot be told from a difference between days"
     than = "" if swept_words(swept_factor(content)).of_active_damping else f" than under {control_name(content)}"

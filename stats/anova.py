@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
-from stats.effect_size import eta_squared_ci, omega_squared_ci
+from stats.effect_size import eta_squared_ci
 from stats.error_free import exact_root
 from stats.finite import finite
 from stats.groups import Groups, read_groups
@@ -67,7 +67,7 @@ class Anova(Result):
     @property
     def omega_squared_ci(self) -> tuple[float, float] | Undefined:
         """The same interval: both estimate one share."""
-        return omega_squared_ci(self.f, self.df_between, self.df_within, self.level)
+        return self.eta_squared_ci
 
     def sentence(self, what: str = "the groups") -> str:
         """Return the result in words: F, both degrees of freedom, p, eta squared with interval, n."""

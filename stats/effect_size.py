@@ -90,7 +90,7 @@ def hedges_g_ci(t: float, df: float, n_a: int, n_b: int, level: float = 0.95) ->
 def eta_squared_ci(
     f: float | Undefined, df_between: float, df_within: float, level: float = 0.95
 ) -> Interval | Undefined:
-    """Return the interval of the population's share of variance between groups (derivation above)."""
+    """Return the interval of the population's share of variance between groups, which omega squared estimates too."""
     if isinstance(f, Undefined):
         return f
     if 1.0 - level < _LEAST_OUTSIDE:
@@ -98,13 +98,6 @@ def eta_squared_ci(
     low, high = noncentral_f_interval(min(f, _FAR), df_between, df_within, level)  # both shares are 1 from there on
     n = df_between + df_within + 1.0
     return low / (low + n), high / (high + n)
-
-
-def omega_squared_ci(
-    f: float | Undefined, df_between: float, df_within: float, level: float = 0.95
-) -> Interval | Undefined:
-    """Return the interval of the share that omega squared estimates without eta squared's bias: the same share."""
-    return eta_squared_ci(f, df_between, df_within, level)
 
 
 def _root(rising: Callable[[float], float], start: float, step: float, least: float | None) -> float:

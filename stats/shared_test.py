@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
-from stats.distributions import t_quantile, t_two_sided_p
+from stats.distributions import t_quantile
 from stats.finite import QUANTILE_BEYOND_DOUBLES, as_interval, finite, times_power
 from stats.results import Result
 from stats.shared_error import SharedError, joined
@@ -79,7 +79,7 @@ def difference_with_shared(
         none = Undefined("the interval has no width") if half == 0.0 else QUANTILE_BEYOND_DOUBLES
         return SharedTest(none, shown_df, none, none, none, level)
     t = finite(times_power(middle, -exponent) / half * both.quantile, "t")
-    p = t if isinstance(t, Undefined) else t_two_sided_p(t, both.df)
+    p = t if isinstance(t, Undefined) else t_two_sided(t, both.df).p
     half = times_power(half, exponent)
     low, high = (finite(end, "an end of the interval") for end in (middle - half, middle + half))
     return SharedTest(t, shown_df, p, low, high, level)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import cast
 
-from data_schema.vocabulary import Undefined
 from labbook.actions.stats_compare import compared, holm_of
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
@@ -17,7 +16,8 @@ from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import NO_ANOVA, plan_notes
 from stats.anova import one_way_anova
 from stats.checks import Missing
-from stats.dunnett import AgainstControl, dunnett
+from stats.dunnett import dunnett
+from stats.finite import as_interval
 from stats.results import as_dict
 from stats.tukey import compare_all_pairs
 from stats.variances import bartlett, brown_forsythe, levene
@@ -88,16 +88,13 @@ def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictur
         observed,
         lambda: estimation_of(
             observed,
-            {label: number_of(one.difference, _ends(one), level, unit) for label, one in found.items()},
+            {
+                label: number_of(one.difference, as_interval(one.ci_low, one.ci_high), level, unit)
+                for label, one in found.items()
+            },
             interval="Dunnett's test",
         ),
         level,
     )
     notes = [*plan_notes(observed, False, alpha, NO_ANOVA), *day_notes(observed)]
     return told.about(observed, pictures, notes)
-
-
-def _ends(one: AgainstControl) -> tuple[float, float] | Undefined:
-    if isinstance(one.ci_low, Undefined):
-        return one.ci_low
-    return one.ci_high if isinstance(one.ci_high, Undefined) else (one.ci_low, one.ci_high)

@@ -20,16 +20,7 @@ from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, W
 from reports.numbers import Quantity
 from reports.predicted import PredictedQuantity
 
-ALGORITHM = Algorithm(
-    "prediction_check",
-    6,
-    (
-        "labbook.analysis.checking",
-        "labbook.analysis.prediction_agreement",
-        "labbook.analysis.prediction_error",
-        "stats.distributions",
-    ),
-)
+ALGORITHM = Algorithm("prediction_check", 6)
 
 PREDICTED = "predicted"
 """Name of a number of a check: what is predicted of the runs as they were made."""

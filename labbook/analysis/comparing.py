@@ -19,22 +19,8 @@ from stats.summary import describe
 from stats.two_sample import compare_two
 from stats.variances import brown_forsythe
 
-COMPARISON = Algorithm(
-    "comparison",
-    10,
-    (
-        "labbook.analysis.comparing",
-        "stats.two_sample",
-        "stats.summary",
-        "stats.variances",
-        "stats.savings",
-        "stats.shared_error",
-        "stats.shared_test",
-        "stats.sums",
-        "stats.distributions",
-    ),
-)
-ANOVA = Algorithm("anova", 10, ("labbook.analysis.comparing", "stats.anova", "stats.sums"))
+COMPARISON = Algorithm("comparison", 10)
+ANOVA = Algorithm("anova", 10)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +42,11 @@ class Pair:
 def compare(
     bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any], alpha: float = 0.05
 ) -> list[ResultRow]:
-    """Ensure the comparison of every pair, in order; the F-test decides at alpha, intervals have level 1 - alpha."""
+    """Ensure the comparison of every pair, in order; the F-test decides at alpha, intervals have level 1 - alpha.
+
+    The payload says whether Welch's p is at most alpha (`rejected`), and whether that shows a saving or a cost
+    (`savings_shown`).
+    """
     return bench.ensure(
         [
             Request(
@@ -139,9 +129,13 @@ def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Outcome:
     for name, about in (("a", describe(a)), ("b", describe(b))):
         numbers.append(NewNumber(f"mean_{name}", about.mean, unit, n=about.n))
         numbers.append(NewNumber(f"sd_{name}", about.sd, unit, n=about.n))
+    rejected = None if isinstance(welch.p, Undefined) else welch.p <= alpha
+    payload = {"test": test.test, "n_a": len(a), "n_b": len(b), "rejected": rejected}
     if _has_savings(pair, quantity):
-        numbers.append(_savings(pair, a, b, level))
-    return Outcome(tuple(numbers), {"test": test.test, "n_a": len(a), "n_b": len(b)})
+        saved = _savings(pair, a, b, level)
+        numbers.append(saved)
+        payload["savings_shown"] = _shown(saved, rejected, shared=bool(shared_by(pair.a).se or shared_by(pair.b).se))
+    return Outcome(tuple(numbers), payload)
 
 
 def _has_savings(pair: Pair, quantity: Quantity) -> bool:
@@ -156,6 +150,19 @@ def _savings(pair: Pair, a: Sequence[float], b: Sequence[float], level: float) -
         "savings", saved.percent, "%", saved.se_percent, None if isinstance(shared_se, Undefined) else shared_se,
         low, high, saved.level, df=saved.df, n=len(a) + len(b),
     )  # fmt: skip
+
+
+def _shown(saved: NewNumber, rejected: bool | None, *, shared: bool) -> bool | None:
+    """Tell whether a saving or a cost is shown; None where it has no interval.
+
+    Without a shared error the interval holds 0 just where Welch's p is above alpha, and p decides; with one it is
+    wider, and may hold 0 all the same.
+    """
+    low, high = saved.ci_low, saved.ci_high
+    if not isinstance(low, float) or not isinstance(high, float):
+        return None
+    apart = not low < 0.0 < high
+    return apart if rejected is None else rejected and (apart or not shared)
 
 
 def _analysed(groups: Mapping[str, Sequence[float]]) -> Outcome:

@@ -17,18 +17,7 @@ from reports.numbers import Quantity
 from stats.blocked import blocked_by_day
 from stats.shared_test import difference_with_shared
 
-ALGORITHM = Algorithm(
-    "comparison_by_day",
-    4,
-    (
-        "labbook.analysis.comparing_by_day",
-        "labbook.analysis.day_weights",
-        "labbook.analysis.leading_by_day",
-        "stats.blocked",
-        "stats.shared_error",
-        "stats.shared_test",
-    ),
-)
+ALGORITHM = Algorithm("comparison_by_day", 4)
 
 CONTROL, TREATED = "the control", "the treatment"
 

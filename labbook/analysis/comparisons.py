@@ -75,7 +75,7 @@ def _with_control(
     by_day = compare_by_day(bench, pairs, quantity, scope, settings.alpha)
     family, of_unit = FAMILY_OF[settings.family], unit_scope(scope, settings.unit_of_analysis)
     members = [(item.pair, item.result) for item in found if item.pair.family == family]
-    adjusted = adjust(bench, members, family, quantity, of_unit) if len(members) > 1 else None
+    adjusted = adjust(bench, members, family, quantity, of_unit, settings.alpha) if len(members) > 1 else None
     return [
         replace(item, by_day=row, adjusted=adjusted if item.pair.family == family else None)
         for item, row in zip(found, by_day, strict=True)

@@ -15,7 +15,7 @@ from labbook.config.model import UnitOfAnalysis
 from reports.numbers import Quantity
 from stats.shared_error import shared_of_mean
 
-ALGORITHM = Algorithm("day_means", 4, ("labbook.analysis.day_means", "stats.shared_error"))
+ALGORITHM = Algorithm("day_means", 4)
 
 _Days = Mapping[str, Sequence[RunNumber]]
 

@@ -14,7 +14,7 @@ from labbook.config.model import Bounds
 from reports.numbers import Quantity
 from stats.equivalence import equivalence
 
-ALGORITHM = Algorithm("equivalence", 4, ("labbook.analysis.equivalent_heights", "stats.equivalence"))
+ALGORITHM = Algorithm("equivalence", 4)
 
 
 def within_bounds(

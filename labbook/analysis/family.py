@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -13,7 +14,7 @@ from reports.numbers import Quantity
 from stats.multiple import holm
 from stats.tails import t_two_sided
 
-ALGORITHM = Algorithm("family", 4, ("labbook.analysis.family", "stats.multiple", "stats.tails"))
+ALGORITHM = Algorithm("family", 4)
 
 
 def adjust(
@@ -22,15 +23,19 @@ def adjust(
     family: str,
     quantity: Quantity,
     scope: Mapping[str, Any],
+    alpha: float = 0.05,
 ) -> ResultRow:
-    """Ensure the adjusted p of the Welch tests of a family: one number a pair, named by `adjusted`."""
+    """Ensure the adjusted p of the Welch tests of a family: one number a pair, named by `adjusted`.
+
+    The payload says which are at most alpha: `rejected`.
+    """
     return bench.ensure_one(
         Request(
             ALGORITHM,
             {"quantity": str(quantity), "family": family, **scope},
             tuple(rests_on_result(pair.label, row) for pair, row in tested),
-            {},
-            lambda: _adjusted(tested, family),
+            {"alpha": alpha},
+            lambda: _adjusted(tested, family, alpha),
         )
     )
 
@@ -40,15 +45,27 @@ def adjusted(label: str) -> str:
     return f"adjusted_p, {label}"
 
 
-def _adjusted(tested: Sequence[tuple[Pair, ResultRow]], family: str) -> Outcome:
+def rejected(row: ResultRow, label: str) -> bool | None:
+    """Tell whether the adjusted p of a pair is at most alpha; None where it has none."""
+    found: bool | None = json.loads(row.payload_json)["rejected"][label]
+    return found
+
+
+def _adjusted(tested: Sequence[tuple[Pair, ResultRow]], family: str, alpha: float) -> Outcome:
     found = {pair.label: _p(row) for pair, row in tested}
     logs = {pair.label: _log10_p(row) for pair, row in tested if found[pair.label] == 0.0}
-    result = holm(found, family, log10_p=logs)
+    result = holm(found, family, log10_p=logs, alpha=alpha)
     return Outcome(
         tuple(
             NewNumber(adjusted(label), p, "1", n=len(found))
             for label, p in zip(result.names, result.adjusted_p, strict=True)
-        )
+        ),
+        {
+            "rejected": {
+                label: None if isinstance(verdict, Undefined) else verdict
+                for label, verdict in zip(result.names, result.rejected, strict=True)
+            }
+        },
     )
 
 

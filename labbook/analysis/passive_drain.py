@@ -14,7 +14,7 @@ from labbook.analysis.gathering import Evidence
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
 from stats.passive_drain import PassiveDrain, fit_passive_drain
 
-ALGORITHM = Algorithm("passive_drain", 10, ("labbook.analysis.passive_drain", "stats.passive_drain", "stats.sums"))
+ALGORITHM = Algorithm("passive_drain", 10)
 MAH_MIN = 60.0
 """mAh/s to mAh/min."""
 
@@ -130,4 +130,4 @@ def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Outco
         df=at_run.df,
         n=drain.n,
     )
-    return Outcome((*line, estimate), {"sentence": drain.sentence(duration_s), "extrapolated": at_run.extrapolated})
+    return Outcome((*line, estimate), {"run_duration_s": duration_s, "extrapolated": at_run.extrapolated})

@@ -34,18 +34,7 @@ from reports.numbers import Quantity
 if TYPE_CHECKING:
     from simulator.scene import Scene
 
-ALGORITHM = Algorithm(
-    "prediction",
-    14,
-    (
-        "labbook.analysis.predicting",
-        "labbook.analysis.condition_scenes",
-        "labbook.analysis.prediction_error",
-        "labbook.analysis.simulated_values",
-        "simulator.ill_conditioned",
-        "simulator.jump",
-    ),
-)
+ALGORITHM = Algorithm("prediction", 14)
 
 NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
     Quantity.JOULES: ("predicted_joules_per_jump", "J"),

@@ -17,7 +17,7 @@ from labbook.analysis.judging import Judgement, Rules, judge
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
 from stats.summary import describe
 
-ALGORITHM = Algorithm("run_apexes", 10, ("labbook.analysis.run_apexes", "labbook.analysis.judging", "stats.summary"))
+ALGORITHM = Algorithm("run_apexes", 10)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,11 +19,7 @@ from stats.energy import joules_per_jump, joules_per_mah
 from stats.passive_drain import PassiveDrain
 from stats.shared_error import SharedError
 
-ALGORITHM = Algorithm(
-    "run_energy",
-    10,
-    ("labbook.analysis.run_energy", "stats.energy", "stats.passive_drain", "stats.shared_error", "stats.sums"),
-)
+ALGORITHM = Algorithm("run_energy", 10)
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any, TypeVar
 
-from data_schema.vocabulary import Undefined
 from labbook.analysis.day_weights import day_ratio, shared_by_day
 from stats.blocked_result import BlockedByDay, Contrast, ExactTest
+from stats.finite import as_interval
 from stats.shared_error import SharedError
 from stats.shared_test import SharedTest, difference_with_shared
-from stats.tails import t_two_sided
 from stats.two_sample import TwoSample
 
 _T = TypeVar("_T", TwoSample, Contrast)
@@ -57,17 +56,7 @@ def by_day_with_shared(
 
 def _changed(result: _T, test: SharedTest, prefix: str, interval: str) -> _T:
     """Return the result with this test in the fields that begin with the prefix."""
-    ends: tuple[float, float] | Undefined
-    if isinstance(test.ci_low, Undefined):
-        ends = test.ci_low
-    else:
-        ends = test.ci_high if isinstance(test.ci_high, Undefined) else (test.ci_low, test.ci_high)
-    log10_p: float | Undefined
-    if isinstance(test.t, Undefined) or isinstance(test.df, Undefined):
-        log10_p = test.t if isinstance(test.t, Undefined) else Undefined("it has no degrees of freedom")
-    else:
-        log10_p = t_two_sided(test.t, test.df).log10_p
-    found: dict[str, Any] = {"t": test.t, "df": test.df, "p": test.p, "log10_p": log10_p}
+    found: dict[str, Any] = {"t": test.t, "df": test.df, "p": test.p, "log10_p": test.log10_p}
     known = {field.name for field in fields(result)}
     changes = {f"{prefix}{name}": value for name, value in found.items() if f"{prefix}{name}" in known}
-    return replace(result, **{**changes, interval: ends})
+    return replace(result, **{**changes, interval: as_interval(test.ci_low, test.ci_high)})

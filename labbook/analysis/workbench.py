@@ -22,11 +22,10 @@ from data_schema.vocabulary import Undefined
 
 @dataclass(frozen=True, slots=True)
 class Algorithm:
-    """A kind of result: raise `version` when the numbers it gives change; a test watches the source of `modules`."""
+    """A kind of result: raise `version` when the numbers it gives change; a test watches all that they rest on."""
 
     kind: str
     version: int
-    modules: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis import pairing
 from labbook.analysis.comparisons import Compared
 from labbook.analysis.conditions import ConditionValues
-from labbook.analysis.family import adjusted
+from labbook.analysis.family import adjusted, rejected
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown, side_names, values_as
@@ -104,6 +104,7 @@ def _savings(item: Compared) -> float | None:
 def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: str, *, headline: bool) -> Comparison:
     """Show a comparison on run means with everything that stands beside it."""
     plain = _tested(item, shown, family)
+    payload, label = json.loads(item.result.payload_json), item.pair.label
     n = (plain.n_control, plain.n_treatment)
     df = (1.0, float(sum(n) - 2))
     return replace(
@@ -115,7 +116,10 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: s
         headline=headline,
         sides=(_side(item, shown, "a"), _side(item, shown, "b")),
         by_day=None if item.by_day is None else _by_day(item.by_day, shown),
-        adjusted=None if item.adjusted is None else shown.number(item.adjusted, adjusted(item.pair.label)),
+        adjusted=None if item.adjusted is None else shown.number(item.adjusted, adjusted(label)),
+        rejected=payload["rejected"],
+        adjusted_rejected=None if item.adjusted is None else rejected(item.adjusted, label),
+        savings_shown=payload.get("savings_shown"),
         equivalence=None if item.equivalent is None else _equivalence(analysis, item, item.equivalent, shown),
         exploratory=analysis.planned.exploratory(item.quantity, item.pair.family, item.conditions) or "",
     )

@@ -133,7 +133,8 @@ def assumed(analysis: StudyAnalysis) -> tuple[Assumed, ...]:
 
 def drain_sentence(drain: Drain) -> str:
     """Return what a drain line gives at the run duration, and whether that is an extrapolation."""
-    return str(json.loads(drain.result.payload_json).get("sentence", ""))
+    duration_s = json.loads(drain.result.payload_json).get("run_duration_s")
+    return "" if duration_s is None or isinstance(drain.line, Undefined) else drain.line.sentence(duration_s)
 
 
 def _conflicting(evidence: Evidence) -> list[RunRow]:

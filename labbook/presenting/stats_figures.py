@@ -8,7 +8,7 @@ from dataclasses import replace
 from data_schema.vocabulary import Undefined
 from labbook.analysis.observations import Observations
 from labbook.analysis.workbench import ends_of
-from labbook.presenting.stats_names import drawn_axis, drawn_name
+from labbook.presenting.stats_names import drawn_axis, drawn_name, sentence_case
 from labbook.presenting.stats_scale import Scale, scale_of
 from reports.figures.estimation import Estimation, EstimationGroup
 from reports.figures.quantiles import Quantiles
@@ -48,7 +48,7 @@ def estimation_of(
         for label in labels
     )
     return Estimation(
-        quantity=scale.quantity(_sentence_case(observed.quantity), observed.unit),
+        quantity=scale.quantity(sentence_case(observed.quantity), observed.unit),
         unit=scale.unit(observed.unit),
         groups=groups,
         reference=0,
@@ -110,7 +110,7 @@ def quantiles_of(observed: Observations, residuals: Residuals, level: float) -> 
     labels = [row.label for row in in_groups(observed).rows]
     names = {label: drawn_name(observed, label) for label in observed.labels}
     return Quantiles(
-        _sentence_case(observed.quantity),
+        sentence_case(observed.quantity),
         observed.unit,
         found,
         tuple(names[labels[place]] for place in order),
@@ -126,10 +126,4 @@ def residual_plot_of(observed: Observations, residuals: Residuals) -> ResidualPl
     days = tuple(row.day for row in rows)
     if len(set(days)) > 1:
         against.append(Against("Day", days, order=tuple(sorted(set(days)))))
-    return ResidualPlot(_sentence_case(observed.quantity), observed.unit, residuals.values, tuple(against))
-
-
-def _sentence_case(words: str) -> str:
-    """Return words as they begin at an axis; names such as x and b_ad_gain stay as they are."""
-    named = len(words) == 1 or "_" in words
-    return words if named else f"{words[:1].upper()}{words[1:]}"
+    return ResidualPlot(sentence_case(observed.quantity), observed.unit, residuals.values, tuple(against))

@@ -31,7 +31,11 @@ def as_shown_to_people(observed: Observations) -> Observations:
 def drawn_axis(observed: Observations) -> str:
     """Name what the groups are levels of, at an axis: a factor of the book by its title."""
     factor = _factor(observed)
-    words = observed.by if factor is None else title_of(factor)
+    return sentence_case(observed.by if factor is None else title_of(factor))
+
+
+def sentence_case(words: str) -> str:
+    """Return words as they begin at an axis; names such as x and b_ad_gain stay as they are."""
     named = len(words) == 1 or "_" in words
     return words if named else f"{words[:1].upper()}{words[1:]}"
 

@@ -141,6 +141,7 @@ def _comparison(maker, quantity, group, level, control, treated, family, headlin
             ci_low=float(differences[1].ci_high * scale), ci_high=float(differences[1].ci_low * scale),
             n=sum(sums), provenance=maker.id(f"savings, {label}", sum(sums)),
         )  # fmt: skip
+    rejected = tests[1].p <= 0.05
     beside = {
         "sides": tuple(Side(float(np.mean(side)), float(np.std(side, ddof=1))) for side in (control, treated)),
         "by_day": _by_day(maker, unit, label, control, treated),
@@ -149,12 +150,13 @@ def _comparison(maker, quantity, group, level, control, treated, family, headlin
     if headline:
         key = maker.id(f"adjusted p, {label}", 4)
         beside["adjusted"] = Number(min(1.0, 4 * tests[1].p), "1", n=4, provenance=key)
+        beside["adjusted_rejected"] = beside["adjusted"].value <= 0.05
     return Comparison(
         label=label, quantity=quantity, group=group, level=level, n_control=sums[0], n_treatment=sums[1],
         variance_test=SignificanceTest("F", float(f), (sums[0] - 1.0, sums[1] - 1.0), float(f_p)),
         test=tests[chosen], difference=differences[chosen], welch=tests[1], welch_difference=differences[1],
         savings=savings, brown_forsythe=SignificanceTest("Brown-Forsythe F", 1.1, (1.0, sum(sums) - 2.0), 0.3),
-        family=family, headline=headline, **beside,
+        family=family, headline=headline, rejected=rejected, savings_shown=rejected if savings else None, **beside,
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@ import math
 import pytest
 import scipy.stats
 
-from stats.distributions import f_two_sided_p, f_upper_p, t_quantile, t_two_sided_p
+from stats.distributions import f_upper_p, t_quantile, t_two_sided_p
 
 
 @pytest.mark.parametrize("df", [1.0, 2.5, 9.0, 48.7, 1e6])
@@ -23,9 +23,7 @@ def test_quantiles_invert_the_tails(level, df):
 @pytest.mark.parametrize("f", [0.01, 0.7, 1.0, 5.0, 80.0])
 def test_f_tails(f):
     assert f_upper_p(f, 4, 45) == pytest.approx(scipy.stats.f.sf(f, 4, 45), rel=1e-10)
-    assert f_two_sided_p(f, 9, 9) == pytest.approx(f_two_sided_p(1.0 / f, 9, 9), rel=1e-10)
 
 
 def test_a_two_sided_p_is_at_most_one():
-    assert 1.0 - 1e-12 < f_two_sided_p(1.0, 3, 3) <= 1.0
     assert t_two_sided_p(0.0, 3) == 1.0

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from scipy import special
 
-from stats.effect_size import eta_squared_ci, noncentral_f_interval, omega_squared_ci
+from stats.effect_size import eta_squared_ci, noncentral_f_interval
 from stats.two_sample import compare_two
 from stats.variances import bartlett, brown_forsythe, f_test, levene
 
@@ -86,4 +86,3 @@ def test_the_noncentrality_of_f(case):
     share = eta_squared_ci(f, df_between, df_within)
     n = df_between + df_within + 1
     assert share == pytest.approx((low / (low + n), high / (high + n)), rel=1e-15)
-    assert omega_squared_ci(f, df_between, df_within) == share

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -12,21 +13,25 @@ import pytest
 
 from data_schema.queries.results import ResultRow
 from labbook.actions.report_command import state_report
+from labbook.analysis.comparing import compare
 from labbook.analysis.comparing_by_day import CONTROL, TREATED, compare_by_day
 from labbook.analysis.comparisons import Compared
 from labbook.analysis.conditions import ConditionValues
-from labbook.analysis.family import adjust, adjusted
+from labbook.analysis.family import adjust, adjusted, rejected
 from labbook.analysis.leading_by_day import leading
 from labbook.analysis.pairing import EACH, POOLED
 from labbook.analysis.study import VarianceAnalysed
 from labbook.analysis.workbench import Workbench, number
 from labbook.config.model import UnitOfAnalysis
+from labbook.presenting.comparisons import comparisons
 from labbook.presenting.day_layout import layout_of
 from labbook.presenting.making import MadeReport
+from labbook.presenting.numbers import Shown
 from labbook.presenting.stated import departures
 from labbook.presenting.weak_points import Use, weaknesses
 from reports.content import Comparison
 from reports.numbers import Quantity
+from reports.sentences import difference_claim
 from stats.blocked import blocked_by_day
 from stats.equivalence import equivalence
 from stats.multiple import holm
@@ -182,8 +187,46 @@ def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports,
             if one.name in ("welch_t", "welch_p") else one for one in item.result.numbers)))
         for item, t in zip(members, (80.0, 90.0), strict=True)
     ]  # fmt: skip
-    row = adjust(bench, tiny, POOLED, Quantity.APEX, {"trial": 2})
+    row = adjust(bench, tiny, POOLED, Quantity.APEX, {"trial": 2}, alpha=1e-13)
     assert [item.value for item in row.numbers] == [0.0, 0.0]
+    assert all(rejected(row, pair.label) for pair, _result in tiny)
+
+
+def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(reports: Reports, bench: Workbench) -> None:
+    """One rule, p <= alpha, for a single test and for Holm's p, in the family of a command and in a report."""
+    made = reports()
+    members = [item for item in compared(made, Quantity.APEX) if item.pair.family == POOLED]
+    item, tested = members[0], [(one.pair, one.result) for one in members]
+    label, p = item.pair.label, {pair.label: number(row, "welch_p").value or 0.0 for pair, row in tested}
+
+    def claimed(result: ResultRow, by_holm: ResultRow | None) -> str:
+        """The sentence of a report on these results."""
+        found = [replace(item, result=result, adjusted=by_holm)]
+        (shown,) = comparisons(replace(made.analysis, compared=found), Shown())
+        return difference_claim(made.content, shown).text
+
+    for alpha, verdict in ((p[label], True), (math.nextafter(p[label], 0.0), False)):
+        (row,) = compare(bench, [item.pair], Quantity.APEX, {"trial": 3}, alpha)
+        assert json.loads(row.payload_json)["rejected"] is verdict
+        assert ("which the interval does not tell from zero" not in claimed(row, None)) is verdict
+    (single,) = compare(bench, [item.pair], Quantity.APEX, {"trial": 3}, 0.999)
+    adjusted_p = dict(zip(p, holm(p, POOLED).adjusted_p, strict=True))[label]
+    assert isinstance(adjusted_p, float)
+    for alpha, verdict in ((adjusted_p, True), (math.nextafter(adjusted_p, 0.0), False)):
+        assert holm(p, POOLED, alpha=alpha).rejected[list(p).index(label)] is verdict
+        row = adjust(bench, tested, POOLED, Quantity.APEX, {"trial": 3}, alpha)
+        assert rejected(row, label) is verdict
+        assert ("which is not shown once the 2 tests" not in claimed(single, row)) is verdict
+
+
+def test_savings_are_shown_where_welchs_p_says_so_and_a_shared_error_does_not_hide_them(reports: Reports) -> None:
+    for one in reports().content.comparisons:
+        if one.savings is None:
+            continue
+        if not isinstance(one.savings.ci_low, float) or not isinstance(one.savings.ci_high, float):
+            assert one.savings_shown is None
+        else:
+            assert one.savings_shown is (not one.savings.ci_low <= 0.0 <= one.savings.ci_high)
 
 
 @pytest.mark.parametrize(

@@ -237,7 +237,7 @@ def ensure(book: Book, compute: Callable[[], Outcome], **differing: Any) -> tupl
         "settings": {"detector": "robust"},
     }
     parts |= differing
-    algorithm = Algorithm("trial", parts["version"], ())
+    algorithm = Algorithm("trial", parts["version"])
     with book.desk(ADA) as desk:
         bench = Workbench(desk.connection)
         row = bench.ensure_one(Request(algorithm, parts["scope"], parts["inputs"], parts["settings"], compute))

@@ -13,6 +13,7 @@ import pkgutil
 import subprocess
 import tomllib
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -22,31 +23,58 @@ from ingest.formats.recognised import RECOGNISED
 from labbook.analysis.algorithms import ALGORITHMS
 from labbook.analysis.workbench import Algorithm
 from stats.apexes import DETECTORS
-from tests.helpers.sources import WORDS_ONLY, closure, digest, imports
+from tests.helpers.definitions import (
+    LEFT_OUT,
+    Definition,
+    attributes_in,
+    defined_in,
+    digest_of,
+    forget,
+    rests_on,
+)
+from tests.helpers.sources import closure, digest, is_module
 
 RECORD = Path(__file__).with_name("algorithm_sources.toml")
+MODULES = [module.name for module in pkgutil.iter_modules(labbook.analysis.__path__, "labbook.analysis.")]
 HEAD = "# Hashes of the sources behind stored numbers; see test_results_sources.py. Old versions are never edited.\n"
 
 
-def sources_of(algorithm: Algorithm) -> set[str]:
-    """Its own modules, and what the statistics and the simulation among them rest on."""
-    found = set(algorithm.modules)
-    for module in algorithm.modules:
-        package = module.partition(".")[0]
-        if package in ("stats", "simulator"):
-            found |= closure(module, package)
+def sources_of(algorithm: Algorithm) -> set[Definition]:
+    """All of the module that names it, and what this rests on."""
+    (module,) = [module for module in MODULES if any(value is algorithm for value in vars(load(module)).values())]
+    return rests_on(defined_in(module))
+
+
+def below(modules: set[str]) -> set[Definition]:
+    """What modules rest on beside themselves: inputs as numbers, units."""
+    return {
+        one for one in rests_on({each for module in modules for each in defined_in(module)}) if one[0] not in modules
+    }
+
+
+def current() -> dict[str, tuple[int, str, set[str]]]:
+    """Version, hash and modules of everything that has a version, by name; `below_` is what that rests on further."""
+    found = {}
+    for algorithm in ALGORITHMS:
+        sources = sources_of(algorithm)
+        found[f"result.{algorithm.kind}"] = (algorithm.version, digest_of(sources), {module for module, _ in sources})
+    read = [
+        *(("detector", name, one.version, one.function, "stats") for name, one in DETECTORS.items()),
+        *(
+            ("format", format_.name, format_.version, format_.read, "ingest")
+            for format_ in set(FORMATS) - set(RECOGNISED)  # those are never read
+        ),
+    ]
+    for kind, name, version, function, package in read:
+        modules = closure(function.__module__, package) | ({"stats.apexes"} if kind == "detector" else set())
+        further = below(modules)
+        found[f"{kind}.{name}"] = (version, digest(modules), modules)
+        found[f"below_{kind}.{name}"] = (version, digest_of(further), {module for module, _ in further})
     return found
 
 
-def current() -> dict[str, tuple[int, set[str]]]:
-    """Version and sources of everything that has a version, by name."""
-    found = {f"result.{algorithm.kind}": (algorithm.version, sources_of(algorithm)) for algorithm in ALGORITHMS}
-    for name, detector in DETECTORS.items():
-        modules = closure(detector.function.__module__, "stats") | {"stats.apexes"}
-        found[f"detector.{name}"] = (detector.version, modules)
-    for format_ in set(FORMATS) - set(RECOGNISED):  # those are never read
-        found[f"format.{format_.name}"] = (format_.version, closure(format_.read.__module__, "ingest"))
-    return found
+def load(module: str) -> ModuleType:
+    return importlib.import_module(module)
 
 
 def recorded() -> dict[str, dict[str, str]]:
@@ -66,20 +94,20 @@ def write(record: dict[str, dict[str, str]]) -> None:
 
 
 def test_no_source_changes_without_a_new_version() -> None:
-    record = recorded()
+    record, now = recorded(), current()
     if os.environ.get("LABBOOK_SOURCES") == "write":
-        for name, (version, modules) in current().items():
-            record.setdefault(name, {}).setdefault(str(version), digest(modules))
+        for name, (version, source, _modules) in now.items():
+            record.setdefault(name, {}).setdefault(str(version), source)
         write(record)
-    for name, (version, modules) in current().items():
+    for name, (version, source, modules) in now.items():
         assert str(version) in record.get(name, {}), (
             f"{name} has version {version}, which {RECORD.name} does not know: add it with "
             f"`LABBOOK_SOURCES=write pytest {Path(__file__).name}`."
         )
-        assert record[name][str(version)] == digest(modules), (
+        assert record[name][str(version)] == source, (
             f"the source of {name} changed, but its version is still {version}: numbers stored under it would be taken "
             f"for numbers of the new source. Raise its version to {version + 1}, then add it with "
-            f"`LABBOOK_SOURCES=write pytest {Path(__file__).name}`. Its source is {', '.join(sorted(modules))}."
+            f"`LABBOOK_SOURCES=write pytest {Path(__file__).name}`. It rests on {', '.join(sorted(modules))}."
         )
 
 
@@ -96,35 +124,84 @@ def test_what_is_on_record_is_never_edited() -> None:
 
 
 def test_versions_only_rise_and_the_newest_is_in_use() -> None:
-    in_use = {name: version for name, (version, _modules) in current().items()}
+    in_use = {name: version for name, (version, _source, _modules) in current().items()}
     for name, versions in recorded().items():
         assert in_use.get(name) == max(map(int, versions)), f"{name}: a version that was used is never taken back"
 
 
 def test_every_kind_of_result_is_in_the_registry() -> None:
-    names = [module.name for module in pkgutil.iter_modules(labbook.analysis.__path__, "labbook.analysis.")]
-    values = [value for name in names for value in vars(importlib.import_module(name)).values()]
+    values = [value for module in MODULES for value in vars(load(module)).values()]
     found = {value.kind for value in values if isinstance(value, Algorithm)}
     assert found == {algorithm.kind for algorithm in ALGORITHMS}
     assert len(found) == len(ALGORITHMS)
 
 
-@pytest.mark.parametrize("algorithm", ALGORITHMS, ids=lambda algorithm: algorithm.kind)
-def test_an_algorithm_names_its_own_module_and_modules_that_exist(algorithm: Algorithm) -> None:
-    assert any(module.startswith("labbook.analysis.") for module in algorithm.modules)
-    assert all(importlib.util.find_spec(module) is not None for module in algorithm.modules)
+@pytest.mark.parametrize(
+    ("kind", "definition"),
+    [
+        ("run_energy", "data_schema.units.MAH_TO_COULOMB"),
+        ("energy_budget", "data_schema.units.MAH_TO_COULOMB"),
+        ("prediction_check", "reports.predicted.COVERAGE_FACTOR"),
+        ("prediction", "simulator.ill_conditioned.close_decision"),
+        ("comparison", "stats.checks._doubles"),
+        ("run_apexes", "stats.checks._doubles"),
+        ("equivalence", "labbook.analysis.comparing.values_of"),
+        ("condition_summary", "labbook.analysis.run_energy.shared_error"),
+        ("passive_drain", "labbook.analysis.passive_drain.recharge_of"),
+        ("run_energy", "labbook.analysis.passive_drain.recharge_of"),
+        ("run_energy", "stats.passive_drain.PassiveDrain"),
+        ("run_apexes", "labbook.analysis.detections.rest_length_m"),
+        ("comparison_by_day", "labbook.analysis.day_weights.difference_weights"),
+        ("comparison_by_day", "stats.reml_search.minimise"),
+        ("prediction_check", "labbook.analysis.predicting.Predicted"),
+        ("family", "stats.incomplete_beta.incomplete_beta"),
+        ("passive_drain", "labbook.analysis.workbench._number_row"),
+    ],
+)
+def test_what_a_number_rests_on_is_watched_wherever_it_stands(kind: str, definition: str) -> None:
+    assert definition in {".".join(one) for one in sources_of(of_kind(kind))}
 
 
-def test_all_statistics_that_results_use_are_watched() -> None:
-    """Whatever of `stats` a module of analysis imports is among the sources of an algorithm of that module."""
-    watched: dict[str, set[str]] = {}
+@pytest.mark.parametrize(
+    ("kind", "definition"),
+    [
+        ("run_energy", "labbook.analysis.passive_drain.unused_idle"),
+        ("family", "labbook.analysis.comparing.compare"),
+        ("comparison", "labbook.analysis.run_energy.run_energies"),
+        ("prediction_check", "reports.predicted.Predictions"),
+    ],
+)
+def test_what_only_reads_a_number_or_makes_another_is_not_watched(kind: str, definition: str) -> None:
+    module, _dot, name = definition.rpartition(".")
+    assert (module, name) in defined_in(module)
+    assert (module, name) not in sources_of(of_kind(kind))
+
+
+@pytest.mark.parametrize(
+    ("name", "module"),
+    [("below_detector.robust", "stats.checks"), ("below_format.delimited_log", "data_schema.units")],
+)
+def test_inputs_and_units_below_detectors_and_formats_are_watched(name: str, module: str) -> None:
+    assert module in current()[name][2]
+
+
+def test_no_result_holds_a_sentence() -> None:
+    """What words a sentence is not watched, so that no result may store one."""
     for algorithm in ALGORITHMS:
-        for module in algorithm.modules:
-            if module.startswith("labbook.analysis."):
-                watched.setdefault(module, set()).update(sources_of(algorithm))
-    for module, sources in watched.items():
-        used = {name for name in imports(module) if name.startswith("stats.")} - WORDS_ONLY
-        assert used <= sources, f"{module} computes with {sorted(used - sources)}, which no algorithm of it names"
+        for module, name in sources_of(algorithm):
+            assert "sentence" not in attributes_in((module, name)), (
+                f"{module}.{name} words what {algorithm.kind} stores"
+            )
+
+
+def test_what_is_left_out_exists() -> None:
+    for name in LEFT_OUT:
+        module, _dot, last = name.rpartition(".")
+        assert is_module(name) or (module, last) in defined_in(module)
+
+
+def of_kind(kind: str) -> Algorithm:
+    return next(algorithm for algorithm in ALGORITHMS if algorithm.kind == kind)
 
 
 # --- what counts as a change
@@ -149,7 +226,7 @@ def double(x: float) -> float:
 '''
 
 
-def digest_of(module: Path, text: str) -> str:
+def hash_of(module: Path, text: str) -> str:
     module.write_text(text, encoding="utf-8")
     importlib.invalidate_caches()
     return digest([module.stem])
@@ -161,10 +238,55 @@ def digest_of(module: Path, text: str) -> str:
 )
 def test_words_about_a_source_do_not_count(module: Path, old: str, new: str) -> None:
     assert old in SOURCE
-    assert digest_of(module, SOURCE) == digest_of(module, SOURCE.replace(old, new))
+    assert hash_of(module, SOURCE) == hash_of(module, SOURCE.replace(old, new))
 
 
 @pytest.mark.parametrize(("old", "new"), [("2.0 * x", "2.0 + x"), ("3.0", "3.1"), ("return 2.0", "return  -2.0")])
 def test_what_it_does_counts(module: Path, old: str, new: str) -> None:
     assert old in SOURCE
-    assert digest_of(module, SOURCE) != digest_of(module, SOURCE.replace(old, new))
+    assert hash_of(module, SOURCE) != hash_of(module, SOURCE.replace(old, new))
+
+
+SPOKEN = '''
+class Mean:
+    """A mean."""
+
+    value: float
+
+    def sentence(self) -> str:
+        return f"The mean is {self.value}."
+
+
+def mean(values: list[float]) -> Mean:
+    if not values:
+        raise ValueError("no values")
+    return Mean(sum(values) / len(values))
+
+
+MEAN = Algorithm("mean", 1)
+
+
+def ask() -> Mean:
+    return MEAN, mean([1.0])
+'''
+
+
+def hash_of_definitions(module: Path, text: str) -> str:
+    module.write_text(text, encoding="utf-8")
+    importlib.invalidate_caches()
+    forget()
+    return digest_of(defined_in(module.stem))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"), [("The mean is", "It is"), ("no values", "none"), ("A mean.", "It."), ("1)", "2)")]
+)
+def test_sentences_refusals_and_a_version_are_no_part_of_a_definition(module: Path, old: str, new: str) -> None:
+    assert old in SPOKEN
+    assert hash_of_definitions(module, SPOKEN) == hash_of_definitions(module, SPOKEN.replace(old, new))
+
+
+@pytest.mark.parametrize(("old", "new"), [("not values", "values"), ("ValueError", "TypeError"), ("/ len", "* len")])
+def test_when_a_refusal_comes_and_what_is_computed_are(module: Path, old: str, new: str) -> None:
+    assert old in SPOKEN
+    assert hash_of_definitions(module, SPOKEN) != hash_of_definitions(module, SPOKEN.replace(old, new))
