@@ -112,11 +112,13 @@ class TwoSample(Result):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.difference.reason}."
         half = half_width(self.difference_ci)
         within = min((size for size in (half, abs(self.difference)) if size > 0.0), default=0.0)
+        mean_a, mean_b = (number_text(mean, within=within) for mean in (self.mean_a, self.mean_b))
+        lost = "; the means differ beyond the digits of a double" if self.difference and mean_a == mean_b else ""
         text = (
-            f"{a} (mean {number_text(self.mean_a, within=within)}{with_unit(unit)}, n = {self.n_a}) minus "
-            f"{b} (mean {number_text(self.mean_b, within=within)}{with_unit(unit)}, n = {self.n_b}) is "
+            f"{a} (mean {mean_a}{with_unit(unit)}, n = {self.n_a}) minus "
+            f"{b} (mean {mean_b}{with_unit(unit)}, n = {self.n_b}) is "
             f"{number_text(self.difference, within=half)}{with_unit(unit)} "
-            f"({interval_text(self.difference_ci, 1.0 - self.alpha, unit)})"
+            f"({interval_text(self.difference_ci, 1.0 - self.alpha, unit)}{lost})"
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
