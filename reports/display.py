@@ -9,6 +9,8 @@ from statistics import median_low
 
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number, SignificanceTest, Value
+from stats.wording import level_text as level_in_percent
+from stats.wording import on_its_side
 
 MINUS = "\u2212"
 NO_BREAK = "\u00a0"
@@ -133,7 +135,7 @@ def interval_text(number: Number, places: int | None = None, *, unit: bool = Tru
 
 def level_text(number: Number) -> str:
     """Write the confidence level as "95 % CI"."""
-    return f"{general_text(100 * number.ci_level)}{NO_BREAK}% CI"
+    return f"{level_in_percent(number.ci_level).replace(' ', NO_BREAK)} CI"
 
 
 def number_text(number: Number) -> str:
@@ -156,15 +158,18 @@ def number_text(number: Number) -> str:
 
 
 def p_text(p: Value, *, name: bool = True) -> str:
-    """Write a p-value: "p = .023", "p < .001"; `name=False` leaves "p = " out, for a table's column."""
+    """Write a p-value: "p = .023", "p < .001"; `name=False` leaves "p = " out, for a table's column.
+
+    No p is rounded onto a usual level or past it: .0503 keeps four digits.
+    """
     lead = f"p{NO_BREAK}" if name else ""
     if isinstance(p, Undefined):
         return f"{lead}undefined: {p.reason}"
     if p < 0.001:
         return f"{lead}<{NO_BREAK}.001"
-    digits = f"{min(p, 0.999):.3f}".removeprefix("0")
     if p > 0.999:
         return f"{lead}>{NO_BREAK}.999"
+    digits = on_its_side(p, (f"{p:.{places}f}" for places in range(3, 18))).removeprefix("0")
     return f"p{EQUALS}{digits}" if name else digits
 
 

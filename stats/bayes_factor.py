@@ -51,10 +51,9 @@ class BayesFactor(Result):
         if isinstance(self.log10_bf, Undefined):
             return f"No Bayes factor ({n}): {self.log10_bf.reason}."
         side = "an effect as under none" if self.log10_bf >= 0.0 else "no effect as under one"
-        size = abs(self.log10_bf)
-        text = f"{10.0 ** (size % 1.0):.2g}e{math.floor(size)}" if size >= 6.0 else number_text(10.0**size, 3)
+        times = _times_text(abs(self.log10_bf))
         return (
-            f"The data are {text} times as likely under {side} (JZS Bayes factor, scale {self.cauchy_scale:.3g}; {n})."
+            f"The data are {times} times as likely under {side} (JZS Bayes factor, scale {self.cauchy_scale:.3g}; {n})."
         )
 
 
@@ -72,6 +71,14 @@ def bayes_factor(t: float, n_a: int, n_b: int = 0, cauchy_scale: float = CAUCHY_
     size = n_a * (n_b / (n_a + n_b)) if n_b else float(n_a)
     log_t = 2.0 * math.log(abs(t)) - math.log(df) if t else -math.inf
     return BayesFactor(_log_ratio(log_t, size, float(df), r) / math.log(10.0), t, n_a, n_b, r)
+
+
+def _times_text(log10: float) -> str:
+    """Return a number of at least 1 by its decimal logarithm, "3.6e1364" where it is large."""
+    if log10 < 6.0:
+        return number_text(10.0**log10, 3)
+    mantissa, power = f"{10.0 ** (log10 % 1.0):.2g}", math.floor(log10)
+    return f"1e{power + 1}" if mantissa == "10" else f"{mantissa}e{power}"
 
 
 def _log_ratio(log_t: float, size: float, df: float, r: float) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from data_schema.vocabulary import Undefined
 from stats.results import Result
 from stats.tails import Tail, f_upper
-from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
 Interval = tuple[float, float]
 
@@ -58,12 +58,14 @@ class Contrast(Result):
     def sentence(self, level: float, unit: str = "") -> str:
         """Return the difference in words, with its interval of that level and its test, or why there is none."""
         text = (
-            f"{self.condition} minus {self.control} is {number_text(self.difference)}{with_unit(unit)} "
+            f"{self.condition} minus {self.control} is "
+            f"{number_text(self.difference, within=half_width(self.interval))}{with_unit(unit)} "
             f"({interval_text(self.interval, level, unit)})"
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
-        return f"{text}, t({df_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
+        p = p_text(self.p, self.log10_p, 1.0 - level)
+        return f"{text}, t({df_text(self.df)}) = {number_text(self.t)}, {p}."
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,13 +180,13 @@ class BlockedByDay(Result):
         if not isinstance(self.f, Undefined):
             mixed = (
                 f"with day as a random effect F({self.df_between}, {df_text(self.df_within)}) = "
-                f"{number_text(self.f)}, {p_text(self.p, self.log10_p)} (REML, Satterthwaite)"
+                f"{number_text(self.f)}, {p_text(self.p, self.log10_p, 1.0 - self.level)} (REML, Satterthwaite)"
             )
         if exact is not None and exact.balanced:
             contrasts = exact.contrasts
-            text = f"The conditions ({where}) give {_exact_text(exact)}{mixed and '; ' + mixed}."
+            text = f"The conditions ({where}) give {_exact_text(exact, self.level)}{mixed and '; ' + mixed}."
         elif mixed:
-            text = f"The conditions ({where}) give {mixed}{'; ' + _exact_text(exact) if exact else ''}."
+            text = f"The conditions ({where}) give {mixed}{'; ' + _exact_text(exact, self.level) if exact else ''}."
         else:
             reason = self.f.reason if isinstance(self.f, Undefined) else ""
             text = f"No test of the conditions with day as a random effect ({where}): {reason}."
@@ -193,9 +195,9 @@ class BlockedByDay(Result):
         return " ".join([*parts, *self.notes])
 
 
-def _exact_text(exact: ExactTest) -> str:
+def _exact_text(exact: ExactTest, level: float) -> str:
     held = "" if exact.block == "nothing" else f", {exact.block} held fixed"
     return (
-        f"F({exact.df_between}, {exact.df_within}) = {number_text(exact.f)}, {p_text(exact.p, exact.log10_p)} "
-        f"(exact test on {exact.unit}s{held})"
+        f"F({exact.df_between}, {exact.df_within}) = {number_text(exact.f)}, "
+        f"{p_text(exact.p, exact.log10_p, 1.0 - level)} (exact test on {exact.unit}s{held})"
     )

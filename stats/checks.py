@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
+from stats.no_list import is_table, refuse_what_is_no_list
 
 T = TypeVar("T")
 Missing = Literal["refuse", "drop"]
@@ -51,7 +52,10 @@ def as_sample(name: str, values: ArrayLike | Iterable[Decimal | Fraction], missi
     """
     if missing not in MISSING:
         raise unknown_name("way with missing values", missing, MISSING)
+    refuse_what_is_no_list(name, values)
     doubles, rest = _doubles(name, values)
+    if doubles.ndim == 0:
+        raise InputRefused(f"{name} is a single value: give a list of numbers.")
     if doubles.ndim != 1:
         raise InputRefused(f"{name} has {doubles.ndim} dimensions where one is allowed: give a plain list of numbers.")
     finite = np.isfinite(doubles)
@@ -75,16 +79,33 @@ def as_sample(name: str, values: ArrayLike | Iterable[Decimal | Fraction], missi
 def as_groups(groups: Any) -> dict[str, ArrayLike]:
     """Return samples by their names; a sequence of samples, each of shape (n_i,), gets the names "1", "2" and so on.
 
-    Raises `InputRefused` for what is no sequence of samples.
+    Pairs of a name and a sample keep their names: `df.groupby("condition")["joules"]` is a sequence of such. Raises
+    `InputRefused` for what is no sequence of samples, and for two of one name.
     """
     if isinstance(groups, Mapping):
         return dict(groups)
-    if hasattr(groups, "columns"):  # a data frame: a group for each column
+    if is_table(groups):  # a group for each column
         return {str(name): groups[name] for name in groups.columns}
     listed = [] if isinstance(groups, str | bytes) or not isinstance(groups, Iterable) else list(groups)
     if not all(np.iterable(values) and not isinstance(values, str) for values in listed) or not listed:
         raise InputRefused("the groups are no samples: give one sample of numbers for each, by name or in a list.")
-    return {str(place): values for place, values in enumerate(listed, 1)}
+    if not all(map(_is_named, listed)):
+        return {str(place): values for place, values in enumerate(listed, 1)}
+    named: dict[str, ArrayLike] = {}
+    for label, values in listed:
+        name = ", ".join(map(str, label)) if isinstance(label, tuple) else str(label)
+        if name in named:
+            raise InputRefused(f"two groups are called {name!r}: give each a name of its own.")
+        named[name] = values
+    return named
+
+
+def _is_named(item: Any) -> bool:
+    """Whether something is a pair of a name and a sample; pandas names groups of several columns by tuples."""
+    if not isinstance(item, tuple) or len(item) != 2 or isinstance(item[1], str) or not np.iterable(item[1]):
+        return False
+    of_several = isinstance(item[0], tuple) and hasattr(item[1], "__array__")
+    return of_several or isinstance(item[0], str) or not np.iterable(item[0])
 
 
 def as_pair(names: tuple[str, str], first: T, second: T) -> dict[str, T]:

@@ -10,7 +10,7 @@ from stats.coefficients import Coefficient, one_by_one
 from stats.finite import Interval
 from stats.results import Result
 from stats.tails import f_upper, t_two_sided
-from stats.wording import interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import half_width, interval_text, missing_text, number_text, p_text, share_text, with_unit
 
 INTERCEPT = "intercept"
 
@@ -95,18 +95,21 @@ class Fit(Result):
         """Return the fit in words: each coefficient with interval, t, df and p; R squared, residual SD, n."""
         parts, logs = [], self.log10_p
         for row, (name, value) in enumerate(zip(self.names, self.coefficients, strict=True)):
-            text = f"{name} {number_text(value, 6)}"
+            interval = self.ci if isinstance(self.ci, Undefined) else self.ci[row]
+            text = f"{name} {number_text(value, 6, half_width(interval))}"
             inside = []
-            if not isinstance(self.ci, Undefined):
-                inside.append(interval_text(self.ci[row], self.level))
+            if not isinstance(interval, Undefined):
+                inside.append(interval_text(interval, self.level))
             if not isinstance(self.t, Undefined) and not isinstance(self.p, Undefined):
                 log10_p = logs if isinstance(logs, Undefined) else logs[row]
-                inside.append(f"t({self.df}) = {number_text(self.t[row])}, {p_text(self.p[row], log10_p)}")
+                inside.append(
+                    f"t({self.df}) = {number_text(self.t[row])}, {p_text(self.p[row], log10_p, 1.0 - self.level)}"
+                )
             parts.append(f"{text} ({', '.join(inside)})" if inside else text)
-        about = [f"R squared {number_text(self.r_squared, 6)}"]
+        about = [f"R squared {share_text(self.r_squared, 6)}"]
         if not isinstance(self.f, Undefined):
             test = f"F({self.df_model}, {self.df}) = {number_text(self.f)}"
-            about.append(f"{test}, {p_text(self.f_p, self.f_log10_p)}")
+            about.append(f"{test}, {p_text(self.f_p, self.f_log10_p, 1.0 - self.level)}")
         if isinstance(self.residual_sd, Undefined):
             about.append(f"no standard errors, because {self.residual_sd.reason}")
         else:

@@ -19,7 +19,7 @@ from stats.complete import complete_rows
 from stats.finite import refuse_beyond
 from stats.regression import fit_linear
 from stats.results import Result
-from stats.wording import estimate_texts, missing_text, number_text
+from stats.wording import estimate_texts, level_text, missing_text, number_text, share_text
 
 DENSEST = math.pi / math.sqrt(18.0)
 """0.7405: no packing of equal spheres is denser (Hales 2005)."""
@@ -78,8 +78,8 @@ class UnboundedPacking(Result):
         """Return the fraction without walls in words, with interval, R squared and n."""
         texts = estimate_texts([self.fraction, *self.ci], self.se)
         return (
-            f"Without walls the volume fraction is {texts[0]} ({100.0 * self.level:g} % CI {texts[1]} to {texts[2]}; "
-            f"line over grain size / container radius, R squared {number_text(self.r_squared, 3)}, df = {self.df}, "
+            f"Without walls the volume fraction is {texts[0]} ({level_text(self.level)} CI {texts[1]} to {texts[2]}; "
+            f"line over grain size / container radius, R squared {share_text(self.r_squared, 3)}, df = {self.df}, "
             f"n = {self.n} measurements{missing_text(self.missing)})."
         )
 

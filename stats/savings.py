@@ -47,7 +47,7 @@ from stats.groups import Groups, read_groups
 from stats.ratio_of_means import RatioOfMeans, in_unit, squares
 from stats.results import Result
 from stats.shared_error import SharedError
-from stats.wording import interval_text, missing_text, number_text
+from stats.wording import half_width, interval_text, missing_text, number_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,27 +84,41 @@ class Savings(Result):
     """How many values were left out as NaN."""
 
     def sentence(self, control: str = "the control", treated: str = "the treated runs", untold: str = "") -> str:
-        """Return the savings in words, with interval and n.
+        """Return the savings in words, with interval and n: no more than the interval bears out.
 
         `untold` is what they cannot be told from, such as "a difference between days": no saving is claimed then.
         """
         sizes = f"(n = {self.n_treated} against {self.n_control})"
         if isinstance(self.percent, Undefined):
             return f"The savings of {treated} against {control} {sizes} are undefined: {self.percent.reason}."
+        half = half_width(self.percent_ci)
+        estimate = f"{number_text(self.percent, 3, half)} %"
         interval = interval_text(self.percent_ci, self.level, "%")
         if isinstance(self.percent_ci, Undefined):
             interval += f", because {self.percent_ci.reason}"
         else:
             interval += ", Fieller"
+        end = f"{sizes}{missing_text(self.missing)}."
         if untold:
             return (
                 f"No saving of {treated} against {control} can be told from {untold}: the estimate is "
-                f"{number_text(self.percent, 3)} % ({interval}) {sizes}{missing_text(self.missing)}."
+                f"{estimate} ({interval}) {end}"
+            )
+        if self.percent == 0.0:
+            return f"The means of {treated} and {control} are equal (savings {estimate}, {interval}) {end}"
+        if isinstance(self.percent_ci, Undefined):
+            return (
+                f"The savings of {treated} against {control} cannot be bounded: the best estimate is "
+                f"{estimate} ({interval}) {end}"
+            )
+        if self.percent_ci[0] <= 0.0 <= self.percent_ci[1]:
+            return (
+                f"No difference between {treated} and {control} is shown: the estimated savings are "
+                f"{estimate} ({interval}) {end}"
             )
         return (
-            f"{treated} used {number_text(abs(self.percent), 3)} % {'less' if self.percent >= 0 else 'more'} "
-            f"than {control} (savings {number_text(self.percent, 3)} %, "
-            f"{interval}) {sizes}{missing_text(self.missing)}."
+            f"The mean of {treated} is {number_text(abs(self.percent), 3, half)} % "
+            f"{'below' if self.percent > 0.0 else 'above'} that of {control} (savings {estimate}, {interval}) {end}"
         )
 
 

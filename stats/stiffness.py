@@ -22,7 +22,7 @@ from stats.finite import refuse_beyond
 from stats.regression import LinearFit, fit_linear
 from stats.response import Response
 from stats.results import Result
-from stats.wording import estimate_texts, missing_text, number_text
+from stats.wording import estimate_texts, level_text, missing_text, number_text, share_text
 
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
@@ -96,10 +96,10 @@ class Stiffness(Result):
         """Return stiffness and damping in words, with intervals, R squared and n."""
         k = estimate_texts([self.stiffness_n_m, *self.stiffness_ci], self.stiffness_se)
         d = estimate_texts([self.damping_kg_s, *self.damping_ci], self.damping_se)
-        name = f"{100.0 * self.level:g} % CI"
+        name = f"{level_text(self.level)} CI"
         return (
             f"{what} is a spring of {k[0]} N/m ({name} {k[1]} to {k[2]} N/m) with damping {d[0]} kg/s "
-            f"({name} {d[1]} to {d[2]} kg/s): plane fit, R squared {number_text(self.r_squared)}, "
+            f"({name} {d[1]} to {d[2]} kg/s): plane fit, R squared {share_text(self.r_squared, 4)}, "
             f"residual SD {number_text(self.residual_sd_n)} N, df = {self.df}, "
             f"n = {self.n} points{missing_text(self.missing)}."
         )

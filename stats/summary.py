@@ -14,7 +14,7 @@ from stats.error_free import exact_root
 from stats.finite import as_interval, finite
 from stats.results import Result
 from stats.sums import moments
-from stats.wording import interval_text, missing_text, number_text, with_unit
+from stats.wording import half_width, interval_text, missing_text, number_text, with_unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,8 +43,9 @@ class Summary(Result):
         if isinstance(self.mean, Undefined):
             return f"{name}: undefined, {self.mean.reason} (n = {self.n}{missing_text(self.missing)})."
         interval = as_interval(self.ci_low, self.ci_high)
+        mean = number_text(self.mean, within=half_width(interval))
         return (
-            f"{name} {number_text(self.mean)}{with_unit(unit)} (SD {number_text(self.sd)}, "
+            f"{name} {mean}{with_unit(unit)} (SD {number_text(self.sd)}, "
             f"{interval_text(interval, self.level)}, n = {self.n}{missing_text(self.missing)})."
         )
 

@@ -22,7 +22,7 @@ from stats.finite import finite
 from stats.groups import Group, Groups, read_groups
 from stats.results import Result
 from stats.studentized_range import range_critical, range_tail
-from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
 Variances = Literal["equal", "unequal"]
 VARIANCES: tuple[Variances, ...] = ("equal", "unequal")
@@ -82,7 +82,8 @@ class AllPairs(Result):
         if not self.pairs:
             return f"No pairs to compare ({sizes})."
         shown = [
-            f"{pair.a} minus {pair.b} {number_text(pair.difference)}{with_unit(unit)} ({self._test(pair, unit)})"
+            f"{pair.a} minus {pair.b} {number_text(pair.difference, within=half_width(pair.difference_ci))}"
+            f"{with_unit(unit)} ({self._test(pair, unit)})"
             for pair in self.pairs
         ]
         return f"All pairs by {self.method}, simultaneous ({sizes}): {'; '.join(shown)}."
@@ -92,7 +93,7 @@ class AllPairs(Result):
             return f"no test, because {pair.q.reason}"
         return (
             f"{interval_text(pair.difference_ci, self.level, unit)}, q({len(self.groups)}, {df_text(pair.df)}) = "
-            f"{number_text(pair.q)}, {p_text(pair.p, pair.log10_p)}"
+            f"{number_text(pair.q)}, {p_text(pair.p, pair.log10_p, 1.0 - self.level)}"
         )
 
 

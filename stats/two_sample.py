@@ -24,7 +24,7 @@ from stats.results import Result
 from stats.sums import Moments, moments
 from stats.t_tests import AS_A_AND_B, Names, empty, student, welch
 from stats.variances import brown_forsythe_of, variance_ratio
-from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
 Route = Literal["f_then_t", "welch", "student"]
 ROUTES: tuple[Route, ...] = ("f_then_t", "welch", "student")
@@ -110,17 +110,22 @@ class TwoSample(Result):
         a, b = self.names[0] if a is None else a, self.names[1] if b is None else b
         if isinstance(self.difference, Undefined):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.difference.reason}."
+        half = half_width(self.difference_ci)
+        within = min((size for size in (half, abs(self.difference)) if size > 0.0), default=0.0)
+        mean_a, mean_b = (number_text(mean, within=within) for mean in (self.mean_a, self.mean_b))
+        lost = "; the means differ beyond the digits of a double" if self.difference and mean_a == mean_b else ""
         text = (
-            f"{a} (mean {number_text(self.mean_a)}{with_unit(unit)}, n = {self.n_a}) minus "
-            f"{b} (mean {number_text(self.mean_b)}{with_unit(unit)}, n = {self.n_b}) is "
-            f"{number_text(self.difference)}{with_unit(unit)} "
-            f"({interval_text(self.difference_ci, 1.0 - self.alpha, unit)})"
+            f"{a} (mean {mean_a}{with_unit(unit)}, n = {self.n_a}) minus "
+            f"{b} (mean {mean_b}{with_unit(unit)}, n = {self.n_b}) is "
+            f"{number_text(self.difference, within=half)}{with_unit(unit)} "
+            f"({interval_text(self.difference_ci, 1.0 - self.alpha, unit)}{lost})"
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
-        text += f", {self.test}'s t({df_text(self.df)}) = {number_text(self.t)}, {p_text(self.p, self.log10_p)}"
+        p = p_text(self.p, self.log10_p, self.alpha)
+        text += f", {self.test}'s t({df_text(self.df)}) = {number_text(self.t)}, {p}"
         if self.test != "Welch" and not isinstance(self.welch_t, Undefined):
-            welch_p = p_text(self.welch_p, self.welch_log10_p)
+            welch_p = p_text(self.welch_p, self.welch_log10_p, self.alpha)
             text += f" (Welch's t({df_text(self.welch_df)}) = {number_text(self.welch_t)}, {welch_p})"
         effect = f"Hedges's g {number_text(self.hedges_g)} ({interval_text(self.hedges_g_ci, 1.0 - self.alpha)})"
         return f"{text}, {effect}{missing_text(self.missing_a, self.missing_b)}."

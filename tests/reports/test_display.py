@@ -14,6 +14,7 @@ from reports.display import (
     degrees_text,
     general_text,
     interval_text,
+    level_text,
     number_text,
     p_text,
     significance_text,
@@ -54,13 +55,27 @@ def test_percent_is_what_the_unit_says():
     assert plain(interval_text(number)) == "8.1 to 21.9 %"
 
 
+def test_a_level_next_to_one_keeps_its_digits():
+    assert plain(level_text(Number(1.0, "J"))) == "95 % CI"
+    assert plain(level_text(Number(1.0, "J", ci_level=0.9999999))) == "99.99999 % CI"
+
+
 def test_without_uncertainty_four_digits():
     assert number_text(Number(1091.36, "1")) == "1091"
 
 
 @pytest.mark.parametrize(
     ("p", "text"),
-    [(0.0234, "p = .023"), (0.0004, "p < .001"), (0.0, "p < .001"), (1.0, "p > .999"), (0.05, "p = .050")],
+    [
+        (0.0234, "p = .023"),
+        (0.0004, "p < .001"),
+        (0.0, "p < .001"),
+        (1.0, "p > .999"),
+        (0.05, "p = .050"),
+        (0.0503, "p = .0503"),
+        (0.04998, "p = .04998"),
+        (0.00104, "p = .00104"),
+    ],
 )
 def test_p_values(p, text):
     assert plain(p_text(p)) == text

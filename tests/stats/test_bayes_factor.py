@@ -56,6 +56,12 @@ def test_sign_and_words():
     assert "n = 12)" in bayes_factor(2.0, 12).sentence()
 
 
+def test_a_mantissa_that_rounds_to_ten_becomes_the_next_power_of_ten():
+    found = bayes_factor(8.16, 20, 20)
+    assert 6.995 < found.log10_bf < 7.0
+    assert "are 1e7 times as likely" in found.sentence()
+
+
 def test_too_few_values_and_refusals():
     assert isinstance(bayes_factor(1.0, 1).log10_bf, Undefined)
     assert isinstance(bayes_factor(1.0, 1, 1).log10_bf, Undefined)

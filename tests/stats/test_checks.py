@@ -1,4 +1,5 @@
 import math
+import re
 from decimal import Decimal
 from fractions import Fraction
 
@@ -24,6 +25,27 @@ def test_values_that_are_no_sample_are_refused_with_a_sentence(values, sentence)
     with pytest.raises(InputRefused, match=sentence) as refusal:
         as_values("the sample", values)
     assert str(refusal.value).startswith("the sample")
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ((x for x in [1.0, 2.0]), "the sample is a generator: give a list of its numbers, for example list(numbers)."),
+        ({1.0, 2.0}, "the sample is a set: give a list of its numbers, for example list(numbers)."),
+        ({"x": 1.0}, "the sample is a dict: give a list of its numbers, for example list(numbers.values())."),
+        ({"x": 1.0}.values(), "the sample is a dict_values: give a list of its numbers, for example list(numbers)."),
+        (
+            pd.DataFrame({"x": [1.0]}),
+            "the sample is a table with the column 'x' where one list .* give a column, .*'x'",
+        ),
+        (pd.DataFrame({"x": [1.0], "y": [2.0]}), "the sample is a table with 2 columns .* for example df['x']."),
+        (pd.DataFrame(), "the sample is a table with 0 columns where one list of numbers is allowed: give a column."),
+        (5.0, "the sample is a single value: give a list of numbers."),
+    ],
+)
+def test_what_is_no_list_is_refused_with_what_to_give_instead(values, sentence):
+    with pytest.raises(InputRefused, match=re.escape(sentence).replace(r"\.\*", ".*")):
+        as_sample("the sample", values)
 
 
 def test_any_real_type_becomes_float64():

@@ -2,6 +2,7 @@ import math
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from data_schema.errors import InputRefused
@@ -45,3 +46,30 @@ def test_missing_values_are_refused_or_counted():
     with pytest.raises(InputRefused, match="group 'b'"):
         read_groups({"a": [1.0], "b": [math.nan]})
     assert read_groups({"a": [1.0, 2.0], "b": [math.nan, 3.0]}, "drop").missing == 1
+
+
+TABLE = pd.DataFrame({"gain": [400, 400, 0, 0], "foot": list("sbsb"), "joules": [1.0, 2.0, 4.0, 7.0]})
+
+
+@pytest.mark.parametrize(
+    ("groups", "names"),
+    [
+        (TABLE.groupby("gain")["joules"], ("0", "400")),
+        (TABLE["joules"].groupby(TABLE["gain"]), ("0", "400")),
+        (TABLE.groupby(["foot"])["joules"], ("b", "s")),
+        (TABLE.groupby(["gain", "foot"])["joules"], ("0, b", "0, s", "400, b", "400, s")),
+        ([("CE", [1.0, 2.0]), ("AD", [3.0])], ("CE", "AD")),
+        ({"CE": [1.0, 2.0], "AD": [3.0]}.items(), ("CE", "AD")),
+        ([(1.0, 2.0), (3.0, 4.0)], ("1", "2")),
+        (pd.DataFrame({"CE": [1.0], "AD": [3.0]}), ("CE", "AD")),
+    ],
+)
+def test_groups_come_by_name_as_pandas_groups_them_or_in_a_list(groups, names):
+    assert read_groups(groups).names == names
+
+
+def test_groups_that_are_no_samples_are_refused():
+    with pytest.raises(InputRefused, match="two groups are called 'CE'"):
+        read_groups([("CE", [1.0]), ("CE", [2.0])])
+    with pytest.raises(InputRefused, match="group '0' is a table with the column 'joules'"):
+        read_groups(TABLE.groupby("gain")[["joules"]])

@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -91,6 +93,14 @@ def test_w20_a_plane_that_is_not_fixed_is_refused_by_name():
         fit_stiffness(x, -5.0 * x, 20000.0 * x)
     with pytest.raises(InputRefused, match="the column 'velocity' is constant"):
         fit_stiffness(x, np.zeros(300), 20000.0 * x)
+
+
+def test_a_plane_that_fits_nearly_exactly_states_no_more_digits_than_doubles_hold():
+    rng = np.random.default_rng(1)
+    x, v = rng.uniform(-0.05, 0.0, 300), rng.normal(size=300)
+    numbers = re.findall(r"[\d.]+(?= (?:N/m|kg/s))", fit_stiffness(x, v, 2.0 * x + v).sentence())
+    assert numbers[0] == "2.00000000000000"
+    assert all(len(number.replace(".", "")) <= 16 for number in numbers)
 
 
 def test_the_sentence_has_units_intervals_and_n():

@@ -117,6 +117,13 @@ def test_wrong_input_is_refused():
         compare_two(A, B, route="welsh")
 
 
+def test_a_difference_beyond_the_digits_of_the_means_says_so():
+    far = compare_two([10**19 + 3, 10**19 + 4], [10**19, 10**19 + Fraction(1, 2)])
+    assert "is 3.25 (95 % CI 0.8447 to 5.655; the means differ beyond the digits of a double)" in far.sentence()
+    assert "beyond" not in compare_two([1e15, 1e15 + 1.0], [1e15 + 0.25, 1e15 + 0.5]).sentence()
+    assert "beyond" not in compare_two([1.0, 2.0], [2.0, 1.0]).sentence()
+
+
 def test_the_sentence_has_everything():
     text = compare_two(A, B).sentence("CE", "AD", "J")
     for part in ("n = 6", "n = 5", "J", "95 % CI", "Student's t(9)", "Welch's t(", "p "):
