@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
@@ -120,7 +120,8 @@ def _kept(table: LongTable, where: str | None, declared: str | None) -> list[int
 def _about(lacking: list[int], kept: list[int], given: Given, rows: tuple[Observation, ...]) -> list[str]:
     notes = []
     if lacking:
-        notes.append(f"{len(lacking)} of {len(kept)} rows lack a value or a label and are left out.")
+        named = [name for name in (given.by, given.day, given.run) if name is not None]
+        notes.append(_lacking_text(len(lacking), len(kept), sum(row.value is None for row in rows), named))
     if given.control is None and rows:
         first = with_control(None, str(given.by), [row.label for row in rows])
         notes.append(f"The control is taken to be {first!r}, the first in order: name another with --control.")
@@ -129,6 +130,16 @@ def _about(lacking: list[int], kept: list[int], given: Given, rows: tuple[Observ
         said = "; ".join(" and ".join(map(repr, labels)) for labels in same)
         notes.append(f"Groups that are one number written in several ways count as several: {said}.")
     return notes
+
+
+def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[str]) -> str:
+    """Say how many rows are left out and for what, given the columns of labels; one that lacks both counts for these.
+
+    The sentences of results count the rows without a value, for the others belong to no group.
+    """
+    counts = ((without_value, "a value"), (left_out - without_value, f"a label in {' or '.join(map(repr, named))}"))
+    why = " and ".join(f"{count} lack{'s' if count == 1 else ''} {what}" for count, what in counts if count)
+    return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
 
 
 def _one_number(labels: set[str]) -> list[list[str]]:
