@@ -91,6 +91,8 @@ def alpha_of(alpha: float | None, level: float | None, observed: Observations | 
             )
         return of_level
     if alpha is not None:
-        return as_level("--alpha", alpha)
+        if not 0.0 < alpha < 1.0:
+            raise UsageError(f"--alpha is {alpha!r}: give a number between 0 and 1, for example 0.05 for 5 %.")
+        return alpha
     settings = observed.settings if observed else None
     return ALPHA if settings is None else settings.alpha
