@@ -176,23 +176,46 @@ class BlockedByDay(Result):
         where = f"{conditions}, {days}, n = {self.n}{missing_text(self.missing)}"
         exact = self.exact if isinstance(self.exact, ExactTest) else None
         contrasts = self.contrasts
-        mixed = ""
-        if not isinstance(self.f, Undefined):
-            mixed = (
-                f"with day as a random effect F({self.df_between}, {df_text(self.df_within)}) = "
-                f"{number_text(self.f)}, {p_text(self.p, self.log10_p, 1.0 - self.level)} (REML, Satterthwaite)"
-            )
+        mixed = "" if isinstance(self.f, Undefined) or self._told_by(exact) else self._mixed_text()
         if exact is not None and exact.balanced:
             contrasts = exact.contrasts
             text = f"The conditions ({where}) give {_exact_text(exact, self.level)}{mixed and '; ' + mixed}."
         elif mixed:
             text = f"The conditions ({where}) give {mixed}{'; ' + _exact_text(exact, self.level) if exact else ''}."
+        elif exact is not None and self._told_by(exact):
+            text = f"The conditions ({where}) give {_exact_text(exact, self.level)}."
         else:
             reason = self.f.reason if isinstance(self.f, Undefined) else ""
             text = f"No test of the conditions with day as a random effect ({where}): {reason}."
         parts = [text, *(each.sentence(self.level, unit) for each in contrasts)]
         parts += [self.confounding] if self.confounding else []
         return " ".join([*parts, *self.notes])
+
+    def _told_by(self, exact: ExactTest | None) -> bool:
+        """Whether the exact test stands for the mixed model's, which has no day in it.
+
+        So it is on a single day, where both are one, and where conditions had days of their own and REML puts the days'
+        variance at 0: the model then counts values where the exact test counts days.
+        """
+        if exact is None:
+            return False
+        of_one_day = self.n_days == 1 and isinstance(self.run_variance, Undefined)
+        return of_one_day or (bool(self.confounding) and exact.balanced and self.day_variance == 0.0)
+
+    def _mixed_text(self) -> str:
+        """Return the mixed model's test, with what is random in it."""
+        by_run = isinstance(self.run_variance, float)
+        random = ["day"] * (self.day_variance == 0.0 or self.day_ratio > 0.0) + ["run"] * by_run
+        as_what = "random effects" if random[1:] else "a random effect"
+        effects = f"with {' and '.join(random)} as {as_what} " if random else ""
+        limit = ""
+        if self.day_variance == 0.0:
+            units = "runs" if by_run and self.run_variance else "values"
+            limit = f"; days estimated not to differ, so that {units} count as independent"
+        return (
+            f"{effects}F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
+            f"{p_text(self.p, self.log10_p, 1.0 - self.level)} (REML, Satterthwaite{limit})"
+        )
 
 
 def _exact_text(exact: ExactTest, level: float) -> str:

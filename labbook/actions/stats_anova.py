@@ -13,6 +13,7 @@ from labbook.analysis.observations import Observations
 from labbook.presenting.stats_days import day_notes, days_untold
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_many import against_control_text, all_pairs_text
 from labbook.presenting.stats_plan import NO_ANOVA, plan_notes
 from stats.anova import one_way_anova
 from stats.checks import Missing
@@ -34,20 +35,25 @@ def analyse(
     observed = observe(given, step)
     observed.others()
     alpha = alpha_of(alpha, level, observed)
-    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, drawn))
+    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, drawn, step))
 
 
-def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictures) -> Told:
+def _answer(
+    observed: Observations, given: Given, alpha: float, pictures: Pictures, step: Callable[[str], None]
+) -> Told:
     others = observed.others()
     level, missing = 1.0 - alpha, cast(Missing, given.missing)
     groups, control, unit = observed.groups(), observed.name(observed.control), observed.unit
 
+    step(f"{len(groups)} groups")
     classic = one_way_anova(groups, level=level, missing=missing)
     welch = welch_anova(groups, level=level, missing=missing)
     variances = [test(groups, missing=missing) for test in (brown_forsythe, levene, bartlett)]
-    tukey, games_howell = (
-        compare_all_pairs(groups, variances=kind, level=level, missing=missing) for kind in ("equal", "unequal")
-    )
+    step("all pairs by Tukey")
+    tukey = compare_all_pairs(groups, variances="equal", level=level, missing=missing)
+    step("all pairs by Games and Howell")
+    games_howell = compare_all_pairs(groups, variances="unequal", level=level, missing=missing)
+    step("Dunnett's test")
     treatments = {name: values for name, values in groups.items() if name != control}
     against = dunnett(groups[control], treatments, control_name=control, level=level, missing=missing)
     tests = {label: compared(observed, label, "welch", alpha, given.missing) for label in others}
@@ -58,9 +64,9 @@ def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictur
         classic.sentence(observed.shown_by or observed.by),
         welch.sentence(observed.shown_by or observed.by),
         *(test.sentence() for test in variances),
-        tukey.sentence(unit),
-        games_howell.sentence(unit),
-        against.sentence(unit),
+        all_pairs_text(tukey, unit),
+        all_pairs_text(games_howell, unit),
+        against_control_text(against, unit),
         family.sentence(),
     ]
     if untold := days_untold(observed):
@@ -81,9 +87,8 @@ def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictur
         "dunnett": as_dict(against),
         "holm": as_dict(family),
     }
-    if any(row.shared.se > 0.0 for row in observed.rows):
-        told.lines += ["", f"note: {SHARED_NOTE} Holm's family has it."]
     found = dict(zip(others, against.comparisons, strict=True))
+    step("figures" if pictures.files else "tables")
     pictures.write(
         observed,
         lambda: estimation_of(
@@ -97,4 +102,6 @@ def _answer(observed: Observations, given: Given, alpha: float, pictures: Pictur
         level,
     )
     notes = [*plan_notes(observed, False, alpha, NO_ANOVA), *day_notes(observed)]
+    if any(row.shared.se > 0.0 for row in observed.rows):
+        notes.append(f"{SHARED_NOTE} Holm's family has it.")
     return told.about(observed, pictures, notes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from data_schema.errors import UsageError
@@ -19,6 +20,11 @@ from labbook.presenting.stats_plan import plan_notes
 from stats.blocked import blocked_by_day
 from stats.blocked_result import BlockedByDay, ExactTest
 from stats.results import as_dict
+
+COUNTS_VALUES = (
+    "The mixed model's own f and p are not stated in the sentence: REML puts the days' variance at 0 and then counts "
+    "values, where conditions with days of their own leave one observation a day."
+)
 
 
 def block(
@@ -69,6 +75,8 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
         by_day=True,
     )
     notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed, by_day=True)]
+    if found.confounding and lead.exact is not None and found.day_variance == 0.0:
+        notes.append(COUNTS_VALUES)
     return told.about(observed, pictures, notes)
 
 
@@ -84,4 +92,5 @@ def _compared(observed: Observations, level: float, *, with_runs: bool) -> Block
         level=level,
     )
     conditions, days = [observed.name(row.label) for row in rows], [row.day for row in rows]
+    found = replace(found, missing=len(observed.rows) - len(rows))
     return by_day_with_shared(found, conditions, days, [row.shared for row in rows])

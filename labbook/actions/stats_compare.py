@@ -13,7 +13,6 @@ from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import two_with_shared
 from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
-from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import plan_notes
 from stats.checks import Missing
@@ -57,9 +56,7 @@ def _answer(observed: Observations, given: Given, request: CompareRequest, pictu
         family = holm_of(found, observed, alpha)
         told.lines.append(family.sentence())
         told.data["holm"] = as_dict(family)
-    for label, result in found.items():
-        a, b = names[label]
-        told.say(f"{a} (a) minus {b} (b)", field_lines(result))
+    told.say_each((f"{names[label][0]} (a) minus {names[label][1]} (b)", result) for label, result in found.items())
     level = 1.0 - alpha
     differences = {
         label: number_of(result.difference, result.difference_ci, level, observed.unit)

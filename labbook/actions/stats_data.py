@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from ingest.header_cells import parse_header
-from labbook.actions.stats_table import LongTable, is_number_text, numbers_of, read_table
+from labbook.actions.stats_cells import MINUS, has_thousands, is_number_text
+from labbook.actions.stats_table import LongTable, numbers_of, read_table
 from labbook.actions.stats_where import WhereColumns, rows_where
 from labbook.analysis.controls import with_control
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
@@ -105,7 +106,7 @@ def _of_table(given: Given, file: Path) -> Observations:
         by=by,
         control=with_control(given.control, by, list(dict.fromkeys(row.label for row in rows))),
         rows=rows,
-        notes=tuple(_about(lacking, kept, given, rows)),
+        notes=(*_about(lacking, kept, given, rows), *_thousands(table.columns[value], given)),
     )
 
 
@@ -120,15 +121,44 @@ def _kept(table: LongTable, where: str | None, declared: str | None) -> list[int
 def _about(lacking: list[int], kept: list[int], given: Given, rows: tuple[Observation, ...]) -> list[str]:
     notes = []
     if lacking:
-        notes.append(f"{len(lacking)} of {len(kept)} rows lack a value or a label and are left out.")
+        named = [name for name in (given.by, given.day, given.run) if name is not None]
+        notes.append(_lacking_text(len(lacking), len(kept), sum(row.value is None for row in rows), named))
     if given.control is None and rows:
         first = with_control(None, str(given.by), [row.label for row in rows])
         notes.append(f"The control is taken to be {first!r}, the first in order: name another with --control.")
-    same = _one_number({row.label for row in rows})
-    if same:
-        said = "; ".join(" and ".join(map(repr, labels)) for labels in same)
-        notes.append(f"Groups that are one number written in several ways count as several: {said}.")
+    labels = {row.label for row in rows}
+    for same, what in (
+        (_one_number(labels), "are one number written in several ways"),
+        (_in_other_case(labels), "differ only in capital letters"),
+    ):
+        if same:
+            said = "; ".join(" and ".join(map(repr, group)) for group in same)
+            notes.append(f"Groups that {what} count as several: {said}.")
     return notes
+
+
+def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[str]) -> str:
+    """Say how many rows are left out and for what, given the columns of labels; one that lacks both counts for these.
+
+    The sentences of results count the rows without a value, for the others belong to no group.
+    """
+    counts = ((without_value, "a value"), (left_out - without_value, f"a label in {' or '.join(map(repr, named))}"))
+    why = " and ".join(f"{count} lack{'s' if count == 1 else ''} {what}" for count, what in counts if count)
+    return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
+
+
+def _thousands(cells: Sequence[str], given: Given) -> list[str]:
+    """Say that points are read as thousands, where they are."""
+    grouped = [cell for cell in cells if has_thousands(cell, given.decimal)]
+    return [f"Points are read as thousands, as --decimal , says: {grouped[0]!r}."] if grouped else []
+
+
+def _in_other_case(labels: set[str]) -> list[list[str]]:
+    """Return the labels that differ only in case, as AD and ad."""
+    found: dict[str, list[str]] = {}
+    for label in sorted(labels):
+        found.setdefault(label.casefold(), []).append(label)
+    return [same for same in found.values() if len(same) > 1]
 
 
 def _one_number(labels: set[str]) -> list[list[str]]:
@@ -136,5 +166,5 @@ def _one_number(labels: set[str]) -> list[list[str]]:
     found: dict[Decimal, list[str]] = {}
     for label in sorted(labels):
         if is_number_text(label):
-            found.setdefault(Decimal(label.replace(",", ".")), []).append(label)
+            found.setdefault(Decimal(label.replace(",", ".").replace(MINUS, "-")), []).append(label)
     return [same for same in found.values() if len(same) > 1]

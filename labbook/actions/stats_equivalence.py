@@ -17,7 +17,6 @@ from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds
 from labbook.presenting.one_day_each import FROM_DAYS
 from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
-from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import Bounded, bounds_notes
 from reports.numbers import Quantity
@@ -85,15 +84,17 @@ def _answer(
         said = result.sentence(observed.name(label), control, observed.unit, untold and FROM_DAYS)
         told.lines.append(with_days_said(said, untold))
         found[label] = _left_open(result, untold)
-    for label, result in found.items():
-        told.say(f"{observed.name(label)} (a) minus {control} (b)", field_lines(result))
-        for test in (result.welch, result.student):
-            told.say(f"both one-sided tests, {test.test}", field_lines(test))
+    told.say_each(
+        (title, part)
+        for label, result in found.items()
+        for title, part in (
+            (f"{observed.name(label)} (a) minus {control} (b)", result),
+            *((f"both one-sided tests, {test.test}", test) for test in (result.welch, result.student)),
+        )
+    )
     told.data["equivalence"] = [
         {"a": observed.name(label), "b": control, **as_dict(result)} for label, result in found.items()
     ]
-    if any(row.shared.se > 0.0 for row in observed.rows):
-        told.lines += ["", f"note: {SHARED_NOTE}"]
     unit, level = "%" if percent else observed.unit, 1.0 - 2.0 * alpha
     pictures.write(
         observed,
@@ -106,6 +107,8 @@ def _answer(
         1.0 - alpha,
     )
     notes = [*bounds_notes(observed, request.pooled, alpha, bounds), *day_notes(observed)]
+    if any(row.shared.se > 0.0 for row in observed.rows):
+        notes.append(SHARED_NOTE)
     return told.about(observed, pictures, notes)
 
 

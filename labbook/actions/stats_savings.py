@@ -11,12 +11,17 @@ from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.presenting.one_day_each import FROM_DAYS
 from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
-from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import plan_notes
+from reports.numbers import Quantity
 from stats.checks import Missing
 from stats.results import as_dict
 from stats.savings import percent_savings
+
+NOT_CONSUMED = (
+    "Savings are of what is consumed, and an apex height is not: these are percent of the control's height that are "
+    "lost. Whether height is kept is what `labbook stats equivalence --quantity apex` tells."
+)
 
 
 def save(
@@ -55,8 +60,7 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
         untold = days_untold(observed, (label, observed.control))
         said = result.sentence(control, observed.name(label), untold and FROM_DAYS)
         told.lines.append(with_days_said(said, untold))
-    for label, result in found.items():
-        told.say(f"savings of {observed.name(label)} against {control}", field_lines(result))
+    told.say_each((f"savings of {observed.name(label)} against {control}", result) for label, result in found.items())
     told.data["savings"] = [
         {"treated": observed.name(label), "control": control, **as_dict(result)} for label, result in found.items()
     ]
@@ -71,4 +75,6 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
         level,
     )
     notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed)]
+    if observed.plan is not None and observed.measured is Quantity.APEX:
+        notes.insert(0, NOT_CONSUMED)
     return told.about(observed, pictures, notes)

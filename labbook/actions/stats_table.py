@@ -12,12 +12,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 
-from data_schema.errors import InputRefused, UsageError, unknown_name
-from ingest.cells import COMMA_NUMBER, NUMBER, CellFault, is_missing, parse_cell
+from data_schema.errors import InputRefused, unknown_name
+from ingest.cells import CellFault
+from labbook.actions.stats_cells import decimal_sign, number_in, what_to_write
 
 DELIMITERS = (",", ";", "\t", "|")
 _SEPARATOR_LINE = re.compile(r'"?sep=([,;\t|])"?', re.IGNORECASE)
-_THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+")
 _EXAMPLE = "a header such as controller,energy_J and one value a row"
 
 
@@ -82,22 +82,6 @@ def _why_uneven(rows: Sequence[tuple[int, Sequence[str]]], file: str) -> str:
     )
 
 
-def decimal_sign(cells: Sequence[str], name: str, declared: str | None) -> str:
-    """Return the sign that the numbers of a column have; raises `UsageError` where it could be thousands."""
-    if declared is not None:
-        if declared not in (".", ","):
-            raise UsageError(f"--decimal {declared!r} is no decimal sign: give . or ,")
-        return declared
-    with_comma = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell.encode())]
-    if not with_comma:
-        return "."
-    if all(_THOUSANDS.fullmatch(cell) for cell in with_comma):
-        raise UsageError(
-            f"{with_comma[0]!r} in column {name!r} could be a decimal or thousands: add --decimal , or --decimal ."
-        )
-    return ","
-
-
 def numbers_of(
     table: LongTable, name: str, option: str, declared: str | None = None, kept: Sequence[int] | None = None
 ) -> list[Decimal | None]:
@@ -111,40 +95,11 @@ def numbers_of(
     sign = decimal_sign([cells[place] for place in places], name, declared)
     found: list[Decimal | None] = []
     for place in places:
-        cell = cells[place]
-        encoded = cell.encode("ascii", errors="replace")
-        if is_missing(encoded.lower()):
-            found.append(None)
-            continue
-        parsed = parse_cell(encoded, sign.encode())
-        if isinstance(parsed, CellFault):
+        number = number_in(cells[place], sign, declared)
+        if isinstance(number, CellFault):
             raise InputRefused(
-                f"{cell!r} in column {name!r}, line {table.lines[place]} of {table.file}, is no number that can be "
-                "used: write it as 12.5, or leave it empty where it is missing."
+                f"{cells[place]!r} in column {name!r}, line {table.lines[place]} of {table.file}, "
+                f"{what_to_write(cells[place], sign, name)}."
             )
-        found.append(Decimal(cell.replace(",", ".")))
+        found.append(number)
     return found
-
-
-def column_for_where(cells: Sequence[str], name: str = "", declared: str | None = None) -> list[str | Decimal | None]:
-    """Return a column as `--where` compares it: numbers where all that is filled in are numbers.
-
-    Raises `UsageError` where their commas could be decimals or thousands.
-    """
-    filled = [cell for cell in cells if not _lacks(cell)]
-    if not filled or not all(is_number_text(cell) for cell in filled):
-        return [cell or None for cell in cells]
-    sign = decimal_sign(filled, name, declared)
-    if any("." in cell for cell in filled) and any("," in cell for cell in filled):
-        return [cell or None for cell in cells]
-    return [None if _lacks(cell) else Decimal(cell.replace(sign, ".")) for cell in cells]
-
-
-def _lacks(cell: str) -> bool:
-    return is_missing(cell.encode("ascii", errors="replace").lower())
-
-
-def is_number_text(cell: str) -> bool:
-    """Whether a cell is a number, with a point or a comma."""
-    encoded = cell.encode()
-    return bool(NUMBER.fullmatch(encoded) or COMMA_NUMBER.fullmatch(encoded))

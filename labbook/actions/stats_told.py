@@ -10,7 +10,7 @@ from typing import Any
 from data_schema.errors import UsageError
 from labbook.actions.stats_pictures import Pictures
 from labbook.analysis.observations import Observations
-from labbook.presenting.stats_fields import reasons_of, table_of
+from labbook.presenting.stats_fields import field_lines_of_each, reasons_of, table_of
 from labbook.presenting.stats_names import as_shown_to_people
 from stats.checks import as_level
 
@@ -32,13 +32,22 @@ class Told:
         """Add a paragraph under a title."""
         self.lines += ["", f"{title}:", *lines]
 
+    def say_each(self, titled: Iterable[tuple[str, Any]]) -> None:
+        """Add a paragraph of fields for each result under its title; what a field means is said once."""
+        titles, results = zip(*titled, strict=True)
+        for title, lines in zip(titles, field_lines_of_each(results), strict=True):
+            self.say(title, lines)
+
     def show(self, title: str, results: Sequence[Any], left_out: Sequence[str] = ()) -> None:
         """Add results of one class as a table under a title, and why fields of theirs are undefined."""
         if results:
             self.lines += ["", f"{title}:", table_of(results, left_out), *reasons_of(results, left_out)]
 
     def about(self, observed: Observations, pictures: Pictures, notes: Sequence[str] = ()) -> Told:
-        """Add where the values come from, what is to be known about them and the comparison, and what was written."""
+        """Add where the values come from, what is to be known about them and the comparison, and what was written.
+
+        Notes stand right below the sentences, for tables can be long.
+        """
         known, notes = observed.known(), [*observed.notes, *notes]
         self.data = {
             "source": observed.source,
@@ -52,7 +61,8 @@ class Told:
             "files": {name: str(path) for name, path in pictures.files.items()},
         }
         if notes:
-            self.lines += ["", *(f"note: {note}" for note in notes)]
+            below = self.lines.index("") if "" in self.lines else len(self.lines)
+            self.lines[below:below] = ["", *(f"note: {note}" for note in notes)]
         self.lines += [str(path) for path in pictures.files.values()]
         return self
 
@@ -81,6 +91,8 @@ def alpha_of(alpha: float | None, level: float | None, observed: Observations | 
             )
         return of_level
     if alpha is not None:
-        return as_level("--alpha", alpha)
+        if not 0.0 < alpha < 1.0:
+            raise UsageError(f"--alpha is {alpha!r}: give a number between 0 and 1, for example 0.05 for 5 %.")
+        return alpha
     settings = observed.settings if observed else None
     return ALPHA if settings is None else settings.alpha

@@ -39,20 +39,29 @@ def conditions_left_out(every: Analysable, configuration: Configuration, selecte
         else:
             whole += left
     if whole:
-        found.append(Departure(f"the selection leaves out {_listed(whole)} whole: fewer comparisons than were planned"))
+        found.append(
+            Departure(
+                f"the selection leaves out {_counted(whole)} whole, so that fewer comparisons are "
+                f"made than were planned: {_listed(whole)}"
+            )
+        )
     return found
 
 
 def _of_group(every: Analysable, conditions: Mapping[str, Sequence[RunRow]], left: Sequence[str]) -> Departure:
     given = {quantity for key in left for run in conditions[key] for quantity in every.given(run)}
     return Departure(
-        f"the selection leaves out {_listed(left)} whole and compares the other levels of the group",
+        f"the selection compares some levels of a group and leaves out {_counted(left)} of it whole: {_listed(left)}",
         tuple(quantity for quantity in Quantity if quantity in given),
         tuple(conditions),
     )
 
 
+def _counted(keys: Sequence[str]) -> str:
+    return f"{len(keys)} condition{'' if len(keys) == 1 else 's'}"
+
+
 def _listed(keys: Sequence[str]) -> str:
+    """Name conditions, of many the first and how many more there are: what ends a sentence."""
     shown = "; ".join(keys[:_MOST_NAMED])
-    more = f"; and {len(keys) - _MOST_NAMED} more" if len(keys) > _MOST_NAMED else ""
-    return f"the condition{'' if len(keys) == 1 else 's'} {shown}{more}"
+    return f"{shown}; and {len(keys) - _MOST_NAMED} more" if len(keys) > _MOST_NAMED else shown

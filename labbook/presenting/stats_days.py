@@ -36,9 +36,14 @@ def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
     """Name the groups that share fewer than half of the days of whichever has fewer, with the control.
 
     `by_day` where the analysis has the day in it; otherwise those are named, too, that share more days and for which
-    Welch's test errs by the record; how often is said, and what helps.
+    Welch's test errs by the record; how often is said, and what helps. With `by_day` a single day is told, too.
     """
     runs = _runs(observed)
+    if by_day and len(set().union(*runs.values())) == 1:
+        return [
+            "All values are of one day, so that no day is in the model: nothing tells how much days differ, and what "
+            "is found holds for that day."
+        ]
     control = runs.get(observed.control, Counter())
     few = {
         label: [] if by_day else _errs(days, control)

@@ -6,7 +6,7 @@ import ast
 import functools
 import inspect
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import is_dataclass
 from typing import Any
 
@@ -20,8 +20,22 @@ _INTERVALS = ("ci", "interval")
 _WIDEST = 24
 
 
-def field_lines(result: Any) -> list[str]:
-    """Return one line a field: name, value, what it is; results within the result and tables are left out."""
+def field_lines_of_each(results: Sequence[Any]) -> list[list[str]]:
+    """Return the lines of every result; what a field means is said where a class first has a value of it."""
+    said: set[tuple[type, str]] = set()
+    found = []
+    for result in results:
+        kind, data = type(result), as_dict(result)
+        found.append(field_lines(result, {name for of, name in said if of is kind}))
+        said |= {(kind, name) for name in data if data.get(f"{name}{_REASON}") is None}
+    return found
+
+
+def field_lines(result: Any, known: Collection[str] = ()) -> list[str]:
+    """Return one line a field: name, value, what it is; results within the result and tables are left out.
+
+    Fields that are `known` go without what they are.
+    """
     rows = []
     kind: Any = type(result)
     explained = explanations(kind)
@@ -32,7 +46,7 @@ def field_lines(result: Any) -> list[str]:
         reason = data.get(f"{name}{_REASON}")
         if reason is None and not _is_plain(value):
             continue
-        rows.append((name, value_text(name, value), reason, explained.get(name, "")))
+        rows.append((name, value_text(name, value), reason, "" if name in known else explained.get(name, "")))
     names = max((len(name) for name, *_rest in rows), default=0)
     texts = max((len(text) for _name, text, reason, _explained in rows if reason is None), default=0)
     texts = min(texts, _WIDEST)

@@ -122,7 +122,7 @@ def residual_plot_of(observed: Observations, residuals: Residuals) -> ResidualPl
     """Return residuals against groups, and against days where these are known."""
     rows = in_groups(observed).rows
     names = {label: drawn_name(observed, label) for label in observed.labels}
-    against = [Against(drawn_axis(observed), tuple(names[row.label] for row in rows))]
+    against = [Against(drawn_axis(observed), tuple(names[row.label] for row in rows), means=False)]
     days = tuple(row.day for row in rows)
     if len(set(days)) > 1:
         against.append(Against("Day", days, order=tuple(sorted(set(days)))))

@@ -36,6 +36,9 @@ _NAMES = {
 _MIXED, _EXACT = ("blocked_by_day", "blocked_by_day_ci"), ("blocked_by_day_exact",)
 _BY_DAY = (*_MIXED, *_EXACT)
 
+_Found = tuple[str, Recorded, int]
+"""What a method is called, what is on record of it, and how often it is used here on about such a design."""
+
 
 @dataclass(frozen=True, slots=True)
 class Use:
@@ -64,8 +67,8 @@ class Use:
 def weaknesses(analysis: StudyAnalysis) -> str:
     """Say for each method used, at its worst, how far size or coverage is off; "" where nothing on record is.
 
-    Comparisons whose sides do not share their days stand apart: there all but the test by day take days for the
-    treatment.
+    A sentence stands for each design on record. Comparisons whose sides do not share their days stand apart: there all
+    but the test by day take days for the treatment.
     """
     worst: dict[tuple[str, str], Recorded] = {}
     concerned: Counter[tuple[str, str]] = Counter()
@@ -77,8 +80,12 @@ def weaknesses(analysis: StudyAnalysis) -> str:
         concerned.update({(use.method, layout): count for layout in {row.layout for row in use.weak_points()}})
     if not worst:
         return ""
-    found = "; ".join(_said(_NAMES[key[0]], row, concerned[key]) for key, row in worst.items())
-    return f"Simulated at designs such as these (docs/statistics.md), not every method keeps what it states: {found}."
+    by_design: dict[str, list[_Found]] = {}
+    for key, row in worst.items():
+        by_design.setdefault(_design_text(row), []).append((_NAMES[key[0]], row, concerned[key]))
+    told = [f"At {design}: {_all_said(found)}." for design, found in by_design.items()]
+    head = "Simulated at designs such as these (docs/statistics.md), not every method keeps what it states."
+    return " ".join([head, *told])
 
 
 def _of_comparisons(analysis: StudyAnalysis) -> Iterator[Use]:
@@ -142,18 +149,38 @@ def _off(row: Recorded) -> float:
     return abs(row.value - row.nominal)
 
 
-def _said(name: str, row: Recorded, uses: int) -> str:
-    """Say what was found at the design on record; `uses` counts where this report comes near it."""
+def _design_text(row: Recorded) -> str:
+    """Say which design on record this was simulated at."""
     spreads = f" and standard deviations {row.sd_ratio:g} : 1" if row.sd_ratio != 1.0 else ""
     days = ""
     if row.days is not None:
-        whose = WHOSE[row.layout]
         apart = "as much as runs" if row.day_sd == 1.0 else f"{row.day_sd:g} times as much as runs"
-        days = f", each group on {count_text(row.days, 'day')} {whose}, days differing {apart}"
-    here = f"{count_text(uses, 'use')} here of about that design"
-    where = f"at n = {list_text([str(n) for n in row.n])}{spreads}{days} ({here})"
-    stated = f"{general_text(100.0 * row.nominal)} % stated"
-    value = f"{general_text(100.0 * row.value, 3)} %"
-    if row.kind == "size":
-        return f"{name} rejects {value} of studies without an effect ({stated}) {where}"
-    return f"{name} holds the truth in {value} ({stated}) {where}"
+        days = f", each group on {count_text(row.days, 'day')} {WHOSE[row.layout]}, days differing {apart}"
+    return f"n = {list_text([str(n) for n in row.n])}{spreads}{days}"
+
+
+def _all_said(found: Sequence[_Found]) -> str:
+    """Say what was found at one design, tests and intervals apart, and where this report comes near it."""
+    kinds: dict[tuple[str, float], list[_Found]] = {}
+    for name, row, uses in found:
+        kinds.setdefault((row.kind, row.nominal), []).append((name, row, uses))
+    return "; ".join(_said(kind, nominal, of_kind) for (kind, nominal), of_kind in kinds.items())
+
+
+def _said(kind: str, nominal: float, found: Sequence[_Found]) -> str:
+    """Say what methods of one kind do, what they state once; the numbers of uses are those of the methods in turn."""
+    stated = f"({general_text(100.0 * nominal)} % stated)"
+    verb, of = ("rejects", " of studies without an effect") if kind == "size" else ("holds the truth in", "")
+    (first, row, _uses), *others = found
+    said = [f"{first} {verb} {_share(row)}{of} {stated}"]
+    said += [f"{name} {'' if kind == 'size' else 'in '}{_share(row)}" for name, row, _uses in others]
+    counts = [uses for _name, _row, uses in found]
+    if len({*counts}) == 1:
+        uses = f"{count_text(counts[0], 'use')}{' of each' if others else ''}"
+    else:
+        uses = f"{list_text([str(count) for count in counts])} uses"
+    return f"{', '.join(said)} ({uses} here of about that design)"
+
+
+def _share(row: Recorded) -> str:
+    return f"{general_text(100.0 * row.value, 3)} %"

@@ -12,11 +12,9 @@ import textwrap
 from dataclasses import dataclass
 
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from reports.display import NO_BREAK, as_shown, level_text, shown_unit
 from reports.figures.estimation_parts import (
-    SD_AT,
     DrawnGroup,
     draw_difference,
     draw_groups,
@@ -36,16 +34,20 @@ from reports.figures.style import (
     is_narrow,
     light_grid,
     new_figure,
+    plain_ticks,
     publication_style,
 )
+from reports.figures.swarm import SD_AT
 from reports.numbers import Number
 from stats.summary import describe
 
 _SQUASHED = 3.0
 """An interval so many times wider than the values' range gets a panel of its own."""
 
-_LETTERS_BESIDE, _LETTERS_BELOW = 34, 26
-"""Letters that fit into a line along the axis of the difference."""
+_LETTERS_BESIDE, _LETTERS_ABOVE, _LETTERS_BELOW = 34, 26, 20
+"""Letters that fit into a line along the axis: beside values, of values with differences below them, of these."""
+_SHORT = 13
+"""Letters from which on a name can be broken."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +118,8 @@ def _drawn(estimation: Estimation) -> _Drawn:
     lone = None if stored is None else as_shown(stored)
     of_bounds = 1.0 if stored is None else shown_unit(stored.unit)[1]
     reference = groups[estimation.reference]
-    difference = estimation.difference or f"Mean difference from {_whole(reference.name)}"
+    difference = _whole(estimation.difference, reference.name)
+    difference = difference or _whole(f"Mean difference from {reference.name}", reference.name)
     return _Drawn(
         groups=tuple(groups),
         reference=reference,
@@ -129,9 +132,11 @@ def _drawn(estimation: Estimation) -> _Drawn:
     )
 
 
-def _whole(name: str) -> str:
-    """Keep a short name in one line."""
-    return name.replace(" ", NO_BREAK) if len(name) < _LETTERS_BELOW // 2 else name
+def _whole(text: str, name: str) -> str:
+    """Keep a short name in one line, with the word before it."""
+    if len(name) >= _SHORT:
+        return text
+    return text.replace(f" {name}", f" {name}".replace(" ", NO_BREAK))
 
 
 def _line(estimation: Estimation) -> str:
@@ -147,7 +152,7 @@ def _broken(text: str, letters: int) -> str:
     """Break a text into lines between words only, a unit staying with the word before it."""
     whole = text.replace(" (", f"{NO_BREAK}(")
     lines = textwrap.fill(whole, letters, break_long_words=False, break_on_hyphens=False)
-    return lines.replace(f"{NO_BREAK}(", " (")
+    return lines.replace(NO_BREAK, " ")
 
 
 def _heighten(figure: Figure, more_in: float) -> None:
@@ -180,7 +185,7 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
             axes.plot([place + SD_AT, 2.5], [group.mean, group.mean], color=GREY, linewidth=0.6, zorder=1)
     right = axes.twinx()
     right.set_ylim(*(end - zero for end in axes.get_ylim()))
-    right.yaxis.set_major_locator(MaxNLocator(6))
+    right.yaxis.set_major_locator(plain_ticks())
     right.spines["right"].set_visible(True)
     right.set_ylabel(_broken(drawn.difference, _LETTERS_BESIDE))
     for bound in drawn.bounds:
@@ -197,7 +202,7 @@ def _cumming(drawn: _Drawn, width_in: float) -> Figure:
     upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
     groups = drawn.groups
     set_limits(upper, [value for group in groups for value in group.values])
-    upper.set_ylabel(_broken(drawn.quantity, _LETTERS_BELOW))
+    upper.set_ylabel(_broken(drawn.quantity, _LETTERS_ABOVE))
     upper.tick_params(axis="x", length=0)
     set_limits(lower, [0.0, *drawn.bounds, *(end for number in drawn.differences for end in ends_of(number))])
     lower.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)

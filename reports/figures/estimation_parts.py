@@ -10,15 +10,12 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from reports.display import EQUALS
-from reports.figures.style import BLACK, GREY
-from reports.figures.swarm import marker_pt, swarm
+from reports.figures.style import BLACK, GREY, plain_ticks
+from reports.figures.swarm import SD_AT, marker_beside_pt, swarm, widest_beside
 from reports.numbers import Number
 
-SD_AT = 0.38
-"""Where mean and SD stand beside their group."""
 MARKS = ("o", "s", "^", "D", "v", "P")
 """Marks of what the values belong to: with more than these nobody tells them apart."""
 
@@ -68,7 +65,7 @@ def set_limits(axes: Axes, values: Sequence[float]) -> None:
     low, high = min(values, default=0.0), max(values, default=1.0)
     room = 0.07 * (high - low) or 0.05 * abs(high) or 1.0
     axes.set_ylim(low - room, high + room)
-    axes.yaxis.set_major_locator(MaxNLocator(6))
+    axes.yaxis.set_major_locator(plain_ticks())
 
 
 def draw_groups(figure: Figure, axes: Axes, groups: Sequence[DrawnGroup]) -> None:
@@ -93,12 +90,13 @@ def columns_of(names: Sequence[str], width_in: float) -> int:
 
 def draw_values(axes: Axes, groups: Sequence[DrawnGroup], marks: Mapping[str, str]) -> None:
     """Draw values and means of groups on axes that are laid out, with a mark for each label where there are marks."""
-    size = marker_pt(max((len(group.values) for group in groups), default=0))
+    size = marker_beside_pt(max((len(group.values) for group in groups), default=0), axes)
+    widest = widest_beside(size, axes)
     for place, group in enumerate(groups):
         _draw_mean(axes, place + SD_AT, group)
         kept = kept_places(group.values)
         values = [group.values[index] for index in kept]
-        offsets = swarm(values, axes, size)
+        offsets = swarm(values, axes, size, widest)
         labels = [group.labels[index] for index in kept] if marks else [""] * len(values)
         for label in dict.fromkeys(labels):
             chosen = [index for index, own in enumerate(labels) if own == label]

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 
 from data_schema.vocabulary import Undefined
 from reports.display import NO_BREAK, general_text, shown_unit
@@ -21,6 +20,7 @@ from reports.figures.style import (
     VERMILLION,
     light_grid,
     new_figure,
+    plain_ticks,
     publication_style,
 )
 from reports.figures.swarm import marker_pt
@@ -55,7 +55,8 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
             return [factor * values[place] for place in kept]
 
         if not isinstance(found.middle, Undefined):
-            axes.plot(expected, drawn(found.middle), color=GREY, linewidth=0.9, label="normal", zorder=2)
+            label = "median of each place, if normal"
+            axes.plot(expected, drawn(found.middle), color=GREY, linewidth=0.9, label=label, zorder=2)
         if not isinstance(found.low, Undefined) and not isinstance(found.high, Undefined):
             band = f"{general_text(100.0 * found.level)}{NO_BREAK}% of each place, if normal"
             axes.fill_between(
@@ -80,7 +81,8 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
         if len(marks) > 1:
             _name_marks(figure, marks, width_in)
         put_above(figure, _part_text(len(kept), len(found.observed)), width_in)
-        axes.xaxis.set_major_locator(MaxNLocator(6))
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(plain_ticks())
         axes.set_xlabel("Normal quantile (standard deviations)")
         axes.set_ylabel(named_with_unit(f"Residual of {quantiles.quantity[:1].lower()}{quantiles.quantity[1:]}", unit))
         light_grid(axes, "both")

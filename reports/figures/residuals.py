@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from reports.display import shown_unit
 from reports.figures.estimation_parts import (
@@ -29,6 +28,7 @@ from reports.figures.style import (
     is_narrow,
     light_grid,
     new_figure,
+    plain_ticks,
     publication_style,
 )
 from reports.figures.swarm import marker_pt, swarm
@@ -43,13 +43,15 @@ _HALF_MEAN = 0.3
 class Against:
     """What residuals are drawn against: names of groups or days, or numbers in `unit`; one for each residual.
 
-    `order` has the names as they stand side by side, where that is not the order of their first residuals.
+    `order` has the names as they stand side by side, where that is not the order of their first residuals. `means` is
+    whether each name has a line at the mean of its residuals: not where that is 0 by construction.
     """
 
     name: str
     at: tuple[str, ...] | tuple[float, ...]
     unit: str = ""
     order: tuple[str, ...] = ()
+    means: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +65,7 @@ class ResidualPlot:
 
 
 def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw one panel for each thing that the residuals are drawn against; means of names as short lines."""
+    """Draw one panel for each thing that the residuals are drawn against; means that can differ as short lines."""
     with publication_style():
         unit, factor = shown_unit(plot.unit)
         values = [factor * value for value in plot.residuals]
@@ -83,12 +85,24 @@ def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figu
             axes.set_xlabel(named_with_unit(against.name, shown))
             if against.at and isinstance(against.at[0], str):
                 higher.append(_name_places(axes, against, width_in if narrow else width_in / count))
-        put_above(figure, part_text(size for against in plot.against for size in _sizes(against)), width_in)
+        put_above(figure, _line(plot), width_in)
         figure.set_figheight(figure.get_figheight() + (sum(higher) if narrow else max(higher, default=0.0)))
         figure.draw_without_rendering()
         for axes, against in zip(panels, plot.against, strict=True):
             _draw_points(axes, against, values)
         return figure
+
+
+def _line(plot: ResidualPlot) -> str:
+    """Say what the short lines are, where there are any, and whether not every residual is drawn."""
+    of = [
+        f"{against.name[:1].lower()}{against.name[1:]}"
+        for against in plot.against
+        if against.means and against.at and isinstance(against.at[0], str)
+    ]
+    means = f"Short line: mean of the residuals of each {' and '.join(of)}." if of else ""
+    parts = part_text(size for against in plot.against for size in _sizes(against))
+    return " ".join(part for part in (means, parts) if part)
 
 
 def _names(against: Against) -> list[str]:
@@ -119,12 +133,14 @@ def _draw_points(axes: Axes, against: Against, values: Sequence[float]) -> None:
         factor = shown_unit(against.unit)[1]
         kept = kept_places(values)
         _mark(axes, [factor * float(against.at[place]) for place in kept], [values[place] for place in kept], size)
-        axes.xaxis.set_major_locator(MaxNLocator(6))
+        axes.xaxis.set_major_locator(plain_ticks())
         return
     for place, name in enumerate(_names(against)):
         own = [value for value, at in zip(values, against.at, strict=True) if at == name]
         drawn = [own[index] for index in kept_places(own)]
         _mark(axes, [place + offset for offset in swarm(drawn, axes, size)], drawn, size)
+        if not against.means:
+            continue
         mean = sum(own) / len(own)
         axes.plot([place - _HALF_MEAN, place + _HALF_MEAN], [mean, mean], color=BLACK, linewidth=0.9, zorder=4)
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import EQUALS, common_places, interval_text, level_text, value_text
 from reports.figures.forest import draw_estimate, tidy_rows
 from reports.figures.kind import FigureKind
-from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
+from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import level_of, levels_name, swept_factor, swept_words
 from reports.numbers import Number
 
@@ -70,7 +69,7 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     tidy_rows(axes, len(ticks))
     called = swept_words(swept_factor(content))
     axes.set_xlabel(f"Savings ({called.control} − {called.treatment_short}) / {called.control} (%)")
-    axes.xaxis.set_major_locator(MaxNLocator(5))
+    axes.xaxis.set_major_locator(plain_ticks(5))
     light_grid(axes, "x")
     return figure
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from reports.figures.font import figure_font
 
@@ -85,3 +86,8 @@ def new_figure(width_in: float, height_in: float) -> Figure:
 def light_grid(axes: Axes, axis: Literal["both", "x", "y"] = "y") -> None:
     """Draw thin lines to read values by."""
     axes.grid(visible=True, axis=axis, color=PALE, linewidth=0.5)
+
+
+def plain_ticks(most: int = 6) -> MaxNLocator:
+    """Return what places at most so many intervals between ticks at 1, 2, 2.5 or 5 times a power of ten: none at 8."""
+    return MaxNLocator(most, steps=[1, 2, 2.5, 5, 10])

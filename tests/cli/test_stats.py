@@ -168,7 +168,7 @@ def test_missing_values_are_refused_or_dropped_and_counted(tmp_path: Path) -> No
     (compared,) = dropped["comparisons"]
     assert (compared["n_a"], compared["n_b"], compared["missing_a"], compared["missing_b"]) == (3, 4, 2, 1)
     assert dropped["groups"] == {"CE": 4, "AD": 3}
-    assert "3 of 10 rows lack a value or a label and are left out." in dropped["notes"]
+    assert "3 of 10 rows are left out: 3 lack a value." in dropped["notes"]
     shown = good(labbook("stats", "compare", path, *BY, "--missing", "drop", at=tmp_path)).out
     assert "3 missing left out" in shown.splitlines()[0]
     assert run(path, "blocked", *BY, "--day", "date", "--missing", "drop")["blocked"]["n"] == 7

@@ -39,7 +39,12 @@ MissingOption = Annotated[
     typer.Option("--missing", metavar="WAY", help="What to do with empty cells: refuse, or drop and say how many."),
 ]
 DecimalOption = Annotated[
-    str | None, typer.Option("--decimal", metavar="SIGN", help="The table's decimal sign, . or , where it is unclear.")
+    str | None,
+    typer.Option(
+        "--decimal",
+        metavar="SIGN",
+        help="The table's decimal sign, . or , where it is unclear; with , points before three digits are thousands.",
+    ),
 ]
 QuantityOption = Annotated[
     str | None,
@@ -67,7 +72,7 @@ def text_of(file: Path | None) -> str:
     """Read the table that is named, if one is."""
     from labbook.cli.reading import read_text
 
-    return "" if file is None else read_text(file)
+    return "" if file is None else read_text(file, marked_utf_16=True)
 
 
 def tell(told: "Told", as_json: bool) -> None:

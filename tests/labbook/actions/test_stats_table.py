@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.where import ColumnKind, WhereColumn, compile_where
-from labbook.actions.stats_table import column_for_where, numbers_of, read_table
+from labbook.actions.stats_cells import column_for_where
+from labbook.actions.stats_table import numbers_of, read_table
 from labbook.actions.stats_where import rows_where
 
 NUMBERS = st.decimals(-(10**9), 10**9, places=4) | st.decimals(-1, 1, places=2)
@@ -40,6 +41,46 @@ def test_quotes_hold_separators_and_lines_are_counted_as_in_the_file() -> None:
         numbers_of(table, "x, mm", "--value")
     with pytest.raises(UnknownName, match="did you mean 'name'"):
         numbers_of(table, "nane", "--value")
+
+
+def numbers(cells: str, declared: str | None = None) -> list[Decimal | None]:
+    rows = "\n".join(f"a;{cell}" for cell in cells.split())
+    return numbers_of(read_table(f"g;v\n{rows}\n", "data.csv"), "v", "--value", declared)
+
+
+def test_points_are_thousands_only_where_the_comma_was_said_to_be_the_decimal_sign() -> None:
+    assert numbers("1.234,5 -12.345.678 999,25 7", ",") == [
+        Decimal(text) for text in ("1234.5", "-12345678", "999.25", "7")
+    ]
+    for cells, declared in (("1.234,5 1,5", None), ("1.234,5", "."), ("0.123 1,5", ","), ("12.34 1,5", ",")):
+        with pytest.raises(InputRefused, match=r"column 'v', line 2 of data\.csv"):
+            numbers(cells, declared)
+    with pytest.raises(InputRefused, match="add --decimal , where its points are thousands, or write it without"):
+        numbers("1.234,5")
+
+
+def test_a_typeset_minus_is_a_minus() -> None:
+    assert numbers("\N{MINUS SIGN}1.5 2e\N{MINUS SIGN}3 -4") == [Decimal("-1.5"), Decimal("0.002"), Decimal(-4)]
+    assert numbers("\N{MINUS SIGN}1,5", ",") == [Decimal("-1.5")]
+    assert column_for_where(("\N{MINUS SIGN}1.5", "2", "")) == [Decimal("-1.5"), Decimal(2), None]
+    assert column_for_where(("1.234,5", "2", ""), "v", ",") == [Decimal("1234.5"), Decimal(2), None]
+
+
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [
+        ("1.5 J", "is a number and more: write 1.5 alone, and where 'J' is a unit, name the column as in 'v (J)'."),
+        ("-3%", "write -3 alone, and where '%' is a unit"),
+        ("2 m/s", "where 'm/s' is a unit"),
+        ("1,234.5", "holds a separator of thousands: write it without, as 1234.5."),
+        ("#DIV/0!", "is no number that can be used: write it as 12.5, or leave it empty where it is missing."),
+        ("1e999", "is no number that can be used"),
+    ],
+)
+def test_what_is_no_number_is_refused_with_what_to_write(cell: str, said: str) -> None:
+    with pytest.raises(InputRefused) as refused:
+        numbers_of(read_table(f"g;v\na;{cell}\n", "data.csv"), "v", "--value")
+    assert said in str(refused.value)
 
 
 ROWS = st.lists(

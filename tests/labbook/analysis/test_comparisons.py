@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import json
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -417,6 +418,10 @@ def test_the_methods_cite_what_is_on_record_against_a_method_at_such_a_design(re
         f"the t-test that the F-test chooses rejects {100 * worst.value:.3g} % of studies without an effect" in methods
     )
     assert "each group on 1 day of its own" in methods
+    sentences = [sentence for sentence in methods.split(". ") if sentence.startswith("At n = ")]
+    designs = [sentence.partition(": ")[0] for sentence in sentences]
+    assert len(set(designs)) == len(designs) >= 1
+    assert all(re.search(r" % stated\).* uses?( of each)? here of about that design\)", one) for one in sentences)
     together = "".join(reports().content.methods).replace("\u00a0", " ")
     assert "of its own" not in together
     assert "docs/statistics.md" in together

@@ -74,7 +74,7 @@ def test_more_groups_have_their_differences_below_in_the_unit_that_is_shown(five
     figure = draw_estimation(five, width_in)
     upper, lower = figure.axes
     assert upper.get_ylabel() == "Apex height (mm)"
-    assert lower.get_ylabel().startswith("Mean difference from\n0 (mm)\n(95")
+    assert lower.get_ylabel().startswith("Mean difference\nfrom 0 (mm)\n(95")
     assert len(points(upper)) == 63
     assert sorted(y for _x, y in points(upper)) == pytest.approx(
         sorted(1000 * value for group in five.groups for value in group.values)
@@ -155,3 +155,42 @@ def test_no_point_of_a_swarm_covers_another(values):
     at = axes.transData.transform(list(zip(offsets, values, strict=True))) * 72.0 / axes.figure.dpi
     assert min((math.dist(one, other) for one, other in itertools.combinations(at, 2)), default=9.0) >= 3.0
     assert swarm([7.0] * 500, axes, 3.0) == swarm([7.0] * 500, axes, 3.0)
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+@pytest.mark.parametrize("count", [3, 9, 30])
+def test_marks_stay_clear_of_the_line_of_the_sd_beside_them(count, width_in):
+    rng = np.random.default_rng(count)
+    groups = tuple(EstimationGroup(f"g{place}", tuple(rng.normal(0.0, 1.0, 12).tolist())) for place in range(count))
+    number = Number(0.1, "J", ci_low=-1.0, ci_high=1.2)
+    upper = draw_estimation(Estimation("Energy", "J", groups, 0, (None, *[number] * (count - 1))), width_in).axes[0]
+    in_pt = 72.0 / upper.figure.dpi
+
+    def across(x):
+        return upper.transData.transform((x, 0.0))[0] * in_pt
+
+    sds = sorted({float(line.get_xdata()[0]) for line in upper.lines if line.get_linewidth() == 1.6})
+    assert len(sds) == count
+    for line in upper.lines:
+        if line.get_alpha() == 0.75:
+            right = max(across(x) for x in line.get_xdata()) + line.get_markersize() / 2
+            beside = across(next(at for at in sds if at > line.get_xdata().max()))
+            assert right <= beside - 0.8
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+@pytest.mark.parametrize("called", ["", "Savings against gain 0"])
+def test_the_words_beside_a_panel_are_no_longer_than_it_is(called, width_in):
+    unit = "%" if called else "J"
+    number = Number(3.0, unit, ci_low=-20.0, ci_high=17.0)
+    groups = tuple(EstimationGroup(f"gain {gain}", (9.0, 10.0, 11.5)) for gain in (0, 50, 100))
+    figure = draw_estimation(
+        Estimation("Energy of a jump", "J", groups, 0, (None, number, number), (), called), width_in
+    )
+    figure.draw_without_rendering()
+    for axes in figure.axes:
+        assert axes.yaxis.label.get_window_extent().height <= 0.9 * axes.get_window_extent().height
+    ticks = [round(abs(float(tick)), 9) for tick in figure.axes[1].get_yticks() if tick]
+    assert all(
+        tick / 10.0 ** math.floor(math.log10(tick)) in (1.0, 2.0, 3.0, 4.0, 5.0, 2.5, 7.5, 1.5) for tick in ticks
+    )

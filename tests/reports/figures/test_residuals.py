@@ -1,3 +1,4 @@
+import dataclasses
 import itertools
 import xml.etree.ElementTree as ElementTree
 
@@ -7,7 +8,7 @@ import pytest
 from reports.figures.kind import svg_bytes
 from reports.figures.quantiles import Quantiles, draw_quantiles
 from reports.figures.residuals import Against, ResidualPlot, draw_residuals
-from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.figures.style import BLACK, ONE_COLUMN_IN, TWO_COLUMNS_IN
 from stats.residuals import normal_quantiles, residuals_of_groups
 
 WIDTHS = [ONE_COLUMN_IN, TWO_COLUMNS_IN]
@@ -62,7 +63,7 @@ def test_quantiles_in_the_unit_that_is_shown_with_line_and_band(width_in):
     assert line.get_ydata() == pytest.approx(1000 * np.array(found.middle))
     assert axes.get_ylabel() == "Residual of apex height (mm)"
     assert [text.get_text() for text in axes.get_legend().get_texts()] == [
-        "normal",
+        "median of each place, if normal",
         "95\N{NO-BREAK SPACE}% of each place, if normal",
     ]
     assert svg_bytes(figure) == svg_bytes(draw_quantiles(Quantiles("Apex height", "m", found), width_in))
@@ -73,3 +74,16 @@ def test_without_scatter_there_is_neither_line_nor_band():
     (axes,) = draw_quantiles(Quantiles("Energy", "J", found)).axes
     assert len(axes.lines) == 1
     assert axes.get_legend() is None
+
+
+def test_means_are_drawn_where_they_can_differ_and_a_line_says_so(plot):
+    def means(figure):
+        return [sum(line.get_color() == BLACK for line in axes.lines) for axes in figure.axes]
+
+    figure = draw_residuals(plot)
+    assert means(figure) == [3, 6, 0]
+    assert figure._suptitle.get_text() == "Short line: mean of the residuals of each controller and day."
+    groups = dataclasses.replace(plot, against=(dataclasses.replace(plot.against[0], means=False),))
+    bare = draw_residuals(groups)
+    assert means(bare) == [0]
+    assert bare._suptitle is None

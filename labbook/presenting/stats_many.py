@@ -1,0 +1,69 @@
+"""Many comparisons in a sentence: those with a small p and a count, where all of them would hide the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from stats.dunnett import AgainstControl, Dunnett
+from stats.tukey import AllPairs, PairDifference
+
+Compared = TypeVar("Compared", PairDifference, AgainstControl)
+
+MOST_IN_WORDS = 10
+"""More comparisons than these stand in the table only, but for those with a small p; five groups have so many pairs."""
+
+
+def all_pairs_text(found: AllPairs, unit: str) -> str:
+    """Say all pairs, or of many those whose adjusted p is at most 1 - level, and how many there are."""
+    if len(found.pairs) <= MOST_IN_WORDS:
+        return found.sentence(unit)
+    small = _small(found.pairs, found.level)
+    shown = replace(found, pairs=_first(small)).sentence(unit)
+    head = replace(found, pairs=found.pairs[:1]).sentence(unit).partition(": ")[0]
+    return _counted(head, shown, small, found.pairs, found.level, "pairs")
+
+
+def against_control_text(found: Dunnett, unit: str) -> str:
+    """Say all comparisons with the control, or of many those with an adjusted p of at most 1 - level, and how many."""
+    if len(found.comparisons) <= MOST_IN_WORDS:
+        return found.sentence(unit)
+    small = _small(found.comparisons, found.level)
+    shown = replace(found, comparisons=_first(small)).sentence(unit)
+    return _counted(shown.partition(": ")[0], shown, small, found.comparisons, found.level, "groups")
+
+
+def _small(items: Sequence[Compared], level: float) -> tuple[Compared, ...]:
+    return tuple(item for item in items if isinstance(item.p, float) and item.p <= 1.0 - level)
+
+
+def _first(small: tuple[Compared, ...]) -> tuple[Compared, ...]:
+    """Return those with the smallest p, in their order."""
+    named = sorted(range(len(small)), key=lambda place: _size(small[place]))[:MOST_IN_WORDS]
+    return tuple(small[place] for place in sorted(named))
+
+
+def _size(item: PairDifference | AgainstControl) -> float:
+    return item.log10_p if isinstance(item.log10_p, float) else 0.0
+
+
+def _counted(
+    head: str,
+    shown: str,
+    small: Sequence[PairDifference | AgainstControl],
+    items: Sequence[PairDifference | AgainstControl],
+    level: float,
+    what: str,
+) -> str:
+    tested = sum(isinstance(item.p, float) for item in items)
+    lacking = f", {len(items) - tested} have no test" if tested < len(items) else ""
+    listed = ""
+    if small:
+        which = "" if len(small) <= MOST_IN_WORDS else f"the {MOST_IN_WORDS} smallest: "
+        listed = f" ({which}{shown.partition(': ')[2].removesuffix('.')})"
+    has = "has" if len(small) < 2 else "have"
+    return (
+        f"{head}: {len(small) or 'none'} of {len(items)} {what} {has} an adjusted p of at most {1.0 - level:g}{listed}"
+        f"{lacking}; the table below has all."
+    )

@@ -1,0 +1,80 @@
+"""`labbook stats`: what is read and left out is told, and a test by day says what it counts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.cli.shell import good, labbook, refused
+
+BY = ("--value", "v", "--by", "g", "--day", "day")
+TABLE = "v,g\n1,a\n2,a\n3,b\n5,b\n"
+
+
+def blocked(folder: Path, rows: str, *words: str) -> list[str]:
+    path = folder / "data.csv"
+    path.write_text("v,g,day\n" + "\n".join(rows.split()) + "\n", encoding="utf-8")
+    return good(labbook("stats", "blocked", path, *BY, *words, at=folder)).out.splitlines()
+
+
+def test_rows_without_a_value_and_without_a_label_are_counted_apart(tmp_path: Path) -> None:
+    rows = "1,a,1 ,a,1 NA,a,2 2,a,2 3.5,a,1 4,b,1 5,b,2 nan,b,2 7,b,1 8,,1 ,b,"
+    said = blocked(tmp_path, rows, "--missing", "drop")
+    assert "n = 6, 3 missing left out" in said[0]
+    assert "note: 5 of 11 rows are left out: 3 lack a value and 2 lack a label in 'g' or 'day'." in said
+    one = blocked(tmp_path, "1,a,1 2,a,2 3,b,1 5,b,2 8,,1", "--missing", "drop")
+    assert "missing" not in one[0]
+    assert "note: 1 of 5 rows is left out: 1 lacks a label in 'g' or 'day'." in one
+
+
+def test_a_single_day_is_no_random_effect_and_bounds_the_claim(tmp_path: Path) -> None:
+    said = blocked(tmp_path, "1,a,1 2,a,1 4,a,1 3,b,1 5,b,1 9,b,1 7,b,1")
+    assert "(exact test on values, day held fixed)" in said[0]
+    assert "random effect" not in said[0]
+    assert any(line.startswith("note: All values are of one day") and "holds for that day" in line for line in said)
+
+
+def test_where_days_are_confounded_no_test_stands_that_counts_values(tmp_path: Path) -> None:
+    alike = "1,a,1 4,a,1 2,a,2 3.1,a,2 5,b,3 2.5,b,3 4,b,4 3.3,b,4"
+    said = blocked(tmp_path, alike)
+    assert "F(1, 2)" in said[0]
+    assert "F(1, 6)" not in said[0]
+    assert "each day counts as one observation there" in said[0]
+    assert any("REML puts the days' variance at 0" in line for line in said if line.startswith("note: "))
+    apart = blocked(tmp_path, "1,a,1 1.2,a,1 4,a,2 4.3,a,2 5,b,3 5.2,b,3 9,b,4 9.1,b,4")
+    assert "with day as a random effect F(1, 2)" in apart[0]
+    assert not any("REML puts" in line for line in apart if line.startswith("note: "))
+
+
+def test_days_estimated_alike_are_told_where_the_model_counts_values(tmp_path: Path) -> None:
+    said = blocked(tmp_path, "1,a,1 2,a,2 3.5,a,1 4,b,1 5,b,2 7,b,1")
+    assert "days estimated not to differ, so that values count as independent" in said[0]
+
+
+def test_text_in_utf_16_with_its_mark_is_read_and_other_pages_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    words = ("stats", "compare", path, *BY[:4])
+    path.write_text(TABLE, encoding="utf-8")
+    expected = good(labbook(*words, at=tmp_path)).out
+    path.write_bytes(TABLE.encode("utf-16"))
+    assert good(labbook(*words, at=tmp_path)).out == expected
+    path.write_bytes("v,g\n1,\u00fc\n".encode("cp1252"))
+    refused(labbook(*words, at=tmp_path), 2, "UTF-16 with a byte order mark", "Windows-1252")
+    path.write_bytes(TABLE.encode("utf-16")[:-1])
+    refused(labbook(*words, at=tmp_path), 2, "is not UTF-8 text")
+
+
+def test_groups_that_differ_in_capitals_only_and_points_of_thousands_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text("v;g\n1.234,5;AD\n1.240,0;ad\n1.100,0;CE\n1.120,5;CE\n", encoding="utf-8")
+    notes = good(labbook("stats", "compare", path, *BY[:4], "--decimal", ",", "--json", at=tmp_path)).json["notes"]
+    assert "Groups that differ only in capital letters count as several: 'AD' and 'ad'." in notes
+    assert "Points are read as thousands, as --decimal , says: '1.234,5'." in notes
+
+
+def test_an_alpha_in_percent_is_refused_with_how_it_is_written(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text(TABLE, encoding="utf-8")
+    for alpha in ("5", "0", "1", "nan"):
+        refused(
+            labbook("stats", "compare", path, *BY[:4], "--alpha", alpha, at=tmp_path), 2, "for example 0.05 for 5 %"
+        )
