@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, apart, pairs
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, pairs
 from benchmarks.stats_evidence.sizes.method import Method, alike, never, of_one_p, of_p
 from stats.equivalence import EquivalenceRoute, equivalence
 
@@ -18,7 +18,7 @@ def _raw(route: EquivalenceRoute) -> Method:
     return Method(
         "equivalence" if route == "welch" else f"equivalence_{route}",
         "size",
-        (*pairs(), *(apart(2) if route == "welch" else ())),
+        (*pairs(), *by_layout(2)),
         # One bound alone, or the other one far away: nearer bounds only make the tests err less.
         lambda groups, _: of_one_p(equivalence(groups[0].ravel(), groups[1].ravel(), None, 0.0, route=route).p),
         lambda groups, _: of_p(over_arrays(*map(arrays.flat, groups)).p_below_zero),
@@ -44,5 +44,5 @@ def _percent_many(groups: Groups, _design: Design) -> Floats:
 METHODS = (
     _raw("welch"),
     _raw("student"),
-    Method("equivalence_percent", "size", (*pairs(), *apart(2)), _percent_one, _percent_many),
+    Method("equivalence_percent", "size", (*pairs(), *by_layout(2)), _percent_one, _percent_many),
 )

@@ -61,14 +61,19 @@ class Design:
         return tuple(self.sd_ratio ** (1.0 - place / last) for place in range(len(self.n)))
 
     @property
-    def times(self) -> int:
-        """Values of a group a day."""
-        return self.n[0] // (self.days or 1)
+    def times(self) -> tuple[int, ...]:
+        """Values of each group a day."""
+        return tuple(n // (self.days or 1) for n in self.n)
 
     @property
     def normal_and_alike(self) -> bool:
         """Whether all values are normal with one SD."""
         return self.distribution == "normal" and self.sd_ratio == 1.0
+
+    @property
+    def no_day_moves(self) -> bool:
+        """Whether differences of groups are free of days: there are none, or they do not differ, or all share one."""
+        return not self.day_sd or (self.days == 1 and self.layout == "shared")
 
 
 def draw(design: Design, runs: int, rng: np.random.Generator) -> list[Floats]:
@@ -79,13 +84,13 @@ def draw(design: Design, runs: int, rng: np.random.Generator) -> list[Floats]:
     of_day = (runs, design.days, 1)
     together = rng.standard_normal(of_day)
     found = []
-    for sd in design.sds:
+    for sd, times in zip(design.sds, design.times, strict=True):
         level = rng.standard_normal(of_day) if design.layout in COMMON else together
         level[:, : design.common_days] = together[:, : design.common_days]
-        values = sd * scatter(rng, (runs, design.days, design.times)) + (design.day_sd or 0.0) * level
+        values = sd * scatter(rng, (runs, design.days, times)) + (design.day_sd or 0.0) * level
         if design.layout == "runs":
             of_runs = rng.standard_normal((runs, design.days, RUNS_A_DAY))
-            values += np.repeat(of_runs, design.times // RUNS_A_DAY, axis=2)
+            values += np.repeat(of_runs, times // RUNS_A_DAY, axis=2)
         found.append(values)
     return found
 
@@ -142,3 +147,8 @@ def mostly(groups: int, times_a_day: Sequence[int] = SOME_N) -> tuple[Design, ..
 def apart(groups: int) -> tuple[Design, ...]:
     """Return designs of groups on days of their own, and on days of which they share the first, or all but the last."""
     return *designs_over_days(groups, "own", times_a_day=SOME_N), *partly(groups), *mostly(groups)
+
+
+def by_layout(groups: int) -> tuple[Design, ...]:
+    """Return designs of groups over one to six days in every layout that does not call for a model of its own."""
+    return *apart(groups), *designs_over_days(groups, "shared", times_a_day=SOME_N)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.polynomial import Chebyshev
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, several
-from benchmarks.stats_evidence.sizes.method import ALPHA, Method, columns, number
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, several
+from benchmarks.stats_evidence.sizes.method import ALPHA, Method, alike, columns, number
 from benchmarks.stats_evidence.sizes.several_groups import named
 from stats.dunnett import dunnett
 from stats.many_to_one import largest_critical
@@ -43,6 +43,7 @@ def _of_ratio(ratio: Floats) -> Floats:
 
 
 def _tukey(groups: Groups, _design: Design) -> Floats:
+    groups = list(map(arrays.flat, groups))
     scatter, df = _within(groups)
     critical = range_critical(ALPHA, len(groups), df)
     found = [
@@ -54,7 +55,7 @@ def _tukey(groups: Groups, _design: Design) -> Floats:
 
 def _games_howell(groups: Groups, _design: Design) -> Floats:
     found = []
-    for a, b in combinations(groups, 2):
+    for a, b in combinations(map(arrays.flat, groups), 2):
         pair = arrays.welch(a, b)
         critical = _criticals(len(groups))(1.0 / pair.df)
         found.append(np.abs(pair.difference) / (pair.se / math.sqrt(2.0)) / critical)
@@ -62,6 +63,7 @@ def _games_howell(groups: Groups, _design: Design) -> Floats:
 
 
 def _dunnett(groups: Groups, design: Design) -> Floats:
+    groups = list(map(arrays.flat, groups))
     (scatter, df), (control, *treated) = _within(groups), groups
     critical = largest_critical(ALPHA, design.n[0], design.n[1:], df, two_sided=True)
     found = [
@@ -73,7 +75,7 @@ def _dunnett(groups: Groups, design: Design) -> Floats:
 
 
 def _holm(groups: Groups, _design: Design) -> Floats:
-    control, *treated = groups
+    control, *treated = map(arrays.flat, groups)
     least = np.min([arrays.welch(group, control).p for group in treated], axis=0)
     adjusted = np.minimum(1.0, len(treated) * least)
     return columns(adjusted, adjusted <= ALPHA)
@@ -91,28 +93,29 @@ def _all_pairs_one(groups: Groups, variances: Variances) -> tuple[float, bool]:
 
 def _dunnett_one(groups: Groups, _design: Design) -> tuple[float, bool]:
     control, *treated = groups
-    found = dunnett(control, named(treated))
+    found = dunnett(control.ravel(), named(treated))
     ratio = max(abs(number(one.t)) for one in found.comparisons) / number(found.critical)
     return ratio, min(number(one.p) for one in found.comparisons) <= ALPHA
 
 
 def _holm_one(groups: Groups, _design: Design) -> tuple[float, bool]:
     control, *treated = groups
-    p = {name: compare_two(group, control, route="welch").p for name, group in named(treated).items()}
+    p = {name: compare_two(group, control.ravel(), route="welch").p for name, group in named(treated).items()}
     found = holm(p, "treatments against one control", alpha=ALPHA)
     return min(map(number, found.adjusted_p)), any(rejected is True for rejected in found.rejected)
 
 
+OF_THREE, OF_FOUR = ((*several(k), *by_layout(k)) for k in (3, 4))
 METHODS = (
     Method(
         "tukey",
         "size",
-        several(3),
+        OF_THREE,
         lambda groups, _: _all_pairs_one(groups, "equal"),
         _tukey,
-        lambda design: design.normal_and_alike and len(set(design.n)) == 1,
+        lambda design: alike(design) and len(set(design.n)) == 1,
     ),
-    Method("games_howell", "size", several(3), lambda groups, _: _all_pairs_one(groups, "unequal"), _games_howell),
-    Method("dunnett", "size", several(4), _dunnett_one, _dunnett, lambda design: design.normal_and_alike),
-    Method("holm", "size", several(4), _holm_one, _holm),
+    Method("games_howell", "size", OF_THREE, lambda groups, _: _all_pairs_one(groups, "unequal"), _games_howell),
+    Method("dunnett", "size", OF_FOUR, _dunnett_one, _dunnett, alike),
+    Method("holm", "size", OF_FOUR, _holm_one, _holm),
 )

@@ -29,7 +29,7 @@ def never(_design: Design) -> bool:
 
 def alike(design: Design) -> bool:
     """Say that a method is exact for normal values of one SD that no day moves."""
-    return design.normal_and_alike and not design.day_sd
+    return design.normal_and_alike and design.no_day_moves
 
 
 @dataclass(frozen=True, slots=True)

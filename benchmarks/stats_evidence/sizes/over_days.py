@@ -8,6 +8,7 @@ import numpy as np
 from scipy import special
 
 from benchmarks.stats_evidence.sizes.design import (
+    DAYS,
     RUNS_A_DAY,
     SOME_N,
     Design,
@@ -34,19 +35,40 @@ SHARED, OWN = (
 )
 UNEQUAL = tuple(replace(one, sd_ratio=2.0) for one in designs_over_days(CONDITIONS, "shared", times_a_day=(3, 10)))
 FULL = (*SHARED, *OWN, *UNEQUAL)
+SEVERAL_DAYS = tuple(one for one in FULL if one.days != 1)
 PAIRS = (
     *designs_over_days(2, "shared", times_a_day=SOME_N),
     *designs_over_days(2, "own", times_a_day=SOME_N, fewest_days=2),
 )
 POOLED = (*designs_over_days(2, "own"), *designs_over_days(2, "shared"), *partly(2), *mostly(2))
+UNEQUAL_PAIRS = tuple(
+    replace(one, sd_ratio=2.0)
+    for one in (
+        *designs_over_days(2, "shared", times_a_day=(3, 10)),
+        *designs_over_days(2, "own", times_a_day=(3, 10), fewest_days=2),
+    )
+)
+UNEVEN_TIMES = (3, 10)
+"""Values a day of two conditions that were measured unequally often."""
+UNEVEN, UNEVEN_OWN = (
+    tuple(
+        Design(tuple(times * days for times in UNEVEN_TIMES), ratio, days, 1.0, layout)
+        for ratio in ratios
+        for days in DAYS[fewest_days - 1 :]
+    )
+    for layout, ratios, fewest_days in (("shared", (0.5, 1.0, 2.0), 1), ("own", (1.0,), 2))
+)
 NOT_ALL = (*partly(2, (3, 10)), *mostly(2, (3, 10)))
-WITH_HOLES = tuple(Design((3 * days,) * 3, 1.0, days, day_sd, "holes") for days in (2, 3, 6) for day_sd in DAY_SDS)
-WITH_RUNS = tuple(Design((6 * days,) * 3, 1.0, days, 1.0, "runs") for days in (1, 2, 3, 6))
+WITH_HOLES, MORE_WITH_HOLES = (
+    tuple(Design((3 * days,) * 3, 1.0, days, day_sd, "holes") for days in each for day_sd in DAY_SDS)
+    for each in ((2, 3, 6), (4, 5))
+)
+WITH_RUNS = tuple(Design((6 * days,) * 3, 1.0, days, 1.0, "runs") for days in DAYS)
 
 
 @dataclass(frozen=True, slots=True)
 class Squares:
-    """Mean squares of full designs, each of shape (runs,)."""
+    """Mean squares of designs whose days are all alike, each of shape (runs,)."""
 
     conditions: Floats
     days: Floats
@@ -62,20 +84,21 @@ class Squares:
 
 
 def _squares(groups: Groups, design: Design) -> Squares:
-    values = np.stack(groups, axis=1)  # runs, conditions, days, times
-    _runs, k, days, times = values.shape
-    of_condition = values.mean(axis=(2, 3), keepdims=True)
-    grand = of_condition.mean(axis=1, keepdims=True)
-    between = days * times * ((of_condition - grand) ** 2).sum(axis=(1, 2, 3)) / (k - 1)
-    left = values - of_condition
-    whole = (left**2).sum(axis=(1, 2, 3))
+    k, days = len(groups), groups[0].shape[1]
+    times = np.array([group.shape[2] for group in groups])  # a day; on days of their own all are alike
+    of_condition = np.stack([group.mean(axis=(1, 2)) for group in groups])
+    grand = times @ of_condition / times.sum()
+    between = days * (times @ (of_condition - grand) ** 2) / (k - 1)
+    left = [group - mean[:, None, None] for group, mean in zip(groups, of_condition, strict=True)]
+    whole = sum((each**2).sum(axis=(1, 2)) for each in left)
+    sums = np.stack([each.sum(axis=2) for each in left])  # conditions, runs, days
     if design.layout == "own":
-        of_days = times * (left.mean(axis=3) ** 2).sum(axis=(1, 2))
+        of_days = (sums**2).sum(axis=(0, 2)) / times[0]
         days_df = k * (days - 1)
     else:
-        of_days = k * times * (left.mean(axis=(1, 3)) ** 2).sum(axis=1)
+        of_days = (sums.sum(axis=0) ** 2).sum(axis=1) / times.sum()
         days_df = days - 1
-    rest_df = k * days * times - k - days_df
+    rest_df = days * int(times.sum()) - k - days_df
     return Squares(between, of_days / max(days_df, 1), days_df, (whole - of_days) / rest_df, rest_df)
 
 
@@ -104,23 +127,39 @@ def _exact_many(groups: Groups, design: Design) -> Floats:
 def _contrast_many(groups: Groups, design: Design) -> Floats:
     _between, below, df = _mixed(groups, design)
     difference = groups[1].mean(axis=(1, 2)) - groups[0].mean(axis=(1, 2))
-    half = -special.stdtrit(df, (1.0 - LEVEL) / 2.0) * np.sqrt(2.0 * below / design.n[0])
+    half = -special.stdtrit(df, (1.0 - LEVEL) / 2.0) * np.sqrt(below * (1.0 / design.n[0] + 1.0 / design.n[1]))
     return of_interval(difference - half, difference + half, 0.0)
 
 
+def _mean_many(groups: Groups, design: Design) -> Floats:
+    found, k = _squares(groups, design), len(groups)
+    pooled, pooled_df = found.pooled
+    day_counts = found.days > found.rest
+    # The variance of a mean is a weighted sum of mean squares over n; on days of their own it is the days' alone.
+    of_days, of_rest = (1.0, 0.0) if design.layout == "own" else (1.0 / k, 1.0 - 1.0 / k)
+    parts = of_days * found.days, of_rest * found.rest
+    joined = (parts[0] + parts[1]) ** 2 / (parts[0] ** 2 / found.days_df + parts[1] ** 2 / found.rest_df)
+    df = np.where(day_counts, joined, pooled_df)
+    squared = np.where(day_counts, parts[0] + parts[1], pooled) / design.n[0]
+    mean = groups[0].mean(axis=(1, 2))
+    half = -special.stdtrit(df, (1.0 - LEVEL) / 2.0) * np.sqrt(squared)
+    return of_interval(mean - half, mean + half, 0.0)
+
+
 def _fit(groups: Groups, design: Design) -> BlockedByDay:
-    values = np.stack(groups)
-    k, days, times = values.shape
-    condition = np.repeat(np.arange(k), days * times).reshape(values.shape)
-    day = np.tile(np.repeat(np.arange(days), times), k).reshape(values.shape)
+    k, days = len(groups), groups[0].shape[0]
+    values = np.concatenate([group.ravel() for group in groups])
+    condition = np.repeat(np.arange(k), design.n)
+    day = np.concatenate([np.repeat(np.arange(days), times) for times in design.times])
     day = np.where(day < design.common_days, day, (day + 1) * k + condition)
-    kept = np.ones(values.shape, dtype=bool)
-    if design.layout == "holes":  # the same ones in every study of a design
-        kept[:, 1:] = np.random.default_rng(design.n[0]).random(kept[:, 1:].shape) >= HOLES
     if design.layout == "runs":
-        run = condition * RUNS_A_DAY + np.arange(times) // (times // RUNS_A_DAY)
-        return blocked_by_day(values.ravel(), condition.ravel(), day.ravel(), run.ravel())
-    return blocked_by_day(values[kept], condition[kept], day[kept])
+        half = design.times[0] // RUNS_A_DAY
+        return blocked_by_day(values, condition, day, condition * RUNS_A_DAY + np.arange(values.size) // half % 2)
+    if design.layout == "holes":  # the same ones in every study of a design
+        kept = np.ones((k, *groups[0].shape), dtype=bool)
+        kept[:, 1:] = np.random.default_rng(design.n[0]).random(kept[:, 1:].shape) >= HOLES
+        values, condition, day = (each[kept.ravel()] for each in (values, condition, day))
+    return blocked_by_day(values, condition, day)
 
 
 def _size_one(groups: Groups, design: Design) -> tuple[float, bool]:
@@ -134,6 +173,10 @@ def _exact_one(groups: Groups, design: Design) -> tuple[float, bool]:
 
 def _contrast_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
     return of_one_interval(_fit(groups, design).contrasts[0].interval, 0.0)
+
+
+def _mean_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
+    return of_one_interval(_fit(groups, design).conditions[0].interval, 0.0)
 
 
 def _alike(design: Design) -> bool:
@@ -156,5 +199,17 @@ METHODS = (
     Method("blocked_by_day_exact", "size", PAIRS, _exact_one, _exact_many, _alike, runs=10_000),
     Method("blocked_by_day_ci", "coverage", PAIRS, _contrast_one, _contrast_many, _one_day, runs=10_000),
     Method("blocked_by_day_ci", "coverage", NOT_ALL, _contrast_one, runs=2000),
+    Method("blocked_by_day", "size", MORE_WITH_HOLES, _size_one, runs=2000),
+    *(
+        method
+        for designs in (UNEQUAL_PAIRS, UNEVEN)
+        for method in (
+            Method("blocked_by_day", "size", designs, _size_one, _size_many, _one_day, runs=10_000),
+            Method("blocked_by_day_exact", "size", designs, _exact_one, _exact_many, _alike, runs=10_000),
+            Method("blocked_by_day_ci", "coverage", designs, _contrast_one, _contrast_many, _one_day, runs=10_000),
+        )
+    ),
+    Method("blocked_by_day", "size", UNEVEN_OWN, _size_one, runs=2000),
+    Method("blocked_by_day_mean_ci", "coverage", SEVERAL_DAYS, _mean_one, _mean_many, runs=10_000),
     *(test_of(route, POOLED) for route in ROUTES),
 )

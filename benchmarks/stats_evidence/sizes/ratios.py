@@ -6,7 +6,7 @@ import numpy as np
 from scipy import special
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, apart, pairs
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, pairs
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval
 from stats.savings import percent_savings
 
@@ -57,7 +57,7 @@ def _method(name: str) -> Method:
     return Method(
         name,
         "coverage",
-        (*pairs(), *(apart(2) if name == "fieller" else ())),
+        (*pairs(), *by_layout(2)),
         lambda groups, design: _one(FIELDS[name], groups, design),
         lambda groups, design: _many(name, groups, design),
     )

@@ -9,7 +9,16 @@ from itertools import combinations
 
 import numpy as np
 
-from benchmarks.stats_evidence.sizes.design import EVERY_N, UNEQUAL_N, Design, Floats, Groups, equal_groups
+from benchmarks.stats_evidence.sizes import arrays
+from benchmarks.stats_evidence.sizes.design import (
+    EVERY_N,
+    UNEQUAL_N,
+    Design,
+    Floats,
+    Groups,
+    designs_over_days,
+    equal_groups,
+)
 from benchmarks.stats_evidence.sizes.method import Method, of_one_interval, of_one_p, of_p, studies
 from stats.resampling import bootstrap_difference, permutation_test
 from stats.resampling_result import Bootstrap
@@ -26,6 +35,12 @@ DESIGNS = (
 BY_DAY = tuple(
     Design((times * days,) * 2, 1.0, days, 1.0, "shared") for times, days in ((3, 2), (3, 3), (3, 6), (5, 2), (10, 2))
 )
+ONE_DAY = tuple(Design((times, times), 1.0, 1, 1.0, "shared") for times in (3, 5, 10))
+MORE_BY_DAY = tuple(
+    design for design in designs_over_days(2, "shared", times_a_day=(3, 5, 10), fewest_days=2) if design not in BY_DAY
+)
+ALIKE = equal_groups(2, (1.0,))
+UNLIKE = tuple(design for design in DESIGNS if design not in ALIKE)
 FEW = tuple(design for design in DESIGNS if math.comb(sum(design.n), design.n[0]) <= QUICK)
 MANY = tuple(design for design in DESIGNS if design not in FEW)
 
@@ -40,6 +55,7 @@ def _arrangements(n_a: int, n: int) -> Floats:
 
 
 def _all_shuffles(groups: Groups) -> Floats:
+    groups = list(map(arrays.flat, groups))
     values = np.concatenate(groups, axis=1)
     scores = values - values.mean(axis=1, keepdims=True)
     n_a = groups[0].shape[1]
@@ -72,6 +88,10 @@ def _bootstrap_one(groups: Groups, _design: Design) -> tuple[float, float, bool]
     return of_one_interval(_redrawn(groups).interval, 0.0)
 
 
+def _percentile_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
+    return of_one_interval(_redrawn(groups).percentile_interval, 0.0)
+
+
 def _bca_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
     return of_one_interval(_redrawn(groups).bca_interval, 0.0)
 
@@ -90,8 +110,10 @@ def _seed(groups: Groups) -> int:
 METHODS = (
     Method("permutation", "size", FEW, _permutation_one, _permutation),
     Method("permutation", "size", MANY, _permutation_one, _permutation, runs=2000),
-    Method("permutation", "size", BY_DAY, _permutation_one, runs=1000),
+    Method("permutation", "size", ONE_DAY, _permutation_one, _permutation, runs=2000),
+    Method("permutation", "size", (*BY_DAY, *MORE_BY_DAY), _permutation_one, runs=1000),
     Method("bootstrap", "coverage", DESIGNS, _bootstrap_one, runs=2000),
-    Method("bootstrap", "coverage", BY_DAY, _bootstrap_one, runs=1000),
-    Method("bootstrap_bca", "coverage", equal_groups(2, (1.0,)), _bca_one, runs=1000),
+    Method("bootstrap", "coverage", (*ONE_DAY, *BY_DAY, *MORE_BY_DAY), _bootstrap_one, runs=1000),
+    Method("bootstrap_bca", "coverage", (*ALIKE, *UNLIKE), _bca_one, runs=1000),
+    Method("bootstrap_percentile", "coverage", (*ALIKE, *UNLIKE), _percentile_one, runs=1000),
 )

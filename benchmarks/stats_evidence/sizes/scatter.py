@@ -8,17 +8,33 @@ import numpy as np
 from scipy import special
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import DISTRIBUTIONS, EVERY_N, UNEQUAL_N, Design, Floats, Groups
-from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, of_interval, of_one_interval, of_one_p, of_p
+from benchmarks.stats_evidence.sizes.design import (
+    DISTRIBUTIONS,
+    EVERY_N,
+    UNEQUAL_N,
+    Design,
+    Floats,
+    Groups,
+    by_layout,
+)
+from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval, of_one_p, of_p
 from stats.variances import VarianceTest, bartlett, brown_forsythe, f_test, levene
 
 TWO = tuple(
     Design(n, distribution=name) for name in DISTRIBUTIONS for n in (*((n, n) for n in (*EVERY_N, 30)), *UNEQUAL_N)
 )
 THREE = tuple(Design((n,) * 3, distribution=name) for name in DISTRIBUTIONS for n in EVERY_N)
+OF_TWO = (*TWO, *by_layout(2))
+OF_ANY = (*TWO, *THREE, *by_layout(2), *by_layout(3))
+
+
+def _exact(design: Design) -> bool:
+    """Say that scatter is what F takes it for: normal, alike, and of one day or none, which has no part in it."""
+    return design.normal_and_alike and design.days in (None, 1)
 
 
 def _bartlett(groups: Groups, _design: Design) -> Floats:
+    groups = list(map(arrays.flat, groups))
     dfs = np.array([group.shape[1] - 1 for group in groups])[:, None]
     variances = np.stack([arrays.variance(group) for group in groups])
     pooled = (dfs * variances).sum(axis=0) / dfs.sum()
@@ -30,7 +46,7 @@ def _bartlett(groups: Groups, _design: Design) -> Floats:
 
 def _of_distances(middle: Callable[..., Floats]) -> Callable[[Groups, Design], Floats]:
     def many(groups: Groups, _design: Design) -> Floats:
-        distances = [np.abs(group - middle(group, axis=1, keepdims=True)) for group in groups]
+        distances = [np.abs(group - middle(group, axis=1, keepdims=True)) for group in map(arrays.flat, groups)]
         f, between, within = arrays.anova_f(distances)
         return of_p(special.fdtrc(between, within, f))
 
@@ -38,26 +54,31 @@ def _of_distances(middle: Callable[..., Floats]) -> Callable[[Groups, Design], F
 
 
 def _library(test: Callable[..., VarianceTest]) -> Callable[[Groups, Design], tuple[float, bool]]:
-    return lambda groups, _design: of_one_p(test({str(place): group for place, group in enumerate(groups)}).p)
+    return lambda groups, _design: of_one_p(test({str(place): group.ravel() for place, group in enumerate(groups)}).p)
 
 
 def _f_ratio(groups: Groups, _design: Design) -> Floats:
-    a, b = groups
+    a, b = map(arrays.flat, groups)
     ratio = arrays.variance(a) / arrays.variance(b)
     low, high = (special.fdtri(b.shape[1] - 1, a.shape[1] - 1, tail) for tail in ((1 - LEVEL) / 2, (1 + LEVEL) / 2))
     return of_interval(ratio * low, ratio * high, 1.0)
 
 
 def _f_ratio_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
-    return of_one_interval(f_test(groups[0], groups[1]).ratio_ci, 1.0)
+    return of_one_interval(f_test(groups[0].ravel(), groups[1].ravel()).ratio_ci, 1.0)
 
 
 METHODS = (
     Method(
-        "f_test", "size", TWO, lambda g, _: of_one_p(f_test(g[0], g[1]).p), lambda g, _: of_p(arrays.f_p(*g)), alike
+        "f_test",
+        "size",
+        OF_TWO,
+        lambda groups, _: of_one_p(f_test(groups[0].ravel(), groups[1].ravel()).p),
+        lambda groups, _: of_p(arrays.f_p(*map(arrays.flat, groups))),
+        _exact,
     ),
-    Method("bartlett", "size", (*TWO, *THREE), _library(bartlett), _bartlett),
-    Method("levene", "size", (*TWO, *THREE), _library(levene), _of_distances(np.mean)),
-    Method("brown_forsythe", "size", (*TWO, *THREE), _library(brown_forsythe), _of_distances(np.median)),
-    Method("f_ratio_ci", "coverage", TWO, _f_ratio_one, _f_ratio, alike),
+    Method("bartlett", "size", OF_ANY, _library(bartlett), _bartlett),
+    Method("levene", "size", OF_ANY, _library(levene), _of_distances(np.mean)),
+    Method("brown_forsythe", "size", OF_ANY, _library(brown_forsythe), _of_distances(np.median)),
+    Method("f_ratio_ci", "coverage", OF_TWO, _f_ratio_one, _f_ratio, _exact),
 )

@@ -35,11 +35,15 @@ NAMES = {
     "log_ratio": "savings, logarithm",
     "bootstrap": "difference, studentised bootstrap",
     "bootstrap_bca": "difference, BCa bootstrap",
+    "bootstrap_percentile": "difference, bootstrap percentiles",
     "mean_ci": "mean",
     "fit_linear_ci": "slope of a line",
+    "fit_linear_at_ci": "line at its end",
+    "fit_polynomial_at_ci": "parabola at its end",
     "blocked_by_day": "mixed model",
     "blocked_by_day_exact": "exact test",
     "blocked_by_day_ci": "difference, mixed model",
+    "blocked_by_day_mean_ci": "mean, mixed model",
 }
 LAYOUTS = {
     "shared": "shared",
@@ -136,5 +140,6 @@ def _day_sd(row: Recorded) -> str:
 
 
 def times(row: Recorded) -> str:
-    """Return how many values a group has a day."""
-    return str(row.n[0] // (row.days or 1))
+    """Return how many values a group has a day: one number where all have as many."""
+    found = [str(n // (row.days or 1)) for n in row.n]
+    return found[0] if len(set(found)) == 1 else ", ".join(found)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import optimize, special
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, apart, several
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, several
 from benchmarks.stats_evidence.sizes.method import (
     LEVEL,
     Method,
@@ -30,7 +30,7 @@ STEP = 0.5
 
 def named(groups: Groups) -> dict[str, Floats]:
     """Return the groups by name, as the library takes them."""
-    return {f"group {place}": group for place, group in enumerate(groups)}
+    return {f"group {place}": group.ravel() for place, group in enumerate(groups)}
 
 
 def _anova(groups: Groups, _design: Design) -> Floats:
@@ -39,6 +39,7 @@ def _anova(groups: Groups, _design: Design) -> Floats:
 
 
 def _welch_anova(groups: Groups, _design: Design) -> Floats:
+    groups = list(map(arrays.flat, groups))
     k = len(groups)
     weights = np.stack([group.shape[1] / arrays.variance(group) for group in groups])
     shares = weights / weights.sum(axis=0)
@@ -68,7 +69,7 @@ def _bounds_of_f(between: int, within: int, noncentrality: float) -> tuple[float
 
 
 def _share_many(groups: Groups, design: Design) -> Floats:
-    f, between, within = arrays.anova_f(_shifted(groups, design))
+    f, between, within = arrays.anova_f(list(map(arrays.flat, _shifted(groups, design))))
     low, high = _bounds_of_f(between, within, _noncentrality(design))
     return columns(f, (f < low) | (f > high))
 
@@ -80,15 +81,16 @@ def _share_one(groups: Groups, design: Design) -> tuple[float, bool]:
     return number(found.f), of_one_interval(found.eta_squared_ci, truth)[-1]
 
 
+DESIGNS = (*several(3), *by_layout(3))
 METHODS = (
     Method(
         "one_way_anova",
         "size",
-        (*several(3), *apart(3)),
-        lambda groups, _: of_one_p(one_way_anova({name: each.ravel() for name, each in named(groups).items()}).p),
+        DESIGNS,
+        lambda groups, _: of_one_p(one_way_anova(named(groups)).p),
         _anova,
         alike,
     ),
-    Method("welch_anova", "size", several(3), lambda g, _: of_one_p(welch_anova(named(g)).p), _welch_anova),
-    Method("eta_squared_ci", "coverage", several(3), _share_one, _share_many, alike),
+    Method("welch_anova", "size", DESIGNS, lambda g, _: of_one_p(welch_anova(named(g)).p), _welch_anova),
+    Method("eta_squared_ci", "coverage", DESIGNS, _share_one, _share_many, alike),
 )

@@ -1,4 +1,4 @@
-"""The interval of one mean, and that of a line's slope."""
+"""The interval of one mean, that of a line's slope, and those of a line and a parabola at their end."""
 
 from __future__ import annotations
 
@@ -6,17 +6,32 @@ import numpy as np
 from scipy import special
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import DISTRIBUTIONS, EVERY_N, RATIOS, Design, Floats, Groups
+from benchmarks.stats_evidence.sizes.design import (
+    DISTRIBUTIONS,
+    EVERY_N,
+    RATIOS,
+    SOME_N,
+    Design,
+    Floats,
+    Groups,
+    designs_over_days,
+)
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, of_interval, of_one_interval
 from data_schema.vocabulary import Undefined
+from stats.polynomial import fit_polynomial
 from stats.regression import fit_linear
 from stats.summary import describe
 
-INTERCEPT, SLOPE = 2.0, 3.0
+INTERCEPT, SLOPE, BEND = 2.0, 3.0, -1.0
+END = 1.0
+"""Where on x, which goes from 0 to 1, the fitted response is looked at: scatter tells most there."""
+LINES = tuple(Design((n,), ratio) for n in EVERY_N for ratio in RATIOS)
+PARABOLAS = tuple(design for design in LINES if design.n[0] > 3)
+"""Three values lie on a parabola and leave no scatter."""
 
 
 def _mean(groups: Groups, _design: Design) -> Floats:
-    (values,) = groups
+    (values,) = map(arrays.flat, groups)
     n = values.shape[1]
     half = -special.stdtrit(n - 1, (1.0 - LEVEL) / 2.0) * np.sqrt(arrays.variance(values) / n)
     middle = values.mean(axis=1)
@@ -24,7 +39,7 @@ def _mean(groups: Groups, _design: Design) -> Floats:
 
 
 def _mean_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
-    found = describe(groups[0])
+    found = describe(groups[0].ravel())
     low, high = found.ci_low, found.ci_high
     if isinstance(low, Undefined) or isinstance(high, Undefined):
         return of_one_interval(Undefined("the sample has no interval"), 0.0)
@@ -54,11 +69,45 @@ def _slope_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
     return of_one_interval(found if isinstance(found, Undefined) else found[1], SLOPE)
 
 
+def _at_end(groups: Groups, design: Design, degree: int) -> Floats:
+    x, y = _curve(groups, design, degree)
+    base = np.linalg.qr(np.vander(x, degree + 1))[0]
+    weights = y @ base
+    left = y - weights @ base.T
+    df = x.size - degree - 1
+    here = base[-1]
+    middle = weights @ here
+    half = -special.stdtrit(df, (1.0 - LEVEL) / 2.0) * np.sqrt((left**2).sum(axis=1) / df * (here @ here))
+    return of_interval(middle - half, middle + half, _truth_at_end(degree))
+
+
+def _curve(groups: Groups, design: Design, degree: int) -> tuple[Floats, Floats]:
+    x, y = _line(groups, design)
+    return x, y if degree == 1 else np.asarray(y + BEND * x * x)
+
+
+def _truth_at_end(degree: int) -> float:
+    return INTERCEPT + SLOPE * END + (0.0 if degree == 1 else BEND * END * END)
+
+
+def _line_at_end(groups: Groups, design: Design) -> tuple[float, float, bool]:
+    x, y = _curve(groups, design, 1)
+    return of_one_interval(fit_linear(y, {"x": x}).at({"x": END}).ci, _truth_at_end(1))
+
+
+def _parabola_at_end(groups: Groups, design: Design) -> tuple[float, float, bool]:
+    x, y = _curve(groups, design, 2)
+    return of_one_interval(fit_polynomial(x, y, 2).at(END).ci, _truth_at_end(2))
+
+
 METHODS = (
     Method(
         "mean_ci",
         "coverage",
-        tuple(Design((n,), distribution=name) for name in DISTRIBUTIONS for n in EVERY_N),
+        (
+            *(Design((n,), distribution=name) for name in DISTRIBUTIONS for n in EVERY_N),
+            *designs_over_days(1, "own", times_a_day=SOME_N),
+        ),
         _mean_one,
         _mean,
         alike,
@@ -66,9 +115,13 @@ METHODS = (
     Method(
         "fit_linear_ci",
         "coverage",
-        tuple(Design((n,), ratio) for n in EVERY_N for ratio in RATIOS),
+        LINES,
         _slope_one,
         _slope,
         alike,
+    ),
+    Method("fit_linear_at_ci", "coverage", LINES, _line_at_end, lambda g, design: _at_end(g, design, 1), alike),
+    Method(
+        "fit_polynomial_at_ci", "coverage", PARABOLAS, _parabola_at_end, lambda g, design: _at_end(g, design, 2), alike
     ),
 )

@@ -9,7 +9,7 @@ from functools import lru_cache
 from scipy import optimize
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, apart, pairs
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, pairs
 from benchmarks.stats_evidence.sizes.method import (
     LEVEL,
     Method,
@@ -43,7 +43,7 @@ def test_of(route: Route, designs: tuple[Design, ...]) -> Method:
         designs,
         lambda groups, _: of_one_p(compare_two(groups[0].ravel(), groups[1].ravel(), route).p),
         lambda groups, _: of_p(OVER_ARRAYS[route](*map(arrays.flat, groups)).p),
-        lambda design: route == "student" and design.normal_and_alike and not design.day_sd,
+        alike if route == "student" else never,
     )
 
 
@@ -51,7 +51,7 @@ def _interval_of(route: Route) -> Method:
     return Method(
         f"difference_ci_{route}",
         "coverage",
-        (*pairs(), *(() if route == "student" else apart(2))),
+        (*pairs(), *by_layout(2)),
         lambda groups, _: of_one_interval(compare_two(groups[0].ravel(), groups[1].ravel(), route).difference_ci, 0.0),
         lambda groups, _: of_interval(*OVER_ARRAYS[route](*map(arrays.flat, groups)).ends, 0.0),
         alike if route == "student" else never,
@@ -59,9 +59,11 @@ def _interval_of(route: Route) -> Method:
 
 
 def pooled_sd(design: Design) -> float:
-    """Return the SD that the pooled variance estimates."""
+    """Return the SD that the pooled variance estimates; of it is so much the days' as so few of them show."""
     dfs = [n - 1 for n in design.n]
-    return math.sqrt(sum(df * sd * sd for df, sd in zip(dfs, design.sds, strict=True)) / sum(dfs))
+    of_values = sum(df * sd * sd for df, sd in zip(dfs, design.sds, strict=True))
+    of_days = sum(n - times for n, times in zip(design.n, design.times, strict=True)) * (design.day_sd or 0.0) ** 2
+    return math.sqrt((of_values + of_days) / sum(dfs))
 
 
 @lru_cache
@@ -74,7 +76,7 @@ def _bounds_of_t(df: float, delta: float) -> tuple[float, float]:
 
 
 def _g_many(groups: Groups, design: Design) -> Floats:
-    a, b = groups
+    a, b = map(arrays.flat, groups)
     n_a, n_b = design.n
     found = arrays.student(a + EFFECT * pooled_sd(design), b)
     t = found.difference / found.se
@@ -83,7 +85,7 @@ def _g_many(groups: Groups, design: Design) -> Floats:
 
 
 def _g_one(groups: Groups, design: Design) -> tuple[float, bool]:
-    a, b = groups
+    a, b = (group.ravel() for group in groups)
     found = compare_two(a + EFFECT * pooled_sd(design), b)
     missed = of_one_interval(found.hedges_g_ci, EFFECT * hedges_factor(sum(design.n) - 2.0))[-1]
     return number(found.pooled_t), missed
@@ -92,5 +94,5 @@ def _g_one(groups: Groups, design: Design) -> tuple[float, bool]:
 METHODS = (
     *(test_of(route, pairs()) for route in ROUTES),
     *(_interval_of(route) for route in ROUTES),
-    Method("hedges_g_ci", "coverage", pairs(), _g_one, _g_many, alike),
+    Method("hedges_g_ci", "coverage", (*pairs(), *by_layout(2)), _g_one, _g_many, alike),
 )

@@ -1,0 +1,108 @@
+"""What `stats/recorded.csv` says: shares that were published, and the weak points of a design."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from benchmarks.stats_evidence.sizes.design import Design
+from benchmarks.stats_evidence.sizes.method import standard_error
+from benchmarks.stats_evidence.sizes.record import design_of
+from stats.recorded import Recorded, recorded, weak_points
+
+YARDSTICKS = [
+    ("f_test", Design((10, 10)), 0.05, 0.005),
+    ("f_test", Design((30, 30)), 0.05, 0.005),
+    ("f_test", Design((10, 10), distribution="t5"), 0.13, 0.005),
+    ("f_test", Design((30, 30), distribution="t5"), 0.18, 0.005),
+    ("f_test", Design((10, 10), distribution="t3"), 0.22, 0.005),
+    ("f_test", Design((30, 30), distribution="t3"), 0.33, 0.005),
+    ("f_test", Design((10, 10), distribution="exponential"), 0.24, 0.005),
+    ("f_test", Design((30, 30), distribution="exponential"), 0.29, 0.005),
+    ("f_test", Design((10, 10), distribution="uniform"), 0.01, 0.005),
+    ("f_test", Design((30, 30), distribution="uniform"), 0.003, 0.0005),
+    ("levene", Design((10, 10), distribution="t3"), 0.07, 0.005),
+    ("levene", Design((30, 30), distribution="t3"), 0.055, 0.0005),
+    ("levene", Design((10, 10), distribution="exponential"), 0.15, 0.005),
+    ("levene", Design((30, 30), distribution="exponential"), 0.14, 0.005),
+    ("student", Design((5, 20), 2.0), 0.183, 0.0005),
+    ("f_then_t", Design((5, 20), 2.0), 0.114, 0.0005),
+    ("welch", Design((5, 20), 2.0), 0.055, 0.0005),
+    ("student", Design((10, 40), 1.5), 0.122, 0.0005),
+    ("f_then_t", Design((10, 40), 1.5), 0.086, 0.0005),
+    ("welch", Design((10, 40), 1.5), 0.049, 0.0005),
+    ("f_then_t", Design((3, 10), 1.5), 0.108, 0.0005),
+    ("welch", Design((3, 10), 1.5), 0.072, 0.0005),
+    ("f_then_t", Design((3, 3)), 0.046, 0.0005),
+    ("welch", Design((3, 3)), 0.033, 0.0005),
+    ("student", Design((10, 10), days=1, day_sd=1.0, layout="own"), 0.54, 0.005),
+    ("student", Design((10, 10), days=2, day_sd=1.0, layout="own"), 0.30, 0.005),
+    ("student", Design((25, 25), days=5, day_sd=1.0, layout="own"), 0.27, 0.005),
+    ("fieller", Design((5, 5)), 0.956, 0.0005),
+    ("delta", Design((5, 5)), 0.950, 0.0005),
+]
+"""Method, design, share published for it (20 000 studies) and half a unit of its last digit."""
+
+
+@pytest.mark.parametrize(("name", "design", "share", "rounding"), YARDSTICKS)
+def test_the_record_agrees_with_published_shares(name, design, share, rounding):
+    (row,) = [row for row in recorded() if row.method == name and design_of(row) == design]
+    assert abs(row.value - share) < rounding + 4.0 * math.sqrt(2.0) * standard_error(share, 20_000)
+
+
+def test_brown_and_forsythe_never_err_too_often():
+    """0.034 to 0.049 in all distributions at 10 and 30 values; fewer values reject less."""
+    rows = [row for row in recorded() if row.method == "brown_forsythe" and row.days is None]
+    shares = {
+        row.n[0]: [each.value for each in rows if each.n == row.n]
+        for row in rows
+        if row.n in ((3, 3), (5, 5), (10, 10), (30, 30))
+    }
+    error = 4.0 * standard_error(0.05, 20_000)
+    assert all(0.03 - error < share < 0.05 + error for n in (10, 30) for share in shares[n])
+    assert max(shares[3]) < 0.001
+    assert max(shares[5]) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("method", "n", "days", "found"),
+    [
+        ("f_then_t", (5, 20), None, {(1.5, 0.099), (2.0, 0.114), (3.0, 0.090)}),
+        ("f_then_t", (21, 6), None, {(1.5, 0.099), (2.0, 0.114), (3.0, 0.090)}),
+        ("welch", (3, 9), None, {(1.0, 0.067), (1.5, 0.073), (2.0, 0.072), (3.0, 0.071)}),
+        ("welch", (9, 9), None, set()),
+        ("welch", (10, 11), 2, {(1.0, 0.304), (1.0, 0.173)}),
+        ("welch", (200, 200), 9, {(1.0, 0.605)}),
+        ("one_way_anova", (10, 10), None, set()),
+        ("mean_ci", (4,), None, set()),
+        ("brown_forsythe", (3, 3), None, set()),
+        ("no such method", (3, 3), None, set()),
+        ("welch", (), None, set()),
+    ],
+)
+def test_weak_points_of_a_design(method, n, days, found):
+    assert {(row.sd_ratio, round(row.value, 3)) for row in weak_points(method, n, days)} == found
+
+
+def test_weak_points_of_other_values_and_of_one_layout_only():
+    (t3,) = weak_points("f_test", (11, 11), distribution="t3")
+    assert t3.value > 0.2
+    assert weak_points("f_test", (11, 11)) == ()
+    assert weak_points("welch", (12, 12), 2, layout="shared") == ()
+    student = weak_points("difference_ci_student", (3, 3))
+    assert {(row.kind, row.sd_ratio, round(row.value, 3)) for row in student} == {("coverage", 3.0, 0.926)}
+    assert weak_points("bootstrap", (3, 3)) == ()
+
+
+def test_what_chance_in_drawing_explains_is_no_weak_point():
+    near = Recorded("some test", "size", (5, 5), 1.0, None, 0.05, 0.0625, 20_000)
+    assert near.standard_error == pytest.approx(math.sqrt(0.0625 * 0.9375 / 20_000))
+    assert not replace(near, runs=2000).weak  # 0.0625 - 2 * 0.0054 is below 0.06
+    assert not replace(near, value=0.0633).weak
+    assert replace(near, value=0.0636).weak
+    interval = replace(near, kind="coverage", nominal=0.95, value=0.925)
+    assert interval.weak
+    assert not replace(interval, runs=2000).weak
+    assert not [row for row in recorded() if row.weak and abs(row.value - row.nominal) < 0.01]
