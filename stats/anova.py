@@ -70,14 +70,14 @@ class Anova(Result):
         return self.eta_squared_ci
 
     def sentence(self, what: str = "the groups") -> str:
-        """Return the result in words: F, both degrees of freedom, p, eta squared with interval, n."""
+        """Return the result in words: F, both degrees of freedom, p, both shares of variance with interval, n."""
         n = sum(self.group_ns)
         if isinstance(self.f, Undefined):
             return f"No one-way ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         return (
             f"One-way ANOVA over {what}: F({self.df_between}, {self.df_within}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p)}, eta squared {number_text(self.eta_squared, 3)} "
-            f"({interval_text(self.eta_squared_ci, self.level)}) "
+            f"{p_text(self.p, self.log10_p)}, eta squared {number_text(self.eta_squared, 3)}, omega squared "
+            f"{number_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
             f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)})."
         )
 
