@@ -18,6 +18,7 @@ from labbook.presenting.tests_used import saved, tests_used
 from reports.content import Assumed
 from reports.naming import swept_words
 from stats.apexes import DETECTORS
+from stats.shared_error import ENOUGH_DEGREES
 
 LISTED = 8
 """Runs that a sentence names before it goes on with an ellipsis."""
@@ -28,24 +29,51 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     evidence = analysis.evidence
     protocol = evidence.configuration.protocol
     called = swept_words(next((factor for factor in design.factors(analysis) if factor.swept), None))
-    shared = (
-        "is stated apart, cancels in differences at equal durations and jumps and enters savings through the control. "
-        "What is left of it in a mean or a difference widens the interval (half widths in quadrature), and t shrinks "
-        "in the same proportion."
-        if saved(analysis)
-        else "is stated apart and widens the interval of a mean (half widths in quadrature)."
-    )
     paragraphs = [
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
         "charge) divided by the jumps made. The passive charge is read at each run's own duration, power on to power "
         "off, from the straight line fitted to all idle runs of its robot; the line's error is common to the robot's "
-        f"runs, {shared}",
+        f"runs, {_shared_error(analysis)}",
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict on a jump comes before these rules.",
         _unit(analysis),
         *tests_used(analysis, called),
     ]
     return tuple(paragraphs)
+
+
+def _shared_error(analysis: StudyAnalysis) -> str:
+    """Say what becomes of the error of the drain lines."""
+    joined = _joined(analysis)
+    if not saved(analysis):
+        return f"is stated apart{' and counts in the interval of a mean' if joined else ''}{joined}."
+    apart = (
+        "is stated apart, cancels in differences at equal durations and jumps and enters savings through the control."
+    )
+    return f"{apart} What is left of it in a mean or a difference counts in the interval{joined}." if joined else apart
+
+
+def _joined(analysis: StudyAnalysis) -> str:
+    """Say how intervals hold scatter and the lines' error (`stats.shared_error.joints`); nothing without a line.
+
+    The degrees of freedom of several lines' errors in one value lie between the least of theirs and their sum.
+    """
+    robots = dict.fromkeys(run.robot_uid for run in analysis.evidence.runs)
+    lines = [analysis.drains[robot].line for robot in robots if robot in analysis.drains]
+    dfs = [line.df for line in lines if not isinstance(line, Undefined)]
+    if not dfs:
+        return ""
+    few = "half widths in quadrature, each with the quantile of its own degrees of freedom"
+    enough = "one quantile for both, after Welch and Satterthwaite, and never narrower than the scatter alone"
+    if saved(analysis):
+        few += "; t shrinks in the same proportion"
+        enough += "; t and p follow it, and savings have the least interval that holds those with it and without it"
+    if sum(dfs) < ENOUGH_DEGREES:
+        return f" ({few})"
+    if min(dfs) >= ENOUGH_DEGREES:
+        return f" ({enough})"
+    behind = f"where the lines behind it have fewer than {ENOUGH_DEGREES:g} degrees of freedom"
+    return f" ({behind}, {few}; elsewhere, {enough})"
 
 
 def _unit(analysis: StudyAnalysis) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.stats
 
 from stats.blocked import blocked_by_day
 from stats.blocked_result import ExactTest
@@ -15,8 +16,13 @@ def crossed(conditions: int, days: int, times: int) -> tuple[np.ndarray, np.ndar
     return condition, np.repeat(np.arange(days), conditions * times)
 
 
-def rejections(days: int, times: int, day_sd: float, own_days: bool, studies: int, holes: float = 0.0) -> list[float]:
-    """Shares of studies without an effect that the mixed model, the exact test and a t-test of all values reject."""
+def p_values(
+    days: int, times: int, day_sd: float, own_days: bool, studies: int, holes: float = 0.0, effect: float = 0.0
+) -> np.ndarray:
+    """Return p of the mixed model, the exact test and a t-test of all values in each study, shape (studies, 3).
+
+    `effect` is what the second condition differs by, in SDs of values.
+    """
     rng = np.random.default_rng([days, times, round(10 * day_sd), own_days, round(10 * holes)])
     condition, day = crossed(2, days, times)
     kept = np.concatenate([np.arange(2 * times), 2 * times + np.flatnonzero(rng.random(day.size - 2 * times) >= holes)])
@@ -25,12 +31,17 @@ def rejections(days: int, times: int, day_sd: float, own_days: bool, studies: in
         day = 2 * day + condition
     found = []
     for _ in range(studies):
-        values = rng.normal(size=day.size) + rng.normal(0.0, day_sd, day.max() + 1)[day]
+        values = rng.normal(size=day.size) + rng.normal(0.0, day_sd, day.max() + 1)[day] + effect * condition
         result = blocked_by_day(values, condition, day)
         pooled = compare_two(values[condition == 0], values[condition == 1], route="student")
         exact = result.exact.p if isinstance(result.exact, ExactTest) else 1.0
-        found.append((result.p < 0.05, exact < 0.05, pooled.p < 0.05))
-    return [float(share) for share in np.mean(found, axis=0)]
+        found.append((result.p, exact, pooled.p))
+    return np.array(found)
+
+
+def rejections(p: np.ndarray) -> list[float]:
+    """Shares of studies that the mixed model, the exact test and the t-test reject."""
+    return [float(share) for share in np.mean(p < 0.05, axis=0)]
 
 
 def error(share: float, studies: int) -> float:
@@ -38,19 +49,31 @@ def error(share: float, studies: int) -> float:
     return 3.0 * (share * (1.0 - share) / studies) ** 0.5
 
 
+def hold_the_level(p: np.ndarray) -> None:
+    """Without an effect p is uniform, so that all studies bear witness and not those below 0.05 alone."""
+    mixed, exact, _pooled = rejections(p)
+    assert exact == pytest.approx(0.05, abs=error(0.05, len(p)))
+    assert mixed == pytest.approx(0.05, abs=error(0.05, len(p)) + 0.01)
+    for of_test in p.T[:2]:
+        assert scipy.stats.kstest(of_test, "uniform").pvalue > 0.001
+
+
 @pytest.mark.parametrize(("days", "times"), [(1, 5), (2, 3), (6, 3)])
 def test_the_exact_test_holds_its_level(days, times):
-    mixed, exact, _pooled = rejections(days, times, 1.0, False, 100)
-    assert exact == pytest.approx(0.05, abs=error(0.05, 100))
-    assert mixed == pytest.approx(0.05, abs=error(0.05, 100) + 0.01)
+    hold_the_level(p_values(days, times, 1.0, False, 100))
+
+
+@pytest.mark.parametrize(("days", "times", "own_days", "effect"), [(2, 3, False, 5.0), (3, 10, True, 10.0)])
+def test_an_effect_far_beyond_the_scatter_is_found(days, times, own_days, effect):
+    assert rejections(p_values(days, times, 1.0, own_days, 15, effect=effect)) == [1.0, 1.0, 1.0]
 
 
 def test_trials_pooled_over_days_err_where_day_means_do_not():
     """A t-test over all values of conditions on days of their own: 27 to 54 of 100 studies err without any effect."""
-    mixed, exact, pooled = rejections(3, 10, 1.0, True, 100)
-    assert pooled > 0.27 - error(0.27, 100)
-    assert exact == pytest.approx(0.05, abs=error(0.05, 100))
-    assert mixed == pytest.approx(0.05, abs=error(0.05, 100) + 0.01)
+    p = p_values(3, 10, 1.0, True, 100)
+    hold_the_level(p)
+    pooled = rejections(p)[2]
+    assert 0.27 - error(0.27, 100) < pooled < 0.54 + error(0.54, 100)
 
 
 SIZES = [
@@ -70,6 +93,6 @@ the mixed model at 0.05, 2000 studies. Where days do not differ REML sets their 
 @pytest.mark.soak
 @pytest.mark.parametrize(("days", "times", "day_sd", "own_days", "holes", "mixed_size"), SIZES)
 def test_sizes_as_recorded(days, times, day_sd, own_days, holes, mixed_size):
-    mixed, exact, _pooled = rejections(days, times, day_sd, own_days, 2000, holes)
+    mixed, exact, _pooled = rejections(p_values(days, times, day_sd, own_days, 2000, holes))
     assert mixed == pytest.approx(mixed_size, abs=error(mixed_size, 2000))
     assert exact == pytest.approx(0.05, abs=error(0.05, 2000))

@@ -58,6 +58,24 @@ def test_every_term_by_hand():
     assert found.total_one_run_j == pytest.approx(math.hypot(sd, 0.5, 0.43))
 
 
+def test_what_a_mah_is_worth_is_the_mean_of_what_it_is_worth_in_each_run():
+    """Runs of 20, 25 and 50 jumps: 2.772, 2.2176 and 1.1088 J a mAh, not what the mean number of jumps would make."""
+    found = energy_budget(
+        [40.0, 42.0, 44.0],
+        [20, 25, 50],
+        reference_voltage_v=15.4,
+        drain_se_run_j=0.5,
+        drain_se_mean_j=0.4,
+        resolution_mah=2.0,
+    )
+    worth = 3.6 * 15.4 * (1.0 / 20.0 + 1.0 / 25.0 + 1.0 / 50.0) / 3.0
+    assert worth == pytest.approx((2.772 + 2.2176 + 1.1088) / 3.0)
+    assert found.joules_per_mah == pytest.approx(worth, rel=1e-14)
+    (resolution,) = (term for term in found.terms if term.name == "charger resolution")
+    assert resolution.one_run_j == pytest.approx(worth * 2.0 / math.sqrt(12.0))
+    assert resolution.mean_j == pytest.approx(worth * 2.0 / math.sqrt(12.0) / math.sqrt(3.0))
+
+
 def test_the_resolution_is_within_the_scatter_and_not_added_twice():
     fine, coarse = budget([40.0, 42.0, 44.0], resolution_mah=0.0), budget([40.0, 42.0, 44.0], resolution_mah=10.0)
     assert fine.total_mean_j == coarse.total_mean_j

@@ -167,6 +167,21 @@ def test_bootstrap_is_scipys_bca():
     assert "studentised bootstrap" in found.sentence("a", "b", "J")
 
 
+def test_the_studentised_interval_is_efrons_and_not_its_mirror_image():
+    """By the definition on draws of its own: difference - t* se at both quantiles of t*; a is skewed."""
+    a = -2.0 * np.log1p(-(np.arange(12) + 0.5) / 12.0)  # quantiles of an exponential distribution
+    b = np.linspace(0.5, 1.5, 10)
+    rng = np.random.default_rng(5)
+    drawn_a, drawn_b = a[rng.integers(0, 12, (40_000, 12))], b[rng.integers(0, 10, (40_000, 10))]
+    se = (a.var(ddof=1) / 12 + b.var(ddof=1) / 10) ** 0.5
+    errors = (drawn_a.var(axis=1, ddof=1) / 12 + drawn_b.var(axis=1, ddof=1) / 10) ** 0.5
+    difference = a.mean() - b.mean()
+    low, high = np.quantile((drawn_a.mean(axis=1) - drawn_b.mean(axis=1) - difference) / errors, [0.025, 0.975])
+    found = bootstrap_difference(a, b, resamples=40_000, seed=1)
+    assert found.interval == pytest.approx((difference - high * se, difference - low * se), abs=0.1 * se)
+    assert high + low < -0.8  # the mirror image lies further off than the draws differ
+
+
 def test_bootstrap_within_days_leaves_out_what_days_differ_by():
     rng = np.random.default_rng(4)
     day = np.repeat([1, 2, 3], 10)

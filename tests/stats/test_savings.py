@@ -2,6 +2,8 @@ import math
 
 import numpy as np
 import pytest
+import scipy.optimize
+import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -47,6 +49,49 @@ def test_fiellers_ends_are_where_the_test_just_rejects(shared_df):
         assert (t - rho * c) ** 2 == pytest.approx(squared_half_width(rho), rel=1e-9)
     half = found.delta_ci[1] - found.percent
     assert half == pytest.approx(100.0 * math.sqrt(squared_half_width(t / c)) / c)
+
+
+def level_and_slope(level: float, slope: float, df: float) -> SharedError:
+    return SharedError({("drain", "level"): level, ("drain", "slope"): slope}, {"drain": df})
+
+
+@pytest.mark.parametrize(
+    ("in_control", "in_treated"),
+    [((2.0, 1.0), (1.0, -1.0)), ((0.5, -1.5), (2.5, 0.4)), ((-1.0, 2.0), (1.5, 0.0)), ((0.0, 0.0), (1.0, 2.0))],
+)
+@pytest.mark.parametrize("shared_df", [2.0, 4.0, 50.0])
+def test_fiellers_ends_by_hand_where_each_group_has_errors_of_its_own(in_control, in_treated, shared_df):
+    """The roots of the definition, (T - rho C)^2 = t^2 (Var(T) + rho^2 Var(C) + m sum of (t_k - rho c_k)^2).
+
+    t and m are written out here: each error's own quantile below four degrees of freedom, else one quantile after
+    Welch and Satterthwaite, and the interval of the scatter alone beside it.
+    """
+    found = percent_savings(
+        CONTROL,
+        TREATED,
+        shared_in_control=level_and_slope(*in_control, shared_df),
+        shared_in_treated=level_and_slope(*in_treated, shared_df),
+    )
+    c, t = np.mean(CONTROL), np.mean(TREATED)
+    var_c, var_t = np.var(CONTROL, ddof=1) / 5, np.var(TREATED, ddof=1) / 6
+    at, rho_found = scipy.stats.t.ppf, t / c
+
+    def shared(rho: float) -> float:
+        return sum((t_k - rho * c_k) ** 2 for c_k, t_k in zip(in_control, in_treated, strict=True))
+
+    parts = [(var_t, 5.0), (rho_found**2 * var_c, 4.0)]
+    scatter_df = sum(part for part, _ in parts) ** 2 / sum(part**2 / df for part, df in parts)
+    parts.append((shared(rho_found), shared_df))
+    joint_df = sum(part for part, _ in parts) ** 2 / sum(part**2 / df for part, df in parts)
+    of_scatter, own, joint = (at(0.975, df) for df in (scatter_df, shared_df, joint_df))
+    ways = [(of_scatter, own)] if shared_df < 4.0 else [(of_scatter, 0.0), (joint, joint)]
+
+    def surplus(rho: float, way: tuple[float, float]) -> float:
+        return (t - rho * c) ** 2 - way[0] ** 2 * (var_t + rho**2 * var_c) - way[1] ** 2 * shared(rho)
+
+    low = min(1.0 - scipy.optimize.brentq(surplus, rho_found, rho_found + 0.7, (way,), xtol=1e-14) for way in ways)
+    high = max(1.0 - scipy.optimize.brentq(surplus, rho_found - 0.7, rho_found, (way,), xtol=1e-14) for way in ways)
+    assert found.percent_ci == pytest.approx((100.0 * low, 100.0 * high), abs=1e-9)
 
 
 def test_fiellers_ends_do_not_jump_as_the_shared_error_grows():

@@ -1,7 +1,8 @@
 """How often tests of several groups err and intervals miss, simulated at fixed seeds.
 
 Where the method is exact under the model simulated the rate lies within Monte-Carlo error of its nominal value;
-elsewhere within Monte-Carlo error of the rate that at least 20 000 runs found, recorded here.
+elsewhere within Monte-Carlo error of the rate that at least 20 000 runs found, recorded here. In a normal run it is the
+textbooks' formulas over arrays that have this rate, and the functions decide as they do where it is closest.
 """
 
 import math
@@ -17,11 +18,13 @@ from stats.equivalence import equivalence
 from stats.savings import percent_savings
 from stats.tukey import compare_all_pairs
 from stats.welch_anova import welch_anova
+from tests.helpers import errors_by_formula
 
 SIZES = (3, 5, 10, 25)
 EQUAL, UNEQUAL = (1.0, 1.0, 1.0), (1.0, 2.0, 4.0)
 RUNS = 20_000
-LIGHT = 60
+NEAREST = 10
+"""Studies on each side of the decision, of those simulated by formula, that the functions are asked about."""
 
 
 def named(groups):
@@ -94,6 +97,21 @@ METHODS: dict[str, Callable] = {
     "log": savings_are_missed("log_ci"),
 }
 
+BY_FORMULA = {
+    "anova": errors_by_formula.anova,
+    "welch anova": errors_by_formula.welch_anova,
+    "share": errors_by_formula.share,
+    "tukey": errors_by_formula.tukey,
+    "dunnett": errors_by_formula.dunnett,
+    "tost welch": errors_by_formula.bound_is_overlooked("welch", "raw"),
+    "tost student": errors_by_formula.bound_is_overlooked("student", "raw"),
+    "tost welch percent": errors_by_formula.bound_is_overlooked("welch", "percent"),
+    "tost student percent": errors_by_formula.bound_is_overlooked("student", "percent"),
+    "fieller": errors_by_formula.savings("percent_ci"),
+    "delta": errors_by_formula.savings("delta_ci"),
+    "log": errors_by_formula.savings("log_ci"),
+}
+"""All but Games and Howell's, whose quantile differs from study to study."""
 
 EXACT = {
     ("anova", EQUAL),
@@ -136,24 +154,32 @@ CASES = [
 ]
 
 
-def rate(method: str, n: int, sds: tuple[float, ...], runs: int, seed: int) -> float:
-    rng = np.random.default_rng(seed)
-    data = rng.normal(size=(runs, 3, n)) * np.array(sds)[:, None]
-    return sum(map(METHODS[method], data)) / runs
+def simulated(method: str, n: int, sds: tuple[float, ...], runs: int) -> np.ndarray:
+    """Return studies of shape (runs, 3, n)."""
+    rng = np.random.default_rng(100 * n + len(method))
+    return rng.normal(size=(runs, 3, n)) * np.array(sds)[:, None]
 
 
-def hold(method: str, sds: tuple[float, ...], n: int, expected: float, runs: int) -> None:
+def hold(method: str, sds: tuple[float, ...], expected: float, erred: np.ndarray) -> None:
     recorded = 0.0 if (method, sds) in EXACT else 1.0 / RUNS
-    error = math.sqrt(expected * (1.0 - expected) * (1.0 / runs + recorded))
-    assert abs(rate(method, n, sds, runs, seed=100 * n + len(method)) - expected) < 4.0 * error
+    error = math.sqrt(expected * (1.0 - expected) * (1.0 / erred.size + recorded))
+    assert abs(np.mean(erred) - expected) < 4.0 * error
 
 
-@pytest.mark.parametrize(("method", "sds", "n", "expected"), [case for case in CASES if case[0] != "games-howell"])
+@pytest.mark.parametrize(("method", "sds", "n", "expected"), [case for case in CASES if case[0] in BY_FORMULA])
 def test_the_rate_of_errors_is_what_is_stated(method, sds, n, expected):
-    hold(method, sds, n, expected, LIGHT)
+    """The formula's to Monte-Carlo error of 20 000 studies; the function's own may differ by 0.0005 to either side."""
+    studies = simulated(method, n, sds, RUNS)
+    margin = BY_FORMULA[method](studies)
+    hold(method, sds, expected, margin > 0.0)
+    by_margin = np.argsort(margin)
+    first = int(np.sum(margin <= 0.0))
+    assert [bool(METHODS[method](study)) for study in studies[by_margin[first - NEAREST : first]]] == [False] * NEAREST
+    assert [bool(METHODS[method](study)) for study in studies[by_margin[first : first + NEAREST]]] == [True] * NEAREST
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize(("method", "sds", "n", "expected"), CASES)
 def test_the_rate_of_errors_is_what_is_stated_over_many_runs(method, sds, n, expected):
-    hold(method, sds, n, expected, FEWER_RUNS.get(method, RUNS))
+    studies = simulated(method, n, sds, FEWER_RUNS.get(method, RUNS))
+    hold(method, sds, expected, np.array([METHODS[method](study) for study in studies]))

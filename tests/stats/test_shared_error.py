@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 from mpmath import mp
@@ -62,6 +63,35 @@ def test_a_mean_and_a_difference_cover_at_their_level_however_little_the_fit_kno
             covered[place] += found.ci_low <= truth <= found.ci_high
     assert np.all(covered / rounds >= 0.935)
     assert np.all(covered / rounds <= 0.985)
+
+
+@pytest.mark.parametrize("own_df", [1.0, 2.0, 3.0, 3.9])
+@pytest.mark.parametrize(("se", "df", "shared_se"), [(1.0, 8.0, 0.6), (0.4, 3.0, 1.5), (2.0, 1.0, 0.5)])
+def test_with_few_degrees_of_freedom_half_widths_add_in_quadrature(
+    own_df: float, se: float, df: float, shared_se: float
+) -> None:
+    """The shared error keeps the quantile of its own degrees of freedom, the scatter that of its own."""
+    both = joint([(se * se, df)], level_error(shared_se, own_df), 0.95)
+    by_hand = math.hypot(scipy.stats.t.ppf(0.975, df) * se, scipy.stats.t.ppf(0.975, own_df) * shared_se)
+    assert both.quantile * math.sqrt(se * se + both.more * shared_se**2) == pytest.approx(by_hand, rel=1e-12)
+    assert (both.quantile, both.df) == (pytest.approx(scipy.stats.t.ppf(0.975, df)), df)
+
+
+@pytest.mark.parametrize("own_df", [4.0, 6.0, 50.0])
+@pytest.mark.parametrize(("se", "df", "shared_se"), [(1.0, 8.0, 0.6), (0.4, 3.0, 1.5), (2.0, 1.0, 0.5)])
+def test_from_four_degrees_of_freedom_one_quantile_after_welch_and_satterthwaite(
+    own_df: float, se: float, df: float, shared_se: float
+) -> None:
+    """Over both errors together; where the scatter's own interval is the wider (the last case) it stands."""
+    both = joint([(se * se, df)], level_error(shared_se, own_df), 0.95)
+    total = se**2 + shared_se**2
+    together_df = total**2 / (se**4 / df + shared_se**4 / own_df)
+    together = scipy.stats.t.ppf(0.975, together_df) * math.sqrt(total)
+    alone = scipy.stats.t.ppf(0.975, df) * se
+    assert (alone > together) == (df == 1.0)
+    half = both.quantile * math.sqrt(se * se + both.more * shared_se**2)
+    assert half == pytest.approx(max(alone, together), rel=1e-12)
+    assert both.df == pytest.approx(df if alone > together else together_df)
 
 
 @given(st.floats(0.1, 5.0), st.sampled_from([1.0, 2.0, 3.0, 7.0, 40.0]), ERRORS, st.sampled_from([1.0, 3.0, 5.0, 30.0]))

@@ -5,6 +5,7 @@ import pytest
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
+from stats.autocorrelation import autocorrelation
 from stats.stiffness import fit_gain_line, fit_stiffness, force_points
 from tests.helpers.exact_fit import exact_fit, relative_error, root
 
@@ -67,6 +68,21 @@ def test_the_plane_agrees_with_exact_arithmetic_far_from_the_origin():
         assert relative_error(value, true) < 1e-14
         assert relative_error(se, root(variance)) < 1e-12
     assert abs(found.residual_lag1) < 0.2
+
+
+@pytest.mark.parametrize("carried", [0.8, -0.5])
+def test_the_correlation_of_neighbouring_residuals_is_that_of_lag_1(carried):
+    """Noise of which each value carries a share of the one before: lag 2 would show the square of it."""
+    rng = np.random.default_rng(21)
+    x, v, noise = rng.uniform(-0.03, 0.03, 2000), rng.uniform(-0.5, 0.5, 2000), rng.normal(0.0, 1.0, 2000)
+    for place in range(1, noise.size):
+        noise[place] += carried * noise[place - 1]
+    force = 579.4 * x + 53.0 * v - 20.0 + noise
+    columns = np.column_stack([np.ones(2000), x, v])
+    residuals = force - columns @ np.linalg.lstsq(columns, force, rcond=None)[0]
+    found = fit_stiffness(x, v, force).residual_lag1
+    assert found == pytest.approx(autocorrelation(residuals), rel=1e-9)
+    assert found == pytest.approx(carried, abs=4.0 * ((1.0 - carried**2) / 2000) ** 0.5)
 
 
 def test_intervals_cover_what_was_put_in():

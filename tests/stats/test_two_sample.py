@@ -64,6 +64,21 @@ def test_the_published_route_takes_welch_when_the_f_test_rejects():
     assert unlike.p == unlike.welch_p
 
 
+@pytest.mark.parametrize(
+    ("alpha", "test", "df"),
+    [(0.05, "Welch", 500.0 / 82.0), (0.035, "Welch", 500.0 / 82.0), (0.025, "Student", 10.0), (0.01, "Student", 10.0)],
+)
+def test_the_f_test_is_judged_at_the_alpha_that_was_asked_for(alpha, test, df):
+    """Variances of 3.5 and 31.5 with n = 6: F(5, 5) = 9 has p = 0.031."""
+    narrow, wide = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [3.0, 6.0, 9.0, 12.0, 15.0, 18.0]
+    found = compare_two(narrow, wide, alpha=alpha)
+    assert found.f == pytest.approx(1.0 / 9.0)
+    assert found.f_p == pytest.approx(2.0 * scipy.stats.f.sf(9.0, 5, 5))
+    assert 0.025 < found.f_p < 0.035
+    assert (found.test, found.df) == (test, pytest.approx(df))
+    assert found.equal_variances == (test == "Student")
+
+
 @given(SAMPLE, SAMPLE)
 def test_swapping_the_groups_turns_the_signs(a, b):
     one, other = compare_two(a, b), compare_two(b, a)

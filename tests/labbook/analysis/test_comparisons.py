@@ -289,6 +289,26 @@ def test_alpha_rules_levels_and_the_choice_of_the_test(reports: Reports) -> None
     assert "Intervals are at 95 %, those of comparisons at 99 %, those of tests of equivalence at 98 %." in methods
 
 
+def with_values(condition: ConditionValues, numbers: list[float]) -> tuple[ConditionValues, ...]:
+    """The condition with a run for each of these numbers."""
+    return (replace(condition, runs=tuple(replace(condition.runs[0], value=value) for value in numbers)),)
+
+
+@pytest.mark.parametrize(("alpha", "test", "df"), [(0.05, "Welch", 500.0 / 82.0), (0.01, "Student", 10.0)])
+def test_the_f_test_chooses_at_the_alpha_that_was_asked_for(
+    reports: Reports, bench: Workbench, alpha: float, test: str, df: float
+) -> None:
+    """Variances of 3.5 and 31.5 with n = 6: F(5, 5) = 9 has p = 0.031, and Welch's degrees of freedom are 500 / 82."""
+    pair = compared(reports(), Quantity.APEX)[0].pair
+    narrow, wide = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [3.0, 6.0, 9.0, 12.0, 15.0, 18.0]
+    asked = replace(pair, a=with_values(pair.a[0], narrow), b=with_values(pair.b[0], wide))
+    (row,) = compare(bench, [asked], Quantity.APEX, {"trial": alpha}, alpha)
+    assert 0.01 < float(number(row, "f_p").value or 0.0) < 0.05
+    assert json.loads(row.payload_json)["test"] == test
+    assert number(row, "t").df == pytest.approx(df)
+    assert number(row, "difference").ci_level == pytest.approx(1.0 - alpha)
+
+
 def test_brown_forsythe_and_the_sides_are_those_of_the_runs(reports: Reports) -> None:
     made = reports()
     for item in made.analysis.compared:

@@ -27,9 +27,8 @@ from labbook.presenting.course import flow
 from labbook.presenting.making import MadeReport
 from labbook.presenting.methods import limitations
 from reports.numbers import Quantity
-from stats.distributions import t_quantile
 from stats.passive_drain import PassiveDrain
-from stats.shared_error import SharedError, joint
+from stats.shared_error import SharedError
 from tests.helpers.books import ADA, small_book
 
 
@@ -67,17 +66,21 @@ def test_a_shared_error_that_differs_between_the_sides_widens_the_difference(ana
             assert (p < 0.05) == (not difference.ci_low <= 0.0 <= difference.ci_high)
 
 
-def side(condition: ConditionValues, *errors_j: float) -> tuple[ConditionValues, ...]:
-    """The condition with a shared error of these sizes, a term each."""
-    shared = SharedError({("drain", f"{place}"): size for place, size in enumerate(errors_j)}, {"drain": 4.0})
+def side(condition: ConditionValues, df: float, *errors_j: float) -> tuple[ConditionValues, ...]:
+    """The condition with a shared error of these sizes, a term each, known with `df` degrees of freedom."""
+    shared = SharedError({("drain", f"{place}"): size for place, size in enumerate(errors_j)}, {"drain": df})
     return (replace(condition, runs=tuple(replace(item, shared=shared) for item in condition.runs)),)
 
 
-def test_what_remains_of_the_shared_error_adds_in_quadrature(tmp_path: Path, analysis: StudyAnalysis) -> None:
+@pytest.mark.parametrize("fit_df", [2.0, 3.0, 4.0, 20.0])
+def test_what_remains_of_the_shared_error_joins_the_scatter_by_the_fits_degrees_of_freedom(
+    tmp_path: Path, analysis: StudyAnalysis, fit_df: float
+) -> None:
+    """Below four in quadrature, each with its own quantile; else one quantile after Welch and Satterthwaite."""
     pair = next(item.pair for item in analysis.compared if item.quantity is Quantity.JOULES)
     a, b = pair.a[0], pair.b[0]
     pairs = [
-        replace(pair, label=f"{errors_j}", a=side(a, 1.0, 1.0), b=side(b, *errors_j))
+        replace(pair, label=f"{errors_j}", a=side(a, fit_df, 1.0, 1.0), b=side(b, fit_df, *errors_j))
         for errors_j in ((1.0, 1.0), (1.0 + 1e-15, 1.0), (31.0, 1.0), (1.0, -29.0))
     ]
     with small_book(tmp_path).open() as book, book.reading() as connection:
@@ -88,10 +91,14 @@ def test_what_remains_of_the_shared_error_adds_in_quadrature(tmp_path: Path, ana
     assert unequal.shared_se == opposite.shared_se == 30.0
     assert unequal.value == equal.value
     assert equal.df is not None
-    variance = (half_width(equal) / t_quantile(0.95, equal.df)) ** 2
-    left = SharedError({("drain", "0"): 30.0}, {"drain": 4.0})
-    both = joint([(variance, equal.df)], left, 0.95)
-    assert half_width(unequal) == pytest.approx(both.quantile * math.sqrt(variance + both.more * 900.0))
+    quantile = scipy_stats.t.ppf
+    variance = (half_width(equal) / quantile(0.975, equal.df)) ** 2
+    if fit_df < 4.0:
+        expected = math.hypot(half_width(equal), quantile(0.975, fit_df) * 30.0)
+    else:
+        total_df = (variance + 900.0) ** 2 / (variance**2 / equal.df + 900.0**2 / fit_df)
+        expected = quantile(0.975, total_df) * math.sqrt(variance + 900.0)
+    assert half_width(unequal) == pytest.approx(expected)
     assert half_width(unequal) > half_width(equal)
 
 
