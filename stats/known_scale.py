@@ -25,13 +25,15 @@ _FARTHEST = 512.0
 _SURE = -32.0
 """Any normal lies above: tails are 1 from here down."""
 _NODES = 32
-_NARROWEST = 2.0**-8
+_NARROWEST = 2.0**-5
+"""Stretches are halved no further than this, or this share of where they lie."""
 _NOISE = 2.0**-50
 """Coefficients below this, over what log g itself is rounded by, are 0."""
-_ANGLES = (np.arange(_NODES) + 0.5) * (math.pi / _NODES)
-_PLACES = np.cos(_ANGLES)
-_ORDERS = np.arange(_NODES)
-_TO_COEFFICIENTS = np.cos(np.outer(_ORDERS, _ANGLES)) * (2.0 / _NODES)
+_ODD = 2 * np.arange(_NODES) + 1
+"""The angles of the places, in units of pi / 64: whole, so that their multiples keep all digits."""
+_PLACES = np.cos(_ODD * (math.pi / (2 * _NODES)))
+_TO_COEFFICIENTS = np.cos(np.outer(np.arange(_NODES), _ODD) % (4 * _NODES) * (math.pi / (2 * _NODES)))
+_TO_COEFFICIENTS *= 2.0 / _NODES
 _TO_COEFFICIENTS[0] /= 2.0
 _AT_ONCE = 2**12
 """Places evaluated together: what that takes stays within a processor's cache."""
@@ -80,14 +82,27 @@ class _Pieces:
     edges: Floats
     """Shape (m + 1,), rising."""
     coefficients: Floats
-    """Of Chebyshev's polynomials, shape (m, 32)."""
+    """Of Chebyshev's polynomials, shape (32, m)."""
 
     def at(self, w: Floats) -> Floats:
         """Return the polynomials' values at each w, shape (p,)."""
         which = np.clip(np.searchsorted(self.edges, w, side="right") - 1, 0, self.edges.size - 2)
         low, high = self.edges[which], self.edges[which + 1]
-        angle = np.arccos(np.clip((2.0 * w - low - high) / (high - low), -1.0, 1.0))
-        return np.asarray(np.einsum("pn,pn->p", np.cos(angle[:, None] * _ORDERS), self.coefficients[which]))
+        chebyshev = _chebyshev((2.0 * w - low - high) / (high - low))
+        return np.asarray(np.einsum("np,np->p", chebyshev, np.take(self.coefficients, which, axis=1)))
+
+
+def _chebyshev(x: Floats) -> Floats:
+    """Return Chebyshev's polynomials T_0 to T_31 at each x of shape (p,), by T_(m+j) = 2 T_m T_j - T_(m-j)."""
+    t = np.empty((_NODES, x.size))
+    t[0], t[1], t[2] = 1.0, x, 2.0 * x * x - 1.0
+    m = 2
+    while m < _NODES:
+        t[m + 1 : 2 * m] = 2.0 * t[m] * t[1:m] - t[m - 1 : 0 : -1]
+        if 2 * m < _NODES:
+            t[2 * m] = 2.0 * t[m] * t[m] - 1.0
+        m *= 2
+    return t
 
 
 def _stretches(w: Floats) -> tuple[int, int]:
@@ -112,7 +127,7 @@ def _pieces(family: KnownScale, first: int, last: int) -> _Pieces:
     """Return the polynomials of some stretches in one table."""
     parts = [_of_stretch(family, number) for number in range(first, last + 1)]
     edges = [part.edges[:-1] for part in parts] + [parts[-1].edges[-1:]]
-    return _Pieces(np.concatenate(edges), np.concatenate([part.coefficients for part in parts]))
+    return _Pieces(np.concatenate(edges), np.concatenate([part.coefficients for part in parts], axis=1))
 
 
 @lru_cache(maxsize=4096)
@@ -126,9 +141,9 @@ def _of_stretch(family: KnownScale, number: int) -> _Pieces:
         log_g = family.log_chance(w)
         coefficients = _TO_COEFFICIENTS @ (log_g + family.fall * np.maximum(w, 0.0) ** 2)
         noise = _NOISE * (4.0 + float(np.max(np.abs(log_g))))
-        if np.max(np.abs(coefficients[-4:])) <= noise or high - low <= _NARROWEST:
+        if np.max(np.abs(coefficients[-4:])) <= noise or high - low <= _NARROWEST * max(abs(low), 1.0):
             edges.append(high)
             rows.append(coefficients)
         else:
             waiting += [((low + high) / 2.0, high), (low, (low + high) / 2.0)]
-    return _Pieces(np.array(edges), np.array(rows))
+    return _Pieces(np.array(edges), np.array(rows).T)

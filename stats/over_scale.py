@@ -20,7 +20,7 @@ from stats.known_scale import Floats, KnownScale
 
 NEGLIGIBLE = 42.0
 """What lies e**42 below the largest value adds nothing to 16 digits."""
-STARTS = 48
+STARTS = 24
 """Intervals of the first rule; each further rule halves them."""
 _EVEN = np.arange(STARTS + 1) / STARTS
 FAR = 2.0**300
@@ -28,6 +28,8 @@ FAR = 2.0**300
 _ZOOMS = 4
 _MOST = 20000
 """Points of the last rule."""
+_AT_ONCE = 128
+"""Statistics whose means are taken together."""
 _Rows = NDArray[np.intp]
 _LogFunctions = Callable[[_Rows, Floats], Floats]
 """Logarithms of those of m functions that are asked for, shape (p,), each at its own u, shape (p, points)."""
@@ -44,8 +46,10 @@ def log_means_over_scale(known: KnownScale, df: Floats, statistic: Floats) -> Fl
     sure = np.isinf(df)
     if np.any(sure):
         found[sure] = known.log_tail(statistic[sure])
-    if not np.all(sure):
-        found[~sure] = _log_means(known, df[~sure], statistic[~sure])
+    rows = np.flatnonzero(~sure)
+    for start in range(0, rows.size, _AT_ONCE):
+        some = rows[start : start + _AT_ONCE]
+        found[some] = _log_means(known, df[some], statistic[some])
     return found
 
 

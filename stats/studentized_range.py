@@ -11,20 +11,20 @@ square root of 2 times |t|.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
 from stats.critical_values import critical_values
 from stats.error_free import exact_root
 from stats.finite import Number
 from stats.known_scale import Floats, KnownScale
-from stats.over_scale import log_mean_over_scale, log_sum, log_upper_of_any
+from stats.over_scale import FAR, log_means_over_scale, log_sum, log_upper_of_any
 from stats.tails import Tail, t_two_sided
 
 _REACH = 9.6
@@ -66,29 +66,50 @@ class RangeOfNormals(KnownScale):
 
 def range_tail(q: Number, k: int, df: float) -> Tail:
     """Return P(Q > q) of the studentized range of k means with df degrees of freedom (df may be infinite)."""
-    if q > 0 and k == 2 and math.isfinite(df):
-        return t_two_sided(exact_root(Fraction(q) ** 2 / 2), df)
-    log_p = log_upper_of_any(lambda near: range_log_upper(near, k, df), q, df)
-    return Tail(math.exp(log_p), log_p / math.log(10.0))
+    return range_tails((q,), k, (df,))[0]
+
+
+def range_tails(qs: Sequence[Number], k: int, dfs: Sequence[float]) -> tuple[Tail, ...]:
+    """Return `range_tail` of many q, each with its own df, integrated together."""
+    near = _log_uppers(np.array([float(min(q, FAR)) for q in qs]), k, np.array(dfs, dtype=np.float64)).tolist()
+    return tuple(_tail(q, k, df, log_near) for q, df, log_near in zip(qs, dfs, near, strict=True))
 
 
 def range_log_upper(q: float, k: int, df: float) -> float:
     """Return log P(Q > q) of the studentized range of k means with df degrees of freedom (df may be infinite)."""
-    if q <= 0.0:
-        return 0.0
-    if k == 2 and math.isfinite(df):
-        return math.log(10.0) * t_two_sided(math.sqrt(0.5) * q, df).log10_p
-    return log_mean_over_scale(RangeOfNormals(k), df, q)
+    return float(_log_uppers(np.array([q]), k, np.array([df]))[0])
 
 
-@lru_cache(maxsize=1024)
 def range_critical(tail: float, k: int, df: float) -> float:
     """Return the q that the studentized range exceeds with chance `tail`."""
+    return range_criticals(tail, k, (df,))[0]
 
-    def log_upper(_rows: NDArray[np.intp], q: Floats) -> Floats:
-        return np.array([range_log_upper(float(q[0]), k, df)])
 
-    return float(critical_values(log_upper, tail, np.array([3.5]))[0])
+@lru_cache(maxsize=256)
+def range_criticals(tail: float, k: int, dfs: tuple[float, ...]) -> tuple[float, ...]:
+    """Return `range_critical` of each of many degrees of freedom, searched together."""
+    df = np.array(dfs, dtype=np.float64)
+    found = critical_values(lambda rows, q: _log_uppers(q, k, df[rows]), tail, np.full(df.shape, 3.5))
+    return tuple(found.tolist())
+
+
+def _tail(q: Number, k: int, df: float, log_near: float) -> Tail:
+    """Return the tail at q, `log_near` being its logarithm at q or, before that, at `FAR`."""
+    if q > 0 and k == 2 and math.isfinite(df):
+        return t_two_sided(exact_root(Fraction(q) ** 2 / 2), df)
+    log_p = log_upper_of_any(lambda _near: log_near, q, df)
+    return Tail(math.exp(log_p), log_p / math.log(10.0))
+
+
+def _log_uppers(q: Floats, k: int, df: Floats) -> Floats:
+    """Return log P(Q > q) of each q with its own df, both of shape (m,)."""
+    found = np.zeros(q.shape)
+    exact = np.isfinite(df) & (k == 2)
+    for row in np.flatnonzero((q > 0.0) & exact):
+        found[row] = math.log(10.0) * t_two_sided(math.sqrt(0.5) * float(q[row]), float(df[row])).log10_p
+    rest = (q > 0.0) & ~exact
+    found[rest] = log_means_over_scale(RangeOfNormals(k), df[rest], q[rest])
+    return found
 
 
 def _step(k: int) -> float:

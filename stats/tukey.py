@@ -18,10 +18,11 @@ from data_schema.errors import unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.error_free import exact_root, shortened
-from stats.finite import finite
+from stats.finite import Number, finite
 from stats.groups import Group, Groups, read_groups
 from stats.results import Result
-from stats.studentized_range import range_critical, range_tail
+from stats.studentized_range import range_criticals, range_tails
+from stats.tails import Tail
 from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
 Variances = Literal["equal", "unequal"]
@@ -114,20 +115,16 @@ def compare_all_pairs(
     level = as_level("level", level)
     read = read_groups(groups, missing)
     error_of = _pooled_error(read) if variances == "equal" else _own_error
-    k = len(read.filled)
-    criticals: dict[float, float] = {}
-    pairs = []
-    for a, b in combinations(read.filled, 2):
-        error = Undefined(_empty(read)) if read.empty else error_of(a, b)
-        if isinstance(error, Undefined):
-            pairs.append(_untested(read, a, b, error))
-            continue
-        if error.df not in criticals:
-            criticals[error.df] = range_critical(1.0 - level, k, error.df)
-        pairs.append(_tested(read, a, b, error, criticals[error.df]))
+    pairs = list(combinations(read.filled, 2))
+    found = [Undefined(_empty(read)) if read.empty else _standardised(a, b, error_of(a, b)) for a, b in pairs]
+    tests = iter(_tests([one for one in found if isinstance(one, _Standardised)], len(read.filled), 1.0 - level))
+    compared = [
+        _untested(read, a, b, one) if isinstance(one, Undefined) else _tested(read, a, b, one, next(tests))
+        for (a, b), one in zip(pairs, found, strict=True)
+    ]
     tukey = "Tukey" if len(set(read.sizes)) < 2 else "Tukey-Kramer"
     method = tukey if variances == "equal" else "Games-Howell"
-    return AllPairs(method, read.names, read.sizes, tuple(pairs), level, read.missing)
+    return AllPairs(method, read.names, read.sizes, tuple(compared), level, read.missing)
 
 
 @dataclass(frozen=True, slots=True)
@@ -171,19 +168,44 @@ def _untested(read: Groups, a: Group, b: Group, why: Undefined) -> PairDifferenc
     return PairDifference(a.name, b.name, a.n, b.n, shown, why, why, why, why, why)
 
 
-def _tested(read: Groups, a: Group, b: Group, error: _Error, critical: float) -> PairDifference:
+@dataclass(frozen=True, slots=True)
+class _Standardised:
+    """A difference of means over its standard error, both in scaled units."""
+
+    difference: Fraction
+    se: Fraction
+    """Of the studentized range: the difference's over the square root of 2."""
+    q: Number
+    df: float
+
+
+def _standardised(a: Group, b: Group, error: _Error | Undefined) -> _Standardised | Undefined:
+    if isinstance(error, Undefined):
+        return error
     difference, se = a.exact_mean - b.exact_mean, exact_root(error.squared / 2)
-    q, half = shortened(abs(difference) / se), Fraction(critical) * se
-    tail = range_tail(q, len(read.filled), error.df)
+    return _Standardised(difference, se, shortened(abs(difference) / se), error.df)
+
+
+def _tests(given: list[_Standardised], k: int, alpha: float) -> list[tuple[float, Tail]]:
+    """Return the critical q and the tail of each difference, all of one family, integrated together."""
+    dfs = tuple(dict.fromkeys(one.df for one in given))
+    criticals = dict(zip(dfs, range_criticals(alpha, k, dfs), strict=True))
+    tails = range_tails([one.q for one in given], k, [one.df for one in given])
+    return [(criticals[one.df], tail) for one, tail in zip(given, tails, strict=True)]
+
+
+def _tested(read: Groups, a: Group, b: Group, one: _Standardised, test: tuple[float, Tail]) -> PairDifference:
+    critical, tail = test
+    half = Fraction(critical) * one.se
     return PairDifference(
         a=a.name,
         b=b.name,
         n_a=a.n,
         n_b=b.n,
-        difference=read.in_unit(difference),
-        difference_ci=read.pair_in_unit(difference - half, difference + half),
-        q=finite(q, "q"),
-        df=error.df,
+        difference=read.in_unit(one.difference),
+        difference_ci=read.pair_in_unit(one.difference - half, one.difference + half),
+        q=finite(one.q, "q"),
+        df=one.df,
         p=tail.p,
         log10_p=tail.log10_p,
     )

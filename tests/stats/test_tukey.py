@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.over_scale import log_mean_over_scale
-from stats.studentized_range import RangeOfNormals, range_critical, range_log_upper, range_tail
+from stats.studentized_range import (
+    RangeOfNormals,
+    range_critical,
+    range_criticals,
+    range_log_upper,
+    range_tail,
+    range_tails,
+)
 from stats.tukey import VARIANCES, compare_all_pairs
 from stats.two_sample import compare_two
 
@@ -84,6 +91,19 @@ def test_the_interval_excludes_0_just_where_p_is_below_alpha(variances):
     assert [(pair.a, pair.b) for pair in found.pairs] == [("0", "50"), ("0", "100"), ("50", "100")]
     assert found.method == ("Tukey-Kramer" if variances == "equal" else "Games-Howell")
     assert f"All pairs by {found.method}" in found.sentence("J")
+
+
+@pytest.mark.parametrize("k", [2, 3, 40])
+def test_pairs_integrated_together_are_those_integrated_alone(k):
+    """Games and Howell's pairs have their own degrees of freedom each: none leans on which others stand beside it."""
+    dfs = (*np.geomspace(1.0, 1e6, 150).tolist(), math.inf)
+    qs = [0.0, *np.geomspace(1e-3, 1e5, 148), 1e200, 4.0]
+    tails, criticals = range_tails(qs, k, dfs), range_criticals(0.05, k, dfs)
+    for q, df, tail, critical in list(zip(qs, dfs, tails, criticals, strict=True))[::7]:
+        alone = range_tail(q, k, df)
+        assert (tail.p, tail.log10_p) == pytest.approx((alone.p, alone.log10_p), rel=1e-14)
+        assert critical == pytest.approx(range_critical(0.05, k, df), rel=1e-14)
+        assert upper(critical, k, df) == pytest.approx(0.05, rel=1e-12)
 
 
 @pytest.mark.parametrize("variances", VARIANCES)
