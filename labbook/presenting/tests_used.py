@@ -48,10 +48,11 @@ def _route(analysis: StudyAnalysis) -> str:
         return "No comparison has enough runs for a test."
     chosen = Counter(str(json.loads(row.payload_json)["test"]) for row in found)
     tests = list_text([f"{name}'s t-test in {count_text(count, 'comparison')}" for name, count in chosen.items()])
-    beside = " and Brown and Forsythe's test beside F" if any(_exists(row, "brown_forsythe") for row in found) else ""
+    beside = " and Brown and Forsythe's" if any(_exists(row, "brown_forsythe") for row in found) else ""
     return (
         f"Each comparison is an F-test for equal variances at alpha = {analysis.planned.settings.alpha:g}, which chose "
-        f"{tests} (thesis 5.2.1); Welch's test stands beside it in any case{beside}."
+        f"{tests} (thesis 5.2.1). The p of claims and of tables is Welch's, which keeps its level where variances differ; "
+        f"the chosen test{beside} stand{'' if beside else 's'} in the table of all tests."
     )
 
 
