@@ -19,7 +19,7 @@ from stats.finite import finite
 from stats.groups import Groups, read_groups
 from stats.results import Result
 from stats.tails import f_upper
-from stats.wording import counted, interval_text, missing_text, number_text, p_text
+from stats.wording import counted, interval_text, missing_text, number_text, p_text, share_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,8 +76,8 @@ class Anova(Result):
             return f"No one-way ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         return (
             f"One-way ANOVA over {what}: F({self.df_between}, {self.df_within}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p)}, eta squared {number_text(self.eta_squared, 3)}, omega squared "
-            f"{number_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
+            f"{p_text(self.p, self.log10_p, 1.0 - self.level)}, eta squared {share_text(self.eta_squared, 3)}, omega "
+            f"squared {share_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
             f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)})."
         )
 

@@ -22,7 +22,7 @@ from stats.groups import Groups, read_groups
 from stats.many_to_one import largest_critical, largest_log_upper
 from stats.over_scale import log_upper_of_any
 from stats.results import Result
-from stats.wording import missing_text, number_text, p_text, with_unit
+from stats.wording import level_text, missing_text, number_text, p_text, with_unit
 
 Alternative = Literal["two_sided", "greater", "less"]
 ALTERNATIVES: tuple[Alternative, ...] = ("two_sided", "greater", "less")
@@ -90,17 +90,19 @@ class Dunnett(Result):
         shown = [self._one(item, unit) for item in self.comparisons]
         found = "; ".join(shown) if shown else "no treatment"
         n = f"n = {self.n_control}{missing_text(self.missing)}"
-        return f"Dunnett against {self.control} ({n}), {100.0 * self.level:g} % simultaneous: {found}."
+        return f"Dunnett against {self.control} ({n}), {level_text(self.level)} simultaneous: {found}."
 
     def _one(self, item: AgainstControl, unit: str) -> str:
-        text = f"{item.treatment} (n = {item.n}) {number_text(item.difference)}{with_unit(unit)}"
+        about = item.difference
+        ends = (end for end in (item.ci_low, item.ci_high) if not isinstance(end, Undefined))
+        within = 0.0 if isinstance(about, Undefined) else max((abs(end - about) for end in ends), default=0.0)
+        text = f"{item.treatment} (n = {item.n}) {number_text(about, within=within)}{with_unit(unit)}"
         if isinstance(item.t, Undefined):
             return f"{text}, no test, because {item.t.reason}"
-        low = "" if item.ci_low is _UNBOUNDED else f"from {number_text(item.ci_low)}{with_unit(unit)} "
-        high = "" if item.ci_high is _UNBOUNDED else f"to {number_text(item.ci_high)}{with_unit(unit)}"
-        return (
-            f"{text} (CI {(low + high).strip()}), t({self.df}) = {number_text(item.t)}, {p_text(item.p, item.log10_p)}"
-        )
+        low = "" if item.ci_low is _UNBOUNDED else f"from {number_text(item.ci_low, within=within)}{with_unit(unit)} "
+        high = "" if item.ci_high is _UNBOUNDED else f"to {number_text(item.ci_high, within=within)}{with_unit(unit)}"
+        p = p_text(item.p, item.log10_p, 1.0 - self.level)
+        return f"{text} (CI {(low + high).strip()}), t({self.df}) = {number_text(item.t)}, {p}"
 
 
 def dunnett(

@@ -26,7 +26,7 @@ from stats.groups import read_groups
 from stats.results import Result
 from stats.t_tests import AS_A_AND_B, Names
 from stats.tost import NO_HIGH, NO_LOW, Tost, tost
-from stats.wording import df_text, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, half_width, interval_text, level_text, missing_text, number_text, p_text, with_unit
 
 Bounds = Literal["raw", "percent"]
 BOUNDS: tuple[Bounds, ...] = ("raw", "percent")
@@ -86,7 +86,8 @@ class Equivalence(Result):
         if isinstance(self.estimate, Undefined):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.estimate.reason}."
         unit, short = (unit, unit) if self.bounds == "raw" else (f"% of {b}'s mean", "%")
-        estimate = f"{a} (n = {self.n_a}) minus {b} (n = {self.n_b}) is {number_text(self.estimate)}{with_unit(unit)}"
+        estimate = number_text(self.estimate, within=half_width(self.estimate_ci))
+        estimate = f"{a} (n = {self.n_a}) minus {b} (n = {self.n_b}) is {estimate}{with_unit(unit)}"
         if isinstance(self.p, Undefined):
             return f"{estimate}; no test whether it lies {self._bounds(unit)}, because {self.p.reason}."
         chosen = self.welch if self.route == "welch" else self.student
@@ -95,9 +96,9 @@ class Equivalence(Result):
             for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
             if not isinstance(t, Undefined)
         ]
-        told = f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p)}"
+        told = f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p, self.alpha)}"
         if isinstance(self.estimate_ci, Undefined):
-            why = f"because its {100.0 * (1.0 - 2.0 * self.alpha):g} % CI is undefined: {self.estimate_ci.reason}"
+            why = f"because its {level_text(1.0 - 2.0 * self.alpha)} CI is undefined: {self.estimate_ci.reason}"
             return (
                 f"{estimate} and is not shown to lie {self._bounds(unit)} ({told}), {why}{missing_text(self.missing)}."
             )

@@ -62,7 +62,9 @@ class HolmFamily(Result):
 
     def sentence(self) -> str:
         """Return the family in words: how many tests, which are rejected, with adjusted p, and which are left open."""
-        members = [(f"{one.name} ({p_text(one.adjusted_p, one.adjusted_log10_p)})", one) for one in self.rows()]
+        members = [
+            (f"{one.name} ({p_text(one.adjusted_p, one.adjusted_log10_p, self.alpha)})", one) for one in self.rows()
+        ]
         found = [text for text, one in members if one.rejected is True]
         left_open = [
             text

@@ -23,7 +23,7 @@ from stats.finite import Interval, refuse_beyond
 from stats.regression import fit_linear
 from stats.results import Result
 from stats.sums import common_shift, moments
-from stats.wording import estimate_texts, missing_text, number_text
+from stats.wording import estimate_texts, level_text, missing_text, number_text, share_text
 
 MINIMUM_IDLE_RUNS = 3
 """Two runs fix a line and leave nothing to measure its uncertainty with."""
@@ -56,7 +56,7 @@ class DrainEstimate(Result):
         beyond = ", an extrapolation" if self.extrapolated else ""
         return (
             f"The electronics draw {charge} mAh in {number_text(self.duration_s / 60.0)} min "
-            f"({100.0 * self.level:g} % CI {low} to {high} mAh, df = {self.df}{beyond})."
+            f"({level_text(self.level)} CI {low} to {high} mAh, df = {self.df}{beyond})."
         )
 
 
@@ -142,7 +142,7 @@ class PassiveDrain(Result):
         charge, low, high = estimate_texts([estimate.charge_mah, estimate.ci_low, estimate.ci_high], estimate.se)
         text = (
             f"The electronics draw {charge} mAh in {number_text(duration_s / 60.0)} min (95 % CI {low} to {high} mAh; "
-            f"n = {self.n} idle runs{missing_text(self.missing)}, R squared {number_text(self.r_squared, 6)})"
+            f"n = {self.n} idle runs{missing_text(self.missing)}, R squared {share_text(self.r_squared, 6)})"
         )
         if estimate.extrapolated:
             text += (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import Undefined
 from stats.results import Result
-from stats.wording import counted, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import counted, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
 
 def _log10(p: float | Undefined) -> float | Undefined:
@@ -108,7 +108,8 @@ class Bootstrap(Result):
         where = f"n = {self.n_a} and {self.n_b}"
         if isinstance(self.difference, Undefined):
             return f"No bootstrap of {a} and {b} ({where}): {self.difference.reason}."
-        text = f"{a} minus {b} is {number_text(self.difference)}{with_unit(unit)}"
+        difference = number_text(self.difference, within=half_width(self.interval))
+        text = f"{a} minus {b} is {difference}{with_unit(unit)}"
         if isinstance(self.interval, Undefined):
             return f"{text} ({where}); no bootstrap interval, because {self.interval.reason}."
         return (

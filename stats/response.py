@@ -13,7 +13,7 @@ from data_schema.vocabulary import Undefined
 from stats.distributions import t_quantile
 from stats.finite import finite, finite_pair
 from stats.results import Result
-from stats.wording import interval_text, number_text, with_unit
+from stats.wording import half_width, interval_text, number_text, with_unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,7 @@ class Response(Result):
         """Return the response in words, with its interval, degrees of freedom, and whether it is extrapolated."""
         beyond = ", outside the range that was fitted" if self.extrapolated else ""
         return (
-            f"{response} is {number_text(self.value)}{with_unit(unit)} there "
+            f"{response} is {number_text(self.value, within=half_width(self.ci))}{with_unit(unit)} there "
             f"({interval_text(self.ci, self.level, unit)}, df = {self.df}{beyond})."
         )
 

@@ -22,7 +22,7 @@ from stats.distributions import t_quantile
 from stats.finite import as_interval, finite, refuse_beyond, times_power
 from stats.results import Result
 from stats.summary import Summary, describe
-from stats.wording import interval_text, missing_text, number_text, with_unit
+from stats.wording import half_width, interval_text, missing_text, number_text, with_unit
 
 CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""
@@ -177,8 +177,9 @@ class SharedSummary(Result):
         if isinstance(self.scatter.mean, Undefined):
             return self.scatter.sentence(name, unit)
         ends = as_interval(self.ci_low, self.ci_high)
+        mean = number_text(self.scatter.mean, within=half_width(ends))
         return (
-            f"{name} {number_text(self.scatter.mean)}{with_unit(unit)} ({interval_text(ends, self.level, unit)}, "
+            f"{name} {mean}{with_unit(unit)} ({interval_text(ends, self.level, unit)}, "
             f"standard error shared with other means {number_text(self.shared_se, 2)}{with_unit(unit)}, "
             f"n = {self.scatter.n}{missing_text(self.scatter.missing)})."
         )

@@ -51,7 +51,7 @@ class SharedTest(Result):
         name = "z" if self.df is NORMAL else f"t({df_text(self.df)})"
         return (
             f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
-            f"{name} = {number_text(self.t)}, {p_text(self.p, self.log10_p)}."
+            f"{name} = {number_text(self.t)}, {p_text(self.p, self.log10_p, 1.0 - self.level)}."
         )
 
 

@@ -35,7 +35,7 @@ from stats.finite import Interval, finite
 from stats.groups import Group, read_groups
 from stats.results import Result
 from stats.tails import f_upper
-from stats.wording import counted, df_text, interval_text, missing_text, number_text, p_text
+from stats.wording import counted, df_text, interval_text, missing_text, number_text, p_text, share_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,8 +98,8 @@ class WelchAnova(Result):
         limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
         return (
             f"Welch ANOVA over {what}: F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p)}, eta squared {number_text(self.eta_squared, 3)}, omega squared "
-            f"{number_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
+            f"{p_text(self.p, self.log10_p, 1.0 - self.level)}, eta squared {share_text(self.eta_squared, 3)}, omega squared "
+            f"{share_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
             f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)}{limit})."
         )
 

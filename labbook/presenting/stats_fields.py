@@ -11,7 +11,7 @@ from dataclasses import is_dataclass
 from typing import Any
 
 from stats.results import as_dict
-from stats.wording import number_text
+from stats.wording import half_width, number_text
 
 DIGITS = 6
 """Significant digits shown; JSON has all."""
@@ -97,7 +97,7 @@ def value_text(name: str, value: Any) -> str:
         case float():
             return number_text(value, DIGITS)
         case [float(), float()] if name.endswith(_INTERVALS):
-            return " to ".join(value_text(name, end) for end in value)
+            return " to ".join(number_text(end, DIGITS, half_width((value[0], value[1]))) for end in value)
         case list():
             return ", ".join(value_text("", item) for item in value)
         case _:

@@ -19,6 +19,7 @@ from reports.display import general_text
 from reports.naming import SweptWords
 from reports.numbers import Quantity
 from reports.wording import count_text, list_text
+from stats.wording import level_text
 
 _BY_DAY = {MIXED_MODEL: f"{MIXED_MODEL} (REML, degrees of freedom after Satterthwaite)"}
 
@@ -113,14 +114,10 @@ def saved(analysis: StudyAnalysis) -> bool:
 
 def _levels(analysis: StudyAnalysis) -> str:
     alpha = analysis.planned.settings.alpha
-    comparisons = "" if alpha == 0.05 else f", those of comparisons at {_percent(1.0 - alpha)}"
+    comparisons = "" if alpha == 0.05 else f", those of comparisons at {level_text(1.0 - alpha)}"
     equivalence = any(item.equivalent is not None for item in analysis.compared)
-    tost = f", those of tests of equivalence at {_percent(1.0 - 2.0 * alpha)}" if equivalence else ""
+    tost = f", those of tests of equivalence at {level_text(1.0 - 2.0 * alpha)}" if equivalence else ""
     return f"Intervals are at 95 %{comparisons}{tost}."
-
-
-def _percent(level: float) -> str:
-    return f"{general_text(100.0 * level)} %"
 
 
 def _exists(row: ResultRow, name: str) -> bool:
