@@ -7,10 +7,10 @@ import math
 from collections.abc import Iterable
 from statistics import median_low
 
+from data_schema.rounding import level_text as level_in_percent
+from data_schema.rounding import on_its_side
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number, SignificanceTest, Value
-from stats.wording import level_text as level_in_percent
-from stats.wording import on_its_side
 
 MINUS = "\u2212"
 NO_BREAK = "\u00a0"

@@ -14,6 +14,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_level
 from stats.error_free import exact_root, shortened
@@ -22,7 +23,7 @@ from stats.groups import Groups, read_groups
 from stats.many_to_one import largest_critical, largest_log_upper
 from stats.over_scale import log_upper_of_any
 from stats.results import Result
-from stats.wording import level_text, missing_text, number_text, p_text, with_unit
+from stats.wording import missing_text, number_text, p_text, with_unit
 
 Alternative = Literal["two_sided", "greater", "less"]
 ALTERNATIVES: tuple[Alternative, ...] = ("two_sided", "greater", "less")

@@ -18,6 +18,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.contrast import contrasts
@@ -26,7 +27,7 @@ from stats.groups import read_groups
 from stats.results import Result
 from stats.t_tests import AS_A_AND_B, Names
 from stats.tost import NO_HIGH, NO_LOW, Tost, tost
-from stats.wording import df_text, half_width, interval_text, level_text, missing_text, number_text, p_text, with_unit
+from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
 Bounds = Literal["raw", "percent"]
 BOUNDS: tuple[Bounds, ...] = ("raw", "percent")

@@ -35,8 +35,9 @@ def _below_line(line: Floats, slope: float, least: Floats) -> Floats:
     """Return P(X <= line + slope Z, Z >= least), up to a part that depends on `least` alone."""
     line, k = _not_zero(line), _not_zero(-least)
     h = line / math.hypot(1.0, slope)
-    over_h = k * (1.0 + slope * slope) / line - slope
-    over_k = line / k - slope
+    with np.errstate(over="ignore"):  # infinity is an angle, too
+        over_h = k * (1.0 + slope * slope) / line - slope
+        over_k = line / k - slope
     opposite = np.where((h < 0.0) != (k < 0.0), 0.5, 0.0)
     return np.asarray(special.ndtr(h) / 2.0 - special.owens_t(h, over_h) - special.owens_t(k, over_k) - opposite)
 

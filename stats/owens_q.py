@@ -25,7 +25,7 @@ def within_both(low: float, high: float, critical: Floats, df: float) -> Floats:
     low, high, critical = _doubles(low), _doubles(high), np.clip(critical, 1.0 / _FAR, _FAR)
     if not low < high:
         return np.zeros_like(critical)
-    last = (high - low) / 2.0 / critical
+    last = np.maximum((high - low) / 2.0 / critical, 1.0 / _FAR**2)
     turns = np.stack([-low / critical, high / critical], axis=1)
 
     def inside(u: Floats, rows: Rows) -> Floats:

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
 from stats.complete import complete_rows
 from stats.finite import refuse_beyond
 from stats.regression import fit_linear
 from stats.results import Result
-from stats.wording import estimate_texts, level_text, missing_text, number_text, share_text
+from stats.wording import estimate_texts, missing_text, number_text, share_text
 
 DENSEST = math.pi / math.sqrt(18.0)
 """0.7405: no packing of equal spheres is denser (Hales 2005)."""

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.complete import complete_rows
@@ -23,7 +24,7 @@ from stats.finite import Interval, refuse_beyond
 from stats.regression import fit_linear
 from stats.results import Result
 from stats.sums import common_shift, moments
-from stats.wording import estimate_texts, level_text, missing_text, number_text, share_text
+from stats.wording import estimate_texts, missing_text, number_text, share_text
 
 MINIMUM_IDLE_RUNS = 3
 """Two runs fix a line and leave nothing to measure its uncertainty with."""

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.complete import complete_rows
@@ -22,7 +23,7 @@ from stats.finite import refuse_beyond
 from stats.regression import LinearFit, fit_linear
 from stats.response import Response
 from stats.results import Result
-from stats.wording import estimate_texts, level_text, missing_text, number_text, share_text
+from stats.wording import estimate_texts, missing_text, number_text, share_text
 
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""

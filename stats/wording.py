@@ -7,21 +7,18 @@ standard error, of half its interval or of the difference it is a part of. It ne
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from decimal import Decimal
 
+from data_schema.rounding import level_text, on_its_side
 from data_schema.vocabulary import Undefined
 
-USUAL_ALPHAS = (0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.001, 0.0001)
-"""What p-values are compared with: no p is rounded onto one of these, or past it."""
 SMALLEST_P = 0.0001
 """Below it a p-value is only said to be smaller."""
 _HELD = 15
 """Significant digits of which a double holds every one."""
 _MOST = 17
 """Significant digits that tell every double from every other."""
-_LEVEL_TOLERANCE = Decimal("1e-6")
-"""Share of a level's distance to 0 or 100 % by which it may be rounded."""
 
 
 def number_text(value: float | Undefined, digits: int = 4, within: float = 0.0) -> str:
@@ -97,26 +94,6 @@ def p_text(p: float | Undefined, log10_p: float | Undefined | None = None, alpha
     if p < smallest:
         return f"p < {smallest:g}"
     return f"p = {on_its_side(p, (f'{p:.{digits}g}' for digits in range(2, _MOST + 1)), alpha)}"
-
-
-def on_its_side(p: float, texts: Iterable[str], *alphas: float) -> str:
-    """Return the first of a p-value's texts that lies where it does: beside, or exactly on, each usual level."""
-    levels = (*USUAL_ALPHAS, *alphas)
-    return next((text for text in texts if all(_side(float(text), at) == _side(p, at) for at in levels)), repr(p))
-
-
-def _side(p: float, alpha: float) -> int:
-    return (p > alpha) - (p < alpha)
-
-
-def level_text(level: float) -> str:
-    """Return a level in percent: "95 %", or "99.99999 %" with the digits that tell it from 0 and from 100 %."""
-    percent = 100 * Decimal(repr(float(level)))
-    tolerance = _LEVEL_TOLERANCE * min(percent, 100 - percent)
-    decimals = 0
-    while abs(round(percent, decimals) - percent) > tolerance:
-        decimals += 1
-    return f"{round(percent, decimals):f} %"
 
 
 def interval_text(interval: tuple[float, float] | Undefined, level: float, unit: str = "") -> str:

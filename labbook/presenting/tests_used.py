@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from data_schema.queries.results import ResultRow
+from data_schema.rounding import level_text
 from labbook.analysis.comparisons import Compared
 from labbook.analysis.leading_by_day import MIXED_MODEL
 from labbook.analysis.planned import FAMILY_OF
@@ -19,7 +20,6 @@ from reports.display import general_text
 from reports.naming import SweptWords
 from reports.numbers import Quantity
 from reports.wording import count_text, list_text
-from stats.wording import level_text
 
 _BY_DAY = {MIXED_MODEL: f"{MIXED_MODEL} (REML, degrees of freedom after Satterthwaite)"}
 
@@ -52,8 +52,8 @@ def _route(analysis: StudyAnalysis) -> str:
     beside = " and Brown and Forsythe's" if any(_exists(row, "brown_forsythe") for row in found) else ""
     return (
         f"Each comparison is an F-test for equal variances at alpha = {analysis.planned.settings.alpha:g}, which chose "
-        f"{tests} (thesis 5.2.1). The p of claims and of tables is Welch's, which keeps its level where variances differ; "
-        f"the chosen test{beside} stand{'' if beside else 's'} in the table of all tests."
+        f"{tests} (thesis 5.2.1). The p of claims and of tables is Welch's, which keeps its level where variances "
+        f"differ; the chosen test{beside} stand{'' if beside else 's'} in the table of all tests."
     )
 
 

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from data_schema.rounding import USUAL_ALPHAS, level_text
 from data_schema.vocabulary import Undefined
 from stats.equivalence import equivalence
 from stats.regression import fit_linear
@@ -14,7 +15,7 @@ from stats.summary import describe
 from stats.tukey import compare_all_pairs
 from stats.two_sample import compare_two
 from stats.welch_anova import welch_anova
-from stats.wording import USUAL_ALPHAS, df_text, estimate_texts, interval_text, level_text, number_text, p_text
+from stats.wording import df_text, estimate_texts, interval_text, number_text, p_text
 
 
 @pytest.mark.parametrize(

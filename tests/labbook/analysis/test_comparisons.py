@@ -443,7 +443,7 @@ def test_the_methods_cite_what_is_on_record_against_a_method_at_such_a_design(re
     assert len(set(designs)) == len(designs) >= 1
     assert all(re.search(r" % stated\).* uses?( of each)? here of about that design\)", one) for one in sentences)
     together = "".join(reports().content.methods).replace("\u00a0", " ")
-    assert "of its own" not in together
+    assert "day of its own" not in together
     assert "docs/statistics.md" in together
     nothing = replace(apart.analysis, compared=[], anovas=[])
     assert weaknesses(nothing) == ""
