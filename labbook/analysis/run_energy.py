@@ -19,7 +19,7 @@ from stats.energy import joules_per_jump, joules_per_mah
 from stats.passive_drain import PassiveDrain
 from stats.shared_error import SharedError
 
-ALGORITHM = Algorithm("run_energy", 10)
+ALGORITHM = Algorithm("run_energy", 11)
 
 
 @dataclass(frozen=True, slots=True)
