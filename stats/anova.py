@@ -27,11 +27,11 @@ class Anova(Result):
     """Whether the means of several groups differ by more than their scatter explains."""
 
     groups: tuple[str, ...]
-    """Names of the groups that hold values, as given."""
+    """Names of the groups that hold values, as given; shape (k,)."""
     group_ns: tuple[int, ...]
-    """Their sizes."""
+    """Their sizes, shape (k,)."""
     f: float | Undefined
-    """(SS_between / df_between) / (SS_within / df_within)."""
+    """(SS_between / df_between) / (SS_within / df_within), dimensionless."""
     df_between: int
     """Number of groups minus 1."""
     df_within: int
@@ -41,7 +41,7 @@ class Anova(Result):
     log10_p: float | Undefined
     """Logarithm of p, right at any size."""
     eta_squared: float | Undefined
-    """Share of the total sum of squares that lies between the groups; too large on average where n is small."""
+    """Share of the total sum of squares that lies between the groups, 0 to 1; too large on average where n is small."""
     omega_squared: float | Undefined
     """The same share with its bias taken off; below 0 where F is below 1."""
     ss_between: float | Undefined
@@ -51,7 +51,7 @@ class Anova(Result):
     residual_sd: float | Undefined
     """Standard deviation within the groups, in the values' unit."""
     group_means: tuple[float, ...]
-    """Means of `groups`, in the values' unit."""
+    """Means of `groups`, in the values' unit; shape (k,)."""
     empty_groups: tuple[str, ...]
     """Names of groups without a value."""
     level: float

@@ -37,7 +37,7 @@ class BayesFactor(Result):
     log10_bf: float | Undefined
     """Decimal logarithm of the Bayes factor of the alternative; negative values speak for no effect."""
     t: float
-    """Student's t, as given."""
+    """Student's t, as given; dimensionless."""
     n_a: int
     """Number of values of the first group."""
     n_b: int

@@ -23,11 +23,11 @@ class ConditionMean(Result):
     n_days: int
     """Number of days it was measured on."""
     estimate: float | Undefined
-    """Generalised least-squares mean, for an average day."""
+    """Generalised least-squares mean, for an average day, in the unit of the values."""
     se: float | Undefined
-    """Standard error, for days drawn at random."""
+    """Standard error, for days drawn at random, in the unit of the values."""
     df: float | Undefined
-    """Degrees of freedom after Satterthwaite."""
+    """Degrees of freedom after Satterthwaite (1946)."""
     interval: Interval | Undefined
     """Student's interval of the estimate."""
 
@@ -41,11 +41,11 @@ class Contrast(Result):
     control: str
     """Label of the condition that it is compared with."""
     difference: float | Undefined
-    """Condition minus control."""
+    """Condition minus control, in the unit of the values."""
     se: float | Undefined
-    """Standard error of the difference."""
+    """Standard error of the difference, in the unit of the values."""
     df: float | Undefined
-    """Degrees of freedom after Satterthwaite, or those of the exact test."""
+    """Degrees of freedom after Satterthwaite (1946), or those of the exact test."""
     t: float | Undefined
     """Difference over its standard error."""
     p: float | Undefined
@@ -80,7 +80,7 @@ class ExactTest(Result):
     """Whether every block holds every condition equally often; the mixed model then has the same F, unless its days'
     variance is estimated as 0 and days are pooled with values."""
     f: float
-    """Mean square between the conditions over that of the scatter."""
+    """Mean square between the conditions over that of the scatter, dimensionless."""
     df_between: int
     """Number of conditions minus 1."""
     df_within: int
@@ -90,7 +90,7 @@ class ExactTest(Result):
     log10_p: float
     """Decimal logarithm of p, right at any size."""
     contrasts: tuple[Contrast, ...]
-    """Differences to the control from the same mean square."""
+    """Differences to the control from the same mean square; shape (k - 1,)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +106,9 @@ class BlockedByDay(Result):
     level: float
     """Level of the intervals."""
     conditions: tuple[ConditionMean, ...]
-    """The control first."""
+    """The control first; shape (k,)."""
     contrasts: tuple[Contrast, ...]
-    """Every other condition minus the control."""
+    """Every other condition minus the control; shape (k - 1,)."""
     day_variance: float | Undefined
     """Variance between days, unit of the values squared; 0 where REML puts it at its boundary."""
     run_variance: float | Undefined
@@ -123,7 +123,7 @@ class BlockedByDay(Result):
     reml_criterion: float | Undefined
     """-2 log restricted likelihood (lme4's REMLcrit)."""
     f: float | Undefined
-    """F of all conditions being equal, from the mixed model."""
+    """F of all conditions being equal, from the mixed model, dimensionless."""
     df_between: int
     """Number of conditions minus 1."""
     df_within: float | Undefined

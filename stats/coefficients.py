@@ -16,9 +16,9 @@ class Coefficient(Result):
     name: str
     """Of its column, or "intercept"."""
     coefficient: float
-    """Its estimate."""
+    """Its estimate, in the unit of the response over that of its column."""
     standard_error: float | Undefined
-    """0 where the fit is exact."""
+    """In the unit of the coefficient; 0 where the fit is exact."""
     t: float | Undefined
     """Coefficient over standard error."""
     p: float | Undefined

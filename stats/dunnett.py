@@ -48,11 +48,11 @@ class AgainstControl(Result):
     n: int
     """Number of its values."""
     difference: float | Undefined
-    """Treatment minus control."""
+    """Treatment minus control, in the values' unit."""
     ci_low: float | Undefined
-    """Simultaneous: the intervals of all treatments cover together at the family's level."""
+    """Simultaneous: the intervals of all treatments cover together at the family's level; in the values' unit."""
     ci_high: float | Undefined
-    """The other end."""
+    """The other end, in the values' unit."""
     t: float | Undefined
     """difference over its standard error from the pooled scatter."""
     p: float | Undefined
@@ -70,7 +70,7 @@ class Dunnett(Result):
     n_control: int
     """Number of its values."""
     comparisons: tuple[AgainstControl, ...]
-    """One a treatment, in the order given."""
+    """One a treatment, in the order given; shape (k - 1,)."""
     df: int
     """Degrees of freedom of the pooled scatter."""
     critical: float | Undefined

@@ -59,9 +59,9 @@ class BudgetTerm(Result):
     name: str
     """What errs."""
     one_run_j: float | Undefined
-    """Standard error that it gives a single run."""
+    """Standard error that it gives a single run, in joules a jump."""
     mean_j: float | Undefined
-    """Standard error that it gives the mean of the condition."""
+    """Standard error that it gives the mean of the condition, in joules a jump."""
     shared: bool
     """Whether it shifts all runs alike, so that more runs do not make it smaller."""
     in_scatter: bool
@@ -79,11 +79,11 @@ class EnergyBudget(Result):
     mean_j: float
     """Mean of the runs, in joules a jump."""
     terms: tuple[BudgetTerm, ...]
-    """Scatter between runs, drain fit, charger resolution, reference voltage, in this order."""
+    """Scatter between runs, drain fit, charger resolution, reference voltage, in this order; shape (4,)."""
     total_one_run_j: float | Undefined
-    """Scatter and shared terms of a single run, added in quadrature."""
+    """Scatter and shared terms of a single run, added in quadrature, in joules a jump."""
     total_mean_j: float | Undefined
-    """Scatter and shared terms together, added in quadrature."""
+    """Scatter and shared terms together, added in quadrature, in joules a jump."""
     joules_per_mah: float
     """What one mAh at the charger is worth in joules a jump (mean over the runs)."""
     missing: int = 0

@@ -56,7 +56,7 @@ class Equivalence(Result):
     high: float | Undefined
     """Upper bound of what does not matter, in the unit that `bounds` names."""
     estimate: float | Undefined
-    """mean(a) - mean(b), or 100 (mean(a) / mean(b) - 1)."""
+    """mean(a) - mean(b) in the unit of the values, or 100 (mean(a) / mean(b) - 1) in percent."""
     route: EquivalenceRoute
     """Which of both tests is reported."""
     alpha: float

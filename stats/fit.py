@@ -20,23 +20,23 @@ class Fit(Result):
     """A least-squares fit; a coefficient's unit is that of the response over that of its column."""
 
     names: tuple[str, ...]
-    """Of the coefficients: "intercept" first where there is one."""
+    """Of the coefficients: "intercept" first where there is one; shape (p,)."""
     coefficients: tuple[float, ...]
     """In the order of `names`, shape (p,)."""
     standard_errors: tuple[float, ...] | Undefined
-    """0 where the fit is exact."""
+    """Of the coefficients, in their units, shape (p,); 0 where the fit is exact."""
     ci: tuple[tuple[float, float], ...] | Undefined
-    """Student's interval of each coefficient."""
+    """Student's interval of each coefficient, in its unit; shape (p, 2)."""
     level: float
     """Level of the intervals."""
     t: tuple[float, ...] | Undefined
-    """Coefficient over standard error; undefined for an exact fit."""
+    """Coefficient over standard error, shape (p,); undefined for an exact fit."""
     p: tuple[float, ...] | Undefined
-    """Two-sided, of each coefficient being 0."""
+    """Two-sided, of each coefficient being 0; shape (p,)."""
     covariance: tuple[tuple[float, ...], ...] | Undefined
     """Of the coefficients, shape (p, p), in the products of their units."""
     r_squared: float | Undefined
-    """About the mean with an intercept, about 0 without."""
+    """About the mean with an intercept, about 0 without; 0 to 1."""
     f: float | Undefined
     """Of all coefficients but the intercept being 0, with `df_model` and `df`."""
     f_p: float | Undefined
@@ -44,7 +44,7 @@ class Fit(Result):
     residual_sd: float | Undefined
     """sqrt(SS_residual / df), in the unit of the response."""
     ss_residual: float | Undefined
-    """Exactly 0 for an exact fit, and for no other."""
+    """In the response's unit squared: exactly 0 for an exact fit, and for no other."""
     condition: float
     """2-norm condition of the centred columns scaled to one length: digits lost to the design, about its log10."""
     df_model: int

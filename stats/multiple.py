@@ -23,7 +23,7 @@ class HolmMember(Result):
     name: str
     """Of the test."""
     p: float | Undefined
-    """As given."""
+    """As given, 0 to 1."""
     log10_p: float | Undefined
     """Its decimal logarithm."""
     adjusted_p: float | Undefined
@@ -41,17 +41,17 @@ class HolmFamily(Result):
     family: str
     """What the tests have in common, in words."""
     names: tuple[str, ...]
-    """Of the tests, in the order given."""
+    """Of the m tests, in the order given; shape (m,)."""
     p: tuple[float | Undefined, ...]
-    """The p-values as given."""
+    """The p-values as given, shape (m,)."""
     log10_p: tuple[float | Undefined, ...]
-    """Their logarithms, as given where p is below all doubles."""
+    """Their logarithms, as given where p is below all doubles; shape (m,)."""
     adjusted_p: tuple[float | Undefined, ...]
-    """Holm's p-values, each to be compared with alpha; at most 1."""
+    """Holm's p-values (Holm 1979), each to be compared with alpha; at most 1; shape (m,)."""
     adjusted_log10_p: tuple[float | Undefined, ...]
-    """Their logarithms, right also where p is below all doubles if log10_p was given."""
+    """Their logarithms, right also where p is below all doubles if log10_p was given; shape (m,)."""
     rejected: tuple[bool | Undefined, ...]
-    """Whether the adjusted p is at most alpha; a caller who knows why a p cannot tell leaves that open."""
+    """Whether the adjusted p is at most alpha, shape (m,); a caller who knows why a p cannot tell leaves that open."""
     alpha: float
     """The chance allowed of rejecting any true hypothesis of the family."""
 

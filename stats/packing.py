@@ -37,7 +37,7 @@ class PackingFraction(Result):
     se: float
     """Standard error from those of the measurements, to first order, as if independent."""
     error_terms: tuple[tuple[str, float], ...]
-    """What each measurement's standard error contributes: name and size."""
+    """What each measurement's standard error contributes: name and size, of the fraction; shape (terms,)."""
     denser_than_spheres: bool
     """Whether it exceeds 0.7405, which equal spheres cannot: a measurement is off, or the grains differ in size."""
 
@@ -55,7 +55,7 @@ class UnboundedPacking(Result):
     """Line through fractions in containers of several sizes, read where the wall is infinitely far away."""
 
     fraction: float
-    """At grain size / container radius = 0."""
+    """At grain size / container radius = 0; 0 to 1."""
     se: float
     """Standard error of the fraction."""
     ci: tuple[float, float]
@@ -65,7 +65,7 @@ class UnboundedPacking(Result):
     wall_effect: float
     """Change of the fraction per unit of grain size / container radius."""
     wall_effect_se: float
-    """Its standard error."""
+    """Its standard error, likewise dimensionless."""
     r_squared: float | Undefined
     """Of the line, about the mean."""
     df: int

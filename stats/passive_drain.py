@@ -35,9 +35,9 @@ class DrainEstimate(Result):
     """Passive charge over one duration, read off the fitted line."""
 
     duration_s: float
-    """Where the line was read."""
+    """Where the line was read, in seconds."""
     charge_mah: float
-    """The line there."""
+    """The line there, in mAh."""
     se: float
     """Standard error of the line at this duration, mAh: shared by all runs corrected with this fit."""
     ci_low: float
@@ -66,13 +66,13 @@ class PassiveDrain(Result):
     """Straight line through the idle runs: charge_mah = intercept_mah + slope_mah_s * duration_s."""
 
     slope_mah_s: float
-    """Charge per second."""
+    """Charge per second, in mAh/s."""
     intercept_mah: float
-    """Charge at duration 0: what switching on and off takes."""
+    """Charge at duration 0, in mAh: what switching on and off takes."""
     covariance: tuple[tuple[float, float], tuple[float, float]]
-    """Covariance of (intercept_mah, slope_mah_s)."""
+    """Covariance of (intercept_mah, slope_mah_s), shape (2, 2), in mAh^2, mAh^2/s and mAh^2/s^2."""
     residual_sd_mah: float
-    """Standard deviation of the runs about the line, with n - 2; never below that of rounding to the resolution."""
+    """Standard deviation of the runs about the line, mAh, with n - 2; at least that of rounding to the resolution."""
     r_squared: float | Undefined
     """About the mean."""
     df: int
@@ -80,11 +80,11 @@ class PassiveDrain(Result):
     n: int
     """Number of idle runs."""
     duration_min_s: float
-    """Shortest idle run."""
+    """Shortest idle run, in seconds."""
     duration_max_s: float
-    """Longest idle run."""
+    """Longest idle run, in seconds."""
     duration_mean_s: float
-    """Mean duration of the idle runs."""
+    """Mean duration of the idle runs, in seconds."""
     charge_mean_mah: float
     """The line goes through the means; it is evaluated from there, where intercept and slope do not cancel."""
     missing: int = 0

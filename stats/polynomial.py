@@ -39,17 +39,17 @@ class PolynomialFit(Fit):
     degree: int
     """The highest power."""
     centre: float
-    """Middle of the range of x."""
+    """Middle of the range of x, in its unit."""
     half_range: float
     """The fit is evaluated in u = (x - centre) / half_range, between -1 and 1."""
     chebyshev_coefficients: tuple[float, ...]
-    """Of the Chebyshev polynomials T_k(u), where nothing cancels."""
+    """Of the Chebyshev polynomials T_k(u), where nothing cancels, in the response's unit; shape (degree + 1,)."""
     chebyshev_covariance: tuple[tuple[float, ...], ...] | Undefined
     """Of these coefficients, shape (degree + 1, degree + 1)."""
     lowest: float
-    """Least x."""
+    """Least x, in its unit."""
     highest: float
-    """Range of x."""
+    """Largest x, in its unit."""
 
     def at(self, x: float, level: float = 0.95) -> Response:
         """Return the fitted response at x; raises `InputRefused` for an x that is not finite."""

@@ -40,7 +40,7 @@ class Power(Result):
     test: str
     """The test in words, with its assumptions."""
     group_ns: tuple[int, ...]
-    """Number of values of each group."""
+    """Number of values of each group, shape (k,)."""
     alpha: float
     """Level of the test."""
     power: float | Undefined

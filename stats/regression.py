@@ -38,15 +38,15 @@ class LinearFit(Fit):
     intercept: bool
     """Whether a constant was fitted."""
     vif: tuple[float, ...]
-    """Variance inflation of each column, without the intercept: 1 / (1 - R squared on the other columns)."""
+    """Variance inflation of each column, 1 / (1 - R squared on the other columns); no intercept, shape (columns,)."""
     means: tuple[float, ...]
-    """Of each column (0 without an intercept); the fit is evaluated from there, where nothing cancels."""
+    """Of each column, in its unit, shape (columns,); 0 without an intercept. The fit is evaluated from there."""
     response_mean: float
-    """Fitted response at `means` (0 without an intercept)."""
+    """Fitted response at `means`, in its unit (0 without an intercept)."""
     lowest: tuple[float, ...]
-    """Least value of each column."""
+    """Least value of each column, in its unit; shape (columns,)."""
     highest: tuple[float, ...]
-    """Range of each column."""
+    """Largest value of each column, in its unit; shape (columns,)."""
 
     def _inflations(self) -> tuple[float | Undefined, ...]:
         constant: tuple[float | Undefined, ...] = (Undefined("the intercept is no column"),) if self.intercept else ()

@@ -86,7 +86,7 @@ class Bootstrap(Result):
     difference: float | Undefined
     """a minus b within days, in the unit of the values."""
     se: float | Undefined
-    """Standard deviation of the redrawn differences."""
+    """Standard deviation of the redrawn differences, in the unit of the values."""
     interval: tuple[float, float] | Undefined
     """Studentised (bootstrap-t), in the unit of the values."""
     bca_interval: tuple[float, float] | Undefined

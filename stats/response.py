@@ -23,7 +23,7 @@ class Response(Result):
     value: float | Undefined
     """In the unit of the response."""
     se: float | Undefined
-    """Standard error of the mean response there, not of one more measurement."""
+    """Standard error of the mean response there, not of one more measurement; in the unit of the response."""
     ci: tuple[float, float] | Undefined
     """Student's interval of the mean response."""
     level: float

@@ -42,11 +42,11 @@ class RmseOverIqr(Result):
     rmse: float | Undefined
     """Root of the mean squared difference, predicted minus measured, in the unit of the values."""
     iqr: float | Undefined
-    """Upper minus lower quartile of the measured values."""
+    """Upper minus lower quartile of the measured values, in their unit."""
     quartile_low: float
-    """Lower quartile of the measured values."""
+    """Lower quartile of the measured values, in their unit."""
     quartile_high: float
-    """Upper quartile of the measured values."""
+    """Upper quartile of the measured values, in their unit."""
     definition: str
     """Of the quartiles: a name of `QUARTILES`."""
     n: int

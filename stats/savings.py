@@ -63,7 +63,7 @@ class Savings(Result):
     treated_mean: float | Undefined
     """T, in the unit of the values."""
     percent: float | Undefined
-    """100 (C - T) / C; negative where the treated runs cost more."""
+    """100 (C - T) / C, in percent; negative where the treated runs cost more."""
     percent_ci: tuple[float, float] | Undefined
     """Fieller's interval, scatter and shared error together."""
     delta_ci: tuple[float, float] | Undefined
@@ -71,9 +71,9 @@ class Savings(Result):
     log_ci: tuple[float, float] | Undefined
     """The delta interval of log(T / C) brought back to percent, for comparison; never beyond 100 %."""
     se_percent: float | Undefined
-    """Standard error from the scatter between runs (delta method)."""
+    """Standard error from the scatter between runs (delta method), in percentage points."""
     shared_se_percent: float | Undefined
-    """Standard error from the shared additive error alone."""
+    """Standard error from the shared additive error alone, in percentage points."""
     df: float | Undefined
     """Welch and Satterthwaite's degrees of freedom over both scatters."""
     level: float

@@ -164,11 +164,11 @@ class SharedSummary(Result):
     scatter: Summary
     """What the values alone say; its interval leaves the shared error out."""
     shared_se: float
-    """Standard error that the mean shares with others."""
+    """Standard error that the mean shares with others, in the unit of the values."""
     ci_low: float | Undefined
-    """Lower end of the interval of both errors together."""
+    """Lower end of the interval of both errors together, in the unit of the values."""
     ci_high: float | Undefined
-    """Its upper end."""
+    """Its upper end, in the unit of the values."""
     level: float
     """Level of the interval."""
 

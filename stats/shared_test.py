@@ -30,7 +30,7 @@ class SharedTest(Result):
     ci_low: float | Undefined
     """Lower end of the interval of the difference, in the unit of the values."""
     ci_high: float | Undefined
-    """Its upper end."""
+    """Its upper end, in the unit of the values."""
     level: float
     """Level of the interval."""
 

@@ -60,25 +60,25 @@ class Stiffness(Result):
     """force = stiffness * displacement + damping * velocity + force_at_zero."""
 
     stiffness_n_m: float
-    """Force per displacement."""
+    """Force per displacement, in N/m."""
     stiffness_se: float
     """Standard error of the stiffness, N/m."""
     stiffness_ci: tuple[float, float]
     """Student's interval of the stiffness, N/m."""
     damping_kg_s: float
-    """Force per velocity."""
+    """Force per velocity, in kg/s."""
     damping_se: float
     """Standard error of the damping, kg/s."""
     damping_ci: tuple[float, float]
     """Student's interval of the damping, kg/s."""
     force_at_zero_n: float
-    """Where displacement and velocity are 0; without gravity's share removed, minus the weight."""
+    """In N, where displacement and velocity are 0; without gravity's share removed, minus the weight."""
     force_at_zero_se: float
     """Its standard error, N."""
     level: float
     """Level of the intervals."""
     residual_sd_n: float
-    """Standard deviation of the points about the plane, with n - 3."""
+    """Standard deviation of the points about the plane in N, with n - 3."""
     r_squared: float | Undefined
     """About the mean."""
     residual_lag1: float | Undefined
@@ -113,13 +113,13 @@ class GainLine(Result):
     slope: float
     """N/m (or kg/s) per unit of gain."""
     slope_se: float
-    """Its standard error."""
+    """Its standard error, in the unit of the slope."""
     slope_ci: tuple[float, float]
     """Student's interval of the slope."""
     offset: float
-    """At gain 0: what the mechanism has of its own."""
+    """At gain 0, in N/m (or kg/s): what the mechanism has of its own."""
     offset_se: float
-    """Its standard error."""
+    """Its standard error, in N/m (or kg/s)."""
     offset_ci: tuple[float, float]
     """Student's interval of the offset."""
     fit: LinearFit

@@ -24,15 +24,15 @@ class Summary(Result):
     n: int
     """Number of values."""
     mean: float | Undefined
-    """Arithmetic mean."""
+    """Arithmetic mean, in the unit of the values."""
     sd: float | Undefined
-    """Standard deviation with n - 1."""
+    """Standard deviation with n - 1, in the unit of the values."""
     se: float | Undefined
-    """Standard error of the mean."""
+    """Standard error of the mean, in the unit of the values."""
     ci_low: float | Undefined
-    """Lower end of Student's interval for the mean."""
+    """Lower end of Student's interval for the mean, in the unit of the values."""
     ci_high: float | Undefined
-    """Its upper end."""
+    """Its upper end, in the unit of the values."""
     level: float
     """Level of the interval."""
     missing: int = 0

@@ -43,7 +43,7 @@ class PairDifference(Result):
     n_b: int
     """Number of values of group b."""
     difference: float | Undefined
-    """mean(a) - mean(b)."""
+    """mean(a) - mean(b), in the values' unit."""
     difference_ci: tuple[float, float] | Undefined
     """Simultaneous: all intervals of the family cover together at its level."""
     q: float | Undefined
@@ -63,11 +63,11 @@ class AllPairs(Result):
     method: str
     """"Tukey" (equal n), "Tukey-Kramer" or "Games-Howell"."""
     groups: tuple[str, ...]
-    """Names of the groups that hold values, as given."""
+    """Names of the k groups that hold values, as given; shape (k,)."""
     group_ns: tuple[int, ...]
-    """Their sizes."""
+    """Their sizes, shape (k,)."""
     pairs: tuple[PairDifference, ...]
-    """(first, second), (first, third) and so on."""
+    """(first, second), (first, third) and so on; shape (k (k - 1) / 2,)."""
     level: float
     """Simultaneous level of the intervals."""
     missing: int

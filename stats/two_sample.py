@@ -50,7 +50,7 @@ class TwoSample(Result):
     alpha: float
     """Level of the F-test; intervals have level 1 - alpha."""
     f: float | Undefined
-    """var(a) / var(b)."""
+    """var(a) / var(b), dimensionless (thesis 5.2.1)."""
     f_p: float | Undefined
     """Two-sided p of the F-test for equal variances."""
     f_log10_p: float | Undefined
@@ -72,7 +72,7 @@ class TwoSample(Result):
     log10_p: float | Undefined
     """Decimal logarithm of p, right where p is too small for a double."""
     difference: float | Undefined
-    """mean(a) - mean(b); exists where the test does not."""
+    """mean(a) - mean(b), in the unit of the values; exists where the test does not."""
     difference_ci: _Interval | Undefined
     """Student's interval of the difference by the test used."""
     welch_t: float | Undefined

@@ -41,13 +41,13 @@ class VarianceTest(Result):
     test: str
     """"F", "Bartlett", "Levene" or "Brown-Forsythe"."""
     groups: tuple[str, ...]
-    """Names of the groups, as given."""
+    """Names of the k groups, as given; shape (k,)."""
     group_ns: tuple[int, ...]
-    """Their sizes."""
+    """Their sizes, shape (k,)."""
     statistic: float | Undefined
     """F, or Bartlett's chi-squared; dimensionless."""
     df: tuple[int, ...]
-    """Degrees of freedom: of numerator and denominator, or of chi-squared."""
+    """Degrees of freedom: of numerator and denominator, shape (2,), or of chi-squared, shape (1,)."""
     p: float | Undefined
     """Two-sided for F of two groups."""
     log10_p: float | Undefined

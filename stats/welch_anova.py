@@ -43,15 +43,15 @@ class WelchAnova(Result):
     """Whether the means of several groups differ, each group with a scatter of its own."""
 
     groups: tuple[str, ...]
-    """Names of the groups that hold values, as given."""
+    """Names of the k groups that hold values, as given; shape (k,)."""
     group_ns: tuple[int, ...]
-    """Their sizes."""
+    """Their sizes, shape (k,)."""
     f: float | Undefined
     """Welch's F (Welch 1951)."""
     df_between: int
     """Number of groups minus 1."""
     df_within: float | Undefined
-    """Not whole in general."""
+    """Denominator's degrees of freedom after Welch (1951), not whole in general."""
     p: float | Undefined
     """P(F >= f); 0.0 below 1e-308, where `log10_p` goes on."""
     log10_p: float | Undefined

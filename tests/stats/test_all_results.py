@@ -201,6 +201,8 @@ def test_every_field_is_documented(kind):
         if isinstance(line, ast.AnnAssign):
             assert isinstance(after, ast.Expr), f"{kind.__name__}.{line.target.id} has no docstring"
             assert isinstance(after.value, ast.Constant)
+            if "..." in ast.unparse(line.annotation) and "str, ..." not in ast.unparse(line.annotation):
+                assert "shape (" in after.value.value, f"{kind.__name__}.{line.target.id} has no shape"
     for name, value in vars(kind).items():
         assert not isinstance(value, property) or name.startswith("_") or value.__doc__, name
 
