@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from stats.dunnett import dunnett
     from stats.energy import energy_budget, joules_per_jump
     from stats.equivalence import equivalence
+    from stats.gain_line import fit_gain_line
     from stats.multiple import holm
     from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
     from stats.passive_drain import fit_passive_drain
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from stats.savings import percent_savings
     from stats.shared_error import SharedError, describe_shared
     from stats.shared_test import difference_with_shared
-    from stats.stiffness import fit_gain_line, fit_stiffness, force_points
+    from stats.stiffness import fit_stiffness, force_points
     from stats.summary import describe
     from stats.tukey import compare_all_pairs
     from stats.two_sample import compare_two
@@ -120,7 +121,7 @@ _MODULE_OF = {
     "SharedError": "shared_error",
     "describe_shared": "shared_error",
     "difference_with_shared": "shared_test",
-    "fit_gain_line": "stiffness",
+    "fit_gain_line": "gain_line",
     "fit_stiffness": "stiffness",
     "force_points": "stiffness",
     "describe": "summary",

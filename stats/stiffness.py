@@ -7,7 +7,7 @@ d = 3.32 gain + 19.67 kg/s on the thesis's leg (5.1.1), with which gains become 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,15 +20,12 @@ from stats.complete import complete_rows
 from stats.double_double import Floats
 from stats.error_free import greatest, scaled
 from stats.finite import refuse_beyond
-from stats.regression import LinearFit, fit_linear
-from stats.response import Response
+from stats.regression import fit_linear
 from stats.results import Result
 from stats.wording import estimate_texts, missing_text, number_text, share_text
 
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
-MINIMUM_GAINS = 3
-"""Two gains fix a line and leave nothing to measure its uncertainty with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,34 +101,6 @@ class Stiffness(Result):
             f"residual SD {number_text(self.residual_sd_n)} N, df = {self.df}, "
             f"n = {self.n} points{missing_text(self.missing)}."
         )
-
-
-@dataclass(frozen=True, slots=True)
-class GainLine(Result):
-    """Physical coefficient = slope * gain + offset."""
-
-    slope: float
-    """N/m (or kg/s) per unit of gain."""
-    slope_se: float
-    """Its standard error, in the unit of the slope."""
-    slope_ci: tuple[float, float]
-    """Student's interval of the slope."""
-    offset: float
-    """At gain 0, in N/m (or kg/s): what the mechanism has of its own."""
-    offset_se: float
-    """Its standard error, in N/m (or kg/s)."""
-    offset_ci: tuple[float, float]
-    """Student's interval of the offset."""
-    fit: LinearFit
-    """All that least squares says of the line."""
-
-    def at(self, gain: float, level: float = 0.95) -> Response:
-        """Return the physical coefficient that a gain stands for, with the line's uncertainty there."""
-        return self.fit.at({"gain": gain}, level)
-
-    def sentence(self, what: str = "the coefficient", unit: str = "") -> str:
-        """Return the line in words: both coefficients with intervals and p, R squared, residual SD, n."""
-        return self.fit.sentence(what, unit)
 
 
 def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: ArrayLike, mass_kg: float) -> ForcePoints:
@@ -210,34 +179,6 @@ def fit_stiffness(
         df=fit.df,
         n=fit.n,
         missing=left_out,
-    )
-
-
-def fit_gain_line(
-    gain: ArrayLike, coefficient: ArrayLike, *, level: float = 0.95, missing: Missing = "refuse"
-) -> GainLine | Undefined:
-    """Fit physical stiffness (N/m) or damping (kg/s) of several conditions over their gains, both of shape (n,).
-
-    `Undefined` with fewer than 3 conditions. Raises `InputRefused` for a single gain, lengths that differ, infinite
-    values, and for NaN unless `missing` is "drop" (which leaves out conditions).
-    """
-    (gain, coefficient), left_out = complete_rows([gain, coefficient], missing)
-    gains = as_values("the gains", gain)
-    if gains.size < MINIMUM_GAINS:
-        return Undefined(f"the line needs at least {MINIMUM_GAINS} conditions and there are {gains.size}")
-    fit = fit_linear(coefficient, {"gain": gain}, level=level)
-    spread = fit.spread()
-    if isinstance(spread, Undefined):
-        return spread
-    errors, ci, _sd = spread
-    return GainLine(
-        slope=fit.coefficients[1],
-        slope_se=errors[1],
-        slope_ci=ci[1],
-        offset=fit.coefficients[0],
-        offset_se=errors[0],
-        offset_ci=ci[0],
-        fit=replace(fit, missing=left_out),
     )
 
 

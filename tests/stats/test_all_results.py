@@ -25,6 +25,7 @@ from stats.blocked import blocked_by_day
 from stats.dunnett import dunnett
 from stats.energy import energy_budget
 from stats.equivalence import equivalence
+from stats.gain_line import fit_gain_line
 from stats.multiple import holm
 from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
 from stats.passive_drain import fit_passive_drain
@@ -38,7 +39,7 @@ from stats.rmse import rmse_over_iqr
 from stats.savings import percent_savings
 from stats.shared_error import SharedError, describe_shared
 from stats.shared_test import difference_with_shared
-from stats.stiffness import fit_gain_line, fit_stiffness, force_points
+from stats.stiffness import fit_stiffness, force_points
 from stats.summary import describe
 from stats.tukey import compare_all_pairs
 from stats.two_sample import compare_two

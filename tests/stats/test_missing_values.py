@@ -18,6 +18,7 @@ from stats.blocked import blocked_by_day
 from stats.dunnett import dunnett
 from stats.energy import energy_budget
 from stats.equivalence import equivalence
+from stats.gain_line import fit_gain_line
 from stats.packing import unbounded_fraction
 from stats.passive_drain import fit_passive_drain
 from stats.polynomial import fit_polynomial
@@ -27,7 +28,7 @@ from stats.results import Result
 from stats.rmse import rmse_over_iqr
 from stats.savings import percent_savings
 from stats.shared_error import SharedError, describe_shared
-from stats.stiffness import fit_gain_line, fit_stiffness
+from stats.stiffness import fit_stiffness
 from stats.summary import describe
 from stats.tukey import compare_all_pairs
 from stats.two_sample import compare_two

@@ -6,7 +6,8 @@ import pytest
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.autocorrelation import autocorrelation
-from stats.stiffness import fit_gain_line, fit_stiffness, force_points
+from stats.gain_line import fit_gain_line
+from stats.stiffness import fit_stiffness, force_points
 from tests.helpers.exact_fit import exact_fit, relative_error, root
 
 GAINS = np.array([50.0, 100.0, 150.0, 200.0, 250.0])

@@ -1,0 +1,74 @@
+"""What gains of the controller are in physical units: stiffness or damping as a line over the gain (thesis 5.1.1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from numpy.typing import ArrayLike
+
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_values
+from stats.complete import complete_rows
+from stats.regression import LinearFit, fit_linear
+from stats.response import Response
+from stats.results import Result
+
+MINIMUM_GAINS = 3
+"""Two gains fix a line and leave nothing to measure its uncertainty with."""
+
+
+@dataclass(frozen=True, slots=True)
+class GainLine(Result):
+    """Physical coefficient = slope * gain + offset."""
+
+    slope: float
+    """N/m (or kg/s) per unit of gain."""
+    slope_se: float
+    """Its standard error, in the unit of the slope."""
+    slope_ci: tuple[float, float]
+    """Student's interval of the slope."""
+    offset: float
+    """At gain 0, in N/m (or kg/s): what the mechanism has of its own."""
+    offset_se: float
+    """Its standard error, in N/m (or kg/s)."""
+    offset_ci: tuple[float, float]
+    """Student's interval of the offset."""
+    fit: LinearFit
+    """All that least squares says of the line."""
+
+    def at(self, gain: float, level: float = 0.95) -> Response:
+        """Return the physical coefficient that a gain stands for, with the line's uncertainty there."""
+        return self.fit.at({"gain": gain}, level)
+
+    def sentence(self, what: str = "the coefficient", unit: str = "") -> str:
+        """Return the line in words: both coefficients with intervals and p, R squared, residual SD, n."""
+        return self.fit.sentence(what, unit)
+
+
+def fit_gain_line(
+    gain: ArrayLike, coefficient: ArrayLike, *, level: float = 0.95, missing: Missing = "refuse"
+) -> GainLine | Undefined:
+    """Fit physical stiffness (N/m) or damping (kg/s) of several conditions over their gains, both of shape (n,).
+
+    `Undefined` with fewer than 3 conditions. Raises `InputRefused` for a single gain, lengths that differ, infinite
+    values, and for NaN unless `missing` is "drop" (which leaves out conditions).
+    """
+    (gain, coefficient), left_out = complete_rows([gain, coefficient], missing)
+    gains = as_values("the gains", gain)
+    if gains.size < MINIMUM_GAINS:
+        return Undefined(f"the line needs at least {MINIMUM_GAINS} conditions and there are {gains.size}")
+    fit = fit_linear(coefficient, {"gain": gain}, level=level)
+    spread = fit.spread()
+    if isinstance(spread, Undefined):
+        return spread
+    (offset_se, slope_se), (offset_ci, slope_ci), _sd = spread
+    offset, slope = fit.coefficients
+    return GainLine(
+        slope=slope,
+        slope_se=slope_se,
+        slope_ci=slope_ci,
+        offset=offset,
+        offset_se=offset_se,
+        offset_ci=offset_ci,
+        fit=replace(fit, missing=left_out),
+    )
