@@ -21,6 +21,11 @@ def _side(p: float, alpha: float) -> int:
     return (p > alpha) - (p < alpha)
 
 
+def alpha_beside(level: float) -> float:
+    """Return 1 - level of the decimal that a level is written as: 0.1 for 0.9, which in doubles is a little less."""
+    return float(1 - Decimal(repr(float(level))))
+
+
 def level_text(level: float) -> str:
     """Return a level in percent: "95 %", or "99.99999 %" with the digits that tell it from 0 and from 100 %."""
     percent = 100 * Decimal(repr(float(level)))

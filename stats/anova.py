@@ -11,6 +11,7 @@ from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
+from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.effect_size import eta_squared_ci
@@ -76,8 +77,8 @@ class Anova(Result):
             return f"No one-way ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         return (
             f"One-way ANOVA over {what}: F({self.df_between}, {self.df_within}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p, 1.0 - self.level)}, eta squared {share_text(self.eta_squared, 3)}, omega "
-            f"squared {share_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
+            f"{p_text(self.p, self.log10_p, alpha_beside(self.level))}, eta squared {share_text(self.eta_squared, 3)}, "
+            f"omega squared {share_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
             f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)})."
         )
 

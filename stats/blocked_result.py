@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
 from stats.results import Result
 from stats.tails import Tail, f_upper
@@ -64,7 +65,7 @@ class Contrast(Result):
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
-        p = p_text(self.p, self.log10_p, 1.0 - level)
+        p = p_text(self.p, self.log10_p, alpha_beside(level))
         return f"{text}, t({df_text(self.df)}) = {number_text(self.t)}, {p}."
 
 
@@ -214,7 +215,7 @@ class BlockedByDay(Result):
             limit = f"; days estimated not to differ, so that {units} count as independent"
         return (
             f"{effects}F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p, 1.0 - self.level)} (REML, Satterthwaite{limit})"
+            f"{p_text(self.p, self.log10_p, alpha_beside(self.level))} (REML, Satterthwaite{limit})"
         )
 
 
@@ -222,5 +223,5 @@ def _exact_text(exact: ExactTest, level: float) -> str:
     held = "" if exact.block == "nothing" else f", {exact.block} held fixed"
     return (
         f"F({exact.df_between}, {exact.df_within}) = {number_text(exact.f)}, "
-        f"{p_text(exact.p, exact.log10_p, 1.0 - level)} (exact test on {exact.unit}s{held})"
+        f"{p_text(exact.p, exact.log10_p, alpha_beside(level))} (exact test on {exact.unit}s{held})"
     )

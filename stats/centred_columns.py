@@ -13,8 +13,8 @@ import numpy as np
 
 from stats.columns import Column
 from stats.double_double import FRACTION_BITS, Floats, fixed_point, nearest_double
-from stats.exact_fit import exact_coefficients, in_scale
-from stats.least_squares import Solution
+from stats.exact_fit import deciding_places, exact_coefficients, in_scale
+from stats.least_squares import Design, Factor, Solution
 
 
 @dataclass(frozen=True)
@@ -52,12 +52,12 @@ class CentredColumns:
             matrix[0, 1:] = [-column.centre_scaled for column in self.columns]
         return matrix
 
-    def callers(self, solution: Solution) -> tuple[list[float], float]:
+    def callers(self, solution: Solution, design: Design, factor: Factor) -> tuple[list[float], float]:
         """Return the coefficients but for their units, and the response at the columns' means (0 without intercept).
 
         Only the intercept is a sum in the caller's terms: it is taken with all digits, those of an exact fit exactly.
         """
-        exact = None if solution.residuals.any() else self._exact()
+        exact = None if solution.residuals.any() else self._exact(deciding_places(design, factor))
         if exact is not None:
             return in_scale(exact, self.units), self._exact_response(exact)
         parts = zip(*(part.tolist() for part in solution.coefficients), strict=True)
@@ -68,11 +68,11 @@ class CentredColumns:
             fixed[0] = _along(fixed, [-column.centre_scaled for column in self.columns])
         return [nearest_double(value) for value in fixed], response_mean
 
-    def _exact(self) -> list[Fraction] | None:
-        """Return coefficients that leave nothing over of the response, if there are such."""
-        y = self.response.exactly()
-        constant = [[Fraction(1)] * len(y)] if self.intercept else []
-        return exact_coefficients([*constant, *(column.exactly() for column in self.columns)], y)
+    def _exact(self, places: list[int]) -> list[Fraction] | None:
+        """Return coefficients that leave nothing over of the response at some places, if there are such."""
+        constant = [[Fraction(1)] * len(places)] if self.intercept else []
+        columns = [*constant, *(column.exactly(places) for column in self.columns)]
+        return exact_coefficients(columns, self.response.exactly(places))
 
     def _exact_response(self, coefficients: Sequence[Fraction]) -> float:
         if not self.intercept:

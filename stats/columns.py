@@ -52,12 +52,13 @@ class Column:
     fractions: tuple[Fraction, ...] | None = None
     """The values themselves, where doubles need not hold them."""
 
-    def exactly(self) -> Sequence[Fraction]:
-        """Return the values in ticks, as rational numbers."""
+    def exactly(self, places: Sequence[int] | None = None) -> list[Fraction]:
+        """Return the values at some places, or at all, in ticks, as rational numbers."""
+        places = range(self.high.size) if places is None else places
         if self.fractions is not None:
-            return self.fractions
+            return [self.fractions[place] for place in places]
         unit, centre = Fraction(2) ** self.exponent, Fraction(self.centre)
-        pairs = zip(*(part.tolist() for part in self.pair), strict=True)
+        pairs = zip(*(part[list(places)].tolist() for part in self.pair), strict=True)
         return [centre + unit * (Fraction(high) + Fraction(low)) for high, low in pairs]
 
     @property

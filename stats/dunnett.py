@@ -14,7 +14,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.rounding import level_text
+from data_schema.rounding import alpha_beside, level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_level
 from stats.error_free import exact_root, shortened
@@ -102,7 +102,7 @@ class Dunnett(Result):
             return f"{text}, no test, because {item.t.reason}"
         low = "" if item.ci_low is _UNBOUNDED else f"from {number_text(item.ci_low, within=within)}{with_unit(unit)} "
         high = "" if item.ci_high is _UNBOUNDED else f"to {number_text(item.ci_high, within=within)}{with_unit(unit)}"
-        p = p_text(item.p, item.log10_p, 1.0 - self.level)
+        p = p_text(item.p, item.log10_p, alpha_beside(self.level))
         return f"{text} (CI {(low + high).strip()}), t({self.df}) = {number_text(item.t)}, {p}"
 
 

@@ -144,7 +144,8 @@ def equivalence(
     if route not in ROUTES:
         raise unknown_name("route", route, ROUTES)
     low, high = _checked(low, high, lowest=-100.0 if bounds == "percent" else -math.inf)
-    if as_level("alpha", alpha) >= 0.5:
+    alpha = as_level("alpha", alpha)
+    if alpha >= 0.5:
         raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5, for example 0.05.")
     read = read_groups(as_pair(names, a, b), missing)
     percent = bounds == "percent"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
 from stats.coefficients import Coefficient, one_by_one
 from stats.finite import Interval
@@ -103,13 +104,14 @@ class Fit(Result):
             if not isinstance(self.t, Undefined) and not isinstance(self.p, Undefined):
                 log10_p = logs if isinstance(logs, Undefined) else logs[row]
                 inside.append(
-                    f"t({self.df}) = {number_text(self.t[row])}, {p_text(self.p[row], log10_p, 1.0 - self.level)}"
+                    f"t({self.df}) = {number_text(self.t[row])}, "
+                    f"{p_text(self.p[row], log10_p, alpha_beside(self.level))}"
                 )
             parts.append(f"{text} ({', '.join(inside)})" if inside else text)
         about = [f"R squared {share_text(self.r_squared, 6)}"]
         if not isinstance(self.f, Undefined):
             test = f"F({self.df_model}, {self.df}) = {number_text(self.f)}"
-            about.append(f"{test}, {p_text(self.f_p, self.f_log10_p, 1.0 - self.level)}")
+            about.append(f"{test}, {p_text(self.f_p, self.f_log10_p, alpha_beside(self.level))}")
         if isinstance(self.residual_sd, Undefined):
             about.append(f"no standard errors, because {self.residual_sd.reason}")
         else:

@@ -21,7 +21,7 @@ from stats.columns import Column, as_column, as_response, as_ticks
 from stats.complete import complete_rows
 from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double
 from stats.error_free import product_of_halves, shortened, split, two_sum
-from stats.exact_fit import exact_coefficients, in_scale
+from stats.exact_fit import deciding_places, exact_coefficients, in_scale
 from stats.finite import refuse_beyond
 from stats.fit import INTERCEPT, Fit
 from stats.fit_of import BEYOND_DOUBLES, LEAST_SD, Scaled, fit_of
@@ -109,7 +109,7 @@ def fit_polynomial(
         for row in back
     ]
     chebyshev = tuple(nearest_double(value, response.exponent) for value in fixed)
-    exact = None if solution.residuals.any() else _exactly(column, stretch, response, degree)
+    exact = None if solution.residuals.any() else _exactly(column, stretch, response, design, factor)
     if exact is not None:
         coefficients, chebyshev = in_scale(exact[0], units), tuple(map(float, exact[1]))
     scaled = Scaled(
@@ -168,20 +168,19 @@ def _design(column: Column, stretch: float, degree: int) -> Design:
 
 
 def _exactly(
-    column: Column, stretch: float, response: Column, degree: int
+    column: Column, stretch: float, response: Column, design: Design, factor: Factor
 ) -> tuple[list[Fraction], list[Fraction]] | None:
     """Return coefficients of the powers and of T_k(u) that leave nothing over of the response, if there are such."""
-    x, y = column.exactly(), response.exactly()
-    powers = exact_coefficients([[value**power for value in x] for power in range(degree + 1)], y)
-    if powers is None:
-        return None
+    places, count = deciding_places(design, factor), len(design.high)
+    x, y = column.exactly(places), response.exactly(places)
+    powers = exact_coefficients([[value**power for value in x] for power in range(count)], y)
     unit = Fraction(stretch) / Fraction(2) ** column.exponent
     u = [unit * (value - Fraction(column.centre)) for value in x]
     waves = [[Fraction(1)] * len(u), u]
-    while len(waves) <= degree:
+    while len(waves) < count:
         waves.append([2 * a * b - c for a, b, c in zip(u, waves[-1], waves[-2], strict=True)])
     chebyshev = exact_coefficients(waves, y)
-    return None if chebyshev is None else (powers, chebyshev)
+    return None if powers is None or chebyshev is None else (powers, chebyshev)
 
 
 @lru_cache(maxsize=HIGHEST_DEGREE)

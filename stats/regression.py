@@ -120,7 +120,7 @@ def fit_linear(
         )
     solution = solve(design, factor, response.pair)
     centred = CentredColumns(given, response, intercept)
-    coefficients, response_mean = centred.callers(solution)
+    coefficients, response_mean = centred.callers(solution, design, factor)
     scaled = Scaled(
         coefficients=coefficients,
         fitted=solution.fitted,

@@ -83,6 +83,15 @@ class Savings(Result):
     missing: int
     """How many values were left out as NaN."""
 
+    @property
+    def shown(self) -> bool | Undefined:
+        """Whether a difference is shown: whether 0 does not lie within `percent_ci`."""
+        return (
+            self.percent_ci
+            if isinstance(self.percent_ci, Undefined)
+            else not self.percent_ci[0] < 0.0 < self.percent_ci[1]
+        )
+
     def sentence(self, control: str = "the control", treated: str = "the treated runs", untold: str = "") -> str:
         """Return the savings in words, with interval and n: no more than the interval bears out.
 
@@ -111,7 +120,7 @@ class Savings(Result):
                 f"The savings of {treated} against {control} cannot be bounded: the best estimate is "
                 f"{estimate} ({interval}) {end}"
             )
-        if self.percent_ci[0] <= 0.0 <= self.percent_ci[1]:
+        if not self.shown:
             return (
                 f"No difference between {treated} and {control} is shown: the estimated savings are "
                 f"{estimate} ({interval}) {end}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.distributions import t_quantile
@@ -51,7 +52,7 @@ class SharedTest(Result):
         name = "z" if self.df is NORMAL else f"t({df_text(self.df)})"
         return (
             f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
-            f"{name} = {number_text(self.t)}, {p_text(self.p, self.log10_p, 1.0 - self.level)}."
+            f"{name} = {number_text(self.t)}, {p_text(self.p, self.log10_p, alpha_beside(self.level))}."
         )
 
 
@@ -63,7 +64,7 @@ def difference_with_shared(
     shared: SharedError,
     level: float = 0.95,
 ) -> SharedTest:
-    """Add what is left of a shared error to the test of a difference; p < 1 - level just where 0 lies outside."""
+    """Add what is left of a shared error to the test of a difference; p <= 1 - level where 0 does not lie inside."""
     level = as_level("level", level)
     if isinstance(interval, Undefined):
         return SharedTest(t, df, p, interval, interval, level)

@@ -75,11 +75,6 @@ def range_tails(qs: Sequence[Number], k: int, dfs: Sequence[float]) -> tuple[Tai
     return tuple(_tail(q, k, df, log_near) for q, df, log_near in zip(qs, dfs, near, strict=True))
 
 
-def range_log_upper(q: float, k: int, df: float) -> float:
-    """Return log P(Q > q) of the studentized range of k means with df degrees of freedom (df may be infinite)."""
-    return float(_log_uppers(np.array([q]), k, np.array([df]))[0])
-
-
 def range_critical(tail: float, k: int, df: float) -> float:
     """Return the q that the studentized range exceeds with chance `tail`."""
     return range_criticals(tail, k, (df,))[0]

@@ -15,6 +15,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from data_schema.errors import unknown_name
+from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.error_free import exact_root, shortened
@@ -94,7 +95,7 @@ class AllPairs(Result):
             return f"no test, because {pair.q.reason}"
         return (
             f"{interval_text(pair.difference_ci, self.level, unit)}, q({len(self.groups)}, {df_text(pair.df)}) = "
-            f"{number_text(pair.q)}, {p_text(pair.p, pair.log10_p, 1.0 - self.level)}"
+            f"{number_text(pair.q)}, {p_text(pair.p, pair.log10_p, alpha_beside(self.level))}"
         )
 
 

@@ -27,6 +27,7 @@ from itertools import combinations
 
 from numpy.typing import ArrayLike
 
+from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.effect_size import eta_squared_ci
@@ -98,8 +99,8 @@ class WelchAnova(Result):
         limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
         return (
             f"Welch ANOVA over {what}: F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p, 1.0 - self.level)}, eta squared {share_text(self.eta_squared, 3)}, omega "
-            f"squared {share_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
+            f"{p_text(self.p, self.log10_p, alpha_beside(self.level))}, eta squared {share_text(self.eta_squared, 3)}, "
+            f"omega squared {share_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
             f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)}{limit})."
         )
 

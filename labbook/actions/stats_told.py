@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from decimal import Decimal
 from typing import Any
 
 from data_schema.errors import UsageError
+from data_schema.rounding import alpha_beside
 from labbook.actions.stats_pictures import Pictures
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats_fields import field_lines_of_each, reasons_of, table_of
@@ -84,7 +84,7 @@ def alpha_of(alpha: float | None, level: float | None, observed: Observations | 
     Raises `UsageError` where both are given and differ.
     """
     if level is not None:
-        of_level = float(1 - Decimal(str(as_level("--level", level))))
+        of_level = alpha_beside(as_level("--level", level))
         if alpha is not None and alpha != of_level:
             raise UsageError(
                 f"--alpha {alpha:g} and --level {level:g} differ: an interval has level 1 - alpha, give one."

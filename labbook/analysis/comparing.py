@@ -12,7 +12,7 @@ from labbook.analysis.conditions import NUMBER_OF, ConditionValues
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, ends_of, rests_on_result
 from reports.numbers import Quantity
 from stats.anova import one_way_anova
-from stats.savings import percent_savings
+from stats.savings import Savings, percent_savings
 from stats.shared_error import SharedError, shared_of_mean
 from stats.shared_test import difference_with_shared
 from stats.summary import describe
@@ -44,8 +44,8 @@ def compare(
 ) -> list[ResultRow]:
     """Ensure the comparison of every pair, in order; the F-test decides at alpha, intervals have level 1 - alpha.
 
-    The payload says whether Welch's p is at most alpha (`rejected`), and whether that shows a saving or a cost
-    (`savings_shown`).
+    The payload says whether Welch's p is at most alpha (`rejected`), and whether the interval of the savings, which is
+    not that of the difference, shows a saving or a cost (`savings_shown`).
     """
     return bench.ensure(
         [
@@ -132,9 +132,11 @@ def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Outcome:
     rejected = None if isinstance(welch.p, Undefined) else welch.p <= alpha
     payload = {"test": test.test, "n_a": len(a), "n_b": len(b), "rejected": rejected}
     if _has_savings(pair, quantity):
-        saved = _savings(pair, a, b, level)
-        numbers.append(saved)
-        payload["savings_shown"] = _shown(saved, rejected, shared=bool(shared_by(pair.a).se or shared_by(pair.b).se))
+        saved = percent_savings(
+            a, b, shared_in_control=shared_by(pair.a), shared_in_treated=shared_by(pair.b), level=level
+        )
+        numbers.append(_savings(saved))
+        payload["savings_shown"] = None if isinstance(saved.shown, Undefined) else saved.shown
     return Outcome(tuple(numbers), payload)
 
 
@@ -142,27 +144,13 @@ def _has_savings(pair: Pair, quantity: Quantity) -> bool:
     return pair.with_savings and quantity is Quantity.JOULES
 
 
-def _savings(pair: Pair, a: Sequence[float], b: Sequence[float], level: float) -> NewNumber:
-    saved = percent_savings(a, b, shared_in_control=shared_by(pair.a), shared_in_treated=shared_by(pair.b), level=level)
+def _savings(saved: Savings) -> NewNumber:
     low, high = ends_of(saved.percent_ci)
     shared_se = saved.shared_se_percent
     return NewNumber(
         "savings", saved.percent, "%", saved.se_percent, None if isinstance(shared_se, Undefined) else shared_se,
-        low, high, saved.level, df=saved.df, n=len(a) + len(b),
+        low, high, saved.level, df=saved.df, n=saved.n_control + saved.n_treated,
     )  # fmt: skip
-
-
-def _shown(saved: NewNumber, rejected: bool | None, *, shared: bool) -> bool | None:
-    """Tell whether a saving or a cost is shown; None where it has no interval.
-
-    Without a shared error the interval holds 0 just where Welch's p is above alpha, and p decides; with one it is
-    wider, and may hold 0 all the same.
-    """
-    low, high = saved.ci_low, saved.ci_high
-    if not isinstance(low, float) or not isinstance(high, float):
-        return None
-    apart = not low < 0.0 < high
-    return apart if rejected is None else rejected and (apart or not shared)
 
 
 def _analysed(groups: Mapping[str, Sequence[float]]) -> Outcome:

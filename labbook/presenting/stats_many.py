@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
+from data_schema.rounding import alpha_beside
 from stats.dunnett import AgainstControl, Dunnett
 from stats.tukey import AllPairs, PairDifference
 
@@ -35,7 +36,7 @@ def against_control_text(found: Dunnett, unit: str) -> str:
 
 
 def _small(items: Sequence[Compared], level: float) -> tuple[Compared, ...]:
-    return tuple(item for item in items if isinstance(item.p, float) and item.p <= 1.0 - level)
+    return tuple(item for item in items if isinstance(item.p, float) and item.p <= alpha_beside(level))
 
 
 def _first(small: tuple[Compared, ...]) -> tuple[Compared, ...]:
@@ -64,6 +65,7 @@ def _counted(
         listed = f" ({which}{shown.partition(': ')[2].removesuffix('.')})"
     has = "has" if len(small) < 2 else "have"
     return (
-        f"{head}: {len(small) or 'none'} of {len(items)} {what} {has} an adjusted p of at most {1.0 - level:g}{listed}"
+        f"{head}: {len(small) or 'none'} of {len(items)} {what} {has} an adjusted p of at most "
+        f"{alpha_beside(level):g}{listed}"
         f"{lacking}; the table below has all."
     )

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from data_schema.rounding import level_text as level_in_percent
 from data_schema.vocabulary import Undefined
 from reports.content import DrainFit, ReportContent
 from reports.display import general_text, level_text, number_text
@@ -98,7 +99,7 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 def _draw_line(axes: Axes, fit: DrainFit, look: _Look) -> None:
     durations = [point.duration_min for point in fit.points]
     low, high = min(durations), max(durations)
-    band = f"{general_text(100 * fit.band_level)} % confidence band"
+    band = f"{level_in_percent(fit.band_level)} confidence band"
     axes.fill_between(
         fit.line_min, fit.band_low_mah, fit.band_high_mah, color=look.band, alpha=0.45, linewidth=0, label=band
     )

@@ -9,8 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
-from reports.display import NO_BREAK, general_text, shown_unit
+from reports.display import NO_BREAK, shown_unit
 from reports.figures.estimation_parts import MARKS, MOST_DRAWN, columns_of, named_with_unit, put_above
 from reports.figures.style import (
     BLUE,
@@ -58,7 +59,8 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
             label = "median of each place, if normal"
             axes.plot(expected, drawn(found.middle), color=GREY, linewidth=0.9, label=label, zorder=2)
         if not isinstance(found.low, Undefined) and not isinstance(found.high, Undefined):
-            band = f"{general_text(100.0 * found.level)}{NO_BREAK}% of each place, if normal"
+            level = level_text(found.level).replace(" ", NO_BREAK)
+            band = f"{level} of each place, if normal"
             axes.fill_between(
                 expected, drawn(found.low), drawn(found.high), color=PALE, linewidth=0, label=band, zorder=1
             )

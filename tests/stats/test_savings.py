@@ -11,6 +11,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.savings import Savings, percent_savings
 from stats.shared_error import ENOUGH_DEGREES, SharedError, joints
+from stats.two_sample import compare_two
 
 CONTROL = [42.0, 44.5, 40.1, 43.3, 41.6]
 TREATED = [36.0, 37.9, 35.2, 38.8, 36.1, 35.5]
@@ -249,3 +250,20 @@ def test_missing_runs_are_refused_or_counted():
     assert (found.missing, found.n_control) == (1, 5)
     assert "1 missing left out" in found.sentence()
     assert found.percent_ci == percent_savings(CONTROL, TREATED).percent_ci
+
+
+@pytest.mark.parametrize(
+    ("control", "treated", "shown"),
+    [
+        ([38.3, 46.5, 48.9, 37.5, 50.2, 47.0], [28.8, 38.1, 26.6], False),
+        ([49.6, 48.3, 38.0], [28.5, 31.2, 31.6, 37.9, 39.2], True),
+    ],
+)
+def test_savings_are_shown_by_their_own_interval_not_by_the_differences_p(control, treated, shown):
+    """Welch's degrees of freedom are taken at equal means, Fieller's at the ratio found: near alpha they disagree."""
+    found, other = percent_savings(control, treated), compare_two(control, treated, route="welch")
+    assert (other.p < 0.05) is not shown
+    assert found.shown is shown
+    assert (found.percent_ci[0] > 0.0) is shown
+    assert ("is shown" in found.sentence()) is not shown
+    assert found.to_dict()["shown"] is shown

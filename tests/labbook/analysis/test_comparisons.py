@@ -220,7 +220,7 @@ def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(report
         assert ("which is not shown once the 2 tests" not in claimed(single, row)) is verdict
 
 
-def test_savings_are_shown_where_welchs_p_says_so_and_a_shared_error_does_not_hide_them(reports: Reports) -> None:
+def test_savings_are_shown_where_their_own_interval_does_not_hold_0(reports: Reports) -> None:
     for one in reports().content.comparisons:
         if one.savings is None:
             continue
