@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Comparison, ReportContent
 from reports.display import (
@@ -183,6 +185,23 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}."
     more = f"{_one_day_each(comparison)}{_equivalence(comparison)}"
     return Claim(sentence + more, (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
+
+
+def family_claim(planned: Sequence[Comparison]) -> Claim:
+    """Say how many comparisons of the family that was decided on are shown, where the claims are not of that family."""
+    told, ids = [], []
+    for quantity in Quantity:
+        family = [item for item in planned if item.quantity is quantity]
+        shown = sum(item.adjusted_rejected is True and not item.one_day_each for item in family)
+        if family:
+            told.append(f"{shown or 'none'} of {count_text(len(family), 'comparison')} of {quantity}")
+            ids += [item.adjusted.provenance for item in family if item.adjusted is not None]
+    named = "The family of comparisons is" if any(item.exploratory for item in planned) else "Decided on beforehand was"
+    text = (
+        f"{named} {planned[0].family}. A difference is shown, counted by Holm, in {list_text(told)}. "
+        "The levels are pooled in what follows, which is exploratory."
+    )
+    return Claim(text, tuple(filter(None, ids)))
 
 
 def _ids(comparison: Comparison) -> tuple[str, ...]:

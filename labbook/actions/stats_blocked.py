@@ -26,6 +26,10 @@ COUNTS_VALUES = (
     "values, where conditions with days of their own leave one observation a day."
 )
 
+SHARED_NOTE = (
+    "The error of the passive drain is in the differences from the control; means of an average day and F leave it out."
+)
+
 
 def block(
     given: Given,
@@ -77,6 +81,8 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
     notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed, by_day=True)]
     if found.confounding and lead.exact is not None and found.day_variance == 0.0:
         notes.append(COUNTS_VALUES)
+    if any(row.shared.se > 0.0 for row in observed.rows):
+        notes.append(SHARED_NOTE)
     return told.about(observed, pictures, notes)
 
 

@@ -13,6 +13,7 @@ MINUS = "\N{MINUS SIGN}"
 """The typeset minus, which word processors write in place of the hyphen."""
 _COMMA_THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+")
 _POINT_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?")
+_HUNDREDS = re.compile(r"[+-]?[1-9]\d\d")
 _WITH_UNIT = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]\S*|[%°]\S*)")
 
 
@@ -22,14 +23,18 @@ def decimal_sign(cells: Sequence[str], name: str, declared: str | None) -> str:
         if declared not in (".", ","):
             raise UsageError(f"--decimal {declared!r} is no decimal sign: give . or ,")
         return declared
-    with_comma = [cell for cell in map(_hyphened, cells) if COMMA_NUMBER.fullmatch(cell.encode())]
-    if not with_comma:
-        return "."
-    if all(_COMMA_THOUSANDS.fullmatch(cell) for cell in with_comma):
+    plain = [_hyphened(cell) for cell in cells]
+    with_comma = [cell for cell in plain if COMMA_NUMBER.fullmatch(cell.encode())]
+    with_point = [cell for cell in plain if "." in cell]
+    unclear = with_comma if with_comma and all(map(_COMMA_THOUSANDS.fullmatch, with_comma)) else []
+    # Three decimals everywhere are decimals; beside whole numbers of three digits they may be thousands.
+    if not with_comma and with_point and all(map(_POINT_THOUSANDS.fullmatch, with_point)):
+        unclear = with_point if any(map(_HUNDREDS.fullmatch, plain)) else []
+    if unclear:
         raise UsageError(
-            f"{with_comma[0]!r} in column {name!r} could be a decimal or thousands: add --decimal , or --decimal ."
+            f"{unclear[0]!r} in column {name!r} could be a decimal or thousands: add --decimal , or --decimal ."
         )
-    return ","
+    return "," if with_comma else "."
 
 
 def number_in(cell: str, sign: str, declared: str | None) -> Decimal | CellFault | None:

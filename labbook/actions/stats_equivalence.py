@@ -124,6 +124,7 @@ def _left_open(result: Equivalence, untold: str) -> Equivalence:
 def _bounds(request: EquivalenceRequest, observed: Observations) -> tuple[float | None, float | None, bool]:
     """Return the bounds given or, for the book's apex heights, those of its [analysis]."""
     if request.low is not None or request.high is not None:
+        _refuse_millimetres(request, observed)
         return request.low, request.high, request.percent
     planned: Bounds | None = None
     if observed.settings is not None and observed.unit == NUMBER_OF[Quantity.APEX][1]:
@@ -134,3 +135,15 @@ def _bounds(request: EquivalenceRequest, observed: Observations) -> tuple[float 
             "with --percent, in percent of the control's mean."
         )
     return planned.low, planned.high, planned.percent
+
+
+def _refuse_millimetres(request: EquivalenceRequest, observed: Observations) -> None:
+    """Raise `UsageError` for bounds of heights that no height lies beyond: they are metres, whatever is printed."""
+    of_heights = observed.plan is not None and observed.measured is Quantity.APEX and not request.percent
+    heights = [abs(float(row.value)) for row in observed.rows if row.value is not None]
+    for option, bound in (("--low", request.low), ("--high", request.high)):
+        if of_heights and bound is not None and heights and abs(bound) > max(heights):
+            raise UsageError(
+                f"{option} {bound:g} is in metres, and no apex height is above {max(heights):.3g} m: for {bound:g} mm "
+                f"write {option} {bound / 1000:g}."
+            )

@@ -23,6 +23,11 @@ NOT_CONSUMED = (
     "lost. Whether height is kept is what `labbook stats equivalence --quantity apex` tells."
 )
 
+NOT_CORRECTED = (
+    "Every interval stands for itself: that several are looked at is counted by `labbook stats compare`, which adjusts "
+    "p by Holm."
+)
+
 
 def save(
     given: Given,
@@ -77,4 +82,6 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
     notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed)]
     if observed.plan is not None and observed.measured is Quantity.APEX:
         notes.insert(0, NOT_CONSUMED)
+    if len(found) > 1:
+        notes.append(NOT_CORRECTED)
     return told.about(observed, pictures, notes)

@@ -13,7 +13,7 @@ from labbook.analysis.study import StudyAnalysis
 from labbook.presenting import comparisons, course, design, drain, methods, predicted, robots, stated
 from labbook.presenting.numbers import Shown
 from reports.content import Claim, Comparison, Quantity, ReportContent
-from reports.sentences import difference_claim, savings_claim
+from reports.sentences import difference_claim, family_claim, savings_claim
 from stats.apexes import DETECTORS
 
 
@@ -72,11 +72,17 @@ def build_content(
 
 
 def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Claim, ...]:
-    """One sentence a pooled comparison, the largest savings first; then the heights."""
+    """One sentence a pooled comparison, the largest savings first; then the heights.
+
+    Where another family was decided on, what that shows comes before all of them.
+    """
+    planned = [item for item in compared if item.family != pairing.POOLED and item.adjusted is not None]
     pooled = [item for item in compared if item.family == pairing.POOLED]
     joules = [item for item in pooled if item.quantity is Quantity.JOULES]
     joules.sort(key=lambda item: not item.headline)
     heights = [item for item in pooled if item.quantity is Quantity.APEX]
-    return tuple(savings_claim(content, item) for item in joules) + tuple(
-        difference_claim(content, item) for item in heights
+    return (
+        *([family_claim(planned)] if planned else []),
+        *(savings_claim(content, item) for item in joules),
+        *(difference_claim(content, item) for item in heights),
     )

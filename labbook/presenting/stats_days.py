@@ -55,8 +55,12 @@ def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
         return []
     name = observed.name(observed.control)
     shared = [
-        f"{observed.name(label)} and {name} share {len({*runs[label]} & {*control})} of "
-        f"{len({*runs[label]} | {*control})} days"
+        f"{observed.name(label)} and {name} "
+        + (
+            "hold the days that they share in unequal parts"
+            if {*runs[label]} == {*control}
+            else f"share {len({*runs[label]} & {*control})} of {len({*runs[label]} | {*control})} days"
+        )
         for label in [*few][:_MOST_NAMED]
     ]
     more = f"; so few are shared by {len(few) - _MOST_NAMED} more groups" if len(few) > _MOST_NAMED else ""

@@ -84,7 +84,10 @@ def weaknesses(analysis: StudyAnalysis) -> str:
     for key, row in worst.items():
         by_design.setdefault(_design_text(row), []).append((_NAMES[key[0]], row, concerned[key]))
     told = [f"At {design}: {_all_said(found)}." for design, found in by_design.items()]
-    head = "Simulated at designs such as these (docs/statistics.md), not every method keeps what it states."
+    head = (
+        "Simulated at sizes and days such as these (docs/statistics.md), not every method keeps what it states "
+        "whatever the standard deviations of runs and days, which so few runs do not tell."
+    )
     return " ".join([head, *told])
 
 
@@ -151,7 +154,7 @@ def _off(row: Recorded) -> float:
 
 def _design_text(row: Recorded) -> str:
     """Say which design on record this was simulated at."""
-    spreads = f" and standard deviations {row.sd_ratio:g} : 1" if row.sd_ratio != 1.0 else ""
+    spreads = f", should standard deviations be {row.sd_ratio:g} : 1" if row.sd_ratio != 1.0 else ""
     days = ""
     if row.days is not None:
         apart = "as much as runs" if row.day_sd == 1.0 else f"{row.day_sd:g} times as much as runs"
@@ -179,7 +182,7 @@ def _said(kind: str, nominal: float, found: Sequence[_Found]) -> str:
         uses = f"{count_text(counts[0], 'use')}{' of each' if others else ''}"
     else:
         uses = f"{list_text([str(count) for count in counts])} uses"
-    return f"{', '.join(said)} ({uses} here of about that design)"
+    return f"{', '.join(said)} ({uses} here of about such sizes)"
 
 
 def _share(row: Recorded) -> str:

@@ -144,6 +144,8 @@ def _line(estimation: Estimation) -> str:
     parts = []
     if estimation.interval:
         parts.append(f"Gapped line: mean and SD. Interval: {estimation.interval}.")
+        if estimation.bounds:
+            parts.append("Dashed: bounds of equivalence.")
     parts.append(part_text(len(group.values) for group in estimation.groups))
     return " ".join(part for part in parts if part)
 

@@ -134,6 +134,15 @@ def test_what_could_be_thousands_is_asked_about(tmp_path: Path) -> None:
     (compared,) = run(path, "compare", *BY, "--decimal", ",")["comparisons"]
     assert compared["mean_a"] == 1.2855
     refused(labbook("stats", "compare", path, *BY, "--decimal", ".", at=tmp_path), 2, "'1,234'", "line 2")
+    mixed = table(tmp_path, {"CE": ("980", "1.020"), "AD": ("1.010", "990")}, ";")
+    refused(labbook("stats", "compare", mixed, *BY, at=tmp_path), 2, "'1.020'", "could be a decimal or thousands")
+    (compared,) = run(mixed, "compare", *BY, "--decimal", ",")["comparisons"]
+    assert compared["mean_a"] == 1000.0
+    (compared,) = run(mixed, "compare", *BY, "--decimal", ".")["comparisons"]
+    assert compared["mean_a"] == 495.505
+    plain = table(tmp_path, {"CE": ("1.234", "1.250"), "AD": ("2", "1.311")}, ";")
+    (compared,) = run(plain, "compare", *BY)["comparisons"]
+    assert compared["mean_b"] == 1.242
 
 
 def test_decimals_at_a_large_offset_lose_no_digit(tmp_path: Path) -> None:

@@ -167,6 +167,8 @@ def test_bounds_of_the_book_are_taken_for_its_heights(tmp_path: Path) -> None:
         labbook("stats", "equivalence", "--quantity", "apex", *SMALL, "--low", "-0.1", "--json", at=book.folder)
     ).json["equivalence"]
     assert (other["low"], other["high"], other["high_reason"]) == (-0.1, None, "no upper bound was asked for")
+    millimetres = labbook("stats", "equivalence", "--quantity", "apex", *SMALL, "--low=-5", at=book.folder)
+    refused(millimetres, 2, "--low -5 is in metres", "write --low -0.005")
 
 
 @pytest.mark.parametrize(
@@ -236,7 +238,7 @@ def test_what_was_stated_before_the_first_measurement_rules(decided: SmallBook) 
         (["equivalence", *SMALL, "--pooled"], "As decided on "),
         (["compare", *SMALL], "Exploratory: the family decided on is all levels pooled against the control."),
         (["compare", *SMALL, "--pooled", "--alpha", "0.1"], "Exploratory: alpha decided on is 0.01, and 0.1 is used"),
-        (["equivalence", *SMALL, "--pooled", "--low", "-1"], "Exploratory: the bounds decided on are -4 to 5 %, and"),
+        (["equivalence", *SMALL, "--pooled", "--low", "-0.1"], "Exploratory: the bounds decided on are -4 to 5 %, and"),
         (["anova", *SMALL], "Exploratory: the plan compares with the control only"),
         (["compare", "--by", "foot"], "Exploratory: the plan has no comparison by foot"),
         (["compare", "--pooled"], "Exploratory: the plan's families compare within one level of foot"),

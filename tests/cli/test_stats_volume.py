@@ -37,9 +37,11 @@ def test_a_field_is_explained_once_however_many_groups(words: tuple[str, ...], t
 def test_notes_stand_right_below_the_sentences(command: str, table: Path) -> None:
     shown = good(labbook("stats", command, table, *BY, at=table.parent)).out.splitlines()
     first_blank = shown.index("")
+    notes = [line.startswith("note: ") for line in shown[first_blank + 1 :]]
     assert shown[first_blank + 1].startswith("note: The control is taken to be '0'")
-    assert shown[first_blank + 2] == ""
-    assert not any(line.startswith("note: ") for line in shown[first_blank + 3 :])
+    together = notes.index(False)
+    assert shown[first_blank + 1 + together] == ""
+    assert sum(notes) == together
 
 
 def test_the_sentences_on_many_groups_stay_short(tmp_path: Path) -> None:

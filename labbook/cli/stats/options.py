@@ -24,7 +24,7 @@ ControlOption = Annotated[
     typer.Option(
         "--control",
         metavar="GROUP",
-        help="What the others are compared with; default: the study's control, or the first.",
+        help="What the others are compared with; default: the study's control, or of a table the first in order.",
     ),
 ]
 DayOption = Annotated[

@@ -441,7 +441,7 @@ def test_the_methods_cite_what_is_on_record_against_a_method_at_such_a_design(re
     sentences = [sentence for sentence in methods.split(". ") if sentence.startswith("At n = ")]
     designs = [sentence.partition(": ")[0] for sentence in sentences]
     assert len(set(designs)) == len(designs) >= 1
-    assert all(re.search(r" % stated\).* uses?( of each)? here of about that design\)", one) for one in sentences)
+    assert all(re.search(r" % stated\).* uses?( of each)? here of about such sizes\)", one) for one in sentences)
     together = "".join(reports().content.methods).replace("\u00a0", " ")
     assert "day of its own" not in together
     assert "docs/statistics.md" in together
@@ -484,3 +484,16 @@ def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:
     made = reports(where="foot == small")
     assert all(item.adjusted is None for item in made.analysis.compared)
     assert "Holm" not in "".join(made.content.methods)
+
+
+def test_the_family_that_was_decided_on_comes_before_claims_of_another(reports: Reports) -> None:
+    made = reports('family = "each"').content
+    planned = [item for item in made.comparisons if item.family == EACH and item.adjusted is not None]
+    shown = sum(item.adjusted_rejected is True for item in planned if item.quantity is Quantity.JOULES)
+    first, *others = made.claims
+    assert f" {EACH}. A difference is shown, counted by Holm, in " in first.text
+    assert f"{shown or 'none'} of " in first.text
+    assert first.text.endswith("which is exploratory.")
+    assert set(first.provenance) == {item.adjusted.provenance for item in planned if item.adjusted is not None}
+    assert all("exploratory" in claim.text for claim in others)
+    assert not any("counted by Holm, in" in claim.text for claim in reports().content.claims)

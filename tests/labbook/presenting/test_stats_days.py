@@ -74,3 +74,9 @@ def test_on_shared_days_or_with_the_day_in_the_model_there_is_no_such_note() -> 
     assert day_notes(repeated({"0": "ab", "1": "ac"}, 5), by_day=True) == []
     (note,) = day_notes(repeated({"0": "ab", "1": "cd"}, 5), by_day=True)
     assert "so that little is known here" in note
+
+
+def test_days_that_are_all_shared_but_held_in_unequal_parts_are_called_so() -> None:
+    (note,) = day_notes(of_table("0a 0a 0a 0a 0a 0a 0b 0b 1a 1b 1b 1b 1b 1b 1b 1b"))
+    assert note.startswith("gain 1 and gain 0 hold the days that they share in unequal parts: ")
+    assert "share 2 of 2" not in note
