@@ -154,6 +154,11 @@ class PassiveDrain(Result):
         return f"{text}."
 
 
+def rounding_sd_mah(resolution_mah: float) -> float:
+    """Return the standard deviation of rounding to steps of so many mAh; raises `InputRefused` for a negative one."""
+    return as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
+
+
 def fit_passive_drain(
     duration_s: ArrayLike, charge_mah: ArrayLike, resolution_mah: float = 0.0, missing: Missing = "refuse"
 ) -> PassiveDrain | Undefined:
@@ -183,7 +188,7 @@ def fit_passive_drain(
 
     fit = fit_linear(charge_mah, {"duration": duration_s})
     df = fit.df
-    rounding_mah = as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
+    rounding_mah = rounding_sd_mah(resolution_mah)
     if isinstance(fit.residual_sd, Undefined):
         return fit.residual_sd
     residual_sd_mah = max(fit.residual_sd, rounding_mah)

@@ -35,6 +35,8 @@ MOST_SIZE, LEAST_COVERAGE = 0.06, 0.93
 ERRORS = 2.0
 SEVERAL = 3
 """So many groups, and more, are alike here."""
+WITH_LINE = "_shared"
+"""Ends the name of a method that counts the error of a line through idle runs, which all values are corrected with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,9 +47,10 @@ class Recorded:
     kind: str
     """"size": share of studies without an effect that are rejected; "coverage": share of intervals with the truth."""
     n: tuple[int, ...]
-    """Number of values of each group, over all days."""
+    """Number of values of each group, over all days; last that of the idle runs, where there is a line through them."""
     sd_ratio: float
-    """SD of the first group over that of the last; those between lie on equal ratios."""
+    """SD of the first group over that of the last; those between lie on equal ratios. Of a line, SD at its end over
+    that at its start."""
     days: int | None
     """Days that each group was measured on; None where there are no days."""
     nominal: float
@@ -62,7 +65,18 @@ class Recorded:
     first and each has others of its own, "mostly" where they share all but the last; of shared days "holes" where
     values are missing, "runs" where each group has two runs a day; empty without days."""
     distribution: str = "normal"
-    """Of the values: normal, t5, t3, exponential or uniform."""
+    """Of the values: normal, t5, t3, exponential or uniform; "lag1 0.5" are normal ones with that correlation of
+    neighbours."""
+
+    @property
+    def idle_runs(self) -> int:
+        """How many idle runs the line goes through that all values are corrected with; 0 without one."""
+        return self.n[-1] if self.method.endswith(WITH_LINE) and self.days is None else 0
+
+    @property
+    def groups(self) -> tuple[int, ...]:
+        """Number of values of each group, the idle runs left out."""
+        return self.n[:-1] if self.idle_runs else self.n
 
     @property
     def standard_error(self) -> float:
@@ -89,13 +103,15 @@ def weak_points(
     *,
     layout: str | None = None,
     distribution: str = "normal",
+    idle_runs: int = 0,
 ) -> tuple[Recorded, ...]:
     """Return where a method errs more than 0.06 or covers less than 0.93, at the recorded sizes nearest to `n`.
 
     `n` holds the number of values of each group; with `days`, rows simulated over the nearest number of days are
     meant, otherwise rows without days where there are any. Nearest is by the ratios of smallest and largest group;
-    two groups are looked up among two, several among several. Empty where the method holds what it states there, or is
-    none of those recorded.
+    two groups are looked up among two, several among several. `idle_runs` counts those of the line that the values are
+    corrected with, where the method's name says that its error is in it. Empty where the method holds what it states
+    there, or is none of those recorded.
     """
     rows = [
         row
@@ -103,7 +119,7 @@ def weak_points(
         if row.method == method
         and row.distribution == distribution
         and layout in (None, row.layout)
-        and min(len(row.n), SEVERAL) == min(len(n), SEVERAL)
+        and min(len(row.groups), SEVERAL) == min(len(n), SEVERAL)
     ]
     if days is None:
         rows = [row for row in rows if row.days is None] or rows
@@ -111,14 +127,16 @@ def weak_points(
         rows = [row for row in rows if row.days is not None] or rows
     if not rows or not n or min(n) < 1:
         return ()
-    least = min(_distance(row, n, days) for row in rows)
-    return tuple(row for row in rows if row.weak and _distance(row, n, days) == least)
+    least = min(_distance(row, n, days, idle_runs) for row in rows)
+    return tuple(row for row in rows if row.weak and _distance(row, n, days, idle_runs) == least)
 
 
-def _distance(row: Recorded, n: Sequence[int], days: int | None) -> tuple[float, float]:
-    """Return how far apart the numbers of days are, and then how far the group sizes."""
+def _distance(row: Recorded, n: Sequence[int], days: int | None, idle_runs: int) -> tuple[float, float]:
+    """Return how far apart the numbers of days are, and then how far the sizes of groups and of idle runs."""
     apart = 0.0 if days is None or row.days is None else abs(row.days - days)
-    sizes = ((min(row.n), min(n)), (max(row.n), max(n)))
+    sizes = [(min(row.groups), min(n)), (max(row.groups), max(n))]
+    if idle_runs and row.idle_runs:
+        sizes.append((row.idle_runs, idle_runs))
     return apart, math.fsum(abs(math.log(one / other)) for one, other in sizes)
 
 

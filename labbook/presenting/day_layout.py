@@ -7,6 +7,7 @@ day of its own. Set against what the difference takes from runs it decides how o
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
@@ -60,8 +61,9 @@ def with_days(groups: Runs) -> Found:
 def without_days(method: str, groups: Runs) -> Found:
     """Return the design to look up for a method that knows no days: on record, and taking no less from days.
 
-    That is so in itself and against what is taken from runs; of those designs it is the one that takes least, with the
-    groups' own layout where there is one. "shared" is where nothing is taken from days.
+    That is so in itself and against what is taken from runs; of those designs it is one whose groups are about as
+    unequal in size, with the groups' own layout where there is one, and takes least. "shared" is where nothing is taken
+    from days.
     """
     days = [set(group) for group in groups]
     sizes, most, layout = tuple(group.total() for group in groups), max(map(len, days)), layout_of(days)
@@ -83,7 +85,12 @@ def without_days(method: str, groups: Runs) -> Found:
     enough = [row for row in rows if _ratio(row) >= ratio * _ROUNDING]
     chosen = min(
         enough or [row for row in rows if _ratio(row) == max(map(_ratio, rows))],
-        key=lambda row: (row.layout != layout, round(_ratio(row), 6), _taken(row)),
+        key=lambda row: (
+            round(abs(_inequality(row.n) - _inequality(sizes)), 6),
+            row.layout != layout,
+            round(_ratio(row), 6),
+            _taken(row),
+        ),
     )
     return chosen.n, chosen.days or most, chosen.layout
 
@@ -98,8 +105,14 @@ def _taken(row: Recorded) -> float:
 
 
 def _ratio(row: Recorded) -> float:
-    """Return what a difference takes from days over what it takes from runs, where both vary alike."""
-    return _taken(row) * row.n[0] / 2.0
+    """Return what a difference takes from days over what it takes from runs at most, where both vary alike."""
+    most, next_to_most = sorted(row.n)[:-3:-1]
+    return _taken(row) / (1.0 / most + 1.0 / next_to_most)
+
+
+def _inequality(n: Sequence[int]) -> float:
+    """Return the logarithm of how many times larger the largest group is than the smallest."""
+    return math.log(max(n) / min(n))
 
 
 def _days_an_unshared(days: Sequence[set[str]]) -> int:

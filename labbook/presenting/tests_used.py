@@ -28,7 +28,7 @@ def tests_used(analysis: StudyAnalysis, called: SweptWords) -> tuple[str, ...]:
     """Return what conditions were compared by, and what is known against it; or why nothing was compared."""
     if not analysis.compared:
         none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
-        return (f"Nothing is compared: {none}. Intervals are at 95 %.",)
+        return tuple(filter(None, (f"Nothing is compared: {none}. Intervals are at 95 %.", weaknesses(analysis))))
     sentences = [
         _route(analysis),
         _by_day(analysis.compared),

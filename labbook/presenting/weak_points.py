@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from data_schema.vocabulary import Undefined
 from labbook.analysis.comparisons import Compared
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.leading_by_day import MIXED_MODEL
+from labbook.analysis.passive_drain import idle_charges
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.workbench import number
 from labbook.config.model import UnitOfAnalysis
@@ -17,8 +19,11 @@ from labbook.presenting.day_layout import MOSTLY, OWN, PARTLY, WHOSE, Runs, with
 from reports.display import general_text
 from reports.numbers import Quantity
 from reports.wording import count_text, list_text
-from stats.recorded import Recorded, weak_points
+from stats.passive_drain import PassiveDrain, rounding_sd_mah
+from stats.recorded import WITH_LINE, Recorded, weak_points
 
+IN_STEPS = "in_steps_"
+"""In the name of what is on record of a drain line whose runs scatter less than the charger's steps."""
 _NAMES = {
     "f_then_t": "the t-test that the F-test chooses",
     "difference_ci_f_then_t": "the interval of the t-test that the F-test chooses",
@@ -32,7 +37,13 @@ _NAMES = {
     "equivalence_percent": "TOST",
     "fieller": "Fieller's interval",
     "one_way_anova": "the analysis of variance",
+    "passive_drain_slope_ci": "the interval of the passive drain",
+    "passive_drain_intercept_ci": "the interval of the passive charge at once",
+    "passive_drain_at_ci": "the interval of the passive charge of the longest idle run",
 }
+_NAMES |= {name.replace("passive_drain_", f"passive_drain_{IN_STEPS}"): said for name, said in _NAMES.items()}
+_WITH_LINE = ("f_then_t", "difference_ci_f_then_t", "welch", "difference_ci_welch", "fieller")
+"""What takes the error of the passive-drain line into account."""
 _MIXED, _EXACT = ("blocked_by_day", "blocked_by_day_ci"), ("blocked_by_day_exact",)
 _BY_DAY = (*_MIXED, *_EXACT)
 
@@ -46,7 +57,8 @@ class Use:
 
     `n` counts what was tested of each group, runs or day means; `days` and `layout` are those of the design on record
     that stands for how groups share their days (`day_layout`). Day means have neither: a day is one value. `tested` are
-    the groups' own sizes where that design has others: groups of unequal size err whatever their days are.
+    the groups' own sizes where that design has others: groups of unequal size err whatever their days are. `idle_runs`
+    counts those of the line whose error is in the result, 0 where there is none.
     """
 
     method: str
@@ -54,6 +66,7 @@ class Use:
     days: int | None = None
     layout: str = ""
     tested: tuple[int, ...] = ()
+    idle_runs: int = 0
 
     def weak_points(self) -> tuple[Recorded, ...]:
         """Return what is on record of the method at such a design; days matter where groups do not share them all."""
@@ -61,7 +74,10 @@ class Use:
         rows: tuple[Recorded, ...] = ()
         if by_day or self.layout in (OWN, PARTLY, MOSTLY):
             rows = weak_points(self.method, self.n, self.days, layout=self.layout)
-        return rows if by_day else (*rows, *weak_points(self.method, self.tested or self.n, layout=""))
+        if by_day:
+            return rows
+        method = f"{self.method}{WITH_LINE}" if self.idle_runs else self.method
+        return *rows, *weak_points(method, self.tested or self.n, layout="", idle_runs=self.idle_runs)
 
 
 def weaknesses(analysis: StudyAnalysis) -> str:
@@ -72,7 +88,7 @@ def weaknesses(analysis: StudyAnalysis) -> str:
     """
     worst: dict[tuple[str, str], Recorded] = {}
     concerned: Counter[tuple[str, str]] = Counter()
-    for use, count in Counter((*_of_comparisons(analysis), *_of_anovas(analysis))).items():
+    for use, count in Counter((*_of_comparisons(analysis), *_of_anovas(analysis), *_of_drains(analysis))).items():
         for row in use.weak_points():
             key = (use.method, row.layout)
             if key not in worst or _off(row) > _off(worst[key]):
@@ -96,12 +112,20 @@ def _of_comparisons(analysis: StudyAnalysis) -> Iterator[Use]:
         payload = json.loads(item.result.payload_json)
         sides = (item.pair.a, item.pair.b)
         for method in _methods(analysis, item):
-            if method in _BY_DAY:  # on runs, whatever the other tests are on
-                yield on_runs(method, _by_day(sides))
-            elif _on_day_means(analysis):
-                yield Use(method, (payload["n_a"], payload["n_b"]))
+            idle_runs = _idle_runs(analysis, item, method) if method in _WITH_LINE else 0
+            if method in _BY_DAY or not _on_day_means(analysis):  # by day it is runs, whatever the other tests are on
+                yield replace(on_runs(method, _by_day(sides)), idle_runs=idle_runs)
             else:
-                yield on_runs(method, _by_day(sides))
+                yield Use(method, (payload["n_a"], payload["n_b"]), idle_runs=idle_runs)
+
+
+def _idle_runs(analysis: StudyAnalysis, item: Compared, method: str) -> int:
+    """Return the idle runs of the line whose error is left in what a method says, the fewest of any robot's; or 0."""
+    if item.quantity is not Quantity.JOULES:
+        return 0
+    if not number(item.result, "savings" if method == "fieller" else "difference").shared_se:
+        return 0
+    return min((drain.line.n for drain in analysis.drains.values() if isinstance(drain.line, PassiveDrain)), default=0)
 
 
 def _on_day_means(analysis: StudyAnalysis) -> bool:
@@ -148,18 +172,41 @@ def _of_anovas(analysis: StudyAnalysis) -> Iterator[Use]:
             yield on_runs("one_way_anova", _by_day(levels))
 
 
+def _of_drains(analysis: StudyAnalysis) -> Iterator[Use]:
+    for robot, drain in analysis.drains.items():
+        if isinstance(drain.line, Undefined):
+            continue
+        idle = [charge for run, charge in idle_charges(analysis.evidence) if run.robot_uid == robot]
+        rounded = drain.line.residual_sd_mah <= rounding_sd_mah(max(charge.resolution_mah for charge in idle))
+        for of in ("slope", "intercept", "at"):
+            yield Use(f"passive_drain_{IN_STEPS if rounded else ''}{of}_ci", (drain.line.n,))
+
+
 def _off(row: Recorded) -> float:
     return abs(row.value - row.nominal)
 
 
 def _design_text(row: Recorded) -> str:
     """Say which design on record this was simulated at."""
-    spreads = f", should standard deviations be {row.sd_ratio:g} : 1" if row.sd_ratio != 1.0 else ""
+    spreads = f", should {_spreads_text(row)}" if row.sd_ratio != 1.0 else ""
     days = ""
     if row.days is not None:
         apart = "as much as runs" if row.day_sd == 1.0 else f"{row.day_sd:g} times as much as runs"
         days = f", each group on {count_text(row.days, 'day')} {WHOSE[row.layout]}, days differing {apart}"
-    return f"n = {list_text([str(n) for n in row.n])}{spreads}{days}"
+    if len(row.n) == 1:
+        within = " that scatter less than the charger's steps" if IN_STEPS in row.method else ""
+        return f"{count_text(row.n[0], 'idle run')}{within}{spreads}"
+    line = f", corrected with {count_text(row.idle_runs, 'idle run')}" if row.idle_runs else ""
+    return f"n = {list_text([str(n) for n in row.groups])}{line}{spreads}{days}"
+
+
+def _spreads_text(row: Recorded) -> str:
+    if len(row.n) == 1:
+        return f"the longest scatter {row.sd_ratio:g} times as much as the shortest"
+    if row.idle_runs:
+        sds = [row.sd_ratio ** (1.0 - place / len(row.groups)) for place in range(len(row.n))]
+        return f"standard deviations of groups and idle runs be {' : '.join(general_text(sd, 2) for sd in sds)}"
+    return f"standard deviations be {row.sd_ratio:g} : 1"
 
 
 def _all_said(found: Sequence[_Found]) -> str:

@@ -26,13 +26,18 @@ def test_conditions_of_one_day_each_get_no_p_at_all():
     assert not [row for row in recorded() if row.method.startswith("blocked") and (row.days, row.layout) == (1, "own")]
 
 
+def weak_points_by_sd_ratio(method, k, days, layout):
+    """Return those of groups of five values a day."""
+    return {row.sd_ratio: row for row in weak_points(method, (5 * days,) * k, days, layout=layout)}
+
+
 @pytest.mark.parametrize("method", ["equivalence", "equivalence_percent", "welch", "f_then_t", "one_way_anova"])
 def test_one_day_in_common_leaves_a_test_that_errs_too_often(method):
     k = 3 if method == "one_way_anova" else 2
     for days in (2, 3, 6):
-        (partly,) = weak_points(method, (5 * days,) * k, days, layout="partly")
-        (own,) = weak_points(method, (5 * days,) * k, days, layout="own")
-        assert 0.06 < partly.value < own.value
+        partly, own = (weak_points_by_sd_ratio(method, k, days, layout) for layout in ("partly", "own"))
+        assert set(partly) | {2.0} == set(own) == {1.0, 2.0}
+        assert all(0.06 < partly[ratio].value < own[ratio].value for ratio in partly)
 
 
 @pytest.mark.parametrize("method", ["equivalence", "equivalence_percent", "welch", "f_then_t", "one_way_anova"])
@@ -59,9 +64,9 @@ def test_one_day_that_is_not_in_common_still_tells_with_ten_values_a_day(method)
 )
 def test_intervals_miss_the_truth_on_days_that_groups_do_not_share(method):
     for days in (2, 6):
-        (partly,) = weak_points(method, (5 * days,) * 2, days, layout="partly")
-        (own,) = weak_points(method, (5 * days,) * 2, days, layout="own")
-        assert own.value < partly.value < 0.93
+        partly, own = (weak_points_by_sd_ratio(method, 2, days, layout) for layout in ("partly", "own"))
+        assert set(partly) | {2.0} == set(own) == {1.0, 2.0}
+        assert all(own[ratio].value < partly[ratio].value < 0.93 for ratio in partly)
 
 
 def test_two_conditions_by_day_are_on_record_as_a_report_compares_them():
@@ -89,11 +94,11 @@ KNOW_NO_DAYS = {
         *("f_test", "bartlett", "levene", "brown_forsythe", "f_ratio_ci"),
         *("f_then_t", "student", "welch", "equivalence", "equivalence_student", "equivalence_percent"),
         *("difference_ci_f_then_t", "difference_ci_student", "difference_ci_welch", "hedges_g_ci"),
-        *("fieller", "delta", "log_ratio"),
+        *("fieller", "delta", "log_ratio", "equivalence_percent_ci"),
     ),
     3: (
         *("bartlett", "levene", "brown_forsythe"),
-        *("one_way_anova", "welch_anova", "eta_squared_ci", "tukey", "games_howell"),
+        *("one_way_anova", "welch_anova", "eta_squared_ci", "welch_eta_squared_ci", "tukey", "games_howell"),
     ),
     4: ("dunnett", "holm"),
 }
@@ -113,8 +118,27 @@ def test_every_method_is_on_record_over_one_to_six_days_in_every_layout(groups):
         for method in KNOW_NO_DAYS[groups]
         for layout, first in fewest.items()
         for days in range(first, 7)
-        for times in (3, 5, 10)
+        for times in (3, 5, 10, 25)
     }
+
+
+@pytest.mark.parametrize("groups", KNOW_NO_DAYS)
+def test_unequal_scatter_and_unequal_times_are_on_record_over_one_to_six_days_in_every_layout(groups):
+    there = {
+        (row.method, row.layout, row.days, row.sd_ratio, len(set(row.n)) == 1)
+        for row in recorded()
+        if row.days and len(row.n) == groups
+    }
+    variances = ("f_test", "f_ratio_ci", "bartlett", "levene", "brown_forsythe")
+    fewest = {"own": 1, "shared": 1, "partly": 2, "mostly": 3}
+    assert there >= {
+        (method, layout, days, *unlike)
+        for method in KNOW_NO_DAYS[groups]
+        for layout, first in fewest.items()
+        for days in range(first, 7)
+        for unlike in (((1.0, False),) if method in variances else ((2.0, True), (0.5, False), (2.0, False)))
+    }
+    assert not [row for row in recorded() if row.method in variances and row.sd_ratio != 1.0]
 
 
 @pytest.mark.parametrize("method", ["tukey", "games_howell", "dunnett", "holm", "welch_anova", "eta_squared_ci"])
@@ -122,11 +146,14 @@ def test_methods_of_several_groups_take_days_for_groups_unless_all_share_them(me
     there = {
         (row.layout, row.days, row.n[0] // row.days): abs(row.value - row.nominal) if row.weak else 0.0
         for row in recorded()
-        if row.method == method and row.days
+        if row.method == method and row.days and row.sd_ratio == 1.0
     }
     for days in range(2, 7):
         assert there["own", days, 5] > there["partly", days, 5] > 0.06
-    assert not any(off for (layout, *_), off in there.items() if layout == "shared")
+    many_a_day = method == "eta_squared_ci"  # days count as scatter of the values, and not of the means
+    assert not any(
+        off for (layout, _days, times), off in there.items() if layout == "shared" and not (many_a_day and times == 25)
+    )
 
 
 @pytest.mark.parametrize(
@@ -137,7 +164,7 @@ def test_days_of_their_own_pass_for_unequal_variances(method, groups):
     there = {
         (row.layout, row.days): row
         for row in recorded()
-        if row.method == method and row.days and row.n == (5 * row.days,) * groups
+        if row.method == method and row.days and row.n == (5 * row.days,) * groups and row.sd_ratio == 1.0
     }
     assert all(there["own", days].value > 0.09 for days in range(2, 7))
     assert not [row for (layout, days), row in there.items() if row.weak and (layout == "shared" or days == 1)]

@@ -73,8 +73,8 @@ def test_brown_and_forsythe_never_err_too_often():
         ("f_then_t", (21, 6), None, {(1.5, 0.099), (2.0, 0.114), (3.0, 0.090)}),
         ("welch", (3, 9), None, {(1.0, 0.067), (1.5, 0.073), (2.0, 0.072), (3.0, 0.071)}),
         ("welch", (9, 9), None, set()),
-        ("welch", (10, 11), 2, {(1.0, 0.304), (1.0, 0.173)}),
-        ("welch", (200, 200), 9, {(1.0, 0.605)}),
+        ("welch", (10, 11), 2, {(1.0, 0.304), (1.0, 0.173), (2.0, 0.194), (2.0, 0.117)}),
+        ("welch", (200, 200), 9, {(1.0, 0.605), (1.0, 0.57), (1.0, 0.25)}),
         ("one_way_anova", (10, 10), None, set()),
         ("mean_ci", (4,), None, set()),
         ("brown_forsythe", (3, 3), None, set()),
@@ -106,3 +106,31 @@ def test_what_chance_in_drawing_explains_is_no_weak_point():
     assert interval.weak
     assert not replace(interval, runs=2000).weak
     assert not [row for row in recorded() if row.weak and abs(row.value - row.nominal) < 0.01]
+
+
+def test_what_is_corrected_with_a_line_is_looked_up_by_its_idle_runs_too():
+    """Twelve idle runs do not hide that the F-test takes 3 and 10 runs for alike; the doubt of three does."""
+    name = "difference_ci_f_then_t_shared"
+    (many,) = weak_points(name, (9, 3), idle_runs=11)
+    assert (many.groups, many.idle_runs, many.sd_ratio, many.kind) == ((3, 10), 12, 2.0, "coverage")
+    assert many.value < 0.93
+    assert weak_points(name, (9, 3), idle_runs=3) == weak_points(name, (10, 10), idle_runs=12) == ()
+    assert many.n == (3, 10, 12)
+
+
+@pytest.mark.parametrize("name", ["mean_ci", "difference_ci_welch", "fieller", "delta", "log_ratio"])
+def test_the_error_of_a_line_makes_no_interval_cover_less_than_without_one(name):
+    """Where groups are of one size; the line's own scatter takes part of the weight of groups that are not."""
+    method = f"{name}_shared"
+    rows = [row for row in recorded() if row.method == method and len(set(row.groups)) == 1]
+    assert {row.idle_runs for row in rows} == {3, 6, 12}
+    assert all(row.value > 0.95 - 4.0 * standard_error(0.95, row.runs) - 0.005 for row in rows)
+    assert all(row.value > 0.95 for row in rows if row.idle_runs == 3)
+
+
+def test_a_plane_of_points_that_go_together_covers_as_little_as_its_standard_errors_are_too_small():
+    """They are so by the root of (1 + r) / (1 - r), r the correlation of neighbours."""
+    expected = math.erf(1.959964 / math.sqrt(2.0 * (1.0 + 0.5) / (1.0 - 0.5)))
+    rows = [row for row in recorded() if row.method in ("stiffness_ci", "damping_ci") and row.distribution != "normal"]
+    assert len(rows) == 4
+    assert all(abs(row.value - expected) < 4.0 * standard_error(expected, row.runs) + 0.005 for row in rows)

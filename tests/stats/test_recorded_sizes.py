@@ -63,11 +63,14 @@ def test_exact_methods_have_the_nominal_share(place):
 
 def test_which_methods_are_exact_and_on_how_many_designs():
     exact = Counter(method.name for method in METHODS for design in method.designs if method.exact(design))
-    assert exact["one_way_anova"] == exact["dunnett"] == exact["eta_squared_ci"] == 5 + 3  # one day that all share
-    assert exact["f_test"] == exact["f_ratio_ci"] == 8 + 6  # one day, whosever it is
-    assert exact["tukey"] == 4 + 3
-    assert exact["mean_ci"] == exact["fit_linear_ci"] == exact["fit_linear_at_ci"] == 4
-    assert exact["fit_polynomial_at_ci"] == 3
+    assert exact["one_way_anova"] == exact["dunnett"] == exact["eta_squared_ci"] == 5 + 4  # one day that all share
+    assert exact["f_test"] == exact["f_ratio_ci"] == 8 + 10  # one day, whosever it is
+    assert exact["tukey"] == 4 + 4
+    assert exact["mean_ci"] == exact["fit_linear_ci"] == exact["fit_linear_intercept_ci"] == 4
+    assert exact["fit_linear_at_ci"] == exact["passive_drain_at_ci"] == exact["gain_line_slope_ci"] == 4
+    assert exact["fit_polynomial_ci"] == exact["fit_polynomial_at_ci"] == 3
+    assert exact["stiffness_ci"] == exact["damping_ci"] == 2
+    assert exact["passive_drain_in_steps_at_ci"] == exact["welch_eta_squared_ci"] == exact["mean_ci_shared"] == 0
     assert exact["blocked_by_day_exact"] == 133
     assert exact["welch"] == exact["f_then_t"] == exact["levene"] == exact["fieller"] == 0
 
@@ -90,6 +93,8 @@ WHOLE_ROWS = [
     ("bootstrap_percentile", Design((3, 3))),
     ("blocked_by_day", Design((6, 6), days=2, day_sd=1.0, layout="partly")),
     ("blocked_by_day_ci", Design((6, 6), days=2, day_sd=1.0, layout="partly")),
+    ("blocked_by_day_mean_ci", Design((6, 6), days=2, day_sd=1.0, layout="partly")),
+    ("blocked_by_day_exact_ci_shared", Design((3, 3), days=1, day_sd=1.0, layout="shared")),
 ]
 """Of methods that are too slow for many studies drawn anew, of which few tell little, a quick row each."""
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import signal
 
 Floats = NDArray[np.float64]
 RUNS_A_DAY = 2
@@ -27,6 +29,18 @@ DISTRIBUTIONS: Mapping[str, Callable[[np.random.Generator, tuple[int, ...]], Flo
     "uniform": lambda rng, shape: rng.uniform(-1.0, 1.0, shape),
 }
 """Scatter by name, each about a mean of 0."""
+LAG1 = 0.5
+
+
+def _going_together(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
+    """Return normal values of SD 1, each of which takes `LAG1` of the one before along the last axis."""
+    steps = math.sqrt(1.0 - LAG1 * LAG1) * rng.standard_normal(shape)
+    first = LAG1 * rng.standard_normal((*shape[:-1], 1))
+    return np.asarray(signal.lfilter([1.0], [1.0, -LAG1], steps, axis=-1, zi=first)[0])
+
+
+CORRELATED: Mapping[str, Callable[[np.random.Generator, tuple[int, ...]], Floats]] = {f"lag1 {LAG1:g}": _going_together}
+"""Scatter of values that follow each other in time, by their correlation with the one before."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +92,7 @@ class Design:
 
 def draw(design: Design, runs: int, rng: np.random.Generator) -> list[Floats]:
     """Return `runs` studies of a design: one array a group."""
-    scatter = DISTRIBUTIONS[design.distribution]
+    scatter = {**DISTRIBUTIONS, **CORRELATED}[design.distribution]
     if design.days is None:
         return [sd * scatter(rng, (runs, n)) for n, sd in zip(design.n, design.sds, strict=True)]
     of_day = (runs, design.days, 1)
@@ -100,6 +114,8 @@ SOME_N = (3, 5, 10)
 DAYS = (1, 2, 3, 4, 5, 6)
 UNEQUAL_N = ((5, 20), (10, 40), (3, 10))
 RATIOS = (1.0, 1.5, 2.0, 3.0)
+UNEQUAL_TIMES = (3, 10)
+"""Values a day of two groups that were measured unequally often; of more groups each has twice those of the last."""
 
 
 def equal_groups(groups: int, ratios: Sequence[float] = RATIOS) -> tuple[Design, ...]:
@@ -144,11 +160,32 @@ def mostly(groups: int, times_a_day: Sequence[int] = SOME_N) -> tuple[Design, ..
     return designs_over_days(groups, "mostly", times_a_day=times_a_day, fewest_days=3)
 
 
-def apart(groups: int) -> tuple[Design, ...]:
+def apart(groups: int, times_a_day: Sequence[int]) -> tuple[Design, ...]:
     """Return designs of groups on days of their own, and on days of which they share the first, or all but the last."""
-    return *designs_over_days(groups, "own", times_a_day=SOME_N), *partly(groups), *mostly(groups)
+    return (
+        *designs_over_days(groups, "own", times_a_day=times_a_day),
+        *partly(groups, times_a_day),
+        *mostly(groups, times_a_day),
+    )
 
 
-def by_layout(groups: int) -> tuple[Design, ...]:
+def by_layout(groups: int, times_a_day: Sequence[int] = SOME_N) -> tuple[Design, ...]:
     """Return designs of groups over one to six days in every layout that does not call for a model of its own."""
-    return *apart(groups), *designs_over_days(groups, "shared", times_a_day=SOME_N)
+    return *apart(groups, times_a_day), *designs_over_days(groups, "shared", times_a_day=times_a_day)
+
+
+def by_layout_unlike(groups: int) -> tuple[Design, ...]:
+    """Return the same with 25 values a day; with 5 where SDs differ; and with few values against many either way."""
+    few = (
+        UNEQUAL_TIMES if groups == len(UNEQUAL_TIMES) else tuple(UNEQUAL_TIMES[0] * 2**place for place in range(groups))
+    )
+    of_one = by_layout(groups, (1,))
+    return (
+        *by_layout(groups, (25,)),
+        *(replace(one, sd_ratio=2.0) for one in by_layout(groups, (5,))),
+        *(
+            replace(one, n=tuple(times * (one.days or 1) for times in few), sd_ratio=ratio)
+            for ratio in (0.5, 2.0)
+            for one in of_one
+        ),
+    )

@@ -6,7 +6,7 @@ import math
 import zlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ MOST_RUNS = 20_000
 ALPHA, LEVEL = 0.05, 0.95
 
 Kind = Literal["size", "coverage"]
+_T = TypeVar("_T")
 
 
 def never(_design: Design) -> bool:
@@ -101,11 +102,16 @@ def of_interval(low: Floats, high: Floats, truth: float) -> Floats:
     return columns(low, high, ~((low <= truth) & (truth <= high)))
 
 
+def there(found: _T | Undefined) -> _T:
+    """Return a result of the library that every study drawn here has; raises `ValueError` where it is undefined."""
+    if isinstance(found, Undefined):
+        raise ValueError(found.reason)
+    return found
+
+
 def number(value: float | Undefined) -> float:
     """Return a number of the library that every study drawn here has; raises `ValueError` where it is undefined."""
-    if isinstance(value, Undefined):
-        raise ValueError(value.reason)
-    return float(value)
+    return float(there(value))
 
 
 def of_one_p(p: float | Undefined) -> tuple[float, bool]:

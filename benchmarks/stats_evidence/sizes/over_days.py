@@ -64,6 +64,16 @@ WITH_HOLES, MORE_WITH_HOLES = (
     for each in ((2, 3, 6), (4, 5))
 )
 WITH_RUNS = tuple(Design((6 * days,) * 3, 1.0, days, 1.0, "runs") for days in DAYS)
+UNLIKE_WITH_HOLES, UNLIKE_WITH_RUNS = (
+    tuple(replace(one, sd_ratio=2.0) for one in designs if one.day_sd == 1.0)
+    for designs in ((*WITH_HOLES, *MORE_WITH_HOLES), WITH_RUNS)
+)
+OF_MODEL_ONLY = tuple(
+    one
+    for one in (*WITH_HOLES, *MORE_WITH_HOLES, *WITH_RUNS, *UNLIKE_WITH_HOLES, *UNLIKE_WITH_RUNS)
+    if one.day_sd == 1.0 and one.days in (2, 3, 6)
+)
+"""Values that are missing or lie in runs, on days that differ: the model has no formula there."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +156,8 @@ def _mean_many(groups: Groups, design: Design) -> Floats:
     return of_interval(mean - half, mean + half, 0.0)
 
 
-def _fit(groups: Groups, design: Design) -> BlockedByDay:
+def fit_of(groups: Groups, design: Design) -> BlockedByDay:
+    """Return the library's own fit of one study."""
     k, days = len(groups), groups[0].shape[0]
     values = np.concatenate([group.ravel() for group in groups])
     condition = np.repeat(np.arange(k), design.n)
@@ -163,20 +174,20 @@ def _fit(groups: Groups, design: Design) -> BlockedByDay:
 
 
 def _size_one(groups: Groups, design: Design) -> tuple[float, bool]:
-    return of_one_p(_fit(groups, design).p)
+    return of_one_p(fit_of(groups, design).p)
 
 
 def _exact_one(groups: Groups, design: Design) -> tuple[float, bool]:
-    exact = _fit(groups, design).exact
+    exact = fit_of(groups, design).exact
     return of_one_p(exact.p if isinstance(exact, ExactTest) else exact)
 
 
 def _contrast_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
-    return of_one_interval(_fit(groups, design).contrasts[0].interval, 0.0)
+    return of_one_interval(fit_of(groups, design).contrasts[0].interval, 0.0)
 
 
 def _mean_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
-    return of_one_interval(_fit(groups, design).conditions[0].interval, 0.0)
+    return of_one_interval(fit_of(groups, design).conditions[0].interval, 0.0)
 
 
 def _alike(design: Design) -> bool:
@@ -211,5 +222,9 @@ METHODS = (
     ),
     Method("blocked_by_day", "size", UNEVEN_OWN, _size_one, runs=2000),
     Method("blocked_by_day_mean_ci", "coverage", SEVERAL_DAYS, _mean_one, _mean_many, runs=10_000),
+    Method("blocked_by_day", "size", (*UNLIKE_WITH_HOLES, *UNLIKE_WITH_RUNS), _size_one, runs=1000),
+    Method("blocked_by_day_ci", "coverage", OF_MODEL_ONLY, _contrast_one, runs=1000),
+    Method("blocked_by_day_mean_ci", "coverage", (*OF_MODEL_ONLY, *NOT_ALL[::2]), _mean_one, runs=1000),
+    Method("blocked_by_day_exact", "size", UNLIKE_WITH_RUNS, _exact_one, _exact_many, _alike, runs=10_000),
     *(test_of(route, POOLED) for route in ROUTES),
 )

@@ -5,13 +5,18 @@ from __future__ import annotations
 from benchmarks.stats_evidence.sizes import (
     bounds,
     families,
+    lines,
     over_days,
+    planes,
     ratios,
     resampled,
     scatter,
     several_groups,
+    shared_by_day,
     single,
     two_groups,
+    unlike_over_days,
+    with_shared,
 )
 
 METHODS = (
@@ -24,4 +29,9 @@ METHODS = (
     *single.METHODS,
     *over_days.METHODS,
     *resampled.METHODS,
+    *with_shared.METHODS,
+    *shared_by_day.METHODS,
+    *lines.METHODS,
+    *planes.METHODS,
+    *unlike_over_days.METHODS,
 )

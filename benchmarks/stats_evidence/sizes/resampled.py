@@ -39,6 +39,11 @@ ONE_DAY = tuple(Design((times, times), 1.0, 1, 1.0, "shared") for times in (3, 5
 MORE_BY_DAY = tuple(
     design for design in designs_over_days(2, "shared", times_a_day=(3, 5, 10), fewest_days=2) if design not in BY_DAY
 )
+UNLIKE_BY_DAY = tuple(
+    Design(tuple(times * days for times in each), ratio, days, 1.0, "shared")
+    for each, ratio in (((5, 5), 2.0), ((3, 10), 0.5), ((3, 10), 2.0))
+    for days in (1, 2, 3, 6)
+)
 ALIKE = equal_groups(2, (1.0,))
 UNLIKE = tuple(design for design in DESIGNS if design not in ALIKE)
 FEW = tuple(design for design in DESIGNS if math.comb(sum(design.n), design.n[0]) <= QUICK)
@@ -69,8 +74,7 @@ def _all_shuffles(groups: Groups) -> Floats:
 
 
 def _permutation_one(groups: Groups, _design: Design) -> tuple[float, bool]:
-    a, b, days = _with_days(groups)
-    return of_one_p(permutation_test(a, b, days, days, resamples=SHUFFLES, seed=_seed(groups)).p)
+    return of_one_p(permutation_test(*_with_days(groups), resamples=SHUFFLES, seed=_seed(groups)).p)
 
 
 def _permutation(groups: Groups, design: Design) -> Floats:
@@ -80,8 +84,7 @@ def _permutation(groups: Groups, design: Design) -> Floats:
 
 
 def _redrawn(groups: Groups) -> Bootstrap:
-    a, b, days = _with_days(groups)
-    return bootstrap_difference(a, b, days, days, resamples=REDRAWS, seed=_seed(groups))
+    return bootstrap_difference(*_with_days(groups), resamples=REDRAWS, seed=_seed(groups))
 
 
 def _bootstrap_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
@@ -96,10 +99,13 @@ def _bca_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
     return of_one_interval(_redrawn(groups).bca_interval, 0.0)
 
 
-def _with_days(groups: Groups) -> tuple[Floats, Floats, list[str] | None]:
-    """Return both groups' values and the days of either, None where there are none."""
+def _with_days(groups: Groups) -> tuple[Floats, Floats, list[str] | None, list[str] | None]:
+    """Return both groups' values and the days of each, None where there are none."""
     a, b = groups
-    return a.ravel(), b.ravel(), None if a.ndim == 1 else [str(day) for day in range(len(a)) for _ in a[day]]
+    of_a, of_b = (
+        None if group.ndim == 1 else [str(day) for day in range(len(group)) for _ in group[day]] for group in groups
+    )
+    return a.ravel(), b.ravel(), of_a, of_b
 
 
 def _seed(groups: Groups) -> int:
@@ -116,4 +122,10 @@ METHODS = (
     Method("bootstrap", "coverage", (*ONE_DAY, *BY_DAY, *MORE_BY_DAY), _bootstrap_one, runs=1000),
     Method("bootstrap_bca", "coverage", (*ALIKE, *UNLIKE), _bca_one, runs=1000),
     Method("bootstrap_percentile", "coverage", (*ALIKE, *UNLIKE), _percentile_one, runs=1000),
+    Method("permutation", "size", UNLIKE_BY_DAY, _permutation_one, runs=1000),
+    Method("bootstrap", "coverage", UNLIKE_BY_DAY, _bootstrap_one, runs=1000),
+    *(
+        Method(f"bootstrap_{name}", "coverage", (*ONE_DAY, *BY_DAY, *MORE_BY_DAY, *UNLIKE_BY_DAY), one, runs=1000)
+        for name, one in (("bca", _bca_one), ("percentile", _percentile_one))
+    ),
 )

@@ -30,6 +30,8 @@ NAMES = {
     "difference_ci_welch": "difference, Welch",
     "hedges_g_ci": "Hedges's g",
     "eta_squared_ci": "eta and omega squared",
+    "welch_eta_squared_ci": "eta and omega squared, Welch",
+    "equivalence_percent_ci": "difference in percent, Welch",
     "fieller": "savings, Fieller",
     "delta": "savings, delta",
     "log_ratio": "savings, logarithm",
@@ -38,12 +40,35 @@ NAMES = {
     "bootstrap_percentile": "difference, bootstrap percentiles",
     "mean_ci": "mean",
     "fit_linear_ci": "slope of a line",
+    "fit_linear_intercept_ci": "intercept of a line",
     "fit_linear_at_ci": "line at its end",
+    "fit_polynomial_ci": "bend of a parabola",
     "fit_polynomial_at_ci": "parabola at its end",
     "blocked_by_day": "mixed model",
     "blocked_by_day_exact": "exact test",
     "blocked_by_day_ci": "difference, mixed model",
     "blocked_by_day_mean_ci": "mean, mixed model",
+    "blocked_by_day_exact_ci_shared": "difference, exact test, six idle runs",
+    "mean_ci_shared": "mean",
+    "difference_ci_f_then_t_shared": "difference, F-test first",
+    "difference_ci_welch_shared": "difference, Welch",
+    "fieller_shared": "savings, Fieller",
+    "delta_shared": "savings, delta",
+    "log_ratio_shared": "savings, logarithm",
+    "f_then_t_shared": "F-test, then Student or Welch (size)",
+    "welch_shared": "Welch (size)",
+    **{
+        f"{line}_{of}_ci": f"{said}, {words}"
+        for line, said in (
+            ("passive_drain", "passive drain"),
+            ("passive_drain_in_steps", "passive drain told in steps"),
+            ("gain_line", "stiffness over gain"),
+            ("packing", "packing"),
+        )
+        for of, words in (("slope", "slope"), ("intercept", "intercept"), ("at", "at its end"))
+    },
+    "stiffness_ci": "stiffness",
+    "damping_ci": "damping",
 }
 LAYOUTS = {
     "shared": "shared",
@@ -58,7 +83,9 @@ Label = Callable[[Recorded], str]
 
 def where(row: Recorded) -> str:
     """Return the design of a row in words."""
-    parts = [f"n = {sizes(row)}" if len(set(row.n)) > 1 or len(row.n) == 1 else f"n = {row.n[0]} each"]
+    parts = [f"n = {sizes(row)}{' each' if len(set(row.groups)) == 1 < len(row.groups) else ''}"]
+    if row.idle_runs:
+        parts.append(f"{row.idle_runs} idle runs")
     if row.distribution != "normal":
         parts.append(f"{distribution(row)} values")
     if row.sd_ratio != 1.0:
@@ -107,9 +134,14 @@ def share(row: Recorded) -> str:
 
 def sizes(row: Recorded) -> str:
     """Return the group sizes: one number where all are alike."""
-    if len(set(row.n)) == 1:
-        return str(row.n[0])
-    return ", ".join(map(str, row.n[:3])) + (" …" if len(row.n) > 3 else "")
+    if len(set(row.groups)) == 1:
+        return str(row.groups[0])
+    return ", ".join(map(str, row.groups[:3])) + (" …" if len(row.groups) > 3 else "")
+
+
+def idle_runs(row: Recorded) -> str:
+    """Return how many idle runs the line goes through."""
+    return str(row.idle_runs)
 
 
 def _conditions(row: Recorded) -> str:

@@ -38,7 +38,8 @@ def _anova(groups: Groups, _design: Design) -> Floats:
     return of_p(special.fdtrc(between, within, f))
 
 
-def _welch_anova(groups: Groups, _design: Design) -> Floats:
+def _welch_f(groups: Groups) -> tuple[Floats, int, Floats]:
+    """Return Welch's F and its degrees of freedom, each of shape (runs,) but the number between groups."""
     groups = list(map(arrays.flat, groups))
     k = len(groups)
     weights = np.stack([group.shape[1] / arrays.variance(group) for group in groups])
@@ -48,7 +49,12 @@ def _welch_anova(groups: Groups, _design: Design) -> Floats:
     dfs = np.array([group.shape[1] - 1 for group in groups])[:, None]
     doubt = ((1.0 - shares) ** 2 / dfs).sum(axis=0)
     f = distances / (k - 1) / (1.0 + 2.0 * (k - 2) * doubt / (k * k - 1))
-    return of_p(special.fdtrc(k - 1, (k * k - 1) / (3.0 * doubt), f))
+    return f, k - 1, (k * k - 1) / (3.0 * doubt)
+
+
+def _welch_anova(groups: Groups, _design: Design) -> Floats:
+    f, between, within = _welch_f(groups)
+    return of_p(special.fdtrc(between, within, f))
 
 
 def _shifted(groups: Groups, design: Design) -> list[Floats]:
@@ -81,6 +87,28 @@ def _share_one(groups: Groups, design: Design) -> tuple[float, bool]:
     return number(found.f), of_one_interval(found.eta_squared_ci, truth)[-1]
 
 
+def _own_noncentrality(design: Design) -> float:
+    """Return what Welch's F is noncentral by: distances in the SDs that each group's values have together."""
+    places, sizes = STEP * pooled_sd(design) * np.arange(len(design.n)), np.array(design.n)
+    of_days = (sizes - np.array(design.times)) / (sizes - 1.0) * (design.day_sd or 0.0) ** 2
+    weights = sizes / (np.square(design.sds) + of_days)
+    return float(weights @ (places - weights @ places / weights.sum()) ** 2)
+
+
+def _own_share_many(groups: Groups, design: Design) -> Floats:
+    f, between, within = _welch_f(_shifted(groups, design))
+    below = special.ncfdtr(between, within, _own_noncentrality(design), f)
+    tail = (1.0 - LEVEL) / 2.0
+    return columns(f, (below < tail) | (below > 1.0 - tail))
+
+
+def _own_share_one(groups: Groups, design: Design) -> tuple[float, bool]:
+    found = welch_anova(named(_shifted(groups, design)))
+    noncentrality = _own_noncentrality(design)
+    truth = noncentrality / (noncentrality + sum(design.n))
+    return number(found.f), of_one_interval(found.eta_squared_ci, truth)[-1]
+
+
 DESIGNS = (*several(3), *by_layout(3))
 METHODS = (
     Method(
@@ -93,4 +121,5 @@ METHODS = (
     ),
     Method("welch_anova", "size", DESIGNS, lambda g, _: of_one_p(welch_anova(named(g)).p), _welch_anova),
     Method("eta_squared_ci", "coverage", DESIGNS, _share_one, _share_many, alike),
+    Method("welch_eta_squared_ci", "coverage", DESIGNS, _own_share_one, _own_share_many),
 )

@@ -1,6 +1,8 @@
-"""The interval of one mean, that of a line's slope, and those of a line and a parabola at their end."""
+"""The interval of one mean, those of a line's and a parabola's coefficients, and those of both at their end."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 from scipy import special
@@ -10,13 +12,12 @@ from benchmarks.stats_evidence.sizes.design import (
     DISTRIBUTIONS,
     EVERY_N,
     RATIOS,
-    SOME_N,
     Design,
     Floats,
     Groups,
     designs_over_days,
 )
-from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, of_interval, of_one_interval
+from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, of_interval, of_one_interval, there
 from data_schema.vocabulary import Undefined
 from stats.polynomial import fit_polynomial
 from stats.regression import fit_linear
@@ -69,16 +70,38 @@ def _slope_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
     return of_one_interval(found if isinstance(found, Undefined) else found[1], SLOPE)
 
 
-def _at_end(groups: Groups, design: Design, degree: int) -> Floats:
+def _of_curve(groups: Groups, design: Design, degree: int, form: Callable[[Floats], Floats], truth: float) -> Floats:
+    """Return the interval of what `form` makes of the columns' coefficients, the highest power first."""
     x, y = _curve(groups, design, degree)
-    base = np.linalg.qr(np.vander(x, degree + 1))[0]
+    base, upper = np.linalg.qr(np.vander(x, degree + 1))
     weights = y @ base
     left = y - weights @ base.T
     df = x.size - degree - 1
-    here = base[-1]
+    here = np.linalg.solve(upper.T, form(np.arange(degree, -1.0, -1.0)))
     middle = weights @ here
     half = -special.stdtrit(df, (1.0 - LEVEL) / 2.0) * np.sqrt((left**2).sum(axis=1) / df * (here @ here))
-    return of_interval(middle - half, middle + half, _truth_at_end(degree))
+    return of_interval(middle - half, middle + half, truth)
+
+
+def _at_end(groups: Groups, design: Design, degree: int) -> Floats:
+    return _of_curve(groups, design, degree, lambda powers: END**powers, _truth_at_end(degree))
+
+
+def _intercept(groups: Groups, design: Design) -> Floats:
+    return _of_curve(groups, design, 1, lambda powers: np.equal(powers, 0.0).astype(np.float64), INTERCEPT)
+
+
+def _bend(groups: Groups, design: Design) -> Floats:
+    return _of_curve(groups, design, 2, lambda powers: np.equal(powers, 2.0).astype(np.float64), BEND)
+
+
+def _intercept_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
+    x, y = _line(groups, design)
+    return of_one_interval(there(fit_linear(y, {"x": x}).ci)[0], INTERCEPT)
+
+
+def _bend_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
+    return of_one_interval(there(fit_polynomial(*_curve(groups, design, 2), 2).ci)[2], BEND)
 
 
 def _curve(groups: Groups, design: Design, degree: int) -> tuple[Floats, Floats]:
@@ -106,7 +129,7 @@ METHODS = (
         "coverage",
         (
             *(Design((n,), distribution=name) for name in DISTRIBUTIONS for n in EVERY_N),
-            *designs_over_days(1, "own", times_a_day=SOME_N),
+            *designs_over_days(1, "own"),
         ),
         _mean_one,
         _mean,
@@ -120,8 +143,10 @@ METHODS = (
         _slope,
         alike,
     ),
+    Method("fit_linear_intercept_ci", "coverage", LINES, _intercept_one, _intercept, alike),
     Method("fit_linear_at_ci", "coverage", LINES, _line_at_end, lambda g, design: _at_end(g, design, 1), alike),
     Method(
         "fit_polynomial_at_ci", "coverage", PARABOLAS, _parabola_at_end, lambda g, design: _at_end(g, design, 2), alike
     ),
+    Method("fit_polynomial_ci", "coverage", PARABOLAS, _bend_one, _bend, alike),
 )

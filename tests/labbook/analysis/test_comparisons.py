@@ -24,6 +24,7 @@ from labbook.analysis.pairing import EACH, POOLED
 from labbook.analysis.study import VarianceAnalysed
 from labbook.analysis.workbench import Workbench, number
 from labbook.config.model import UnitOfAnalysis
+from labbook.presenting import tests_used as paragraph
 from labbook.presenting.comparisons import comparisons
 from labbook.presenting.day_layout import layout_of
 from labbook.presenting.making import MadeReport
@@ -31,11 +32,13 @@ from labbook.presenting.numbers import Shown
 from labbook.presenting.stated import departures
 from labbook.presenting.weak_points import Use, weaknesses
 from reports.content import Comparison
+from reports.naming import SweptWords
 from reports.numbers import Quantity
 from reports.sentences import difference_claim
 from stats.blocked import blocked_by_day
 from stats.equivalence import equivalence
 from stats.multiple import holm
+from stats.passive_drain import PassiveDrain
 from stats.recorded import weak_points
 from stats.savings import percent_savings
 from stats.two_sample import compare_two
@@ -445,8 +448,37 @@ def test_the_methods_cite_what_is_on_record_against_a_method_at_such_a_design(re
     together = "".join(reports().content.methods).replace("\u00a0", " ")
     assert "day of its own" not in together
     assert "docs/statistics.md" in together
-    nothing = replace(apart.analysis, compared=[], anovas=[])
-    assert weaknesses(nothing) == ""
+    assert weaknesses(replace(apart.analysis, compared=[], anovas=[], drains={})) == ""
+
+
+def test_the_methods_cite_how_often_the_interval_of_the_passive_drain_covers(reports: Reports) -> None:
+    analysis = reports().analysis
+    (drain,) = analysis.drains.values()
+    assert isinstance(drain.line, PassiveDrain)
+    worst = min(weak_points("passive_drain_at_ci", (drain.line.n,)), key=lambda row: row.value)
+    told = weaknesses(replace(analysis, compared=[], anovas=[]))
+    assert (
+        f"At {worst.n[0]} idle runs, should the longest scatter {worst.sd_ratio:g} times as much as the shortest: the "
+        "interval of the passive charge of the longest idle run holds the truth in" in told.replace("\u00a0", " ")
+    )
+    told_in_steps = replace(drain, line=replace(drain.line, n=10, residual_sd_mah=0.0))
+    rounded = weaknesses(
+        replace(analysis, compared=[], anovas=[], drains=dict.fromkeys(analysis.drains, told_in_steps))
+    )
+    assert "At 10 idle runs that scatter less than the charger's steps" in rounded.replace("\u00a0", " ")
+    assert (
+        "Nothing is compared"
+        in (first := paragraph.tests_used(replace(analysis, compared=[]), SweptWords(*[""] * 6)))[0]
+    )
+    assert "passive charge" in first[1]
+
+
+def test_what_carries_the_drain_lines_error_is_looked_up_among_such() -> None:
+    with_line = Use("difference_ci_f_then_t", (3, 10), tested=(3, 10), idle_runs=12)
+    rows = with_line.weak_points()
+    assert {row.method for row in rows} == {"difference_ci_f_then_t_shared"}
+    assert rows == weak_points("difference_ci_f_then_t_shared", (3, 10), layout="", idle_runs=12) != ()
+    assert replace(with_line, idle_runs=0).weak_points() == weak_points("difference_ci_f_then_t", (3, 10), layout="")
 
 
 def test_a_design_without_days_in_common_is_looked_up_among_such_designs() -> None:
