@@ -59,8 +59,8 @@ def test_a_family_says_how_many_were_tested_and_why_others_were_not() -> None:
     assert family_text(complete) == complete.sentence()
     some = family_text(holm({"a": 0.2, "b": why, "c": why, "d": other}, "gains: all"))
     assert some.endswith(
-        "adjusted by Holm at 0.05: 1 tested, none rejected; not tested: b, c, because neither group has any scatter; d, "
-        "because group 'd' is empty."
+        "adjusted by Holm at 0.05: 1 tested, none rejected; not tested: b, c, because neither group has any scatter; "
+        "d, because group 'd' is empty."
     )
     assert family_text(holm({"a": why, "b": why}, "gains")).endswith(
         "at 0.05: none tested, because neither group has any scatter."
