@@ -63,7 +63,8 @@ def _answer(observed: Observations, given: Given, request: CompareRequest, pictu
         label: number_of(result.difference, result.difference_ci, level, observed.unit)
         for label, result in found.items()
     }
-    tests = " or ".join(f"{test}'s t" for test in sorted({result.test for result in found.values()}))
+    shown = [result for result in found.values() if not isinstance(result.difference_ci, Undefined)] or found.values()
+    tests = " or ".join(f"{test}'s t" for test in sorted({result.test for result in shown}))
     pictures.write(observed, lambda: estimation_of(observed, differences, interval=tests), level)
     notes = [*plan_notes(observed, request.pooled, alpha), *day_notes(observed)]
     return told.about(observed, pictures, notes)

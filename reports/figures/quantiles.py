@@ -25,6 +25,7 @@ from reports.figures.style import (
     publication_style,
 )
 from reports.figures.swarm import marker_pt
+from reports.figures.words import draw_words
 from stats.residuals import NormalQuantiles
 
 
@@ -44,7 +45,13 @@ class Quantiles:
 
 
 def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Figure:
-    """Draw every residual over the normal value that belongs to its place, with line and pointwise band."""
+    """Draw every residual over the normal value that belongs to its place, with line and pointwise band.
+
+    Where all residuals are 0 there is nothing to draw, and the figure says so.
+    """
+    about = f"{quantiles.quantity[:1].lower()}{quantiles.quantity[1:]}"
+    if not any(quantiles.found.observed):
+        return draw_words(f"Nothing to draw: all residuals of {about} are 0.", width_in)
     with publication_style():
         found, (unit, factor) = quantiles.found, shown_unit(quantiles.unit)
         figure = new_figure(width_in, min(0.85 * width_in, 3.6))
@@ -86,7 +93,7 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(plain_ticks())
         axes.set_xlabel("Normal quantile (standard deviations)")
-        axes.set_ylabel(named_with_unit(f"Residual of {quantiles.quantity[:1].lower()}{quantiles.quantity[1:]}", unit))
+        axes.set_ylabel(named_with_unit(f"Residual of {about}", unit))
         light_grid(axes, "both")
         if axes.get_legend_handles_labels()[1]:
             axes.legend(loc="upper left")
