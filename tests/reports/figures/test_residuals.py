@@ -83,7 +83,7 @@ def test_without_scatter_words_stand_in_place_of_axes(groups, width_in):
         (words,) = figure.texts
         assert words.get_text().replace("\n", " ") == "Nothing to draw: all residuals of energy are 0."
         box = words.get_window_extent()
-        assert 0.0 < box.x0
+        assert box.x0 > 0.0
         assert box.x1 < figure.bbox.x1
 
 
