@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -71,22 +72,7 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
             axes.fill_between(
                 expected, drawn(found.low), drawn(found.high), color=PALE, linewidth=0, label=band, zorder=1
             )
-        size = marker_pt(len(found.observed))
-        values = drawn(found.observed)
-        marks = dict(zip(quantiles.order, MARKS, strict=False)) if 1 < len(quantiles.order) <= len(MARKS) else {"": "o"}
-        names = [quantiles.groups[place] for place in kept] if len(marks) > 1 else [""] * len(kept)
-        for name, mark in marks.items():
-            colour = VERMILLION if len(marks) > 1 and name == quantiles.order[0] else BLUE
-            axes.plot(
-                [at for at, own in zip(expected, names, strict=True) if own == name],
-                [value for value, own in zip(values, names, strict=True) if own == name],
-                mark,
-                color=colour,
-                markersize=size,
-                markeredgewidth=0,
-                alpha=0.8,
-                zorder=3,
-            )
+        marks = _draw_marks(axes, quantiles, kept, expected, drawn(found.observed))
         if len(marks) > 1:
             _name_marks(figure, marks, width_in)
         put_above(figure, _part_text(len(kept), len(found.observed)), width_in)
@@ -98,6 +84,28 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
         if axes.get_legend_handles_labels()[1]:
             axes.legend(loc="upper left")
         return figure
+
+
+def _draw_marks(
+    axes: Axes, quantiles: Quantiles, kept: Sequence[int], expected: Sequence[float], values: Sequence[float]
+) -> dict[str, str]:
+    """Draw the residuals that are kept, and return the mark of each group; one for all where groups have none."""
+    size = marker_pt(len(quantiles.found.observed))
+    marks = dict(zip(quantiles.order, MARKS, strict=False)) if 1 < len(quantiles.order) <= len(MARKS) else {"": "o"}
+    names = [quantiles.groups[place] for place in kept] if len(marks) > 1 else [""] * len(kept)
+    for name, mark in marks.items():
+        colour = VERMILLION if len(marks) > 1 and name == quantiles.order[0] else BLUE
+        axes.plot(
+            [at for at, own in zip(expected, names, strict=True) if own == name],
+            [value for value, own in zip(values, names, strict=True) if own == name],
+            mark,
+            color=colour,
+            markersize=size,
+            markeredgewidth=0,
+            alpha=0.8,
+            zorder=3,
+        )
+    return marks
 
 
 def _kept(expected: tuple[float, ...]) -> list[int]:
