@@ -20,6 +20,7 @@ from ingest.text import Line, TextSource
 WIDEST = 4096
 
 _UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+_UNCLEAR_POINT = re.compile(rb"[+-]?[1-9]\d{0,2}\.\d{3}")
 _LONG_INTEGER = re.compile(rb"[+-]?\d{16,18}")
 
 
@@ -133,8 +134,10 @@ def _decimal_sign(split: Split, declared: Declarations, findings: FindingCollect
         return declared.decimal_sign.encode()
     cells = [cell for row in split.rows for cell in row.cells]
     commas = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell)]
-    points = sum(b"." in cell for cell in cells if NUMBER.fullmatch(cell))
-    if not commas or points > len(commas):
+    points = [cell for cell in cells if b"." in cell and NUMBER.fullmatch(cell)]
+    if not commas or len(points) > len(commas):
+        if split.delimiter == b";" and points and not commas and all(map(_UNCLEAR_POINT.fullmatch, points)):
+            _note_points(points[0].decode(), findings)
         return b"."
     if not points and all(_UNCLEAR_COMMA.fullmatch(cell) for cell in commas):
         findings.add(
@@ -146,3 +149,13 @@ def _decimal_sign(split: Split, declared: Declarations, findings: FindingCollect
     else:
         findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
     return b","
+
+
+def _note_points(number: str, findings: FindingCollector) -> None:
+    """Say how points before exactly three digits are read, where semicolons leave open what the decimal sign is."""
+    findings.add(
+        NOTE,
+        "decimal_point_unclear",
+        f"{number!r} is read as a decimal and may be a thousand: say `--decimal .`, or export without thousands.",
+        value=number,
+    )

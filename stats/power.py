@@ -28,7 +28,7 @@ from stats.owens_q import beyond_either, within_both
 from stats.results import Result
 from stats.sums import moments
 from stats.welch_planned import mean_over_criticals, over_standard_error
-from stats.wording import number_text
+from stats.wording import half_width, number_text
 
 LARGEST_N = 1_000_000
 
@@ -54,7 +54,7 @@ class Power(Result):
         if isinstance(self.power, Undefined):
             return f"No power for {self.test} with n = {sizes}: {self.power.reason}."
         return (
-            f"With n = {sizes} {self.test} at alpha = {self.alpha:g} has a chance of "
+            f"With n = {sizes} {self.test} at alpha = {number_text(self.alpha)} has a chance of "
             f"{number_text(100.0 * self.power, 3)} % to reject."
         )
 
@@ -67,7 +67,7 @@ def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.0
         as_level("alpha", alpha),
     )
     sizes, sides = _sizes(n_a, n_b), _sides(sides)
-    test = f"Student's t-test for a difference of {difference:g} at sd {sd:g} ({_sided(sides)})"
+    test = f"Student's t-test for {_difference_text(difference, sd)} at sd {number_text(sd)} ({_sided(sides)})"
     df, never = sum(sizes) - 2, _no_difference(difference, sides)
     if df < 1 or min(sizes) < 1:
         return Power(test, sizes, alpha, Undefined("there are too few values for a pooled variance"), never)
@@ -91,7 +91,8 @@ def power_welch(
     difference, alpha = as_number("difference", difference), as_level("alpha", alpha)
     sds = as_number("sd of a", sd_a, above=0.0), as_number("sd of b", sd_b, above=0.0)
     sizes, sides = _sizes(n_a, n_b), _sides(sides)
-    test = f"Welch's t-test for a difference of {difference:g} at sd {sds[0]:g} and {sds[1]:g} ({_sided(sides)})"
+    scatter = " and ".join(map(number_text, sds))
+    test = f"Welch's t-test for {_difference_text(difference, min(sds))} at sd {scatter} ({_sided(sides)})"
     never = _no_difference(difference, sides)
     if min(sizes) < 2:
         return Power(test, sizes, alpha, _NO_VARIANCE, never)
@@ -113,7 +114,8 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     if truth.size < 2:
         raise InputRefused(f"{truth.size} means were given: give the true means of at least 2 groups.")
     n, k = as_count("n", n), truth.size
-    test = f"one-way ANOVA for means {', '.join(f'{mean:g}' for mean in truth)} at sd {sd:g}"
+    means_text = ", ".join(number_text(mean, within=sd) for mean in truth)
+    test = f"one-way ANOVA for means {means_text} at sd {number_text(sd)}"
     sizes = (n,) * k
     never = "the true means are equal" if truth.min() == truth.max() else None
     if n < 2:
@@ -158,10 +160,11 @@ def power_equivalence(
     if route == "student" and sds[0] != sds[1]:
         raise InputRefused(f"the standard deviations are {sd!r} and {sd_b!r}: Student's test has one, give sd alone.")
     sizes = _sizes(n_a, n_b)
-    scatter = f"{sds[0]:g}" if sds[0] == sds[1] else f"{sds[0]:g} and {sds[1]:g}"
+    scatter = " and ".join(map(number_text, dict.fromkeys(sds)))
+    between = " and ".join(number_text(end, within=half_width((low, high))) for end in (low, high))
     test = (
-        f"{route.capitalize()}'s equivalence test (TOST) between {low:g} and {high:g} for a difference of "
-        f"{difference:g} at sd {scatter}"
+        f"{route.capitalize()}'s equivalence test (TOST) between {between} for "
+        f"{_difference_text(difference, min(sds))} at sd {scatter}"
     )
     never = None
     if not low < difference < high:
@@ -212,6 +215,10 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
 _FAR_TAIL, _LARGEST_F = 1e-4, 1e300
 _NO_CRITICAL = Undefined("the critical value at so small an alpha is too large for a double")
 _NO_VARIANCE = Undefined("each group needs at least 2 values for its variance")
+
+
+def _difference_text(difference: float, sd: float) -> str:
+    return f"a difference of {number_text(difference, within=sd)}"
 
 
 def _no_difference(difference: float, sides: int) -> str | None:

@@ -24,6 +24,7 @@ from stats.normal_wedge import between_lines
 from stats.power import Power
 from stats.quadrature import Floats, Rows
 from stats.welch_planned import t_upper_quantiles, welch_df
+from stats.wording import number_text
 
 FLOOR = 1e-9
 """Estimated error of a panel of an integral that does not count; what the rule leaves is far below it."""
@@ -50,8 +51,9 @@ def power_percent_equivalence(
     sizes = as_count("n_a", n_a), as_count("n_b", n_b)
     truth = to_double(100 * Fraction(difference) / Fraction(mean))
     test = (
-        f"Welch's equivalence test (TOST) between {low:g} and {high:g} % of the control's mean, itself estimated and "
-        f"{mean:g} in truth, for a difference of {difference:g} at sd {sd:g}"
+        f"Welch's equivalence test (TOST) between {number_text(low)} and {number_text(high)} % of the control's mean, "
+        f"itself estimated and {number_text(mean, within=sd)} in truth, for a difference of "
+        f"{number_text(difference, within=sd)} at sd {number_text(sd)}"
     )
     never = None
     if not low < truth < high:

@@ -91,8 +91,11 @@ def _welch_at(design: Design, name: str, alpha: float, difference: float, primar
 
 
 def _anova(design: Design, difference: float, primary: Assumed, _apex: Assumed | Undefined) -> PlannedTest | None:
-    """Two levels apart by the difference and the others half way: of all such means those hardest to find."""
-    if design.treated < 2:
+    """Two levels apart by the difference and the others half way: of all such means those hardest to find.
+
+    Over two levels with as many values as the comparison with the control has, F is Student's t squared: no other test.
+    """
+    if design.treated < 2 or (design.treated == 2 and design.sizes(1) == (1, 1)):
         return None
     means = (-difference / 2.0, difference / 2.0, *[0.0] * (design.treated - 2))
     alpha = design.settings.alpha

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 from data_schema.queries.runs import RunRow
@@ -26,19 +26,30 @@ LIMITS_FROM_RUNS = 5
 Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 
 
-def rig_lines(detections: Detections, prepared: PreparedImport, runs: tuple[str, ...], evidence: Evidence) -> list[str]:
-    """Say, for every run a file belongs to, how many jumps and gaps it has and whether its joules are in control."""
-    rows = {run.name: run for run in evidence.runs if run.name in runs}
+def rig_lines(
+    detections: Detections, files: Mapping[str, Sequence[PreparedImport]], evidence: Evidence
+) -> dict[str, str]:
+    """Say of every run how many jumps and gaps it has and whether its joules are in control, by its name.
+
+    `files` has what was read for each run by one command: all its logs and charges are told in one line.
+    """
     drains = drain_lines(evidence)
-    return [_line(run, detections, prepared, evidence, drains) for run in rows.values()]
+    return {
+        run.name: _line(run, detections, files[run.name], evidence, drains)
+        for run in evidence.runs
+        if run.name in files
+    }
 
 
-def _line(run: RunRow, detections: Detections, prepared: PreparedImport, evidence: Evidence, drains: Lines) -> str:
+def _line(
+    run: RunRow, detections: Detections, files: Sequence[PreparedImport], evidence: Evidence, drains: Lines
+) -> str:
     parts = [f"run {run.name}:"]
-    if any(stored.detection is not None for stored in prepared.parts):
+    if any(stored.detection is not None for prepared in files for stored in prepared.parts):
         parts.append(f"{_jumps(run, detections, evidence)},")
-    if prepared.parts:
-        parts.append(f"{_gaps(prepared.read)},")
+    logs = [prepared.read for prepared in files if prepared.parts]
+    if logs:
+        parts.append(f"{_gaps(logs)},")
     parts.append(_joules(run, evidence, drains))
     return " ".join(parts)
 
@@ -61,8 +72,8 @@ def _mismatch(found: int, made: int) -> str:
     return f" ({made - found} missing)" if found < made else f" ({found - made} too many)"
 
 
-def _gaps(read: ReadFile) -> str:
-    dropped = [gap for part in read.parts for gap in part.gaps if gap.kind is GapKind.DROPPED]
+def _gaps(logs: Sequence[ReadFile]) -> str:
+    dropped = [gap for log in logs for part in log.parts for gap in part.gaps if gap.kind is GapKind.DROPPED]
     missing = sum(gap.samples_missing for gap in dropped)
     return f"{len(dropped)} gap{'' if len(dropped) == 1 else 's'} ({missing} samples)" if dropped else "no gaps"
 

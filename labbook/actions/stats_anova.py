@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import cast
 
 from labbook.actions.stats_compare import compared, holm_of
@@ -13,16 +14,18 @@ from labbook.analysis.observations import Observations
 from labbook.presenting.stats_days import day_notes, days_untold
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
-from labbook.presenting.stats_many import against_control_text, all_pairs_text
+from labbook.presenting.stats_many import against_control_text, all_pairs_text, family_text
 from labbook.presenting.stats_plan import NO_ANOVA, plan_notes
-from stats.anova import one_way_anova
+from reports.figures.estimation import Estimation
+from stats.anova import Anova, one_way_anova
 from stats.checks import Missing
-from stats.dunnett import dunnett
+from stats.dunnett import Dunnett, dunnett
 from stats.finite import as_interval
+from stats.multiple import HolmFamily
 from stats.results import as_dict
-from stats.tukey import compare_all_pairs
-from stats.variances import bartlett, brown_forsythe, levene
-from stats.welch_anova import welch_anova
+from stats.tukey import AllPairs, compare_all_pairs
+from stats.variances import VarianceTest, bartlett, brown_forsythe, levene
+from stats.welch_anova import WelchAnova, welch_anova
 
 SHARED_NOTE = "The error of the passive drain, which groups share in part, is left out of this."
 
@@ -38,17 +41,43 @@ def analyse(
     return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, drawn, step))
 
 
+@dataclass(frozen=True, slots=True)
+class _Tested:
+    """Every test of the groups of one set of observations; `level` is that of all intervals."""
+
+    level: float
+    classic: Anova
+    welch: WelchAnova
+    variances: tuple[VarianceTest, ...]
+    tukey: AllPairs
+    games_howell: AllPairs
+    against: Dunnett
+    family: HolmFamily
+
+
 def _answer(
     observed: Observations, given: Given, alpha: float, pictures: Pictures, step: Callable[[str], None]
 ) -> Told:
+    found = _tested(observed, given, alpha, step)
+    told = Told()
+    told.lines += _sentences(observed, found)
+    _add_tables(told, found)
+    step("figures" if pictures.files else "tables")
+    pictures.write(observed, lambda: _drawn(observed, found), found.level)
+    notes = [*plan_notes(observed, False, alpha, NO_ANOVA), *day_notes(observed)]
+    if any(row.shared.se > 0.0 for row in observed.rows):
+        notes.append(f"{SHARED_NOTE} Holm's family has it.")
+    return told.about(observed, pictures, notes)
+
+
+def _tested(observed: Observations, given: Given, alpha: float, step: Callable[[str], None]) -> _Tested:
     others = observed.others()
     level, missing = 1.0 - alpha, cast(Missing, given.missing)
-    groups, control, unit = observed.groups(), observed.name(observed.control), observed.unit
-
+    groups, control = observed.groups(), observed.name(observed.control)
     step(f"{len(groups)} groups")
     classic = one_way_anova(groups, level=level, missing=missing)
     welch = welch_anova(groups, level=level, missing=missing)
-    variances = [test(groups, missing=missing) for test in (brown_forsythe, levene, bartlett)]
+    variances = tuple(test(groups, missing=missing) for test in (brown_forsythe, levene, bartlett))
     step("all pairs by Tukey")
     tukey = compare_all_pairs(groups, variances="equal", level=level, missing=missing)
     step("all pairs by Games and Howell")
@@ -58,50 +87,48 @@ def _answer(
     against = dunnett(groups[control], treatments, control_name=control, level=level, missing=missing)
     tests = {label: compared(observed, label, "welch", alpha, given.missing) for label in others}
     family = holm_of(tests, observed, alpha)
+    return _Tested(level, classic, welch, variances, tukey, games_howell, against, family)
 
-    told = Told()
-    told.lines += [
-        classic.sentence(observed.shown_by or observed.by),
-        welch.sentence(observed.shown_by or observed.by),
-        *(test.sentence() for test in variances),
-        all_pairs_text(tukey, unit),
-        all_pairs_text(games_howell, unit),
-        against_control_text(against, unit),
-        family.sentence(),
+
+def _sentences(observed: Observations, found: _Tested) -> list[str]:
+    unit, by = observed.unit, observed.shown_by or observed.by
+    untold = days_untold(observed)
+    return [
+        found.classic.sentence(by),
+        found.welch.sentence(by),
+        *(test.sentence() for test in found.variances),
+        all_pairs_text(found.tukey, unit),
+        all_pairs_text(found.games_howell, unit),
+        against_control_text(found.against, unit),
+        family_text(found.family),
+        *([f"{untold}."] if untold else []),
     ]
-    if untold := days_untold(observed):
-        told.lines.append(f"{untold}.")
-    told.say("one-way ANOVA", field_lines(classic))
-    told.say("Welch ANOVA", field_lines(welch))
-    told.show("equal variances", variances, left_out=("ratio_ci", "level"))
-    told.show(f"all pairs by {tukey.method}", tukey.pairs)
-    told.show(f"all pairs by {games_howell.method}", games_howell.pairs)
-    told.show(f"Dunnett against {control}", against.comparisons)
-    told.say("Holm", field_lines(family))
+
+
+def _add_tables(told: Told, found: _Tested) -> None:
+    """Add all fields, as tables for people and as data for programs."""
+    told.say("one-way ANOVA", field_lines(found.classic))
+    told.say("Welch ANOVA", field_lines(found.welch))
+    told.show("equal variances", found.variances, left_out=("ratio_ci", "level"))
+    told.show(f"all pairs by {found.tukey.method}", found.tukey.pairs)
+    told.show(f"all pairs by {found.games_howell.method}", found.games_howell.pairs)
+    told.show(f"Dunnett against {found.against.control}", found.against.comparisons)
+    told.say("Holm", field_lines(found.family))
     told.data |= {
-        "one_way": as_dict(classic),
-        "welch": as_dict(welch),
-        "variances": [as_dict(test) for test in variances],
-        "tukey": as_dict(tukey),
-        "games_howell": as_dict(games_howell),
-        "dunnett": as_dict(against),
-        "holm": as_dict(family),
+        "one_way": as_dict(found.classic),
+        "welch": as_dict(found.welch),
+        "variances": [as_dict(test) for test in found.variances],
+        "tukey": as_dict(found.tukey),
+        "games_howell": as_dict(found.games_howell),
+        "dunnett": as_dict(found.against),
+        "holm": as_dict(found.family),
     }
-    found = dict(zip(others, against.comparisons, strict=True))
-    step("figures" if pictures.files else "tables")
-    pictures.write(
-        observed,
-        lambda: estimation_of(
-            observed,
-            {
-                label: number_of(one.difference, as_interval(one.ci_low, one.ci_high), level, unit)
-                for label, one in found.items()
-            },
-            interval="Dunnett's test",
-        ),
-        level,
-    )
-    notes = [*plan_notes(observed, False, alpha, NO_ANOVA), *day_notes(observed)]
-    if any(row.shared.se > 0.0 for row in observed.rows):
-        notes.append(f"{SHARED_NOTE} Holm's family has it.")
-    return told.about(observed, pictures, notes)
+
+
+def _drawn(observed: Observations, found: _Tested) -> Estimation:
+    """Return all values and the differences from the control with their simultaneous intervals."""
+    differences = {
+        label: number_of(one.difference, as_interval(one.ci_low, one.ci_high), found.level, observed.unit)
+        for label, one in zip(observed.others(), found.against.comparisons, strict=True)
+    }
+    return estimation_of(observed, differences, interval="Dunnett's test")

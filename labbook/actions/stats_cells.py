@@ -13,6 +13,7 @@ MINUS = "\N{MINUS SIGN}"
 """The typeset minus, which word processors write in place of the hyphen."""
 _COMMA_THOUSANDS = re.compile(r"[+-]?\d{1,3}(,\d{3})+")
 _POINT_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2}(\.\d{3})+(,\d*)?")
+_POINT_UNCLEAR = re.compile(r"[+-]?[1-9]\d{0,2}\.\d{3}")
 _HUNDREDS = re.compile(r"[+-]?[1-9]\d\d")
 _WITH_UNIT = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]\S*|[%°]\S*)")
 
@@ -55,6 +56,17 @@ def number_in(cell: str, sign: str, declared: str | None) -> Decimal | CellFault
 def has_thousands(cell: str, declared: str | None) -> bool:
     """Whether the points of a cell are thousands, as they can only be where `--decimal ,` was given."""
     return declared == "," and bool(_POINT_THOUSANDS.fullmatch(_hyphened(cell)))
+
+
+def maybe_thousands(cells: Sequence[str], delimiter: str, declared: str | None) -> str | None:
+    """Return a number whose point is read as a decimal and could mark thousands, None where there is none.
+
+    So it is where nothing was declared, all points stand before exactly three digits, and semicolons between the
+    columns leave open whether the decimal sign is a comma.
+    """
+    with_point = [plain for plain in map(_hyphened, cells) if "." in plain and is_number_text(plain)]
+    unclear = declared is None and delimiter == ";" and all(map(_POINT_UNCLEAR.fullmatch, with_point))
+    return with_point[0] if unclear and with_point and not any("," in cell for cell in cells) else None
 
 
 def what_to_write(cell: str, sign: str, name: str) -> str:

@@ -14,6 +14,7 @@ from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import two_with_shared
 from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
 from labbook.presenting.stats_figures import estimation_of, number_of
+from labbook.presenting.stats_many import family_text
 from labbook.presenting.stats_plan import plan_notes
 from stats.checks import Missing
 from stats.multiple import HolmFamily, holm
@@ -54,7 +55,7 @@ def _answer(observed: Observations, given: Given, request: CompareRequest, pictu
     ]
     if len(found) > 1:
         family = holm_of(found, observed, alpha)
-        told.lines.append(family.sentence())
+        told.lines.append(family_text(family))
         told.data["holm"] = as_dict(family)
     told.say_each((f"{names[label][0]} (a) minus {names[label][1]} (b)", result) for label, result in found.items())
     level = 1.0 - alpha
@@ -62,7 +63,8 @@ def _answer(observed: Observations, given: Given, request: CompareRequest, pictu
         label: number_of(result.difference, result.difference_ci, level, observed.unit)
         for label, result in found.items()
     }
-    tests = " or ".join(f"{test}'s t" for test in sorted({result.test for result in found.values()}))
+    shown = [result for result in found.values() if not isinstance(result.difference_ci, Undefined)] or found.values()
+    tests = " or ".join(f"{test}'s t" for test in sorted({result.test for result in shown}))
     pictures.write(observed, lambda: estimation_of(observed, differences, interval=tests), level)
     notes = [*plan_notes(observed, request.pooled, alpha), *day_notes(observed)]
     return told.about(observed, pictures, notes)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from ingest.header_cells import parse_header
-from labbook.actions.stats_cells import MINUS, has_thousands, is_number_text
+from labbook.actions.stats_cells import MINUS, has_thousands, is_number_text, maybe_thousands
 from labbook.actions.stats_table import LongTable, numbers_of, read_table
 from labbook.actions.stats_where import WhereColumns, rows_where
 from labbook.analysis.controls import with_control
@@ -106,7 +106,7 @@ def _of_table(given: Given, file: Path) -> Observations:
         by=by,
         control=with_control(given.control, by, list(dict.fromkeys(row.label for row in rows))),
         rows=rows,
-        notes=(*_about(lacking, kept, given, rows), *_thousands(table.columns[value], given)),
+        notes=(*_about(lacking, kept, given, rows), *_thousands(table, value, kept, given)),
     )
 
 
@@ -147,10 +147,16 @@ def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[st
     return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
 
 
-def _thousands(cells: Sequence[str], given: Given) -> list[str]:
-    """Say that points are read as thousands, where they are."""
+def _thousands(table: LongTable, value: str, kept: Sequence[int], given: Given) -> list[str]:
+    """Say that points are read as thousands, where they are, and where they could be and are not."""
+    cells = [table.columns[value][place] for place in kept]
     grouped = [cell for cell in cells if has_thousands(cell, given.decimal)]
-    return [f"Points are read as thousands, as --decimal , says: {grouped[0]!r}."] if grouped else []
+    if grouped:
+        return [f"Points are read as thousands, as --decimal , says: {grouped[0]!r}."]
+    unclear = maybe_thousands(cells, table.delimiter, given.decimal)
+    if unclear is None:
+        return []
+    return [f"Points are read as decimals and could be thousands: {unclear!r}; --decimal , or --decimal . says which."]
 
 
 def _in_other_case(labels: set[str]) -> list[list[str]]:

@@ -23,11 +23,15 @@ _EXAMPLE = "a header such as controller,energy_J and one value a row"
 
 @dataclass(frozen=True, slots=True)
 class LongTable:
-    """Cells by column, stripped, one a row; `lines` are the rows' lines in the file, from 1."""
+    """Cells by column, stripped, one a row; `lines` are the rows' lines in the file, from 1.
+
+    `delimiter` stands between its columns.
+    """
 
     file: str
     columns: Mapping[str, tuple[str, ...]]
     lines: tuple[int, ...]
+    delimiter: str = ","
 
     def cells(self, name: str, option: str) -> tuple[str, ...]:
         """Return a column; raises `UnknownName` with the nearest name that there is."""
@@ -47,18 +51,22 @@ def read_table(text: str, file: str) -> LongTable:
     first, _end, rest = text.partition("\n")
     named = _SEPARATOR_LINE.fullmatch(first.strip())
     delimiters, text = (named[1], f"\n{rest}") if named else (DELIMITERS, text)
-    read = [_rows(text, delimiter) for delimiter in delimiters]
-    even = [rows for rows in read if rows and len(rows[0][1]) > 1 and len({len(cells) for _line, cells in rows}) == 1]
+    read = {delimiter: _rows(text, delimiter) for delimiter in delimiters}
+    even = {
+        delimiter: rows
+        for delimiter, rows in read.items()
+        if rows and len(rows[0][1]) > 1 and len({len(cells) for _line, cells in rows}) == 1
+    }
     if not even:
-        raise InputRefused(_why_uneven(max(read, key=lambda rows: len(rows[0][1]) if rows else 0), file))
-    (_line, header), *rows = max(even, key=lambda rows: len(rows[0][1]))
+        raise InputRefused(_why_uneven(max(read.values(), key=lambda rows: len(rows[0][1]) if rows else 0), file))
+    delimiter, ((_line, header), *rows) = max(even.items(), key=lambda found: len(found[1][0][1]))
     repeated = sorted({name for name in header if name and header.count(name) > 1})
     if repeated:
         raise InputRefused(f"{file} has several columns named {repeated[0]!r}: give each a name of its own.")
     if not rows:
         raise InputRefused(f"{file} has a header and no rows: give {_EXAMPLE}.")
     columns = {name: tuple(cells[place] for _number, cells in rows) for place, name in enumerate(header) if name}
-    return LongTable(file, columns, tuple(number for number, _cells in rows))
+    return LongTable(file, columns, tuple(number for number, _cells in rows), delimiter)
 
 
 def _rows(text: str, delimiter: str) -> list[tuple[int, list[str]]]:

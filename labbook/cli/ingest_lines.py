@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from data_schema.queries.imports import FirstImport
+from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import IngestStatus
 from ingest.model import Finding
 from labbook.actions.ingesting import FileOutcome
@@ -15,6 +16,7 @@ from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence, gather
 from labbook.analysis.run_apexes import usable_logs
 from labbook.book.opening import Book
+from labbook.statements.importing import PreparedImport
 
 
 def outcome_lines(outcome: FileOutcome, run: str | None) -> list[str]:
@@ -39,36 +41,41 @@ def outcome_lines(outcome: FileOutcome, run: str | None) -> list[str]:
 
 
 def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[str]]:
-    """Return how the runs of each file do, when all files are stored: the book is gathered once for all of them."""
-    if not any(outcome.prepared is not None and outcome.runs for outcome in outcomes):
-        return [[] for _outcome in outcomes]
+    """Return how the runs of each file do, when all files are stored: the book is gathered once for all of them.
+
+    A run that several files belong to, a log and a charge, is told once, with the last of them.
+    """
+    files: dict[str, list[PreparedImport]] = {}
+    last: dict[str, int] = {}
+    for place, outcome in enumerate(outcomes):
+        if outcome.prepared is not None:
+            for name in outcome.runs:
+                files.setdefault(name, []).append(outcome.prepared)
+                last[name] = place
+    found: list[list[str]] = [[] for _outcome in outcomes]
+    if not files:
+        return found
     with book.reading() as connection:
         evidence = gather(connection, book.configuration, None)
-        detections = Detections(connection, book.store)
-        return [
-            []
-            if outcome.prepared is None
-            else [
-                *rig_lines(detections, outcome.prepared, outcome.runs, evidence),
-                *_logs_too_many(outcome.runs, evidence),
-            ]
-            for outcome in outcomes
-        ]
-
-
-def _logs_too_many(names: Sequence[str], evidence: Evidence) -> list[str]:
-    """Say which runs have logs that do not count, for there are more of them than the run had starts."""
-    found = []
+        for name, line in rig_lines(Detections(connection, book.store), files, evidence).items():
+            found[last[name]].append(line)
     for run in evidence.runs:
-        logs = evidence.logs.get(run.uid, ())
-        why = usable_logs(run, logs) if run.name in names and logs else ()
-        if isinstance(why, str):
-            found.append(
-                f"look again: run {run.name} has {why}, so none of them counts: take one off with "
-                f"`labbook assign FILE none --why ...`, or say how often the run was started with "
-                f"`labbook correct {run.name} starts=N --why ...`."
-            )
+        if run.name in last:
+            found[last[run.name]] += _logs_too_many(run, evidence)
     return found
+
+
+def _logs_too_many(run: RunRow, evidence: Evidence) -> list[str]:
+    """Say that a run has logs that do not count, for there are more of them than it had starts."""
+    logs = evidence.logs.get(run.uid, ())
+    why = usable_logs(run, logs) if logs else ()
+    if not isinstance(why, str):
+        return []
+    return [
+        f"look again: run {run.name} has {why}, so none of them counts: take one off with "
+        f"`labbook assign FILE none --why ...`, or say how often the run was started with "
+        f"`labbook correct {run.name} starts=N --why ...`."
+    ]
 
 
 def _run_not_heeded(first: FirstImport, run: str | None) -> list[str]:

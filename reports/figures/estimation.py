@@ -9,6 +9,7 @@ another unit than the values, or where its interval is so wide that the values w
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from matplotlib.figure import Figure
@@ -19,6 +20,7 @@ from reports.figures.estimation_parts import (
     draw_difference,
     draw_groups,
     ends_of,
+    has_interval,
     named_with_unit,
     part_text,
     put_above,
@@ -128,7 +130,7 @@ def _drawn(estimation: Estimation) -> _Drawn:
         bounds=tuple(bound * of_bounds for bound in estimation.bounds),
         quantity=named_with_unit(estimation.quantity, unit),
         difference=difference if lone is None else named_with_unit(difference, lone.unit),
-        line=_line(estimation),
+        line=_line(estimation, groups),
     )
 
 
@@ -139,13 +141,15 @@ def _whole(text: str, name: str) -> str:
     return text.replace(f" {name}", f" {name}".replace(" ", NO_BREAK))
 
 
-def _line(estimation: Estimation) -> str:
+def _line(estimation: Estimation, groups: Sequence[DrawnGroup]) -> str:
     """Say what is drawn, where the method of the intervals is known or where not every value is."""
     parts = []
     if estimation.interval:
-        parts.append(f"Gapped line: mean and SD. Interval: {estimation.interval}.")
-        if estimation.bounds:
-            parts.append("Dashed: bounds of equivalence.")
+        with_mean = [group for group in groups if group.mean is not None]
+        parts.append("Gapped line: mean and SD." if any(group.sd for group in with_mean) else "")
+        parts.append("" if all(group.sd for group in with_mean) else "Short line: mean without an SD.")
+        parts.append(f"Interval: {estimation.interval}." if any(map(has_interval, estimation.differences)) else "")
+        parts.append("Dashed: bounds of equivalence." if estimation.bounds else "")
     parts.append(part_text(len(group.values) for group in estimation.groups))
     return " ".join(part for part in parts if part)
 
@@ -179,7 +183,7 @@ def _gardner_altman(drawn: _Drawn, width_in: float) -> Figure:
     values = [value for group in order for value in group.values]
     set_limits(axes, values + [zero + end for end in (*ends_of(number), *drawn.bounds)])
     axes.set_xlim(-0.55, 2.5)
-    third = "difference" if number is None else f"difference\n({level_text(number)})"
+    third = f"difference\n({level_text(number)})" if number is not None and has_interval(number) else "difference"
     _heighten(figure, set_names(axes, order, [third], width_in))
     axes.set_ylabel(_broken(drawn.quantity, _LETTERS_BESIDE))
     for place, group in enumerate(order):
@@ -211,7 +215,8 @@ def _cumming(drawn: _Drawn, width_in: float) -> Figure:
     for bound in drawn.bounds:
         lower.axhline(bound, color=BLACK, linewidth=0.8, linestyle="--", zorder=2)
     difference = _broken(drawn.difference, _LETTERS_BELOW)
-    lower.set_ylabel(difference if drawn.lone is None else f"{difference}\n({level_text(drawn.lone)})")
+    shown = next((number for number in drawn.differences if number is not None and has_interval(number)), None)
+    lower.set_ylabel(difference if shown is None else f"{difference}\n({level_text(shown)})")
     lower.set_xlim(-0.6, len(groups) - 0.4)
     _heighten(figure, set_names(lower, groups, (), width_in))
     for place, (group, number) in enumerate(zip(groups, drawn.differences, strict=True)):

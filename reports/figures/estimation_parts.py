@@ -60,6 +60,14 @@ def ends_of(number: Number | None) -> list[float]:
     return [value for value in found if isinstance(value, int | float) and math.isfinite(value)]
 
 
+def has_interval(number: Number | None) -> bool:
+    """Whether an interval is drawn: a difference that exists, with two finite ends."""
+    if number is None or not isinstance(number.value, int | float):
+        return False
+    low, high = number.ci_low, number.ci_high
+    return isinstance(low, int | float) and isinstance(high, int | float) and math.isfinite(low + high)
+
+
 def set_limits(axes: Axes, values: Sequence[float]) -> None:
     """Let the axis of values hold all of these, with some room."""
     low, high = min(values, default=0.0), max(values, default=1.0)
@@ -160,9 +168,9 @@ def draw_difference(axes: Axes, number: Number, x: float, zero: float) -> None:
     if not isinstance(number.value, int | float):
         axes.text(x, zero, "undefined", color=GREY, fontsize=6.5, ha="center", va="bottom")
         return
-    at, low, high = zero + number.value, number.ci_low, number.ci_high
-    if isinstance(low, int | float) and isinstance(high, int | float) and math.isfinite(low + high):
-        axes.plot([x, x], [zero + low, zero + high], color=BLACK, linewidth=1.4, solid_capstyle="butt", zorder=5)
+    at, ends = zero + number.value, [zero + end for end in ends_of(number)[1:]]
+    if has_interval(number):
+        axes.plot([x, x], ends, color=BLACK, linewidth=1.4, solid_capstyle="butt", zorder=5)
     else:
         above = axes.annotate("no interval", (x, at), xytext=(0, 5), textcoords="offset points", ha="center")
         above.set(color=GREY, fontsize=6.5)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
@@ -25,6 +26,7 @@ from reports.figures.style import (
     publication_style,
 )
 from reports.figures.swarm import marker_pt
+from reports.figures.words import draw_words
 from stats.residuals import NormalQuantiles
 
 
@@ -44,7 +46,13 @@ class Quantiles:
 
 
 def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Figure:
-    """Draw every residual over the normal value that belongs to its place, with line and pointwise band."""
+    """Draw every residual over the normal value that belongs to its place, with line and pointwise band.
+
+    Where all residuals are 0 there is nothing to draw, and the figure says so.
+    """
+    about = f"{quantiles.quantity[:1].lower()}{quantiles.quantity[1:]}"
+    if not any(quantiles.found.observed):
+        return draw_words(f"Nothing to draw: all residuals of {about} are 0.", width_in)
     with publication_style():
         found, (unit, factor) = quantiles.found, shown_unit(quantiles.unit)
         figure = new_figure(width_in, min(0.85 * width_in, 3.6))
@@ -64,33 +72,40 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
             axes.fill_between(
                 expected, drawn(found.low), drawn(found.high), color=PALE, linewidth=0, label=band, zorder=1
             )
-        size = marker_pt(len(found.observed))
-        values = drawn(found.observed)
-        marks = dict(zip(quantiles.order, MARKS, strict=False)) if 1 < len(quantiles.order) <= len(MARKS) else {"": "o"}
-        names = [quantiles.groups[place] for place in kept] if len(marks) > 1 else [""] * len(kept)
-        for name, mark in marks.items():
-            colour = VERMILLION if len(marks) > 1 and name == quantiles.order[0] else BLUE
-            axes.plot(
-                [at for at, own in zip(expected, names, strict=True) if own == name],
-                [value for value, own in zip(values, names, strict=True) if own == name],
-                mark,
-                color=colour,
-                markersize=size,
-                markeredgewidth=0,
-                alpha=0.8,
-                zorder=3,
-            )
+        marks = _draw_marks(axes, quantiles, kept, expected, drawn(found.observed))
         if len(marks) > 1:
             _name_marks(figure, marks, width_in)
         put_above(figure, _part_text(len(kept), len(found.observed)), width_in)
         for axis in (axes.xaxis, axes.yaxis):
             axis.set_major_locator(plain_ticks())
         axes.set_xlabel("Normal quantile (standard deviations)")
-        axes.set_ylabel(named_with_unit(f"Residual of {quantiles.quantity[:1].lower()}{quantiles.quantity[1:]}", unit))
+        axes.set_ylabel(named_with_unit(f"Residual of {about}", unit))
         light_grid(axes, "both")
         if axes.get_legend_handles_labels()[1]:
             axes.legend(loc="upper left")
         return figure
+
+
+def _draw_marks(
+    axes: Axes, quantiles: Quantiles, kept: Sequence[int], expected: Sequence[float], values: Sequence[float]
+) -> dict[str, str]:
+    """Draw the residuals that are kept, and return the mark of each group; one for all where groups have none."""
+    size = marker_pt(len(quantiles.found.observed))
+    marks = dict(zip(quantiles.order, MARKS, strict=False)) if 1 < len(quantiles.order) <= len(MARKS) else {"": "o"}
+    names = [quantiles.groups[place] for place in kept] if len(marks) > 1 else [""] * len(kept)
+    for name, mark in marks.items():
+        colour = VERMILLION if len(marks) > 1 and name == quantiles.order[0] else BLUE
+        axes.plot(
+            [at for at, own in zip(expected, names, strict=True) if own == name],
+            [value for value, own in zip(values, names, strict=True) if own == name],
+            mark,
+            color=colour,
+            markersize=size,
+            markeredgewidth=0,
+            alpha=0.8,
+            zorder=3,
+        )
+    return marks
 
 
 def _kept(expected: tuple[float, ...]) -> list[int]:

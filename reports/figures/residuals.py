@@ -32,6 +32,7 @@ from reports.figures.style import (
     publication_style,
 )
 from reports.figures.swarm import marker_pt, swarm
+from reports.figures.words import draw_words
 
 _LABEL_PT = 4.0
 _MOST_LABELS = 12
@@ -65,7 +66,13 @@ class ResidualPlot:
 
 
 def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw one panel for each thing that the residuals are drawn against; means that can differ as short lines."""
+    """Draw one panel for each thing that the residuals are drawn against; means that can differ as short lines.
+
+    Where all residuals are 0 there is nothing to draw, and the figure says so.
+    """
+    quantity = f"{plot.quantity[:1].lower()}{plot.quantity[1:]}"
+    if not any(plot.residuals):
+        return draw_words(f"Nothing to draw: all residuals of {quantity} are 0.", width_in)
     with publication_style():
         unit, factor = shown_unit(plot.unit)
         values = [factor * value for value in plot.residuals]
@@ -74,7 +81,6 @@ def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figu
         figure = new_figure(width_in, 2.3 * count if narrow else 2.9)
         shape = (count, 1) if narrow else (1, count)
         panels = figure.subplots(*shape, squeeze=False, sharey=True).flatten()
-        quantity = f"{plot.quantity[:1].lower()}{plot.quantity[1:]}"
         figure.supylabel(named_with_unit(f"Residual of {quantity}", unit), fontsize=8)
         higher: list[float] = []
         for axes, against in zip(panels, plot.against, strict=True):

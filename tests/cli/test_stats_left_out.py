@@ -71,6 +71,22 @@ def test_groups_that_differ_in_capitals_only_and_points_of_thousands_are_told(tm
     assert "Points are read as thousands, as --decimal , says: '1.234,5'." in notes
 
 
+def test_points_that_could_be_thousands_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text("v;g;k\n1.234;AD;1\n5.678;AD;1\n1.5;AD;2\n2.345;CE;1\n6.789;CE;1\n", encoding="utf-8")
+    words = ("stats", "compare", path, *BY[:4], "--where", "k=1", "--json")
+    found = good(labbook(*words, at=tmp_path)).json
+    said = "Points are read as decimals and could be thousands: '1.234'; --decimal , or --decimal . says which."
+    assert said in found["notes"]
+    assert found["comparisons"][0]["mean_b"] == 3.456
+    for sign, mean in ((".", 3.456), (",", 3456.0)):
+        declared = good(labbook(*words, "--decimal", sign, at=tmp_path)).json
+        assert said not in declared["notes"]
+        assert declared["comparisons"][0]["mean_b"] == mean
+    every = good(labbook(*words[:-3], "--json", at=tmp_path)).json  # 1.5 is a decimal, and so are the others
+    assert said not in every["notes"]
+
+
 def test_an_alpha_in_percent_is_refused_with_how_it_is_written(tmp_path: Path) -> None:
     path = tmp_path / "data.csv"
     path.write_text(TABLE, encoding="utf-8")

@@ -39,6 +39,13 @@ TEXT = [
         True,
         "decimal_sign_unclear",
     ),
+    Case(
+        "decimal point or thousand",
+        text("time [ms];counts", [f"{n};1.234" for n in range(300)]),
+        False,
+        "decimal_point_unclear",
+        300,
+    ),
     Case("Arabic digits", with_cell("٠٫٥"), False, "not_a_number", 599),
     Case("underscore in a number", with_cell("4_0", 3), False, "not_a_number", 599),
     Case("hexadecimal", with_cell("0x10", 3), False, "not_a_number", 599),

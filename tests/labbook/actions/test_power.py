@@ -20,6 +20,7 @@ from labbook.actions.power_tests import Assumed
 from labbook.demo.truth import Condition
 from stats.passive_drain import PassiveDrain, fit_passive_drain
 from stats.power import power_equivalence
+from stats.wording import number_text
 from tests.helpers.books import ADA, TRUTH, SmallBook, small_book, small_runs
 from tests.helpers.statements import said_alike
 
@@ -130,6 +131,29 @@ def test_anova_over_the_treated_levels_needs_what_r_says(fresh: SmallBook) -> No
     assert row(found, "ANOVA over 4").powers[5] == pytest.approx(0.3535594, abs=1e-7)
 
 
+def test_two_treated_levels_get_no_anova_where_it_would_be_students_test_again(fresh: SmallBook) -> None:
+    each = power_of(fresh, EACH.format(alpha=0.05), "[0, 50, 100]", difference=1.0, sd=1.0)
+    assert not [item for item in each.needed if item.test.startswith("ANOVA")]
+    by_day = power_of(fresh, '\n[analysis]\nunit_of_analysis = "day"\n', "[0, 50, 100]", difference=1.0, sd=1.0)
+    assert not [item for item in by_day.needed if item.test.startswith("ANOVA")]
+    pooled = power_of(fresh, "", "[0, 50, 100]", difference=1.0, sd=1.0)
+    student, anova = row(pooled, "Student"), row(pooled, "ANOVA over 2")
+    assert anova.powers[10] != pytest.approx(student.powers[10], rel=0.01)  # the treated count twice in Student's
+
+
+def test_sentences_have_the_digits_of_other_sentences_and_the_data_all(fresh: SmallBook) -> None:
+    gains, analysis = "[0, 50, 100, 150]", EACH.format(alpha=0.05) + "apex_bounds_percent = [-3, 3]\n"
+    found = power_of(
+        fresh, analysis, gains, difference=4.268321, sd=0.3247491, apex_sd_m=0.0123456, apex_mean_m=0.3210987
+    )
+    assert (found.difference, found.primary.sd) == (4.268321, 0.3247491)
+    said = {item.test.partition(",")[0]: item.sentence for item in found.needed}
+    assert "a difference of 4.268 at sd 0.3247 (two-sided)" in said["Student's t"]
+    assert "a difference of 4.268 at sd 0.3247 and 0.3247 (two-sided) at alpha = 0.008333 has" in said["Welch's t"]
+    assert "for means -2.134, 2.134, 0 at sd 0.3247" in said["ANOVA over 3 levels"]
+    assert "and 0.3211 in truth, for a difference of 0 at sd 0.01235 at alpha" in row(found, "no loss").sentence
+
+
 def test_pooled_levels_count_together_and_holm_costs_runs(fresh: SmallBook) -> None:
     gains = "[0, 50, 100, 150, 200]"
     pooled = power_of(fresh, "", gains, difference=1.0, sd=1.0, n=7)
@@ -180,7 +204,8 @@ def test_the_scatter_is_that_of_the_runs_so_far(tmp_path: Path) -> None:
     equal = row(found, "no loss")
     assert isinstance(found.apex, Assumed)
     assert not isinstance(found.apex.mean, Undefined)
-    assert f"between -3 and 3 % of the control's mean, itself estimated and {found.apex.mean:g}" in equal.sentence
+    mean = number_text(found.apex.mean, within=found.apex.sd)
+    assert f"between -3 and 3 % of the control's mean, itself estimated and {mean} in truth" in equal.sentence
     assert "the mean that the percent are of is estimated in the study" in equal.note
     assert equal.n_over_sd is not None
 

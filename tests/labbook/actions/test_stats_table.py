@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.where import ColumnKind, WhereColumn, compile_where
-from labbook.actions.stats_cells import column_for_where
+from labbook.actions.stats_cells import column_for_where, maybe_thousands
 from labbook.actions.stats_table import numbers_of, read_table
 from labbook.actions.stats_where import rows_where
 
@@ -57,6 +57,21 @@ def test_points_are_thousands_only_where_the_comma_was_said_to_be_the_decimal_si
             numbers(cells, declared)
     with pytest.raises(InputRefused, match="add --decimal , where its points are thousands, or write it without"):
         numbers("1.234,5")
+
+
+def test_points_that_could_be_thousands_are_named_between_semicolons_alone() -> None:
+    assert maybe_thousands(["1.234", "-5.678", "", "2"], ";", None) == "1.234"
+    for cells, delimiter, declared in (
+        (["1.234", "5.678"], ",", None),
+        (["1.234", "5.678"], ";", "."),
+        (["1.234", "0.678"], ";", None),
+        (["1.234", "5.67"], ";", None),
+        (["1.234", "5,678"], ";", None),
+        (["12", ""], ";", None),
+    ):
+        assert maybe_thousands(cells, delimiter, declared) is None
+    assert read_table("g;v\na;1.234\n", "data.csv").delimiter == ";"
+    assert read_table("sep=|\ng|v\na|1.234\n", "data.csv").delimiter == "|"
 
 
 def test_a_typeset_minus_is_a_minus() -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from labbook.presenting.stats_many import MOST_IN_WORDS, against_control_text, all_pairs_text
+from data_schema.vocabulary import Undefined
+from labbook.presenting.stats_many import MOST_IN_WORDS, against_control_text, all_pairs_text, family_text
 from stats.dunnett import dunnett
+from stats.multiple import holm
 from stats.tukey import compare_all_pairs
 
 
@@ -39,7 +41,35 @@ def test_where_none_is_small_a_count_says_so() -> None:
     text = all_pairs_text(compare_all_pairs(groups(7)), "")
     assert text.endswith("none of 21 pairs has an adjusted p of at most 0.05; the table below has all.")
     constant = compare_all_pairs({name: [1.0, 1.0] for name in groups(7)})
-    assert "none of 21 pairs has an adjusted p of at most 0.05, 21 have no test;" in all_pairs_text(constant, "")
+    assert all_pairs_text(constant, "").endswith(
+        ": none of 21 pairs is tested, because no group has any scatter; the table below has all."
+    )
+
+
+def test_pairs_that_have_no_test_are_named_with_the_reason() -> None:
+    some = {name: [1.0, 1.0, 1.0] if name in ("g0", "g1", "g2") else own[:3] for name, own in groups(7).items()}
+    text = all_pairs_text(compare_all_pairs(some, variances="unequal"), "J")
+    assert "none of 18 pairs tested has an adjusted p of at most 0.05; 3 of 21 have no test: " in text
+    assert "g0 minus g1, g0 minus g2, g1 minus g2, because neither group has any scatter; the table" in text
+
+
+def test_a_family_says_how_many_were_tested_and_why_others_were_not() -> None:
+    why, other = Undefined("neither group has any scatter"), Undefined("group 'd' is empty")
+    complete = holm({"a": 0.2, "b": 0.5}, "gains")
+    assert family_text(complete) == complete.sentence()
+    some = family_text(holm({"a": 0.2, "b": why, "c": why, "d": other}, "gains: all"))
+    assert some.endswith(
+        "adjusted by Holm at 0.05: 1 tested, none rejected; not tested: b, c, because neither group has any scatter; "
+        "d, because group 'd' is empty."
+    )
+    assert family_text(holm({"a": why, "b": why}, "gains")).endswith(
+        "at 0.05: none tested, because neither group has any scatter."
+    )
+    mixed = family_text(holm({"a": why, "d": other}, "gains"))
+    assert "none tested: a, because neither group has any scatter; d, because group 'd' is empty." in mixed
+    many = family_text(holm({"a": 0.01, **{f"b{place}": why for place in range(14)}}, "gains"))
+    assert "not tested: b0, b1, " in many
+    assert "b9 and 4 more, because neither group has any scatter." in many
 
 
 def test_of_very_many_the_smallest_p_are_named() -> None:

@@ -194,3 +194,28 @@ def test_the_words_beside_a_panel_are_no_longer_than_it_is(called, width_in):
     assert all(
         tick / 10.0 ** math.floor(math.log10(tick)) in (1.0, 2.0, 3.0, 4.0, 5.0, 2.5, 7.5, 1.5) for tick in ticks
     )
+
+
+def captions(groups, *differences):
+    """What stands above a figure of these values, and at its places and axes."""
+    drawn = tuple(EstimationGroup(name, values) for name, values in zip("abc", groups, strict=False))
+    estimation = Estimation("Energy", "J", drawn, 0, (None, *differences), interval="Welch's t")
+    figure = draw_estimation(estimation)
+    about = [axes.get_ylabel() for axes in figure.axes]
+    about += [label.get_text() for label in figure.axes[0].get_xticklabels()]
+    return figure.get_suptitle(), any("%" in text for text in about)
+
+
+def test_a_caption_names_only_what_is_drawn():
+    scattered, alike, whole = (1.0, 2.0), (3.0, 3.0), Number(1.5, "J", ci_low=0.5, ci_high=2.5)
+    none = Undefined("no group has any scatter")
+    without = Number(1.5, "J", ci_low=none, ci_high=none)
+    undefined, endless = Number(none, "J"), Number(1.5, "J", ci_low=-math.inf, ci_high=math.inf)
+    both, method = "Gapped line: mean and SD.", "Interval: Welch's t."
+    assert captions((scattered, scattered), whole) == (f"{both} {method}", True)
+    for absent in (without, undefined, endless):
+        assert captions((scattered, scattered), absent) == (both, False)
+        assert captions((scattered, scattered, scattered), absent, absent) == (both, False)
+        assert captions((scattered, scattered, scattered), absent, whole) == (f"{both} {method}", True)
+    assert captions((alike, alike, alike), without, without) == ("Short line: mean without an SD.", False)
+    assert captions((alike, scattered), whole) == (f"{both} Short line: mean without an SD. {method}", True)

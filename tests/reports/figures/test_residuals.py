@@ -69,11 +69,28 @@ def test_quantiles_in_the_unit_that_is_shown_with_line_and_band(width_in):
     assert svg_bytes(figure) == svg_bytes(draw_quantiles(Quantiles("Apex height", "m", found), width_in))
 
 
-def test_without_scatter_there_is_neither_line_nor_band():
-    found = normal_quantiles(residuals_of_groups({"a": [1.0], "b": [2.0]}))
+@pytest.mark.parametrize("groups", [{"a": [1.0], "b": [2.0]}, {"a": [1.0, 1.0], "b": [2.0, 2.0]}, {}])
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_without_scatter_words_stand_in_place_of_axes(groups, width_in):
+    residuals = residuals_of_groups(groups)
+    against = (Against("Group", tuple(name for name, values in groups.items() for _value in values)),)
+    figures = (
+        draw_quantiles(Quantiles("Energy", "J", normal_quantiles(residuals)), width_in),
+        draw_residuals(ResidualPlot("Energy", "J", residuals.values, against), width_in),
+    )
+    for figure in figures:
+        assert figure.axes == []
+        (words,) = figure.texts
+        assert words.get_text().replace("\n", " ") == "Nothing to draw: all residuals of energy are 0."
+        box = words.get_window_extent()
+        assert box.x0 > 0.0
+        assert box.x1 < figure.bbox.x1
+
+
+def test_a_group_without_scatter_beside_one_with_it_is_drawn():
+    found = normal_quantiles(residuals_of_groups({"a": [1.0, 1.0], "b": [2.0, 2.5]}))
     (axes,) = draw_quantiles(Quantiles("Energy", "J", found)).axes
-    assert len(axes.lines) == 1
-    assert axes.get_legend() is None
+    assert sorted(axes.lines[1].get_ydata()) == pytest.approx([-0.25, 0.0, 0.0, 0.25])
 
 
 def test_means_are_drawn_where_they_can_differ_and_a_line_says_so(plot):

@@ -1,0 +1,44 @@
+"""What `labbook ingest` says of the runs of a folder of logs and charges: each once, with all that is known of it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import good, labbook
+from tests.helpers.books import SmallBook, small_book
+
+JUMPED = ["r001", "r002", "r003", "r004", "r005", "r006", "r009", "r010", "r011", "r012", "r013", "r014"]
+
+
+@pytest.fixture
+def empty(tmp_path: Path) -> SmallBook:
+    return small_book(tmp_path, ingested=False)
+
+
+@pytest.mark.parametrize("order", [("charger", "logs"), ("logs", "charger")])
+def test_each_run_is_told_once_with_jumps_and_joules(empty: SmallBook, order: tuple[str, str]) -> None:
+    paths = [empty.instruments / name for name in order]
+    out = good(labbook("ingest", *paths, at=empty.folder)).out
+    lines = [line.strip() for line in out.splitlines() if line.startswith("  run r")]
+    assert [line[4:8] for line in lines] == JUMPED
+    assert all(re.search(r"3 of 3 jumps found, .*gaps?.*, \d+\.\d J a jump", line) for line in lines)
+
+
+def test_programs_find_a_run_once_at_the_last_of_its_files(empty: SmallBook) -> None:
+    found = good(labbook("ingest", empty.instruments / "charger", empty.log("r001"), "--json", at=empty.folder)).json
+    rig = {Path(item["file"]).name: item["rig"] for item in found}
+    (line,) = rig["r001.csv"]
+    assert re.search(r"^run r001: 3 of 3 jumps found, no gaps, \d+\.\d J a jump", line)
+    assert [text[4:8] for text in rig["2021-06-14.csv"]] == [name for name in JUMPED[1:] if name < "r009"]
+
+
+def test_gaps_of_all_logs_of_a_run_are_counted_together(empty: SmallBook) -> None:
+    """A run of two logs: 7 samples are missing in one and 11 in the other."""
+    again = empty.log("r002").with_name("r002_again.csv")
+    empty.log("r004").rename(again)
+    out = good(labbook("ingest", empty.log("r002"), again, "--run", "r002", at=empty.folder)).out
+    (line,) = [line for line in out.splitlines() if line.startswith("  run r002")]
+    assert ", 2 gaps (18 samples), joules unknown" in line
