@@ -23,7 +23,8 @@ from stats.finite import to_double
 from stats.normal_wedge import between_lines
 from stats.power import Power
 from stats.quadrature import Floats, Rows
-from stats.welch_planned import t_upper_quantiles, welch_df
+from stats.welch_planned import t_upper_quantiles
+from stats.welch_satterthwaite import df_of_arrays
 
 FLOOR = 1e-9
 """Estimated error of a panel of an integral that does not count; what the rule leaves is far below it."""
@@ -96,7 +97,7 @@ def _power(bounds: tuple[_Bound, _Bound], mean: float, n_a: int, n_b: int, alpha
         for bound in bounds:
             of_control = bound.factor**2 * part_b
             margins.append(
-                t_upper_quantiles(tail, welch_df(part_a, of_control, df_a, df_b)) * np.sqrt(part_a + of_control)
+                t_upper_quantiles(tail, df_of_arrays(part_a, of_control, df_a, df_b)) * np.sqrt(part_a + of_control)
             )
         # Without a control's mean that can be told from 0 the test shows nothing.
         estimated = _Estimated(margins[0], margins[1], quantile_b * np.sqrt(part_b))
