@@ -55,7 +55,7 @@ def welch(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_
     small = too_small(a, b, names)
     if small is not None:
         return _no_test(small)
-    part_a, part_b = a.exact_variance / a.n, b.exact_variance / b.n
+    part_a, part_b = a.exact_mean_variance, b.exact_mean_variance
     total = part_a + part_b
     if total == 0:
         return _no_test("neither group has any scatter")
