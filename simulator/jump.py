@@ -23,7 +23,6 @@ from simulator.kernel.limits import (
     MOST_STEPS,
     REPEATS,
     STOP_AFTER,
-    STOP_AFTER_LIFTOFF,
     STOP_AFTER_TOUCHDOWN,
     TOLERANCE,
     TOLERANCE_SHARE,
@@ -93,14 +92,6 @@ def limits_for(accuracy: float, stop_after: int = STOP_AFTER_TOUCHDOWN, fixed_st
 def parameter_row(kernel: Kernel, scene: Scene) -> Row:
     """Return the scene's parameters in the order that the kernel reads, shape (declared parameters,)."""
     return np.array([scene[parameter.name] for parameter in kernel.composition.parameters])
-
-
-def stance_only(scene: Scene, accuracy: float = 1e-6) -> JumpResult:
-    """Simulate until the first lift-off; the scene's first jump alone."""
-    limits = limits_for(accuracy, STOP_AFTER_LIFTOFF)
-    kernel = kernel_for(scene.effects)
-    rows, changes, _ = _run(kernel, parameter_row(kernel, scene)[np.newaxis, :], limits, 1, False)
-    return _jump(scene, accuracy, rows[0], changes)
 
 
 def _run(kernel: Kernel, table: Row, limits: Row, jumps: int, record: bool) -> tuple[Row, Row, Row]:

@@ -8,6 +8,8 @@ takes the few days for infinitely many (p = 0.001 in place of 0.0035 for three d
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -17,7 +19,7 @@ from stats.blocked_fit import Fitted, fit_by_day
 from stats.blocked_result import BlockedByDay
 from stats.blocks import Codes
 from stats.cells import cells_of
-from stats.checks import Missing, as_level, as_sample
+from stats.checks import Missing, Sample, as_level, as_sample
 from stats.complete import Labels, as_labels, complete_rows, label_text
 from stats.exact_by_day import exact_test
 from stats.strata import Strata, strata_of
@@ -46,34 +48,19 @@ def blocked_by_day(
     (an infinite label and an empty one are); `UnknownName` for an unknown control.
     """
     level = as_level("level", level)
-    columns = [values, as_labels("condition", condition, missing), as_labels("day", day, missing)]
-    columns += [] if run is None else [as_labels("run", run, missing)]
-    (kept, conditions, days, *runs), left_out = complete_rows(columns, missing)
-    sample = as_sample("values", kept)
-    numbers = sample.values
-    if numbers.size == 0:
-        raise InputRefused("there are no values to compare: give at least one.")
-    condition_names, condition_codes = _coded("condition", conditions, numbers.size)
-    day_names, day_codes = _coded("day", days, numbers.size)
-    if control is not None:
-        condition_names, condition_codes = _control_first(label_text(control), condition_names, condition_codes)
-    run_codes, n_runs = day_codes, 0
-    if runs:
-        _names, within_day = _coded("run", runs[0], numbers.size)
-        run_codes = np.unique(day_codes * numbers.size + within_day, return_inverse=True)[1]
-        n_runs = int(run_codes.max()) + 1
-    notes = _merged(n_runs, len(day_names), numbers.size)
-    with_runs = n_runs > 0 and not notes
-    cells = cells_of(sample, condition_codes, day_codes, run_codes if with_runs else day_codes)
+    read = _read(values, condition, day, run, control, missing)
+    n, names = read.sample.values.size, read.names
+    notes = _merged(read.n_runs, read.n_days, n)
+    with_runs = read.n_runs > 0 and not notes
+    cells = cells_of(read.sample, read.condition, read.day, read.run if with_runs else read.day)
     strata = strata_of(cells)
-    fitted = Fitted(cells, strata, with_runs, condition_names, level)
-    days_of = [np.unique(day_codes[condition_codes == k]).size for k in range(len(condition_names))]
-    result = fit_by_day(fitted, days_of)
+    days_of = [np.unique(read.day[read.condition == k]).size for k in range(len(names))]
+    result = fit_by_day(Fitted(cells, strata, with_runs, names, level), days_of)
     overall = result.overall
     return BlockedByDay(
-        n=numbers.size,
-        n_days=len(day_names),
-        n_runs=n_runs if run is not None else Undefined("no runs were given"),
+        n=n,
+        n_days=read.n_days,
+        n_runs=read.n_runs if run is not None else Undefined("no runs were given"),
         level=level,
         conditions=result.conditions,
         contrasts=result.contrasts,
@@ -84,16 +71,60 @@ def blocked_by_day(
         singular=result.singular,
         reml_criterion=result.reml_criterion,
         f=overall if isinstance(overall, Undefined) else overall.f,
-        df_between=len(condition_names) - 1,
+        df_between=len(names) - 1,
         df_within=overall if isinstance(overall, Undefined) else overall.df_within,
         p=overall if isinstance(overall, Undefined) else overall.tail.p,
         log10_p=overall if isinstance(overall, Undefined) else overall.tail.log10_p,
-        exact=exact_test(cells, strata, with_runs, condition_names, level),
-        confounding=_confounding(strata, condition_names, days_of),
+        exact=exact_test(cells, strata, with_runs, names, level),
+        confounding=_confounding(strata, names, days_of),
         notes=notes,
         lmertest_df_within=overall if isinstance(overall, Undefined) else overall.lmertest_df_within,
-        missing=left_out,
+        missing=read.missing,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _Labelled:
+    """Values with the numbers of their condition, day and run, each of shape (n,), counted from 0."""
+
+    sample: Sample
+    names: tuple[str, ...]
+    """Of the conditions, the control first."""
+    condition: Codes
+    day: Codes
+    run: Codes
+    """That of the day where no runs were given."""
+    n_runs: int
+    """0 where no runs were given."""
+    missing: int
+    """How many values were left out."""
+
+    @property
+    def n_days(self) -> int:
+        return int(self.day.max()) + 1
+
+
+def _read(
+    values: ArrayLike, condition: Labels, day: Labels, run: Labels | None, control: object, missing: Missing
+) -> _Labelled:
+    """Check values and labels and number the labels; raises as `blocked_by_day` says."""
+    columns = [values, as_labels("condition", condition, missing), as_labels("day", day, missing)]
+    columns += [] if run is None else [as_labels("run", run, missing)]
+    (kept, conditions, days, *runs), left_out = complete_rows(columns, missing)
+    sample = as_sample("values", kept)
+    n = sample.values.size
+    if n == 0:
+        raise InputRefused("there are no values to compare: give at least one.")
+    names, condition_codes = _coded("condition", conditions, n)
+    _day_names, day_codes = _coded("day", days, n)
+    if control is not None:
+        names, condition_codes = _control_first(label_text(control), names, condition_codes)
+    run_codes, n_runs = day_codes, 0
+    if runs:
+        _run_names, within_day = _coded("run", runs[0], n)
+        run_codes = np.unique(day_codes * n + within_day, return_inverse=True)[1]
+        n_runs = int(run_codes.max()) + 1
+    return _Labelled(sample, names, condition_codes, day_codes, run_codes, n_runs, left_out)
 
 
 def _coded(name: str, labels: NDArray[np.object_], n: int) -> tuple[tuple[str, ...], Codes]:

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from data_schema.errors import InputRefused
 from stats.checks import as_values
 from stats.double_double import Floats, Pair
-from stats.error_free import scaled, two_sum
+from stats.error_free import dyadic_sum, scaled, two_sum
 
 _TICKS_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15, "as": 1e18}
 
@@ -57,9 +57,10 @@ class Column:
         places = range(self.high.size) if places is None else places
         if self.fractions is not None:
             return [self.fractions[place] for place in places]
-        unit, centre = Fraction(2) ** self.exponent, Fraction(self.centre)
+        unit = Fraction(2) ** self.exponent
+        centre = (Fraction(self.centre) / unit).as_integer_ratio()
         pairs = zip(*(part[list(places)].tolist() for part in self.pair), strict=True)
-        return [centre + unit * (Fraction(high) + Fraction(low)) for high, low in pairs]
+        return [dyadic_sum([high.as_integer_ratio(), low.as_integer_ratio(), centre], unit) for high, low in pairs]
 
     @property
     def centre_scaled(self) -> float:

@@ -18,6 +18,7 @@ from stats.error_free import exact_root, shortened
 from stats.finite import QUANTILE_BEYOND_DOUBLES, Number, finite
 from stats.groups import Groups
 from stats.tails import t_upper
+from stats.welch_satterthwaite import exact_df
 
 Ends = tuple[Fraction, Fraction]
 
@@ -66,13 +67,8 @@ class Contrast:
         variance = sum(parts, Fraction(0))
         if variance == 0:
             return None
-        if self.pooled:
-            df = float(self.dfs[0])
-        else:
-            df = float(
-                variance**2 / sum((part**2 / own for part, own in zip(parts, self.dfs, strict=True)), Fraction(0))
-            )
-        return exact_root(variance), df
+        df = self.dfs[0] if self.pooled else exact_df(list(zip(parts, self.dfs, strict=True)))
+        return exact_root(variance), float(df)
 
     def test(self, bound: Fraction, *, above: bool) -> OneSided | Undefined:
         """Test that the truth lies above the bound, or below it."""

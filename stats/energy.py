@@ -17,6 +17,7 @@ from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
 from stats.complete import complete_rows
+from stats.error_free import Doubles
 from stats.finite import finite, refuse_beyond
 from stats.results import Result
 from stats.summary import describe
@@ -128,23 +129,12 @@ def energy_budget(
     Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop" (which leaves out runs), lengths that
     differ, counts that are not positive, or no run.
     """
-    (joules, jumps_made), left_out = complete_rows([joules, jumps_made], missing)
-    values, counts = as_values("the joules", joules), as_values("jumps made", jumps_made)
-    if values.size != counts.size:
-        raise InputRefused(f"there are {values.size} joules and {counts.size} counts: give one count for each run.")
-    if values.size == 0:
-        raise InputRefused("there is no run: a budget needs the joules of at least one.")
-    if float(counts.min()) <= 0.0:
-        raise InputRefused("a run without jumps has no joules a jump: leave it out of the budget.")
+    values, counts, left_out = _checked_runs(joules, jumps_made, missing)
     relative = as_number("the voltage's relative standard error", voltage_relative_se, low=0.0)
     step_sd_mah = as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
     about = describe(values)
     mean = moments(values).mean
-    with np.errstate(over="ignore"):
-        shares = 1.0 / counts
-    jumps = 1.0 / moments(shares).mean if np.isfinite(shares).all() else math.inf
-    refuse_beyond("the jumps made or one over them", [jumps])
-    worth = joules_per_mah(reference_voltage_v, jumps)
+    worth = joules_per_mah(reference_voltage_v, _harmonic_mean(counts))
 
     of_run = as_number("the drain fit's standard error of a run", drain_se_run_j, low=0.0)
     of_mean = as_number("the drain fit's standard error of the mean", drain_se_mean_j, low=0.0)
@@ -158,14 +148,7 @@ def energy_budget(
         terms=(
             BudgetTerm("scatter between runs", about.sd, about.se, shared=False, in_scatter=False, assumed=False),
             BudgetTerm("drain fit", of_run, of_mean, shared=True, in_scatter=False, assumed=False),
-            BudgetTerm(
-                "charger resolution",
-                of_step,
-                of_steps,
-                shared=False,
-                in_scatter=True,
-                assumed=False,
-            ),
+            BudgetTerm("charger resolution", of_step, of_steps, shared=False, in_scatter=True, assumed=False),
             BudgetTerm(
                 "reference voltage", of_voltage, of_voltage, shared=True, in_scatter=False, assumed=voltage_assumed
             ),
@@ -175,6 +158,28 @@ def energy_budget(
         joules_per_mah=worth,
         missing=left_out,
     )
+
+
+def _checked_runs(joules: ArrayLike, jumps_made: ArrayLike, missing: Missing) -> tuple[Doubles, Doubles, int]:
+    """Return the joules and the counts of complete runs, each of shape (n,), and how many runs were left out."""
+    (joules, jumps_made), left_out = complete_rows([joules, jumps_made], missing)
+    values, counts = as_values("the joules", joules), as_values("jumps made", jumps_made)
+    if values.size != counts.size:
+        raise InputRefused(f"there are {values.size} joules and {counts.size} counts: give one count for each run.")
+    if values.size == 0:
+        raise InputRefused("there is no run: a budget needs the joules of at least one.")
+    if float(counts.min()) <= 0.0:
+        raise InputRefused("a run without jumps has no joules a jump: leave it out of the budget.")
+    return values, counts, left_out
+
+
+def _harmonic_mean(counts: Doubles) -> float:
+    """Return the number of jumps at which a mAh is worth what it is in the mean over runs."""
+    with np.errstate(over="ignore"):
+        shares = 1.0 / counts
+    jumps = 1.0 / moments(shares).mean if np.isfinite(shares).all() else math.inf
+    refuse_beyond("the jumps made or one over them", [jumps])
+    return jumps
 
 
 def _in_quadrature(scatter: float | Undefined, *shared: float) -> float | Undefined:

@@ -99,6 +99,13 @@ def exact_root(value: Fraction) -> Fraction:
     return Fraction(math.isqrt(scaled // divisor)) / Fraction(2) ** (shift // 2)
 
 
+def dyadic_sum(ratios: list[tuple[int, int]], unit: Fraction) -> Fraction:
+    """Return the sum of ratios over powers of two, in a unit: in whole numbers, for fractions take thrice as long."""
+    finest = max(bottom for _top, bottom in ratios)
+    total = sum(top * (finest // bottom) for top, bottom in ratios)
+    return Fraction(total * unit.numerator, finest * unit.denominator)
+
+
 def scaled(values: Doubles, exponent: int) -> Doubles:
     """Return values * 2^exponent; in two steps, as the power itself may be no double."""
     if -1000 < exponent < 1000:

@@ -20,12 +20,12 @@ _BETWEEN = 6
 def deciding_places(design: Design, factor: Factor) -> list[int]:
     """Return the places that fix the p coefficients, each the farthest from those before, and some between."""
     left = factor.inverse.T @ design.high
-    fixing = []
+    fixing: list[int] = []
     for _ in range(len(left)):
-        place = int(np.argmax((left * left).sum(axis=0)))
-        direction = left[:, place] / np.linalg.norm(left[:, place])
-        left = left - np.outer(direction, direction @ left)
-        fixing.append(place)
+        if fixing:
+            direction = left[:, fixing[-1]] / np.linalg.norm(left[:, fixing[-1]])
+            left -= np.outer(direction, direction @ left)
+        fixing.append(int(np.argmax((left * left).sum(axis=0))))
     between = np.linspace(0, left.shape[1] - 1, _BETWEEN).astype(int).tolist()
     return list(dict.fromkeys([*fixing, *between]))
 

@@ -39,6 +39,32 @@ class Scaled:
     """Factor and power of two of each coefficient."""
     condition: float
 
+    @property
+    def lengths(self) -> list[float]:
+        """Standard errors of the coefficients for a residual standard deviation of 1; shape (p,)."""
+        found: list[float] = np.sqrt((self.rows * self.rows).sum(axis=1)).tolist()
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class _ByScatter:
+    """What the residuals say of the coefficients; a field of `Fit` each."""
+
+    residual_sd: float | Undefined
+    standard_errors: tuple[float, ...] | Undefined
+    ci: tuple[Interval, ...] | Undefined
+    covariance: tuple[tuple[float, ...], ...] | Undefined
+
+
+@dataclass(frozen=True, slots=True)
+class _Tests:
+    """Of each coefficient being 0, and of all but the intercept; a field of `Fit` each."""
+
+    t: tuple[float, ...] | Undefined
+    p: tuple[float, ...] | Undefined
+    f: float | Undefined
+    f_p: float | Undefined
+
 
 def fit_of(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level: float, missing: int) -> Fit:
     """Return everything that follows from coefficients, residuals and the factor of the design.
@@ -55,33 +81,14 @@ def fit_of(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level: fl
         times_power(value, exponent) * factor
         for value, (factor, exponent) in zip(scaled.coefficients, scaled.units, strict=True)
     ]
-    errors: tuple[float, ...] | Undefined = none
-    covariance: tuple[tuple[float, ...], ...] | Undefined = none
-    ci: tuple[Interval, ...] | Undefined = none
-    t: tuple[float, ...] | Undefined = none
-    p_values: tuple[float, ...] | Undefined = none
-    f: float | Undefined = none
-    f_p: float | Undefined = none
-    residual_sd: float | Undefined = none
+    by_scatter = _ByScatter(none, none, none, none)
+    tests = _Tests(none, none, none, none)
     if df > 0:
-        scatter = math.sqrt(squares / df)
-        residual_sd = finite(times_power(scatter, scaled.response_exponent), "the residual standard deviation")
-        lengths = np.sqrt((scaled.rows * scaled.rows).sum(axis=1)).tolist()
-        errors = tuple(
-            times_power(scatter * length, exponent) * factor
-            for length, (factor, exponent) in zip(lengths, scaled.units, strict=True)
+        by_scatter = _by_scatter(scaled, coefficients, math.sqrt(squares / df), t_quantile(level, df))
+        tests = (
+            _tests(scaled, model, squares, df_model, df) if squares > 0.0 else _Tests(_EXACT, _EXACT, _EXACT, _EXACT)
         )
-        half = t_quantile(level, df)
-        ci = _all_or_none(
-            [finite_pair(b - half * se, b + half * se) for b, se in zip(coefficients, errors, strict=True)]
-        )
-        covariance = _covariance(scaled, scatter)
-        t = p_values = f = f_p = _EXACT
-        if squares > 0.0:
-            f = (model / df_model) / (squares / df)
-            f_p = f_upper_p(f, df_model, df)
-            t = tuple(b / (scatter * length) for b, length in zip(scaled.coefficients, lengths, strict=True))
-            p_values = tuple(t_two_sided_p(one, df) for one in t)
+    errors = by_scatter.standard_errors
     refuse_beyond(
         "y and a column differ so much in size that a coefficient",
         (*coefficients, *(errors if isinstance(errors, tuple) else ())),
@@ -91,15 +98,15 @@ def fit_of(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level: fl
         names=names,
         coefficients=tuple(coefficients),
         standard_errors=errors,
-        ci=ci,
+        ci=by_scatter.ci,
         level=level,
-        t=t,
-        p=p_values,
-        covariance=covariance,
+        t=tests.t,
+        p=tests.p,
+        covariance=by_scatter.covariance,
         r_squared=model / total if total > 0.0 else Undefined("all values of y are equal"),
-        f=f,
-        f_p=f_p,
-        residual_sd=residual_sd,
+        f=tests.f,
+        f_p=tests.f_p,
+        residual_sd=by_scatter.residual_sd,
         ss_residual=_squares(squares, 2 * scaled.response_exponent),
         condition=scaled.condition,
         df_model=df_model,
@@ -107,6 +114,25 @@ def fit_of(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level: fl
         n=n,
         missing=missing,
     )
+
+
+def _by_scatter(scaled: Scaled, coefficients: list[float], scatter: float, quantile: float) -> _ByScatter:
+    """Return standard errors and intervals for a residual standard deviation, `scatter`, in the response's scale."""
+    errors = tuple(
+        times_power(scatter * length, exponent) * factor
+        for length, (factor, exponent) in zip(scaled.lengths, scaled.units, strict=True)
+    )
+    ends = [finite_pair(b - quantile * se, b + quantile * se) for b, se in zip(coefficients, errors, strict=True)]
+    residual_sd = finite(times_power(scatter, scaled.response_exponent), "the residual standard deviation")
+    return _ByScatter(residual_sd, errors, _all_or_none(ends), _covariance(scaled, scatter))
+
+
+def _tests(scaled: Scaled, model: float, squares: float, df_model: int, df: int) -> _Tests:
+    """Return the tests by the sums of squares of the model and of the residuals, which are not 0."""
+    scatter = math.sqrt(squares / df)
+    t = tuple(b / (scatter * length) for b, length in zip(scaled.coefficients, scaled.lengths, strict=True))
+    f = (model / df_model) / (squares / df)
+    return _Tests(t, tuple(t_two_sided_p(one, df) for one in t), f, f_upper_p(f, df_model, df))
 
 
 def _covariance(scaled: Scaled, scatter: float) -> tuple[tuple[float, ...], ...] | Undefined:

@@ -16,28 +16,14 @@ from numpy.typing import ArrayLike
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_sample
 from stats.finite import Interval, Number, finite, finite_pair, to_double
-from stats.sums import Moments, moments
+from stats.sums import ExactMoments, Moments, moments
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class Group(ExactMoments):
     """One group in scaled units."""
 
     name: str
-    n: int
-    exact_mean: Fraction
-    exact_sum_squares: Fraction
-    """Sum of squared deviations from the group's own mean; exactly 0 for constants."""
-
-    @property
-    def constant(self) -> bool:
-        """Whether all values are equal."""
-        return self.exact_sum_squares == 0
-
-    @property
-    def exact_mean_variance(self) -> Fraction:
-        """Squared standard error of the mean to 30 digits, of any size, for n of at least 2."""
-        return self.exact_sum_squares / (self.n * (self.n - 1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,6 +102,4 @@ def _exponent(found: list[Moments]) -> int:
 
 
 def _group(name: str, one: Moments, unit: Fraction) -> Group:
-    squares = one.exact_sum_squares / unit**2
-    mean = one.exact_mean / unit
-    return Group(name, one.n, mean, squares)
+    return Group(one.n, one.exact_mean / unit, one.exact_sum_squares / unit**2, name=name)

@@ -76,11 +76,10 @@ def fit_polynomial(
     differ, another degree, or fewer different x than coefficients.
     """
     level = as_level("level", level)
-    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= HIGHEST_DEGREE:
-        raise InputRefused(f"the degree is {degree!r}: give a whole number from 1 to {HIGHEST_DEGREE}.")
+    degree = _checked_degree(degree)
+    p = degree + 1
     (x, y), left_out = complete_rows([as_ticks(x), as_ticks(y)], missing)
-    degree, n, p = int(degree), int(np.size(y)), int(degree) + 1
-    if np.shape(x) != np.shape(y) or n < p:
+    if np.shape(x) != np.shape(y) or np.size(y) < p:
         raise InputRefused(
             f"x has the shape {np.shape(x)} and y has {np.shape(y)}: give one y for each x, and at least {p} for "
             f"degree {degree}."
@@ -90,24 +89,14 @@ def fit_polynomial(
         raise _too_few(1, degree)
     stretch = 1.0 / float(np.abs(column.high).max())
     design = _design(column, stretch, degree)
-    factor = factorise(design)
-    if not isinstance(factor, Factor):
-        different = np.unique(np.stack(column.pair), axis=1).shape[1]
-        if different < p:
-            raise _too_few(different, degree)
-        raise InputRefused(
-            f"the powers of x up to {degree} are collinear to the last digit on these values: choose a lower degree."
-        )
+    factor = _factorised(design, column, degree)
     solution = solve(design, factor, response.pair)
     fixed = [fixed_point(*pair) for pair in zip(*(part.tolist() for part in solution.coefficients), strict=True)]
     fixed[0] += fixed_point(response.centre_scaled)
     back = _back(column.centre_scaled, stretch, degree)
     ticks = column.ticks_per_unit
     units = tuple((ticks**power, response.exponent - power * column.exponent) for power in range(p))
-    coefficients = [
-        nearest_double(sum(weight * value for weight, value in zip(row, fixed, strict=True)) >> FRACTION_BITS)
-        for row in back
-    ]
+    coefficients = _carried(back, fixed)
     chebyshev = tuple(nearest_double(value, response.exponent) for value in fixed)
     exact = None if solution.residuals.any() else _exactly(column, stretch, response, design, factor)
     if exact is not None:
@@ -124,24 +113,34 @@ def fit_polynomial(
     refuse_beyond("x and y are such that a coefficient", chebyshev)
     names = (INTERCEPT, "x", *(f"x^{power}" for power in range(2, p)))[:p]
     fit = fit_of(names, scaled, intercept=True, level=level, missing=left_out)
-    sd = fit.residual_sd
-    covariance: tuple[tuple[float, ...], ...] | Undefined
-    if isinstance(sd, Undefined):
-        covariance = sd
-    elif sd > 0.0 and not LEAST_SD < sd < 1.0 / LEAST_SD:
-        covariance = BEYOND_DOUBLES
-    else:
-        rows = sd * factor.inverse
-        covariance = tuple(tuple(row) for row in (rows @ rows.T).tolist())
     return PolynomialFit(
         **fit.as_fields(),
         degree=degree,
         centre=column.centre / ticks,
         half_range=math.ldexp(1.0 / stretch, column.exponent) / ticks,
         chebyshev_coefficients=chebyshev,
-        chebyshev_covariance=covariance,
+        chebyshev_covariance=_chebyshev_covariance(fit.residual_sd, factor),
         lowest=column.lowest,
         highest=column.highest,
+    )
+
+
+def _checked_degree(degree: int) -> int:
+    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= HIGHEST_DEGREE:
+        raise InputRefused(f"the degree is {degree!r}: give a whole number from 1 to {HIGHEST_DEGREE}.")
+    return int(degree)
+
+
+def _factorised(design: Design, column: Column, degree: int) -> Factor:
+    """Return the factor of the design; raises `InputRefused` where x does not fix that many coefficients."""
+    factor = factorise(design)
+    if isinstance(factor, Factor):
+        return factor
+    different = np.unique(np.stack(column.pair), axis=1).shape[1]
+    if different <= degree:
+        raise _too_few(different, degree)
+    raise InputRefused(
+        f"the powers of x up to {degree} are collinear to the last digit on these values: choose a lower degree."
     )
 
 
@@ -165,6 +164,16 @@ def _design(column: Column, stretch: float, degree: int) -> Design:
         waves.append(two_sum(total, error + (2.0 * last[1] - before[1])))
     rows, lower = np.array([wave[0] for wave in waves]), np.array([wave[1] for wave in waves[1:]])
     return Design(rows, lower if lower.any() else None, True, np.sqrt((rows * rows).sum(axis=1)))
+
+
+def _chebyshev_covariance(sd: float | Undefined, factor: Factor) -> tuple[tuple[float, ...], ...] | Undefined:
+    """Return that of the coefficients of T_k(u), shape (p, p), for a residual standard deviation."""
+    if isinstance(sd, Undefined):
+        return sd
+    if sd > 0.0 and not LEAST_SD < sd < 1.0 / LEAST_SD:
+        return BEYOND_DOUBLES
+    rows = sd * factor.inverse
+    return tuple(tuple(row) for row in (rows @ rows.T).tolist())
 
 
 def _exactly(
@@ -191,6 +200,14 @@ def _chebyshev(degree: int) -> list[list[int]]:
         doubled = [0, *(2 * value for value in rows[-1][:-1])]
         rows.append([a - b for a, b in zip(doubled, rows[-2], strict=True)])
     return rows
+
+
+def _carried(back: list[list[int]], fixed: list[int]) -> list[float]:
+    """Return the coefficients of powers of x, but for their units, from those of T_k(u), in fixed point."""
+    return [
+        nearest_double(sum(weight * value for weight, value in zip(row, fixed, strict=True)) >> FRACTION_BITS)
+        for row in back
+    ]
 
 
 def _back(centre: float, stretch: float, degree: int) -> list[list[int]]:

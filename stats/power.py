@@ -13,6 +13,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 
 import numpy as np
 from scipy import special
@@ -192,16 +193,17 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
     `plan` makes a plan of n values a group, as `lambda n: power_t(0.5, 1.0, n, n)`; its power must not fall with n.
     """
     target = as_level("power", power)
+    plan_of = cache(plan)  # each n is asked about several times
 
     def enough(n: int) -> bool:
-        found = plan(n).power
+        found = plan_of(n).power
         return not isinstance(found, Undefined) and found >= target
 
     n = 2
     while not enough(n):
-        never = plan(n).never
-        if never is not None and target > plan(n).alpha:
-            return Undefined(never)
+        tried = plan_of(n)
+        if tried.never is not None and target > tried.alpha:
+            return Undefined(tried.never)
         if n >= largest:
             return Undefined(f"{largest} values a group do not reach a power of {target:g}")
         n = min(2 * n, largest)
@@ -209,7 +211,7 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
     while n - below > 1:
         middle = (n + below) // 2
         below, n = (below, middle) if enough(middle) else (middle, n)
-    return plan(n)
+    return plan_of(n)
 
 
 _FAR_TAIL, _LARGEST_F = 1e-4, 1e300

@@ -16,6 +16,7 @@ from stats.error_free import exact_root, shortened
 from stats.finite import Interval, finite_pair
 from stats.groups import Group
 from stats.shared_error import CANCELLED, Joint, SharedError, joints
+from stats.welch_satterthwaite import exact_df
 
 Terms = Mapping[tuple[str, str], Fraction]
 """Signed standard errors by (fit, term)."""
@@ -68,8 +69,7 @@ class RatioOfMeans:
     @property
     def df(self) -> float:
         """Welch and Satterthwaite's degrees of freedom of the scatter, which is not 0."""
-        doubt = sum((part**2 / part_df for part, part_df in self.scatter_parts), Fraction(0))
-        return float(self.scatter**2 / doubt)
+        return float(exact_df(self.scatter_parts))
 
     def joined(self, df: Mapping[str, float], level: float) -> tuple[Joint, ...]:
         """Return the ways in which scatter and errors in common join; `df` are the degrees of freedom of each fit."""

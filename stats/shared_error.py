@@ -22,6 +22,7 @@ from stats.distributions import t_quantile
 from stats.finite import as_interval, finite, refuse_beyond, times_power
 from stats.results import Result
 from stats.summary import Summary, describe
+from stats.welch_satterthwaite import df_of_doubles
 from stats.wording import half_width, interval_text, missing_text, number_text, with_unit
 
 CANCELLED = 1e-9
@@ -64,11 +65,7 @@ class SharedError:
         exponent = math.frexp(self.se)[1]  # only proportions count
         for (fit, _term), value in self.terms.items():
             variances[fit] += math.ldexp(value, -exponent) ** 2
-        total = math.fsum(variances.values())
-        if total == 0.0:
-            return math.inf
-        doubt = math.fsum((variance / total) ** 2 / self.df[fit] for fit, variance in variances.items())
-        return 1.0 / doubt if doubt > 0.0 else math.inf
+        return df_of_doubles([(variance, self.df[fit]) for fit, variance in variances.items()])
 
     def times(self, factor: float) -> SharedError:
         """Return the error of `factor` times the value."""
@@ -132,12 +129,12 @@ def joints(scatter: Sequence[tuple[float, float]], shared: SharedError, level: f
     own_df = shared.degrees_of_freedom
     if not any(variance for variance, _df in scatter):
         return (Joint(t_quantile(level, own_df), own_df, 1.0),)
-    alone_df = _welch_satterthwaite(scatter)
+    alone_df = df_of_doubles(scatter)
     alone = t_quantile(level, alone_df)
     if own_df < ENOUGH_DEGREES:
         ratio = t_quantile(level, own_df) / alone
         return (Joint(alone, alone_df, ratio * ratio),)
-    together_df = _welch_satterthwaite([*scatter, (shared.se**2, own_df)])
+    together_df = df_of_doubles([*scatter, (shared.se**2, own_df)])
     return Joint(alone, alone_df, 0.0), Joint(t_quantile(level, together_df), together_df, 1.0)
 
 
@@ -148,13 +145,6 @@ def joined(se: float, df: float, shared: SharedError, level: float) -> tuple[Joi
     error = SharedError({term: math.ldexp(value, -exponent) for term, value in shared.terms.items()}, shared.df)
     both = joint([(of_scatter * of_scatter, df)], error, level)
     return both, both.quantile * math.sqrt(of_scatter * of_scatter + both.more * error.se**2), exponent
-
-
-def _welch_satterthwaite(parts: Sequence[tuple[float, float]]) -> float:
-    """Return the degrees of freedom of a sum of (variance, degrees of freedom); infinite where all is known exactly."""
-    total = math.fsum(variance for variance, _df in parts)
-    doubt = math.fsum((variance / total) ** 2 / df for variance, df in parts) if total > 0.0 else 0.0
-    return 1.0 / doubt if doubt > 0.0 else math.inf
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ other programs a p-value from 0/0). Tests of several samples take the exact fiel
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -21,25 +21,19 @@ _FEW = 50
 
 
 @dataclass(frozen=True, slots=True)
-class Moments:
-    """Size, mean and sum of squared deviations of one sample."""
+class ExactMoments:
+    """Size, mean and sum of squared deviations of one sample, as fractions of any size."""
 
     n: int
-    mean: float
-    """Mean; of an empty sample the shift itself, which no caller uses."""
-    offset: float
-    """Mean minus the shift."""
-    sum_squares: float
-    """Sum of squared deviations from the mean; 0 or infinite where no double is as small or large."""
-    exact_mean: Fraction = field(default=Fraction(0))
+    exact_mean: Fraction
     """The mean without error."""
-    exact_sum_squares: Fraction = field(default=Fraction(0))
-    """Sum of squared deviations to 30 digits, of any size; 0 only where all values are equal."""
+    exact_sum_squares: Fraction
+    """Sum of squared deviations from the mean to 30 digits; exactly 0 of constants, and only of these."""
 
     @property
-    def variance(self) -> float:
-        """Sample variance, for n of at least 2."""
-        return self.sum_squares / (self.n - 1)
+    def constant(self) -> bool:
+        """Whether all values are equal."""
+        return self.exact_sum_squares == 0
 
     @property
     def exact_variance(self) -> Fraction:
@@ -47,9 +41,26 @@ class Moments:
         return self.exact_sum_squares / (self.n - 1)
 
     @property
-    def constant(self) -> bool:
-        """Whether all values are equal."""
-        return self.exact_sum_squares == 0
+    def exact_mean_variance(self) -> Fraction:
+        """Squared standard error of the mean to 30 digits, for n of at least 2."""
+        return self.exact_sum_squares / (self.n * (self.n - 1))
+
+
+@dataclass(frozen=True, slots=True)
+class Moments(ExactMoments):
+    """Those of values in their own unit, beside the doubles next to them."""
+
+    mean: float
+    """Mean; of an empty sample the shift itself, which no caller uses."""
+    offset: float
+    """Mean minus the shift."""
+    sum_squares: float
+    """Sum of squared deviations from the mean; 0 or infinite where no double is as small or large."""
+
+    @property
+    def variance(self) -> float:
+        """Sample variance, for n of at least 2."""
+        return self.sum_squares / (self.n - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,14 +133,16 @@ def moments(values: Doubles, shift: float = 0.0, rest: Doubles | None = None) ->
     """
     n = values.size
     if n == 0:
-        return Moments(0, shift, 0.0, 0.0, Fraction(shift))
+        return Moments(0, Fraction(shift), Fraction(0), mean=shift, offset=0.0, sum_squares=0.0)
     if n <= _FEW:
         mean, squares = _moments_of_few(values, rest)
     else:
         about = deviations(values, rest)
         pair = (about.high, about.low)
         mean, squares = about.mean, sum_of_products(pair, pair) * Fraction(2) ** (2 * about.exponent)
-    return Moments(n, float(mean), to_double(mean - Fraction(shift)), to_double(squares), mean, squares)
+    return Moments(
+        n, mean, squares, mean=float(mean), offset=to_double(mean - Fraction(shift)), sum_squares=to_double(squares)
+    )
 
 
 def _moments_of_few(values: Doubles, rest: Doubles | None) -> tuple[Fraction, Fraction]:

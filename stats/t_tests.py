@@ -15,6 +15,7 @@ from stats.error_free import exact_root, shortened
 from stats.finite import Number, finite, interval_about
 from stats.sums import Moments
 from stats.tails import t_two_sided
+from stats.welch_satterthwaite import exact_df
 
 Interval = tuple[float, float]
 Names = tuple[str, str]
@@ -54,11 +55,11 @@ def welch(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_
     small = too_small(a, b, names)
     if small is not None:
         return _no_test(small)
-    part_a, part_b = a.exact_variance / a.n, b.exact_variance / b.n
+    part_a, part_b = a.exact_mean_variance, b.exact_mean_variance
     total = part_a + part_b
     if total == 0:
         return _no_test("neither group has any scatter")
-    df = shortened(total**2 / (part_a**2 / (a.n - 1) + part_b**2 / (b.n - 1)))
+    df = shortened(exact_df([(part_a, a.n - 1), (part_b, b.n - 1)]))
     return _t_test(a.exact_mean - b.exact_mean, total, df, level)
 
 

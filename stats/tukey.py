@@ -24,6 +24,7 @@ from stats.groups import Group, Groups, read_groups
 from stats.results import Result
 from stats.studentized_range import range_criticals, range_tails
 from stats.tails import Tail
+from stats.welch_satterthwaite import exact_df
 from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
 Variances = Literal["equal", "unequal"]
@@ -161,7 +162,7 @@ def _own_error(a: Group, b: Group) -> _Error | Undefined:
     squared = part_a + part_b
     if squared == 0:
         return Undefined("neither group has any scatter")
-    return _Error(squared, float(squared**2 / (part_a**2 / (a.n - 1) + part_b**2 / (b.n - 1))))
+    return _Error(squared, float(exact_df([(part_a, a.n - 1), (part_b, b.n - 1)])))
 
 
 def _untested(read: Groups, a: Group, b: Group, why: Undefined) -> PairDifference:

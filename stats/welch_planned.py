@@ -18,6 +18,7 @@ from stats.error_free import exact_root
 from stats.estimated_scatter import mean_over_share
 from stats.finite import Number, to_double
 from stats.quadrature import Floats
+from stats.welch_satterthwaite import df_of_arrays
 
 _FAR_TAIL = 1e-15
 
@@ -44,17 +45,11 @@ def mean_over_criticals(
     def of_shares(share_a: Floats, share_b: Floats) -> Floats:
         part_a, part_b = share_a * true_a * df / df_a, share_b * true_b * df / df_b
         both = part_a + part_b
-        quantiles = t_upper_quantiles(tail, welch_df(part_a, part_b, df_a, df_b))
+        quantiles = t_upper_quantiles(tail, df_of_arrays(part_a, part_b, df_a, df_b))
         return value(quantiles * np.sqrt(both / (true_a + true_b)))
 
     turn = math.sqrt(true_b / df_b) / math.sqrt(true_a / df_a) if true_a > 0.0 else math.inf
     return mean_over_share(of_shares, df_a, df_b, turn)
-
-
-def welch_df(part_a: Floats, part_b: Floats, df_a: float, df_b: float) -> Floats:
-    """Return the degrees of freedom of the sum of two estimated variances (Welch 1938, Satterthwaite 1946)."""
-    both = part_a + part_b
-    return np.asarray(1.0 / ((part_a / both) ** 2 / df_a + (part_b / both) ** 2 / df_b))
 
 
 def t_upper_quantiles(tail: Fraction, df: Floats) -> Floats:

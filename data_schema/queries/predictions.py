@@ -55,19 +55,3 @@ def _keys(
 ) -> dict[str, int]:
     rows = connection.execute(sa.select(name.label("name"), key.label("key")).where(name.in_(names)))
     return {row.name: row.key for row in rows}
-
-
-def list_predictions(connection: sa.Connection) -> list[PredictionRow]:
-    """Return all predictions in the order in which they were stored."""
-    rows = connection.execute(
-        sa.select(
-            prediction.c.uid,
-            result.c.uid,
-            condition.c.key,
-            *(prediction.c[name] for name in _OWN),
-        )
-        .join(result, prediction.c.result == result.c.id)
-        .outerjoin(condition, prediction.c.condition == condition.c.id)
-        .order_by(prediction.c.id)
-    )
-    return [PredictionRow(*row) for row in rows]

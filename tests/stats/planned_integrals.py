@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -24,36 +25,63 @@ def panels(edges: Floats) -> tuple[Floats, Floats]:
     return nodes.reshape(shape), (half * _WEIGHTS).reshape(shape)
 
 
+def scale_density(u: Floats, df: float) -> Floats:
+    """Return the density of U = chi / sqrt(df) over that at 1: about there nothing large cancels."""
+    above = u - 1.0
+    return np.asarray(np.exp((df - 1.0) * np.log1p(above) - df * (above + above * above / 2.0)))
+
+
+@lru_cache(maxsize=64)
+def scale_ends(df: float) -> tuple[float, float, float]:
+    """Return from where to where U counts, and the integral of its density over that."""
+    law = chi(df, scale=1.0 / math.sqrt(df))
+    low, high = float(law.ppf(1e-18)), float(law.isf(1e-18))
+    u, weights = panels(np.linspace(low, high, 65))
+    return low, high, float(weights @ scale_density(u, df))
+
+
 def over_scale(value: Callable[[Floats], Floats], df: float, turns: list[tuple[float, float]], last: float) -> float:
     """Return the mean of a value of U = chi / sqrt(df), which turns at some points over some widths, up to `last`."""
-    law = chi(df, scale=1.0 / math.sqrt(df))
-    low, high = float(law.ppf(1e-18)), min(float(law.isf(1e-18)), last)
+    low, high, whole = scale_ends(df)
+    high = min(high, last)
     if high <= low:
         return 0.0
     beside = [at + sign * width * 2.0**k for at, width in turns for sign in (-1.0, 0.0, 1.0) for k in range(-2, 5)]
     edges = np.unique(np.clip([*np.linspace(low, high, 17), *beside], low, high))
     u, weights = panels(edges)
-    return float(weights @ (law.pdf(u) * value(u)))
+    return float(weights @ (scale_density(u, df) * value(u))) / whole
 
 
 def over_share(value: Callable[[float, float], float], df_a: float, df_b: float, turn: float) -> float:
-    """Return the mean over the share of a in both sums of squares, by QUADPACK in the angle."""
+    """Return the mean over the share of a in both sums of squares, by QUADPACK in the angle.
 
-    def weighted(angle: float) -> float:
-        a, b = math.sin(angle), math.cos(angle)
-        log_density = (df_a - 1.0) * math.log(a) + (df_b - 1.0) * math.log(b) - special.betaln(df_a / 2.0, df_b / 2.0)
-        return 2.0 * math.exp(log_density) * value(a * a, b * b)
+    The angle is counted from the top of its density in widths of that, and the density is taken over what it has there.
+    """
+    top, width = math.atan2(math.sqrt(df_a), math.sqrt(df_b)), 1.0 / math.sqrt(2.0 * (df_a + df_b))
+    cotangent = math.sqrt(df_b / df_a)
 
-    at, width = math.atan2(math.sqrt(df_a), math.sqrt(df_b)), 1.0 / math.sqrt(2.0 * (df_a + df_b))
+    def density(steps: float) -> float:
+        sine, less = math.sin(width * steps), 2.0 * math.sin(width * steps / 2.0) ** 2
+        # Sine and cosine over those at the top, less 1.
+        ratios = (max(slope * sine - less, -1.0 + 2.0**-53) for slope in (cotangent, -1.0 / cotangent))
+        of_sine, of_cosine = map(math.log1p, ratios)
+        return math.exp((df_a - 1.0) * of_sine + (df_b - 1.0) * of_cosine)
+
+    def weighted(steps: float) -> float:
+        angle = top + width * steps
+        return density(steps) * value(math.sin(angle) ** 2, math.cos(angle) ** 2)
+
     turn = math.atan(turn)
-    cuts = [0.0, math.pi / 2.0, *(at + width * k for k in (-9.0, -3.0, 0.0, 3.0, 9.0))]
+    cuts = [0.0, math.pi / 2.0, *(top + width * k for k in (-9.0, -3.0, 0.0, 3.0, 9.0))]
     cuts += [turn * 4.0**k for k in (-2, 0, 2)] + [math.pi / 2.0 - (math.pi / 2.0 - turn) * 4.0**k for k in (-2, 0, 2)]
-    cuts = sorted({min(max(cut, 0.0), math.pi / 2.0) for cut in cuts})
+    cuts = sorted({(min(max(cut, 0.0), math.pi / 2.0) - top) / width for cut in cuts})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", integrate.IntegrationWarning)
-        return math.fsum(
-            integrate.quad(weighted, low, high, epsabs=1e-13, epsrel=1e-11, limit=60)[0] for low, high in pairwise(cuts)
+        part, whole = (
+            math.fsum(integrate.quad(f, *ends, epsabs=1e-13, epsrel=1e-11, limit=60)[0] for ends in pairwise(cuts))
+            for f in (weighted, density)
         )
+    return part / whole
 
 
 def welch_df(part_a: float, part_b: float, df_a: float, df_b: float) -> float:

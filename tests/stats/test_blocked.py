@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from stats.blocked import blocked_by_day
 from stats.blocked_result import BlockedByDay, ExactTest
 from stats.two_sample import compare_two
+from tests.helpers.shared_days import crossed
 
 R = Path(__file__).parent / "r"
 
@@ -84,11 +85,6 @@ def test_agrees_with_lmertest(design):
 
 def test_thirty_designs():
     assert len(DATA) == len(EXPECTED) == 30
-
-
-def crossed(conditions: int, days: int, times: int) -> tuple[np.ndarray, np.ndarray]:
-    condition = np.tile(np.repeat(np.arange(conditions), times), days)
-    return condition, np.repeat(np.arange(days), conditions * times)
 
 
 def test_zero_day_variance_pools_days_and_keeps_the_exact_test_beside():

@@ -9,11 +9,7 @@ import scipy.stats
 from stats.blocked import blocked_by_day
 from stats.blocked_result import ExactTest
 from stats.two_sample import compare_two
-
-
-def crossed(conditions: int, days: int, times: int) -> tuple[np.ndarray, np.ndarray]:
-    condition = np.tile(np.repeat(np.arange(conditions), times), days)
-    return condition, np.repeat(np.arange(days), conditions * times)
+from tests.helpers.shared_days import crossed
 
 
 def p_values(

@@ -152,6 +152,17 @@ def test_welchs_equivalence_test_becomes_students_in_large_balanced_groups():
         assert 0.5 < student < 0.9
 
 
+def test_the_search_for_a_sample_size_plans_each_size_once():
+    asked = []
+
+    def plan(n: int) -> Power:
+        asked.append(n)
+        return power_t(0.5, 1.0, n, n)
+
+    assert sample_size(plan).group_ns == (64, 64)
+    assert sorted(asked) == sorted(set(asked))
+
+
 def test_sample_sizes_that_are_never_enough():
     for plan, reason in (
         (lambda n: power_t(0.0, 1.0, n, n), "the true difference is 0"),

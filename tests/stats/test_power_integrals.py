@@ -106,6 +106,19 @@ def test_welchs_equivalence_test_is_that_of_other_integrals(difference, sds, end
     assert power == pytest.approx(truth, rel=OF_ITSELF, abs=0.0)
 
 
+@pytest.mark.parametrize(
+    "sizes", [(100_000, 100_000), (100_000, 5), (10_000_000, 1000), (1_000_000_000, 1_000_000_000)]
+)
+def test_welchs_tests_of_very_many_values_keep_their_digits(sizes):
+    sds, error = (1.0, 2.0), math.hypot(1.0 / math.sqrt(sizes[0]), 2.0 / math.sqrt(sizes[1]))
+    truth = planned_integrals.welch(None, 2.0 * error, sds, sizes, 0.025)
+    assert power_welch(2.0 * error, *sds, *sizes).power == pytest.approx(truth, rel=2e-12, abs=0.0)
+    ends, difference = (-3.0 * error, 3.0 * error), 0.3 * error
+    truth = planned_integrals.welch(ends, difference, sds, sizes, 0.05)
+    power = power_equivalence(difference, sds[0], *ends, *sizes, sd_b=sds[1]).power
+    assert power == pytest.approx(truth, rel=2e-12, abs=0.0)
+
+
 ATTACKED = [
     ((0.0, 10.0, 1.0, -10.0, 10.0, 10_000, 3), 0.12935, 0.00034),
     ((0.0, 10.0, 1.0, -10.0, 10.0, 100_000, 2), 0.08766, 0.00028),

@@ -13,11 +13,7 @@ from stats.blocked_result import ExactTest
 from stats.cells import cells_of
 from stats.checks import as_sample
 from stats.reml import RemlModel
-
-
-def crossed(conditions: int, days: int, times: int) -> tuple[np.ndarray, np.ndarray]:
-    condition = np.tile(np.repeat(np.arange(conditions), times), days)
-    return condition, np.repeat(np.arange(days), conditions * times)
+from tests.helpers.shared_days import crossed
 
 
 def by_hand(values: np.ndarray, conditions: int, days: int, times: int) -> tuple[float, float, float, int]:

@@ -27,6 +27,11 @@ class Inputs:
     """Shape (n,), a line over `a` with scatter."""
 
     @property
+    def tenths(self) -> Floats:
+        """Of `a`, in whole numbers, shape (n,): a line over them is exact in doubles."""
+        return np.round(10.0 * self.a)
+
+    @property
     def groups(self) -> dict[str, Floats]:
         """The three samples by name."""
         return {"a": self.a, "b": self.b, "c": self.c}

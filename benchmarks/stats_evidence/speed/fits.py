@@ -10,15 +10,25 @@ import pingouin
 import scipy.stats
 import statsmodels.api as sm
 
-from benchmarks.stats_evidence.speed.case import BARE, PINGOUIN, SCIPY, STATSMODELS, Call, Case, Inputs, Peer
+from benchmarks.stats_evidence.speed.case import BARE, PINGOUIN, SCIPY, STATSMODELS, Call, Case, Floats, Inputs, Peer
 from stats.polynomial import fit_polynomial
 from stats.regression import fit_linear
 
 
-def _linregress(it: Inputs) -> object:
-    fit = scipy.stats.linregress(it.a, it.y)
-    half = scipy.stats.t.ppf(0.975, it.n - 2)
+def _linregress(x: Floats, y: Floats) -> object:
+    fit = scipy.stats.linregress(x, y)
+    half = scipy.stats.t.ppf(0.975, x.size - 2)
     return fit, fit.slope - half * fit.stderr, fit.intercept + half * fit.intercept_stderr
+
+
+def _exact_line(it: Inputs) -> Call:
+    x, y = it.tenths, 3.0 * it.tenths - 7.0
+    return lambda: fit_linear(y, {"a": x})
+
+
+def _exact_linregress(it: Inputs) -> Call:
+    x, y = it.tenths, 3.0 * it.tenths - 7.0
+    return lambda: _linregress(x, y)
 
 
 def _everything(fit: Any) -> object:
@@ -97,10 +107,11 @@ CASES = (
         "fit_linear, one column",
         lambda it: lambda: fit_linear(it.y, {"a": it.a}),
         (
-            Peer(SCIPY, "linregress, t.ppf", lambda it: lambda: _linregress(it)),
+            Peer(SCIPY, "linregress, t.ppf", lambda it: lambda: _linregress(it.a, it.y)),
             Peer(STATSMODELS, "OLS, every field asked for", _ols(lambda it: it.a)),
         ),
     ),
+    Case("fit_linear, one column, exact", _exact_line, (Peer(SCIPY, "linregress, t.ppf", _exact_linregress),)),
     Case(
         "fit_linear, three columns",
         lambda it: lambda: fit_linear(it.y, _three(it)),

@@ -16,8 +16,7 @@ from benchmarks.stats_evidence.weaknesses.peers import module, pg, pingouin, sci
 from stats.blocked import blocked_by_day
 from stats.resampling import permutation_test
 from tests.helpers.exact_tests import additive
-
-Labels = NDArray[np.intp]
+from tests.helpers.shared_days import Labels, crossed
 
 TENTHS_A = ("9.9", "11.4", "10.6", "9.9", "10.0", "10.3")
 TENTHS_B = ("10.4", "11.7", "10.1", "11.7", "11.9", "10.4")
@@ -57,12 +56,6 @@ def _permutation(offset: int, recorded: float) -> Question:
         ),
         digits=4,
     )
-
-
-def crossed(conditions: int, days: int, times: int) -> tuple[Labels, Labels]:
-    """Return the condition and the day of every value, each condition `times` a day."""
-    condition = np.tile(np.repeat(np.arange(conditions), times), days)
-    return condition, np.repeat(np.arange(days), conditions * times)
 
 
 def _mixed(days: int, times: int, seed: int, recorded: float) -> Question:

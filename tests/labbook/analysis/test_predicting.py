@@ -8,13 +8,16 @@ import math
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
+import sqlalchemy as sa
 
 from data_schema.errors import UsageError
-from data_schema.queries.predictions import list_predictions
 from data_schema.queries.results import result_by_uid
 from data_schema.queries.runs import list_runs
+from data_schema.tables.design import condition
+from data_schema.tables.results import prediction, result
 from data_schema.vocabulary import Undefined
 from labbook.actions.correcting import correct
 from labbook.actions.report_command import state_report
@@ -194,9 +197,21 @@ def test_every_shown_number_is_traced_to_the_condition_the_robot_and_the_scene(r
     assert "difference = " in again
 
 
+def stored(connection: sa.Connection) -> list[sa.Row[Any]]:
+    """Return what is stored of all predictions, with the names of their results and conditions."""
+    own = [column for column in prediction.c if column.name not in ("id", "result", "condition")]
+    rows = connection.execute(
+        sa.select(*own, result.c.uid.label("result_uid"), condition.c.key.label("condition_key"))
+        .join(result, prediction.c.result == result.c.id)
+        .outerjoin(condition, prediction.c.condition == condition.c.id)
+        .order_by(prediction.c.id)
+    )
+    return list(rows)
+
+
 def test_the_simulated_scene_is_stored_and_gives_the_number_again(reported: Reported) -> None:
     with opened(reported.book.folder) as book, book.reading() as connection:
-        rows = list_predictions(connection)
+        rows = stored(connection)
         keys = {run.condition_key for run in list_runs(connection) if run.levels}
         assert {row.condition_key for row in rows} == keys
         for row in rows:
@@ -221,11 +236,11 @@ def test_a_second_report_simulates_nothing_and_a_rebuild_gives_the_same(reported
         assert not again.bench.computed
         assert again.content.predictions == reported.made.content.predictions
         with book.reading() as connection:
-            before = list_predictions(connection)
+            before = stored(connection)
     done = good(labbook("rebuild", "--json", at=reported.book.folder)).json
     assert not any(done["differences"].values())
     with reported.book.open() as book, book.reading() as connection:
-        assert list_predictions(connection) == before
+        assert stored(connection) == before
 
 
 def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reported) -> None:
@@ -366,7 +381,7 @@ def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_th
         assert {one.name for one in made.content.predictions.assumed} == {*VARIED, "b_compression"}, "set, not sourced"
         with standing.reading() as connection:
             told = "\n".join(trace_lines(trace(connection, joules.predicted.provenance)))
-            before = list_predictions(connection)
+            before = stored(connection)
     assert f"scene: scene own.toml, sha256 {hashlib.sha256(own.encode()).hexdigest()}" in told
     (book.folder / "own.toml").write_text(
         own.replace("b_compression = { value = 20.0", "b_compression = { value = 30.0")
@@ -375,7 +390,7 @@ def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_th
     assert not any(done["differences"].values())
     with book.open() as standing:
         with standing.reading() as connection:
-            assert list_predictions(connection) == before
+            assert stored(connection) == before
         again = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None)
     (anew,) = again.content.predictions.of(PredictedQuantity.JOULES)
     assert anew.predicted.value == simulated("small", "0", b_compression=30.0)[0]
