@@ -199,12 +199,12 @@ def _measured(content: ReportContent) -> Section:
     if flow.runs_done:
         days = f" on {count_text(len(content.days), 'day')}" if content.days else ""
         who = f" People of the book: {list_text(content.people)}." if content.people else ""
-        made, analysed = ("was" if flow.runs_done == 1 else "were"), ("is" if flow.runs_analysed == 1 else "are")
+        made, heights = ("was" if flow.runs_done == 1 else "were"), flow.runs_with[Quantity.APEX]
+        jumps = f" with {count_text(flow.jumps_analysed, 'jump')} of {flow.jumps_made} made" if heights else ""
         parts.append(
             Paragraph(
                 f"{count_text(flow.runs_done, 'run')} of this selection {made} made{days}; "
-                f"{flow.runs_analysed} {analysed} analysed, with {count_text(flow.jumps_analysed, 'jump')} of "
-                f"{flow.jumps_made} made.{who}"
+                f"joules come from {flow.runs_with[Quantity.JOULES]}, apex heights from {heights}{jumps}.{who}"
             )
         )
     if len(content.robots) > 1:

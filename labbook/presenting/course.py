@@ -13,7 +13,13 @@ from labbook.analysis.conditions import RunNumber
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown
-from reports.content import Day, Flow, Order, PackMean, RunPoint
+from reports.content import Day, Flow, Order, PackMean, Quantity, RunPoint
+
+_NO_NUMBER: Mapping[Quantity, str] = {
+    Quantity.JOULES: "joules are undefined",
+    Quantity.APEX: "none of its jumps counts",
+}
+"""Why a run has no number though it has what that comes from."""
 
 
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
@@ -41,27 +47,32 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
     """Count runs and jumps from the plan to the numbers; with a selection, planned runs of its conditions only."""
     selected = analysis.evidence.selected
     jump_runs = analysis.evidence.runs
-    used = {*analysis.energies.results, *analysis.apexes.results}
-    excluded = Counter(
-        " and ".join(filter(None, (analysis.energies.missing.get(run.uid), analysis.apexes.missing.get(run.uid))))
-        for run in jump_runs
-        if run.uid not in used
-    )
-    excluded.update(
-        f"{run.kind} run"
-        for run in selected
-        if run.kind not in (RunKind.JUMPS, RunKind.IDLE) and run.state is not RunState.VOID
-    )
-    judged = [item for judgement in analysis.apexes.judgements.values() for item in judgement.jumps]
+    used = {
+        quantity: {one.run.uid for condition in conditions for one in condition.runs}
+        for quantity, conditions in ((Quantity.JOULES, analysis.joules), (Quantity.APEX, analysis.apex_heights))
+    }
+    missing = {Quantity.JOULES: analysis.energies.missing, Quantity.APEX: analysis.apexes.missing}
+    with_heights = [run for run in jump_runs if run.uid in used[Quantity.APEX]]
+    judged = [item for run in with_heights for item in analysis.apexes.judgements[run.uid].jumps]
     jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
     return Flow(
         runs_planned=_planned_count(analysis, planned) or None,
         runs_done=len(selected),
         runs_void=sum(run.state is RunState.VOID for run in selected),
         runs_idle=sum(run.kind is RunKind.IDLE and run.state is not RunState.VOID for run in selected),
-        runs_excluded=dict(excluded),
-        runs_analysed=sum(run.uid in used for run in jump_runs),
-        jumps_made=sum(run.jumps_made for run in jump_runs),
+        runs_other=Counter(
+            f"{run.kind} run"
+            for run in selected
+            if run.kind not in (RunKind.JUMPS, RunKind.IDLE) and run.state is not RunState.VOID
+        ),
+        runs_with={quantity: len(runs) for quantity, runs in used.items()},
+        runs_without={
+            quantity: Counter(
+                missing[quantity].get(run.uid, _NO_NUMBER[quantity]) for run in jump_runs if run.uid not in runs
+            )
+            for quantity, runs in used.items()
+        },
+        jumps_made=sum(run.jumps_made for run in with_heights),
         jumps_detected=len(judged),
         jumps_excluded=dict(jumps_excluded),
         jumps_analysed=sum(item.excluded is None for item in judged),
