@@ -258,7 +258,7 @@ def test_a_run_stands_where_the_report_saw_it(honest: SmallBook) -> None:
     assert found.exploratory(Quantity.JOULES, POOLED) is None
     moves(honest, "small")
     (said,) = planned(honest).departures
-    assert said.endswith("after a report had been made")
+    assert said.startswith("the condition of run r002 was corrected after a report had been made: it was foot=large ")
     assert planned(honest).exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
 
 
@@ -269,7 +269,8 @@ def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(
         correct(book, desk, "r002", ["foot=large"], "looked odd")
     found = planned(honest)
     (said,) = found.departures
-    assert said.endswith("after a report had been made")
+    corrected = "the condition of run r002 was corrected after a report had been made"
+    assert said.startswith(f"{corrected}: it was {was} and is {key_of(honest, 'r002')} (Ada Nwosu, ")
     for key in (was, key_of(honest, "r002")):
         assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
         assert found.exploratory_equivalence(POOLED, [key]) == said
