@@ -17,8 +17,9 @@ from reports.naming import (
     title_of,
 )
 from reports.numbers import Quantity
+from reports.one_day_each import NOT_FROM_DAYS
 from reports.prediction_sentences import prediction_sentences
-from reports.wording import count_text, list_text, sentence_start
+from reports.wording import count_text, list_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,20 +152,19 @@ def _anova_paragraph(content: ReportContent, quantity: Quantity) -> tuple[Paragr
     anovas = [anova for anova in content.anovas if anova.quantity is quantity]
     if not anovas:
         return ()
-    results = [f"{significance_text(anova.test, name=False)} ({_anova_name(content, anova)})" for anova in anovas]
+    results = [f"{significance_text(anova.test, name=False)} ({_anova_words(content, anova)})" for anova in anovas]
     text = (
         "Whether the level of the treatment matters is tested by a one-way analysis of variance over the levels "
         f"of the {swept_words(swept_factor(content)).coefficient}, control left out: {list_text(results)}."
     )
-    for said in dict.fromkeys(anova.one_day_each for anova in anovas if anova.one_day_each):
-        text += f" {sentence_start(said)}."
     if reasons := dict.fromkeys(anova.exploratory for anova in anovas if anova.exploratory):
         text += f" That is exploratory, because {list_text(list(reasons))}."
     return (Paragraph(text, tuple(anova.provenance for anova in anovas if anova.provenance)),)
 
 
-def _anova_name(content: ReportContent, anova: Anova) -> str:
-    return levels_name(content, anova.group) or anova.label
+def _anova_words(content: ReportContent, anova: Anova) -> str:
+    name = levels_name(content, anova.group) or anova.label
+    return f"{name}; {NOT_FROM_DAYS}" if anova.one_day_each else name
 
 
 def _predicted(content: ReportContent) -> Section:

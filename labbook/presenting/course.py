@@ -86,21 +86,25 @@ def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> in
     return sum((row.condition_key or "") in conditions for row in planned)
 
 
-def order(analysis: StudyAnalysis, shown: Shown) -> Order:
-    """Set every run's joules against its position in the day and its pack, as deviations from its condition."""
+def order(analysis: StudyAnalysis, shown: Shown, *, told: bool) -> Order:
+    """Set every run's joules against its position in the day and its pack, as deviations from its condition.
+
+    `told`: the claims say already that levels of the swept factor cannot be told from their days.
+    """
     points = [
         _point(item, item.value - sum(condition.values) / len(condition.values))
         for condition in analysis.joules
         for item in condition.runs
     ]
     packs = tuple(PackMean(pack, shown.number(row, "deviation")) for pack, row in analysis.packs.items())
-    return Order(tuple(points), packs, None, tuple(confounded_with_day(analysis)))
+    return Order(tuple(points), packs, None, tuple(confounded_with_day(analysis, told=told)))
 
 
-def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
+def confounded_with_day(analysis: StudyAnalysis, *, told: bool = False) -> list[str]:
     """Say which factors cannot be told from the day, because most days saw one level of them only.
 
-    A day with a single run shows nothing of the kind and does not count.
+    A day with a single run shows nothing of the kind and does not count. The swept factor is left out where it was
+    `told` that none of its comparisons can be told from days.
     """
     runs = [run for run in analysis.evidence.runs if run.levels]
     by_day: dict[str, list[RunRow]] = {}
@@ -113,6 +117,8 @@ def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
         single = sum(len({run.levels.get(factor.name) for run in of_day}) == 1 for of_day in days_of)
         if len(levels) > 1 and 2 * single > len(days_of):
             named.add(factor.name)
+            if told and factor.name == analysis.swept:
+                continue
             title = factor_title(analysis, factor.name).lower()
             sentences.append(
                 f"{_days(single, len(days_of))} all runs had one level of the {title}: "

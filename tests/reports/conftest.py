@@ -373,7 +373,7 @@ def make_minimal():
     return ReportContent(
         title="One condition", study="granular bed", selection="", made_at="2021-07-30 14:05",
         software_version="0.1.0", configuration_hash="9c41f2e07ab3", detector="published", people=(), days=(),
-        flow=Flow(None, 10, 0, 0, {}, dict.fromkeys(Quantity, 10), dict.fromkeys(Quantity, {}), 250, 250, {}, 250),
+        flow=Flow(None, 10, 0, 0, {}, dict.fromkeys(Quantity, 10), {key: {} for key in Quantity}, 250, 250, {}, 250),
         factors=FACTORS, conditions=(condition,),
         claims=(Claim("Nothing is claimed from one condition."),),
     )  # fmt: skip
