@@ -215,7 +215,7 @@ def _ids_beside(comparison: Comparison) -> tuple[str, ...]:
     by_day, equivalence = comparison.by_day, comparison.equivalence
     numbers = (
         comparison.adjusted,
-        None if by_day is None else by_day.difference,
+        None if by_day is None or comparison.one_day_each else by_day.difference,
         None if equivalence is None else equivalence.estimate,
     )
     return tuple(number.provenance for number in numbers if number is not None and number.provenance)
