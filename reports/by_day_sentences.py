@@ -16,7 +16,9 @@ def by_day_sentences(content: ReportContent, quantity: Quantity) -> list[str]:
     said: dict[str, list[Comparison]] = {}
     for comparison in blocked:
         if comparison.by_day is not None:
-            for text in filter(None, (comparison.by_day.confounding, *comparison.by_day.notes)):
+            # That sides of one day each are confounded with their days is said once, among the claims.
+            confounding = "" if comparison.one_day_each else comparison.by_day.confounding
+            for text in filter(None, (confounding, *comparison.by_day.notes)):
                 said.setdefault(text, []).append(comparison)
     return [f"{text} This holds for{_which(content, found, len(blocked))}." for text, found in said.items()]
 

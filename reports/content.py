@@ -129,21 +129,29 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """Counts of the selection: every run, and every jump of the jump runs that are not void.
+    """Counts of the selection: every run, and every jump of the runs that have apex heights.
 
-    `runs_planned` is None where no plan was written. Reasons map to counts; a run or a jump has one reason.
+    `runs_planned` is None where no plan was written. By quantity, `runs_with` counts the runs whose number was used and
+    `runs_without` the other runs of jumps by reason; `runs_other` has kinds of runs that are neither of jumps nor idle.
+    Reasons map to counts; a run has one reason a quantity, a jump has one.
     """
 
     runs_planned: int | None
     runs_done: int
     runs_void: int
     runs_idle: int
-    runs_excluded: Mapping[str, int]
-    runs_analysed: int
+    runs_other: Mapping[str, int]
+    runs_with: Mapping[Quantity, int]
+    runs_without: Mapping[Quantity, Mapping[str, int]]
     jumps_made: int
     jumps_detected: int
     jumps_excluded: Mapping[str, int]
     jumps_analysed: int
+
+    @property
+    def has_jump_runs(self) -> bool:
+        """Whether any run of jumps counts, with numbers or without."""
+        return any(self.runs_with.values()) or any(self.runs_without.values())
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,31 +6,42 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from reports.content import Flow
+from reports.numbers import Quantity
+
+_WITH: Mapping[Quantity, str] = {Quantity.JOULES: "runs with joules", Quantity.APEX: "runs with heights"}
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A box of the main line, and what leaves the line on the way to it."""
+    """A box of a line, and what leaves the line on the way to it."""
 
     name: str
     count: int
     leaving: tuple[str, ...] = ()
 
 
-def run_steps(flow: Flow) -> tuple[Step, ...]:
-    """Return the boxes of the runs."""
+def flow_lines(flow: Flow) -> dict[Quantity, tuple[Step, ...]]:
+    """Return a line of boxes a quantity: that of joules begins with the plan, that of apex heights ends with jumps."""
+    planned = () if flow.runs_planned is None else (Step("runs planned", flow.runs_planned),)
+    jumps = _jump_steps(flow) if flow.runs_with[Quantity.APEX] else ()
+    return {
+        Quantity.JOULES: (*planned, *_run_steps(flow, Quantity.JOULES)),
+        Quantity.APEX: (*_run_steps(flow, Quantity.APEX), *jumps),
+    }
+
+
+def _run_steps(flow: Flow, quantity: Quantity) -> tuple[Step, ...]:
     leaving = []
     if flow.runs_void:
         leaving.append(f"{flow.runs_void} void")
     if flow.runs_idle:
         leaving.append(f"{flow.runs_idle} idle, for the passive drain")
-    leaving += _reasons(flow.runs_excluded)
-    planned = () if flow.runs_planned is None else (Step("runs planned", flow.runs_planned),)
-    return (*planned, Step("runs done", flow.runs_done), Step("runs analysed", flow.runs_analysed, tuple(leaving)))
+    leaving += _reasons(flow.runs_other)
+    leaving += _reasons(flow.runs_without[quantity])
+    return (Step("runs done", flow.runs_done), Step(_WITH[quantity], flow.runs_with[quantity], tuple(leaving)))
 
 
-def jump_steps(flow: Flow) -> tuple[Step, ...]:
-    """Return the boxes of the jumps."""
+def _jump_steps(flow: Flow) -> tuple[Step, ...]:
     return (
         Step("jumps made", flow.jumps_made),
         Step("jumps detected", flow.jumps_detected),

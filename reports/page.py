@@ -14,7 +14,7 @@ from typing import Any
 import jinja2
 
 from data_schema.errors import UsageError
-from reports.content import ReportContent
+from reports.content import Quantity, ReportContent
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -134,8 +134,9 @@ def _facts(content: ReportContent) -> list[tuple[str, str]]:
         first, last = content.days[0].date, content.days[-1].date
         dates = first if first == last else f"{first} to {last}"
         facts.append(("Measured", f"{dates}, {count_text(len(content.days), 'day')}"))
-    runs = f"{content.flow.runs_analysed} of {count_text(content.flow.runs_done, 'run')} analysed"
-    facts.append(("Runs", runs))
+    used = content.flow.runs_with
+    runs = f"joules from {used[Quantity.JOULES]}, apex heights from {used[Quantity.APEX]}"
+    facts.append(("Runs", f"{content.flow.runs_done}, {runs}"))
     if content.people:
         facts.append(("People", list_text(content.people)))
     facts += [

@@ -17,8 +17,9 @@ from reports.naming import (
     title_of,
 )
 from reports.numbers import Quantity
+from reports.one_day_each import NOT_FROM_DAYS
 from reports.prediction_sentences import prediction_sentences
-from reports.wording import count_text, list_text, sentence_start
+from reports.wording import count_text, list_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,20 +152,19 @@ def _anova_paragraph(content: ReportContent, quantity: Quantity) -> tuple[Paragr
     anovas = [anova for anova in content.anovas if anova.quantity is quantity]
     if not anovas:
         return ()
-    results = [f"{significance_text(anova.test, name=False)} ({_anova_name(content, anova)})" for anova in anovas]
+    results = [f"{significance_text(anova.test, name=False)} ({_anova_words(content, anova)})" for anova in anovas]
     text = (
         "Whether the level of the treatment matters is tested by a one-way analysis of variance over the levels "
         f"of the {swept_words(swept_factor(content)).coefficient}, control left out: {list_text(results)}."
     )
-    for said in dict.fromkeys(anova.one_day_each for anova in anovas if anova.one_day_each):
-        text += f" {sentence_start(said)}."
     if reasons := dict.fromkeys(anova.exploratory for anova in anovas if anova.exploratory):
         text += f" That is exploratory, because {list_text(list(reasons))}."
     return (Paragraph(text, tuple(anova.provenance for anova in anovas if anova.provenance)),)
 
 
-def _anova_name(content: ReportContent, anova: Anova) -> str:
-    return levels_name(content, anova.group) or anova.label
+def _anova_words(content: ReportContent, anova: Anova) -> str:
+    name = levels_name(content, anova.group) or anova.label
+    return f"{name}; {NOT_FROM_DAYS}" if anova.one_day_each else name
 
 
 def _predicted(content: ReportContent) -> Section:
@@ -199,12 +199,12 @@ def _measured(content: ReportContent) -> Section:
     if flow.runs_done:
         days = f" on {count_text(len(content.days), 'day')}" if content.days else ""
         who = f" People of the book: {list_text(content.people)}." if content.people else ""
-        made, analysed = ("was" if flow.runs_done == 1 else "were"), ("is" if flow.runs_analysed == 1 else "are")
+        made, heights = ("was" if flow.runs_done == 1 else "were"), flow.runs_with[Quantity.APEX]
+        jumps = f" with {count_text(flow.jumps_analysed, 'jump')} of {flow.jumps_made} made" if heights else ""
         parts.append(
             Paragraph(
                 f"{count_text(flow.runs_done, 'run')} of this selection {made} made{days}; "
-                f"{flow.runs_analysed} {analysed} analysed, with {count_text(flow.jumps_analysed, 'jump')} of "
-                f"{flow.jumps_made} made.{who}"
+                f"joules come from {flow.runs_with[Quantity.JOULES]}, apex heights from {heights}{jumps}.{who}"
             )
         )
     if len(content.robots) > 1:

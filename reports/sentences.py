@@ -23,6 +23,7 @@ from reports.display import (
 from reports.inference import Equivalence
 from reports.naming import control_name, level_names, swept_factor, swept_words, treatment_name
 from reports.numbers import Quantity
+from reports.one_day_each import NOT_FROM_DAYS
 from reports.wording import count_text, list_text, sentence_start
 
 
@@ -79,7 +80,7 @@ def savings_claim(content: ReportContent, comparison: Comparison) -> Claim:
         lead = f"{treatment} saved {size} of the energy of a jump{against}{where}"
     else:
         lead = f"{treatment} cost {size} more energy a jump{against}{where}"
-    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}.{_one_day_each(comparison)}"
+    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}."
     return Claim(sentence + _picked(content, comparison), _ids(comparison))
 
 
@@ -88,20 +89,18 @@ def _counts(content: ReportContent, comparison: Comparison) -> str:
 
 
 def _tests(comparison: Comparison) -> str:
-    """Write Welch's test, its p over the family, and the test by day where there are such."""
+    """Write Welch's test, its p over the family, and the test by day where there are such.
+
+    Where each side had one day the claim says so, and a test by day that is undefined for that says nothing more.
+    """
     parts = [significance_text(comparison.welch)]
     if comparison.adjusted is not None:
         parts.append(
             f"{p_text(comparison.adjusted.value)} by Holm over {count_text(comparison.adjusted.n or 0, 'test')}"
         )
-    if comparison.by_day is not None:
+    if comparison.by_day is not None and not comparison.one_day_each:
         parts.append(significance_text(comparison.by_day.test))
     return "; ".join(parts)
-
-
-def _one_day_each(comparison: Comparison) -> str:
-    """Say in a sentence of its own what the p before it cannot tell."""
-    return f" {sentence_start(comparison.one_day_each)}." if comparison.one_day_each else ""
 
 
 def _exploratory(why: str, what: str = "comparison") -> str:
@@ -129,7 +128,7 @@ def _equivalence(comparison: Comparison) -> str:
     exploratory = _exploratory(item.exploratory, "test")
     verdict = f"was {'shown' if item.shown else 'not shown'}"
     if comparison.one_day_each:
-        verdict = "cannot be told from a difference between days"
+        verdict = NOT_FROM_DAYS
     return f" {what} {verdict} ({evidence}){exploratory}."
 
 
@@ -178,13 +177,12 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     lost = f", which is not shown{once}" if once else ""
     verdict = {True: lost, False: ", which the interval does not tell from zero", None: ""}[comparison.rejected]
     if comparison.one_day_each:
-        verdict = ", which cannot be told from a difference between days"
+        verdict = f", which {NOT_FROM_DAYS}"
     than = "" if swept_words(swept_factor(content)).of_active_damping else f" than under {control_name(content)}"
     treatment = treatment_name(content, comparison.group)
     lead = f"{what} was {size} {comparative} under {treatment}{than}{where}{verdict}"
-    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}."
-    more = f"{_one_day_each(comparison)}{_equivalence(comparison)}"
-    return Claim(sentence + more, (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
+    sentence = f"{lead} ({evidence}){_exploratory(comparison.exploratory)}.{_equivalence(comparison)}"
+    return Claim(sentence, (*filter(None, (difference.provenance,)), *_ids_beside(comparison)))
 
 
 def family_claim(planned: Sequence[Comparison]) -> Claim:
@@ -194,7 +192,9 @@ def family_claim(planned: Sequence[Comparison]) -> Claim:
         family = [item for item in planned if item.quantity is quantity]
         shown = sum(item.adjusted_rejected is True and not item.one_day_each for item in family)
         if family:
-            told.append(f"{shown or 'none'} of {count_text(len(family), 'comparison')} of {quantity}")
+            untold = sum(bool(item.one_day_each) for item in family)
+            days = f" ({untold} {NOT_FROM_DAYS})" if untold else ""
+            told.append(f"{shown or 'none'} of {count_text(len(family), 'comparison')} of {quantity}{days}")
             ids += [item.adjusted.provenance for item in family if item.adjusted is not None]
     named = "The family of comparisons is" if any(item.exploratory for item in planned) else "Decided on beforehand was"
     text = (
@@ -215,7 +215,7 @@ def _ids_beside(comparison: Comparison) -> tuple[str, ...]:
     by_day, equivalence = comparison.by_day, comparison.equivalence
     numbers = (
         comparison.adjusted,
-        None if by_day is None else by_day.difference,
+        None if by_day is None or comparison.one_day_each else by_day.difference,
         None if equivalence is None else equivalence.estimate,
     )
     return tuple(number.provenance for number in numbers if number is not None and number.provenance)

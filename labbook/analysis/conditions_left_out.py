@@ -12,6 +12,7 @@ from collections.abc import Collection, Mapping, Sequence
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind
 from labbook.analysis import pairing
+from labbook.analysis.condition_order import place_configured
 from labbook.analysis.departures import Analysable, Departure
 from labbook.config.model import Configuration
 from reports.numbers import Quantity
@@ -24,7 +25,7 @@ def conditions_left_out(every: Analysable, configuration: Configuration, selecte
     uids, swept = set(selected), pairing.swept_factor(configuration)
     control = None if swept is None else configuration.factors[swept].control
     groups: dict[tuple[tuple[str, str], ...], dict[str, list[RunRow]]] = {}
-    for run in every.runs:
+    for run in sorted(every.runs, key=lambda run: place_configured(configuration, run.levels)):
         if run.kind is RunKind.JUMPS and every.given(run):
             group = tuple(sorted((name, label) for name, label in run.levels.items() if name != swept))
             groups.setdefault(group, {}).setdefault(run.condition_key, []).append(run)

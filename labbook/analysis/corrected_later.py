@@ -64,7 +64,7 @@ def corrected_later(connection: sa.Connection, happened: Happened, now: Analysab
         return []
     changed = _columns(happened.changes)
     names = _names(connection, changed, now)
-    left = logs_that_left(connection, happened.changes)
+    left = logs_that_left(connection, happened)
     before = _before(now, happened, changed, left, names)
     lost = _lost(now, before, {item.run for item in left})
     old_keys = {run.uid: run.condition_key for run in before.runs}

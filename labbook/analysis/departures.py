@@ -14,6 +14,7 @@ from data_schema.queries.charges import ChargeOfRun, charges_by_run
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState
+from labbook.analysis.condition_order import place_configured
 from labbook.analysis.detecting import BODY_HEIGHT
 from labbook.analysis.passive_drain import recharge_of
 from labbook.analysis.run_apexes import usable_logs
@@ -71,11 +72,11 @@ def read_analysable(connection: sa.Connection) -> Analysable:
     return found
 
 
-def parted_conditions(every: Analysable, _configuration: Configuration, selected: Collection[str]) -> list[Departure]:
+def parted_conditions(every: Analysable, configuration: Configuration, selected: Collection[str]) -> list[Departure]:
     """List the conditions of which a selection (uids of runs) takes some runs that have numbers, and leaves others."""
     uids = set(selected)
     by_condition: dict[str, list[RunRow]] = {}
-    for run in every.runs:
+    for run in sorted(every.runs, key=lambda run: place_configured(configuration, run.levels)):
         if run.kind is RunKind.JUMPS:
             by_condition.setdefault(run.condition_key, []).append(run)
     return [

@@ -26,8 +26,8 @@ def moved_later(connection: sa.Connection, happened: Happened, now: Analysable) 
             last = [item for item in happened.changes if item.uid == run.uid and "condition" in item.new][-1]
             found.append(
                 Departure(
-                    f"condition of run {run.name} was {' and '.join(were)} and is {run.condition_key} ({last.person}, "
-                    f"{last.at_utc[:10]}), after a report had been made",
+                    f"the condition of run {run.name} was corrected after a report had been made: it was "
+                    f"{' and '.join(were)} and is {run.condition_key} ({last.person}, {last.at_utc[:10]})",
                     tuple(item for item in Quantity if item in now.given(run)),
                     (*were, run.condition_key),
                 )

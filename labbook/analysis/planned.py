@@ -18,6 +18,7 @@ from data_schema.queries.runs import RunRow, list_runs
 from data_schema.vocabulary import RunState
 from labbook.analysis import pairing
 from labbook.analysis.came_later import came_later
+from labbook.analysis.changed_settings import History, changed_jump_rules, changed_settings
 from labbook.analysis.conditions_left_out import conditions_left_out
 from labbook.analysis.corrected_later import corrected_later
 from labbook.analysis.departures import Analysable, Departure, parted_conditions, read_analysable
@@ -25,8 +26,8 @@ from labbook.analysis.happened import Happened, read_happened
 from labbook.analysis.left_out import LeftOut, left_out
 from labbook.analysis.moved_later import moved_later
 from labbook.analysis.replaced_later import replaced_later
-from labbook.config.analysis import kept_analysis, kept_jump_rules
-from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family, Outcome
+from labbook.config.analysis import kept_analysis
+from labbook.config.model import AnalysisSettings, Configuration, Family, Outcome
 from reports.numbers import Quantity
 
 QUANTITY_OF: Mapping[Outcome, Quantity] = {Outcome.JOULES: Quantity.JOULES, Outcome.APEX: Quantity.APEX}
@@ -36,6 +37,14 @@ FAMILY_OF: Mapping[Family, str] = {Family.EACH: pairing.EACH, Family.POOLED: pai
 NOTHING_DECIDED = "nothing was decided before the first run was ingested"
 AS_A_WHOLE = "a family counts as planned only as a whole, because Holm's p of each comparison rests on all of its runs"
 """Why a run left out for a reason that was not allowed concerns groups that it does not belong to."""
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """Why something is exploratory, in words; `departures` are those of `Planned` that make it so, none elsewhere."""
+
+    text: str
+    departures: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,19 +75,29 @@ class Planned:
 
         `conditions` are the keys of those compared; without them it may be any.
         """
+        reason = self.reason(quantity, family, conditions)
+        return None if reason is None else reason.text
+
+    def reason(self, quantity: Quantity, family: str, conditions: Collection[str] | None = None) -> Reason | None:
+        """Return why a comparison is exploratory, as `exploratory`."""
         planned = QUANTITY_OF[self.settings.primary_outcome]
         if not self.stated:
-            return NOTHING_DECIDED
+            return Reason(NOTHING_DECIDED)
         if quantity is not planned:
-            return f"the primary outcome decided on is {planned}"
+            return Reason(f"the primary outcome decided on is {planned}")
         return self._beside_the_plan(quantity, family, conditions)
 
     def exploratory_equivalence(self, family: str, conditions: Collection[str] | None = None) -> str | None:
         """Say why a test of apexes against the bounds is exploratory; bounds that were stated plan it."""
+        reason = self.reason_of_equivalence(family, conditions)
+        return None if reason is None else reason.text
+
+    def reason_of_equivalence(self, family: str, conditions: Collection[str] | None = None) -> Reason | None:
+        """Return why a test of apexes against the bounds is exploratory."""
         if not self.stated:
-            return NOTHING_DECIDED
+            return Reason(NOTHING_DECIDED)
         if not self.bounds_stated:
-            return "no bounds of apex height were stated before the first run was ingested"
+            return Reason("no bounds of apex height were stated before the first run was ingested")
         return self._beside_the_plan(Quantity.APEX, family, conditions)
 
     def exploratory_anova(self) -> str:
@@ -90,16 +109,18 @@ class Planned:
         unit = self.settings.unit_of_analysis
         return f"the unit of analysis decided on is the {unit}, not the jump" if self.stated else NOTHING_DECIDED
 
-    def _beside_the_plan(self, quantity: Quantity, family: str, conditions: Collection[str] | None) -> str | None:
+    def _beside_the_plan(self, quantity: Quantity, family: str, conditions: Collection[str] | None) -> Reason | None:
         planned = FAMILY_OF[self.settings.family]
         if family != planned:
-            return f"the family decided on is {planned}"
+            return Reason(f"the family decided on is {planned}")
         touching = [item for item in self.left_out if item.jumps is None or quantity is Quantity.APEX]
+        rests_on = [item.sentence for item in self.further if item.touches(quantity, conditions)]
+        departures = (*map(_not_allowed, touching), *rests_on)
         if touching:
             said = "; ".join(item.sentence for item in touching)
-            return f"something was left out for a reason that was not allowed ({said}), and {AS_A_WHOLE}"
-        rests_on = [item.sentence for item in self.further if item.touches(quantity, conditions)]
-        return "; ".join(rests_on) or None
+            text = f"something was left out for a reason that was not allowed ({said}), and {AS_A_WHOLE}"
+            return Reason(text, departures)
+        return Reason("; ".join(rests_on), departures) if rests_on else None
 
 
 def planned_analysis(
@@ -127,7 +148,7 @@ def planned_analysis(
     out, since, every = left_out(connection, stood.exclusions), _since(before, stood), read_analysable(connection)
     happened = read_happened(connection, first.seq)
     further = [
-        *_jump_rules(before[-1][0].text, configuration),
+        *changed_jump_rules(before[-1][0].text, configuration),
         *(item for watch in _SINCE_MEASURED for item in watch(connection, happened, every)),
         *(
             ()
@@ -136,8 +157,8 @@ def planned_analysis(
         ),
     ]
     departures = [
-        *_changes(stood, now, history),
-        *(f"{item.sentence}, which was not allowed" for item in out),
+        *changed_settings(stood, now, history),
+        *map(_not_allowed, out),
         *(item.sentence for item in further),
     ]
     late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds
@@ -168,6 +189,10 @@ _IN_SELECTIONS: tuple[Callable[[Analysable, Configuration, Collection[str]], lis
 """What is watched in the choice of runs (their uids) for a report or a comparison."""
 
 
+def _not_allowed(item: LeftOut) -> str:
+    return f"{item.sentence}, which was not allowed"
+
+
 def _run_before(runs: Sequence[RunRow], at_utc: str) -> str | None:
     """Return the day of the first run that was made, where that was before a time; None where it was later.
 
@@ -178,10 +203,7 @@ def _run_before(runs: Sequence[RunRow], at_utc: str) -> str | None:
     return min((day for time, day in times if time < at_utc[: len(time)]), default=None)
 
 
-_History = Sequence[tuple[StatedConfiguration, AnalysisSettings | None]]
-
-
-def _since(history: _History, settings: AnalysisSettings | None) -> StatedConfiguration | None:
+def _since(history: History, settings: AnalysisSettings | None) -> StatedConfiguration | None:
     """Return the entry since which the settings have stood unbroken to the end of the history."""
     found = None
     for item, said in reversed(history):
@@ -193,55 +215,3 @@ def _since(history: _History, settings: AnalysisSettings | None) -> StatedConfig
 
 def _said(item: StatedConfiguration | None) -> tuple[str | None, str | None]:
     return (None, None) if item is None else (item.at_utc, item.person)
-
-
-def _changes(stood: AnalysisSettings, now: AnalysisSettings | None, history: _History) -> list[str]:
-    """Say field by field what labbook.toml says otherwise than before the first measurement, and since when."""
-    if now is None:
-        return ["labbook.toml has no [analysis] any more: what it said before the first run was ingested stands"]
-    return [
-        f"[analysis] had {_NAMES.get(field, field)} {_shown(was)} before the first run was ingested and has "
-        f"{_shown(value)} in labbook.toml{_since_when(history, field, value)}: "
-        + ("it is used, and exploratory" if was is None else "what was stated before stands")
-        for field in AnalysisSettings.__slots__
-        for was, value in [(getattr(stood, field), getattr(now, field))]
-        if was != value
-    ]
-
-
-def _jump_rules(text: str, configuration: Configuration) -> list[Departure]:
-    """Say which rules of the protocol on jumps are others than before the first measurement; today's are used."""
-    now = configuration.protocol
-    values = (now.detector, now.exclude_first_jumps, now.exclude_gap_jumps)
-    return [
-        Departure(
-            f"{name} of [protocol] was {_shown(was)} before the first run was ingested and is {_shown(value)} in "
-            "labbook.toml: it is used, and apex heights are exploratory",
-            (Quantity.APEX,),
-        )
-        for name, was, value in zip(_JUMP_RULES, kept_jump_rules(text), values, strict=True)
-        if was != value
-    ]
-
-
-def _since_when(history: _History, field: str, value: object) -> str:
-    found = None
-    for item, said in reversed(history):
-        if getattr(said, field, None) != value:
-            break
-        found = item
-    return "" if found is None else f" since {found.at_utc[:10]} ({found.person})"
-
-
-_JUMP_RULES = ("detector", "exclude_first_jumps", "exclude_gap_jumps")
-_NAMES = {"primary_outcome": "primary outcome", "apex_bounds": "apex bounds"}
-
-
-def _shown(value: object) -> str:
-    if isinstance(value, Bounds):
-        return f"{value.low:g} to {value.high:g} {'%' if value.percent else 'm'}"
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, tuple):
-        return ", ".join(map(str, value)) or "none"
-    return "none" if value is None else f"{value:g}" if isinstance(value, float) else str(value)

@@ -13,6 +13,7 @@ from labbook.analysis.study import StudyAnalysis
 from labbook.presenting import comparisons, course, design, drain, methods, predicted, robots, stated
 from labbook.presenting.numbers import Shown
 from reports.content import Claim, Comparison, Quantity, ReportContent
+from reports.one_day_each import all_on_one_day_each, days_claim
 from reports.sentences import difference_claim, family_claim, savings_claim
 from stats.apexes import DETECTORS
 
@@ -48,7 +49,7 @@ def build_content(
         anovas=comparisons.anovas(analysis, shown),
         jump_comparisons=comparisons.jump_comparisons(analysis, shown),
         drains=drain.drain_fits(analysis, shown),
-        order=course.order(analysis, shown),
+        order=course.order(analysis, shown, told=all_on_one_day_each(compared)),
         methods=methods.methods(analysis),
         limitations=methods.limitations(analysis),
         assumed=methods.assumed(analysis),
@@ -74,15 +75,21 @@ def build_content(
 def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Claim, ...]:
     """One sentence a pooled comparison, the largest savings first; then the heights.
 
-    Where another family was decided on, what that shows comes before all of them.
+    Where another family was decided on, what that shows comes before all of them. What days leave untold is said in
+    full after the first claim that it is true of.
     """
     planned = [item for item in compared if item.family != pairing.POOLED and item.adjusted is not None]
     pooled = [item for item in compared if item.family == pairing.POOLED]
     joules = [item for item in pooled if item.quantity is Quantity.JOULES]
     joules.sort(key=lambda item: not item.headline)
     heights = [item for item in pooled if item.quantity is Quantity.APEX]
-    return (
-        *([family_claim(planned)] if planned else []),
-        *(savings_claim(content, item) for item in joules),
-        *(difference_claim(content, item) for item in heights),
-    )
+    found = [
+        *([(family_claim(planned), planned)] if planned else []),
+        *((savings_claim(content, item), [item]) for item in joules),
+        *((difference_claim(content, item), [item]) for item in heights),
+    ]
+    claims = [claim for claim, _about in found]
+    marked = [place for place, (_, about) in enumerate(found, start=1) if any(item.one_day_each for item in about)]
+    if (untold := days_claim(content)) is not None:
+        claims.insert(min(marked, default=len(claims)), untold)
+    return tuple(claims)

@@ -13,7 +13,13 @@ from labbook.analysis.conditions import RunNumber
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown
-from reports.content import Day, Flow, Order, PackMean, RunPoint
+from reports.content import Day, Flow, Order, PackMean, Quantity, RunPoint
+
+_NO_NUMBER: Mapping[Quantity, str] = {
+    Quantity.JOULES: "joules are undefined",
+    Quantity.APEX: "none of its jumps counts",
+}
+"""Why a run has no number though it has what that comes from."""
 
 
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
@@ -41,27 +47,32 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
     """Count runs and jumps from the plan to the numbers; with a selection, planned runs of its conditions only."""
     selected = analysis.evidence.selected
     jump_runs = analysis.evidence.runs
-    used = {*analysis.energies.results, *analysis.apexes.results}
-    excluded = Counter(
-        " and ".join(filter(None, (analysis.energies.missing.get(run.uid), analysis.apexes.missing.get(run.uid))))
-        for run in jump_runs
-        if run.uid not in used
-    )
-    excluded.update(
-        f"{run.kind} run"
-        for run in selected
-        if run.kind not in (RunKind.JUMPS, RunKind.IDLE) and run.state is not RunState.VOID
-    )
-    judged = [item for judgement in analysis.apexes.judgements.values() for item in judgement.jumps]
+    used = {
+        quantity: {one.run.uid for condition in conditions for one in condition.runs}
+        for quantity, conditions in ((Quantity.JOULES, analysis.joules), (Quantity.APEX, analysis.apex_heights))
+    }
+    missing = {Quantity.JOULES: analysis.energies.missing, Quantity.APEX: analysis.apexes.missing}
+    with_heights = [run for run in jump_runs if run.uid in used[Quantity.APEX]]
+    judged = [item for run in with_heights for item in analysis.apexes.judgements[run.uid].jumps]
     jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
     return Flow(
         runs_planned=_planned_count(analysis, planned) or None,
         runs_done=len(selected),
         runs_void=sum(run.state is RunState.VOID for run in selected),
         runs_idle=sum(run.kind is RunKind.IDLE and run.state is not RunState.VOID for run in selected),
-        runs_excluded=dict(excluded),
-        runs_analysed=sum(run.uid in used for run in jump_runs),
-        jumps_made=sum(run.jumps_made for run in jump_runs),
+        runs_other=Counter(
+            f"{run.kind} run"
+            for run in selected
+            if run.kind not in (RunKind.JUMPS, RunKind.IDLE) and run.state is not RunState.VOID
+        ),
+        runs_with={quantity: len(runs) for quantity, runs in used.items()},
+        runs_without={
+            quantity: Counter(
+                missing[quantity].get(run.uid, _NO_NUMBER[quantity]) for run in jump_runs if run.uid not in runs
+            )
+            for quantity, runs in used.items()
+        },
+        jumps_made=sum(run.jumps_made for run in with_heights),
         jumps_detected=len(judged),
         jumps_excluded=dict(jumps_excluded),
         jumps_analysed=sum(item.excluded is None for item in judged),
@@ -75,21 +86,25 @@ def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> in
     return sum((row.condition_key or "") in conditions for row in planned)
 
 
-def order(analysis: StudyAnalysis, shown: Shown) -> Order:
-    """Set every run's joules against its position in the day and its pack, as deviations from its condition."""
+def order(analysis: StudyAnalysis, shown: Shown, *, told: bool) -> Order:
+    """Set every run's joules against its position in the day and its pack, as deviations from its condition.
+
+    `told`: the claims say already that levels of the swept factor cannot be told from their days.
+    """
     points = [
         _point(item, item.value - sum(condition.values) / len(condition.values))
         for condition in analysis.joules
         for item in condition.runs
     ]
     packs = tuple(PackMean(pack, shown.number(row, "deviation")) for pack, row in analysis.packs.items())
-    return Order(tuple(points), packs, None, tuple(confounded_with_day(analysis)))
+    return Order(tuple(points), packs, None, tuple(confounded_with_day(analysis, told=told)))
 
 
-def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
+def confounded_with_day(analysis: StudyAnalysis, *, told: bool = False) -> list[str]:
     """Say which factors cannot be told from the day, because most days saw one level of them only.
 
-    A day with a single run shows nothing of the kind and does not count.
+    A day with a single run shows nothing of the kind and does not count. The swept factor is left out where it was
+    `told` that none of its comparisons can be told from days.
     """
     runs = [run for run in analysis.evidence.runs if run.levels]
     by_day: dict[str, list[RunRow]] = {}
@@ -102,6 +117,8 @@ def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
         single = sum(len({run.levels.get(factor.name) for run in of_day}) == 1 for of_day in days_of)
         if len(levels) > 1 and 2 * single > len(days_of):
             named.add(factor.name)
+            if told and factor.name == analysis.swept:
+                continue
             title = factor_title(analysis, factor.name).lower()
             sentences.append(
                 f"{_days(single, len(days_of))} all runs had one level of the {title}: "

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from data_schema.queries.study import FactorRow
 from data_schema.vocabulary import FactorKind
+from labbook.analysis.condition_order import place
 from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
@@ -61,8 +62,8 @@ def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:
     """
     joules = {item.key: item for item in analysis.joules}
     apexes = {item.key: item for item in analysis.apex_heights}
-    factors = sorted(analysis.evidence.factors, key=lambda row: row.name == analysis.swept)
-    ordered = sorted({**joules, **apexes}.values(), key=lambda item: _place(factors, item.levels))
+    known = {row.name: [level.label for level in row.levels] for row in analysis.evidence.factors}
+    ordered = sorted({**joules, **apexes}.values(), key=lambda item: place(known, analysis.swept, item.levels))
     return tuple(
         Condition(
             levels=_levels(analysis, item.levels),
@@ -72,10 +73,6 @@ def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:
         )
         for item in ordered
     )
-
-
-def _place(rows: Sequence[FactorRow], levels: Mapping[str, str]) -> list[int]:
-    return [[level.label for level in row.levels].index(levels[row.name]) if row.name in levels else -1 for row in rows]
 
 
 def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, ...]:

@@ -54,7 +54,12 @@ def made_before(planned: Planned) -> tuple[str, ...]:
 
 
 def _departures(planned: Planned) -> tuple[str, ...]:
-    return tuple(f"Departure: {said}." for said in planned.departures if said != NOTHING_DECIDED)
+    return tuple(departure_sentence(said) for said in planned.departures if said != NOTHING_DECIDED)
+
+
+def departure_sentence(said: str) -> str:
+    """Write a departure of `Planned` as a sentence."""
+    return f"Departure: {said}."
 
 
 def _settings(settings: AnalysisSettings) -> str:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Sequence
 
+from labbook.analysis.planned import AS_A_WHOLE, Reason
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.planned import made_before, planned_sentences
+from labbook.presenting.planned import departure_sentence, made_before, planned_sentences
 from reports.content import Comparison, Quantity
+from reports.wording import sentence_start
 
 
 def decided(analysis: StudyAnalysis) -> tuple[str, ...]:
@@ -15,25 +17,46 @@ def decided(analysis: StudyAnalysis) -> tuple[str, ...]:
 
 
 def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple[str, ...]:
-    """Return what departs from it, and which comparisons are exploratory for what reason."""
+    """Return what departs from it, each with what is exploratory for it; then what was not planned at all, and why.
+
+    `compared` shows the analysis's comparisons in their order.
+    """
     planned = analysis.planned
     said = planned_sentences(planned)[len(decided(analysis)) :]
     if not planned.stated:
         return said
-    reasons: dict[str, dict[str, None]] = {}
-    for item in compared:
-        if item.exploratory:
-            reasons.setdefault(item.exploratory, {})[f"{item.family} ({item.quantity})"] = None
-        if item.equivalence is not None and item.equivalence.exploratory:
-            name = f"{item.family} (equivalence of {item.quantity})"
-            reasons.setdefault(item.equivalence.exploratory, {})[name] = None
+    departing: dict[str, dict[str, None]] = {}
+    others: dict[str, dict[str, None]] = {}
+    for reason, name in _exploratory(analysis, compared):
+        for departure in reason.departures:
+            departing.setdefault(departure_sentence(departure), {})[name] = None
+        if not reason.departures:
+            others.setdefault(reason.text, {})[name] = None
+    as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if departing and planned.left_out else ()
+    return (
+        *(_with_exploratory(sentence, departing.get(sentence, ())) for sentence in said),
+        *as_a_whole,
+        *(f"Exploratory, because {reason}: {', '.join(names)}." for reason, names in others.items()),
+    )
+
+
+def _with_exploratory(sentence: str, names: Collection[str]) -> str:
+    return f"{sentence} Exploratory for it: {', '.join(names)}." if names else sentence
+
+
+def _exploratory(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> Iterator[tuple[Reason, str]]:
+    """Give a reason and what is exploratory for it, comparison by comparison, then what no plan can have."""
+    planned = analysis.planned
+    for item, shown in zip(analysis.compared, compared, strict=True):
+        asked = (item.pair.family, item.conditions)
+        if reason := planned.reason(item.quantity, *asked):
+            yield reason, f"{shown.family} ({shown.quantity})"
+        if shown.equivalence is not None and (reason := planned.reason_of_equivalence(*asked)):
+            yield reason, f"{shown.family} (equivalence of {shown.quantity})"
     for tested in analysis.anovas:
-        name = f"one-way analysis of variance ({tested.quantity})"
-        reasons.setdefault(planned.exploratory_anova(), {})[name] = None
+        yield Reason(planned.exploratory_anova()), f"one-way analysis of variance ({tested.quantity})"
     for jumps in analysis.jump_tests:
-        reasons.setdefault(planned.exploratory_jumps(), {})[f"{jumps.pair.family}, over single jumps"] = None
-    found = (f"Exploratory, because {reason}: {', '.join(families)}." for reason, families in reasons.items())
-    return (*said, *found)
+        yield Reason(planned.exploratory_jumps()), f"{jumps.pair.family}, over single jumps"
 
 
 def no_equivalence(analysis: StudyAnalysis) -> str:

@@ -21,7 +21,7 @@ def absent_quantity(content: ReportContent, quantity: Quantity, what: str) -> st
     """Give the reason why there is nothing of the quantity to draw, None where there is; `what` is its plural."""
     if has_quantity(content, quantity):
         return None
-    if content.flow.runs_done and not content.flow.jumps_made:
+    if content.flow.runs_done and not content.flow.has_jump_runs:
         return f"There are no {what} for this selection: none of its runs counts as one of jumps."
     return absence_text(content, f"are no {what}")
 

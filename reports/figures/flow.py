@@ -11,7 +11,7 @@ from matplotlib.patches import FancyBboxPatch
 from reports.content import ReportContent
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, is_narrow
-from reports.flow_steps import Step, jump_steps, run_steps
+from reports.flow_steps import Step, flow_lines
 
 _BOX_IN, _SIDE_IN, _BETWEEN_IN = 1.2, 1.75, 0.32
 _LINE_IN, _PAD_IN, _GAP_IN = 0.135, 0.1, 0.16
@@ -19,8 +19,8 @@ _SIDE_LETTERS = 31
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
-    """Draw runs and jumps as two lines of boxes, beside each other where the page is wide enough."""
-    lines = [run_steps(content.flow), jump_steps(content.flow)]
+    """Draw a line of boxes a quantity, beside each other where the page is wide enough."""
+    lines = [*flow_lines(content.flow).values()]
     heights = [_height(steps) for steps in lines]
     narrow = is_narrow(width_in)
     height = sum(heights) + 0.35 if narrow else max(heights)
@@ -106,16 +106,23 @@ def _draw_box(axes: Axes, corner: tuple[float, float], size: tuple[float, float]
 def caption(content: ReportContent) -> str:
     """Say what is counted."""
     plan = "" if content.flow.runs_planned is not None else " No plan was written for this selection."
-    return f"Runs and jumps of the selection, from what was made to what is analysed.{plan}"
+    return (
+        "Runs and jumps of the selection, from what was made to what is analysed, for joules and for apex heights; "
+        f"jumps are those of the runs with heights.{plan}"
+    )
 
 
 def alternative(content: ReportContent) -> str:
     """Describe the diagram in words: every box and what left before it."""
-    steps = (*run_steps(content.flow), *jump_steps(content.flow))
-    parts = [
-        f"{step.count} {step.name}" + (f" (after {'; '.join(step.leaving)})" if step.leaving else "") for step in steps
+    lines = [
+        f"for {quantity} {', '.join(map(_step_text, steps))}" for quantity, steps in flow_lines(content.flow).items()
     ]
-    return f"Flow diagram: {', '.join(parts)}."
+    return f"Flow diagram: {'; '.join(lines)}."
+
+
+def _step_text(step: Step) -> str:
+    left = f" (after {', '.join(step.leaving)})" if step.leaving else ""
+    return f"{step.count} {step.name}{left}"
 
 
 def absent(content: ReportContent) -> str | None:

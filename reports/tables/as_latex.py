@@ -66,7 +66,7 @@ def latex_bytes(table: Table) -> bytes:
     long = layout.lines > PAGE_LINES
     heads = " & ".join(_head(column, layout) for column in columns) + r" \\"
     notes = table.footnotes
-    below = [rf"\textsuperscript{{{mark}}}~undefined: {latex_text(note)}" for note, mark in notes.items()]
+    below = [rf"\textsuperscript{{{mark}}}~{latex_text(note)}" for mark, note in table.explained.items()]
     caption = latex_text(table.caption)
     label = rf"\label{{tab:{table.name.replace('_', '-')}}}"
     packages = "array, booktabs, longtable" if long else "array, booktabs"

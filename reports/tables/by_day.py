@@ -8,7 +8,7 @@ from reports.content import Comparison, ReportContent
 from reports.display import common_places, shown_unit
 from reports.inference import ByDay
 from reports.numbers import Quantity
-from reports.tables.placing import COMPARISON, EXPLORATORY, exploratory_note, placed
+from reports.tables.placing import COMPARISON, EXPLORATORY, dash_of_one_day_each, exploratory_note, placed
 from reports.tables.table import (
     PROVENANCE,
     STORED_UNITS,
@@ -64,9 +64,9 @@ def _table(content: ReportContent, quantity: Quantity, name: str) -> Table:
                 first,
                 count(by_day.days),
                 number_cell(by_day.difference, places),
-                interval_cell(by_day.difference, places),
-                *statistic_cells(by_day.test),
-                number_cell(by_day.day_sd, places),
+                dash_of_one_day_each(interval_cell(by_day.difference, places), comparison.one_day_each),
+                *(dash_of_one_day_each(cell, comparison.one_day_each) for cell in statistic_cells(by_day.test)),
+                dash_of_one_day_each(number_cell(by_day.day_sd, places), comparison.one_day_each),
                 number_cell(by_day.run_sd, places),
                 Cell(by_day.kind, (by_day.method,)),
                 provenance_cell(by_day.difference.provenance),

@@ -8,6 +8,7 @@ from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, level_text, shown_unit
 from reports.inference import Equivalence
+from reports.one_day_each import FOOTNOTE
 from reports.sentences import bounds_text
 from reports.tables.placing import COMPARISON, EXPLORATORY, ONE_DAY_EACH, exploratory_note, on_one_day_each, placed
 from reports.tables.table import (
@@ -91,7 +92,7 @@ def _table(content: ReportContent) -> Table:
 
 
 def _verdict(item: Equivalence, one_day_each: str) -> Cell:
-    note = item.p.reason if isinstance(item.p, Undefined) else one_day_each
+    note = item.p.reason if isinstance(item.p, Undefined) else FOOTNOTE if one_day_each else ""
     return Cell(
         DASH if one_day_each else _VERDICTS[item.shown],
         (None if item.shown is None else str(item.shown).lower(),),

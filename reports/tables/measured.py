@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from reports.content import Condition, Day, Factor, ReportContent
 from reports.display import DASH, EQUALS, general_text, with_unit
-from reports.flow_steps import jump_steps, run_steps
+from reports.flow_steps import flow_lines
 from reports.naming import group_name, swept_factor, swept_words
 from reports.tables.table import Cell, Column, Row, Table, TableKind, count, provenance_cell, words
 
@@ -60,12 +60,16 @@ def _levels_text(swept: Factor | None, conditions: list[Condition]) -> str:
 
 def _flow(content: ReportContent) -> Table:
     columns = (
+        Column("analysis", ("analysis",), numeric=False),
         Column("step", ("step",), numeric=False),
         Column("count", ("count",)),
         Column("left out before it", ("left_out",), numeric=False, prose=True),
     )
-    steps = (*run_steps(content.flow), *jump_steps(content.flow))
-    rows = tuple(Row((words(step.name), count(step.count), words("; ".join(step.leaving)))) for step in steps)
+    rows = tuple(
+        Row((words(str(quantity)), words(step.name), count(step.count), words("; ".join(step.leaving))))
+        for quantity, steps in flow_lines(content.flow).items()
+        for step in steps
+    )
     return Table("flow", "Runs and jumps, from what was planned to what was analysed.", columns, rows)
 
 

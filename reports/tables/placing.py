@@ -9,13 +9,14 @@ from dataclasses import replace
 from reports.content import Comparison, ReportContent
 from reports.display import DASH
 from reports.naming import level_of, levels_name
+from reports.one_day_each import FOOTNOTE
 from reports.tables.table import Cell, Column
 
 COMPARISON = Column("comparison", ("family", "group", "level"), numeric=False)
 EXPLORATORY = Column("exploratory", ("exploratory",), numeric=False, shown=False)
 """Why a comparison is exploratory; the page says so in the heading of its block and in the caption."""
 ONE_DAY_EACH = Column("one day each", ("one_day_each",), numeric=False, shown=False)
-"""What the row's p and intervals cannot tell; the page has it as their footnote."""
+"""What the row's p and intervals cannot tell; the page marks them in a footnote."""
 
 Why = Callable[[Comparison], str]
 
@@ -55,8 +56,13 @@ def exploratory_note(comparisons: Iterable[Comparison], why: Why = why_explorato
 
 
 def on_one_day_each(cell: Cell, why: str) -> Cell:
-    """Mark a p or an interval with the footnote on what it cannot tell; a dash tells nothing anyhow."""
-    return cell if cell.text == DASH else replace(cell, note=why)
+    """Mark a p or an interval that cannot tell groups of one day each (`why`) from days; a dash tells nothing."""
+    return replace(cell, note=FOOTNOTE) if why and cell.text != DASH else cell
+
+
+def dash_of_one_day_each(cell: Cell, why: str) -> Cell:
+    """Give a dash where groups had one day each (`why`) the same footnote; the file has its own reason."""
+    return replace(cell, note=FOOTNOTE) if why and cell.text == DASH else cell
 
 
 def reasons_note(given: Iterable[str]) -> str:

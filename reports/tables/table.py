@@ -84,6 +84,12 @@ class Table:
         reasons = dict.fromkeys(cell.note for row in self.rows for cell in self.cells(row) if cell.note)
         return {reason: _mark(index) for index, reason in enumerate(reasons)}
 
+    @property
+    def explained(self) -> dict[str, str]:
+        """Return what stands below the table by mark: why dashes are undefined, what other cells cannot tell."""
+        shown = {cell.note for row in self.rows for cell in self.cells(row) if cell.text != DASH}
+        return {mark: note if note in shown else f"undefined: {note}" for note, mark in self.footnotes.items()}
+
 
 def _mark(index: int) -> str:
     letters, index = "", index + 1

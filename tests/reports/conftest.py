@@ -338,8 +338,10 @@ def make_content(seed=5):
         title="Active damping on a granular bed", study="granular bed", selection="k_gain in (300, 400)",
         made_at="2021-07-30 14:05", software_version="0.1.0", configuration_hash="9c41f2e07ab3",
         detector="robust", people=("Ada Nwosu (AN)", "Li Wei (LW)"), days=days,
-        flow=Flow(280, 272, 4, 12, {"no charge record": 2, "pack swapped during the run": 1}, 253, 6325, 6311,
-                  {"first jumps of a run": 506, "touches a dropped packet": 83, "rejected on review": 21}, 5701),
+        flow=Flow(280, 272, 4, 12, {}, {Quantity.JOULES: 253, Quantity.APEX: 255},
+                  {Quantity.JOULES: {"no charge record": 2, "pack swapped during the run": 1},
+                   Quantity.APEX: {"no log with a body height": 1}}, 6375, 6361,
+                  {"first jumps of a run": 506, "touches a dropped packet": 83, "rejected on review": 21}, 5751),
         factors=FACTORS, conditions=conditions, claims=(), comparisons=comparisons, anovas=anovas,
         jump_comparisons=tuple(c for c in comparisons if c.quantity is Quantity.APEX and c.level == "pooled"),
         drains=(_drain(maker),),
@@ -371,7 +373,8 @@ def make_minimal():
     return ReportContent(
         title="One condition", study="granular bed", selection="", made_at="2021-07-30 14:05",
         software_version="0.1.0", configuration_hash="9c41f2e07ab3", detector="published", people=(), days=(),
-        flow=Flow(None, 10, 0, 0, {}, 10, 250, 250, {}, 250), factors=FACTORS, conditions=(condition,),
+        flow=Flow(None, 10, 0, 0, {}, dict.fromkeys(Quantity, 10), {key: {} for key in Quantity}, 250, 250, {}, 250),
+        factors=FACTORS, conditions=(condition,),
         claims=(Claim("Nothing is claimed from one condition."),),
     )  # fmt: skip
 

@@ -160,6 +160,61 @@ def test_what_was_taken_off_a_run_and_given_to_another_is_told_once(honest: Smal
     assert said.endswith(f"which leaves run r002, r003 without {lost}")
 
 
+AWAY = [("r003", "belongs there"), ("none", "does it?")]
+
+
+@pytest.mark.parametrize(
+    "back",
+    [
+        [*AWAY, ("r002", None)],
+        [("r003", "belongs there"), ("r002", "no")],
+        [("none", "does it?"), ("r003", None), ("r002", "no")],
+        [("none", "does it?"), ("r003", None), ("none", "no"), ("r002", None)],
+    ],
+)
+@pytest.mark.parametrize("what", ["r002.csv", "2021-06-14.csv#2"])
+@pytest.mark.parametrize("reported", [True, False])
+def test_what_is_where_it_was_in_the_end_is_no_departure(
+    honest: SmallBook, what: str, back: list[tuple[str, str | None]], reported: bool
+) -> None:
+    """By whichever way it went to another run and came back, where no report was made meanwhile."""
+    if reported:
+        reports(honest)
+    for run, why in back:
+        assigns(honest, what, run, why)
+    assert planned(honest).departures == ()
+
+
+def test_a_log_that_a_report_saw_at_another_run_is_told(honest: SmallBook) -> None:
+    assigns(honest, "r002.csv", *AWAY[0])
+    reports(honest)
+    for run, why in (AWAY[1], ("r002", None)):
+        assigns(honest, "r002.csv", run, why)
+    (said,) = planned(honest).departures
+    assert "r002.csv was taken off run r003 and given to run r002" in said
+
+
+def test_a_log_that_was_moved_before_it_was_taken_off_is_told_once_and_by_its_name(honest: SmallBook) -> None:
+    for run, why in AWAY:
+        assigns(honest, "r002.csv", run, why)
+    (said,) = planned(honest).departures
+    assert ": r002.csv was taken off run r002 (Ada Nwosu, " in said
+    assert said.endswith("which leaves run r002 without apex height")
+    rebuild_database(honest.folder, lambda _step: None)
+    assert planned(honest).departures == (said,)
+
+
+def test_a_further_log_of_a_run_with_two_starts_is_no_departure_whichever_command_brought_it(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + DECIDED)
+    with made.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+    ingests(made, another_log(made, "r002 again.csv"))
+    assert planned(made).departures == ()
+
+
 def test_a_log_that_a_report_missed_is_told_though_it_was_there_before(honest: SmallBook) -> None:
     assigns(honest, "r002.csv", "none", "was it this one?")
     reports(honest)
@@ -258,7 +313,7 @@ def test_a_run_stands_where_the_report_saw_it(honest: SmallBook) -> None:
     assert found.exploratory(Quantity.JOULES, POOLED) is None
     moves(honest, "small")
     (said,) = planned(honest).departures
-    assert said.endswith("after a report had been made")
+    assert said.startswith("the condition of run r002 was corrected after a report had been made: it was foot=large ")
     assert planned(honest).exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
 
 
@@ -269,7 +324,8 @@ def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(
         correct(book, desk, "r002", ["foot=large"], "looked odd")
     found = planned(honest)
     (said,) = found.departures
-    assert said.endswith("after a report had been made")
+    corrected = "the condition of run r002 was corrected after a report had been made"
+    assert said.startswith(f"{corrected}: it was {was} and is {key_of(honest, 'r002')} (Ada Nwosu, ")
     for key in (was, key_of(honest, "r002")):
         assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
         assert found.exploratory_equivalence(POOLED, [key]) == said

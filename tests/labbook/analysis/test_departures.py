@@ -128,6 +128,19 @@ def test_a_selection_by_day_parts_every_condition(honest: SmallBook) -> None:
     assert all("and takes its other runs" in said for said in found.departures)
 
 
+def test_conditions_are_named_in_the_order_of_the_tables(honest: SmallBook) -> None:
+    """The runs were made in another order: the small foot without damping came first."""
+    keys = [key_of(honest, run) for run in ("r003", "r005", "r001", "r002")]
+    with honest.open() as book:
+        content = state_report(book, None, ADA, lambda _step: None).content
+    shown = [" ".join(f"{level.factor}={level.label}" for level in item.levels) for item in content.conditions]
+    assert shown == keys
+    left, _why = reported(honest, "foot=small and b_ad_gain=0")
+    assert [said.split("planned: ")[1] for said in left.departures] == ["; ".join([*keys[:2], keys[3]])]
+    parted, _why = reported(honest, "day=2021-06-14")
+    assert [said.split("of the condition ")[1].split(" and takes")[0] for said in parted.departures] == keys
+
+
 def test_a_run_without_numbers_may_be_left_out(honest: SmallBook) -> None:
     with honest.open() as book, book.desk(ADA) as desk:
         void(desk, "r002", "misfire")

@@ -8,10 +8,14 @@ import pytest
 
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
+from labbook.presenting.course import confounded_with_day
 from labbook.presenting.making import MadeReport
 from labbook.presenting.one_day_each import one_day_each
 from reports.content import Quantity
-from tests.helpers.books import ADA, DAYS, small_book
+from reports.one_day_each import FOOTNOTE
+from reports.tables.as_csv import csv_bytes
+from reports.tables.registry import TABLES
+from tests.helpers.books import ADA, DAYS, ingest_all, small_book
 from tests.helpers.pages import quick_page
 
 FIRST, SECOND = DAYS
@@ -58,16 +62,46 @@ def test_every_test_on_runs_says_that_it_cannot_tell_the_treatment_from_the_day(
 
 
 def test_claims_of_the_page_do_not_take_days_for_the_treatment(confounded: MadeReport) -> None:
-    saved, _of_one_run, height, _of_one_run_too = (claim.text for claim in confounded.content.claims)
+    saved, _in_full, _of_one_run, height, _of_one_run_too = (claim.text for claim in confounded.content.claims)
     assert saved.startswith("No saving with the small foot")
     assert ", which cannot be told from a difference between days (" in height
     assert "cannot be told from a difference between days (90" in height
     for text in (saved, height):
-        assert f". {SAID[:1].upper()}{SAID[1:]}." in text
-        assert "; by day t undefined: the treatment and the control were measured on one day each" in text.replace(
-            "\u00a0", " "
-        )
-    assert SAID in quick_page(confounded.content)
+        assert "measured on one day each" not in text
+
+
+def test_what_days_leave_untold_is_said_once_after_the_first_claim(confounded: MadeReport) -> None:
+    content, in_full = confounded.content, "the groups were measured on one day each, and not all on the same one"
+    second = content.claims[1].text.replace("\u00a0", " ")
+    assert second.startswith(f"In 5 comparisons and 2 tests over single jumps {in_full}, so that a p or an interval ")
+    page = quick_page(content)
+    assert page.count("measured on one day each") == 1
+    assert "Conditions and days are confounded" not in page
+    assert content.order.sentences == ()
+    tables = [kind.make(content) for kind in TABLES.values()]
+    marked = {table.name for table in tables if FOOTNOTE in table.footnotes}
+    over_runs = {"headlines", "comparisons_joules", "comparisons_apex", "equivalence", "tests_joules", "tests_apex"}
+    assert marked == over_runs | {"tests_jumps", "by_day_joules", "by_day_apex"}
+    assert FOOTNOTE in page
+    assert f"undefined: {FOOTNOTE}" not in "".join(TABLES["headlines"].make(content).explained.values())
+    assert f'"{SAID}"' in csv_bytes(TABLES["comparisons_joules"].make(content)).decode()
+
+
+def test_a_family_of_levels_says_how_many_cannot_be_told_from_days(tmp_path: Path) -> None:
+    book = small_book(tmp_path, ingested=False)
+    book.toml.write_text(f'{book.toml.read_text()}\n[analysis]\nfamily = "each"\n')
+    with book.open() as opened:
+        ingest_all(opened, book.instruments)
+        content = state_report(opened, APART, ADA, lambda _step: None).content
+    family = content.claims[0].text.replace("\u00a0", " ")
+    assert "none of 2 comparisons of joules a jump (1 cannot be told from a difference between days) and " in family
+    assert "the groups were measured on one day each" in content.claims[1].text
+
+
+def test_a_factor_is_confounded_with_days_where_no_claim_says_so(confounded: MadeReport) -> None:
+    (sentence,) = confounded_with_day(confounded.analysis)
+    assert "all runs had one level of the active-damping coefficient" in sentence
+    assert confounded_with_day(confounded.analysis, told=True) == []
 
 
 def test_on_shared_days_nothing_of_that_is_said(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ import pytest
 from data_schema.vocabulary import Undefined
 from reports.by_day_sentences import by_day_sentences
 from reports.numbers import Quantity
+from reports.one_day_each import FOOTNOTE
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.pages import quick_page
@@ -92,6 +93,11 @@ def test_confounded_days_are_said_once_with_the_comparisons_that_it_is_true_of(c
     table = TABLES["by_day_joules"].make(one)
     assert table.footnotes == {"one day each": "a"}
     assert csv_rows("by_day_joules", one)[0]["confounding"] == "No day joins them."
+    marked = changed(
+        one, lambda c: dataclasses.replace(c, one_day_each="one day each"), lambda c: c.by_day.confounding != ""
+    )
+    assert by_day_sentences(marked, Quantity.JOULES) == []  # said among the claims
+    assert TABLES["by_day_joules"].make(marked).explained == {"a": f"undefined: {FOOTNOTE}"}
 
 
 def test_equivalence_has_both_tests_and_the_verdict(content):
@@ -128,10 +134,11 @@ def test_what_a_p_cannot_tell_is_its_footnote_and_stands_in_the_file(content, na
         anovas=tuple(dataclasses.replace(anova, one_day_each=why) for anova in content.anovas),
     )
     table, plain = (TABLES[name].make(each) for each in (told, content))
-    assert table.footnotes == plain.footnotes | {why: "abc"[len(plain.footnotes)]}
+    assert table.footnotes == plain.footnotes | {FOOTNOTE: "abc"[len(plain.footnotes)]}
+    assert table.explained == plain.explained | {table.footnotes[FOOTNOTE]: FOOTNOTE}  # a p that is there is no reason
     of_tests = {"F (df)", "t (df)", "Welch t (df)", "Brown-Forsythe p"}
     for row in table.rows:
-        marked = {column.title for column, cell in zip(table.columns, row.cells, strict=True) if cell.note == why}
+        marked = {column.title for column, cell in zip(table.columns, row.cells, strict=True) if cell.note == FOOTNOTE}
         assert marked <= titles
         assert "p" in marked
         assert not marked & of_tests
@@ -140,7 +147,9 @@ def test_what_a_p_cannot_tell_is_its_footnote_and_stands_in_the_file(content, na
     if name == "equivalence":
         assert {row.cells[9].text for row in table.rows} == {"–"}
     if name == "anovas":
-        assert "Control and treatment had one day each." in quick_page(told)
+        page = quick_page(told)
+        assert why not in page
+        assert page.count("; cannot be told from a difference between days)") == len(content.anovas)
 
 
 def test_without_a_test_of_equivalence_the_page_says_why(content):

@@ -77,9 +77,12 @@ def test_sensitivity_lists_each_headline_first(content):
 
 
 def test_flow_and_days(content):
-    flow = {row["step"]: row for row in csv_rows("flow", content)}
-    assert flow["runs done"]["count"] == "272"
-    assert "2 excluded: no charge record" in flow["runs analysed"]["left_out"]
+    flow = {(row["analysis"], row["step"]): row for row in csv_rows("flow", content)}
+    assert {row["count"] for (_, step), row in flow.items() if step == "runs done"} == {"272"}
+    joules, heights = flow["joules a jump", "runs with joules"], flow["apex height", "runs with heights"]
+    assert (joules["count"], heights["count"]) == ("253", "255")
+    assert "2 excluded: no charge record" in joules["left_out"]
+    assert heights["left_out"] == "4 void; 12 idle, for the passive drain; 1 excluded: no log with a body height"
     days = csv_rows("days", content)
     assert [day["day"] for day in days] == [day.date for day in content.days]
     assert days[2]["checks_not_made"] == "sensor zero"

@@ -1,0 +1,69 @@
+"""Runs are counted by what each analysis used: a run without joules is none of those that joules come from."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+
+import pytest
+
+from labbook.actions.assigning import assign
+from labbook.actions.jump_review import decide
+from labbook.actions.report_command import state_report
+from labbook.presenting.making import MadeReport
+from reports.figures.registry import FIGURES
+from reports.numbers import Quantity
+from reports.tables.as_csv import csv_bytes
+from reports.tables.registry import TABLES
+from tests.helpers.books import ADA, JUMPS, small_book
+from tests.helpers.pages import quick_page
+
+RUNS, IDLE = 12, 4
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
+    """A report on runs of which one has no charge, another no log, and a third no jump that counts."""
+    book = small_book(tmp_path_factory.mktemp("flow"))
+    with book.open() as opened, opened.desk(ADA) as desk:
+        assign(desk, "2021-06-14.csv#2", "none", "of another run")
+        assign(desk, "r003.csv", "none", "of another run")
+        decide(opened, desk, "r004", [1, 2, 3], "reject", "misfire", None)
+    with book.open() as opened:
+        return state_report(opened, None, ADA, lambda _step: None)
+
+
+def test_runs_count_where_their_number_was_used_and_the_others_have_a_reason(made: MadeReport) -> None:
+    flow = made.content.flow
+    assert flow.runs_with == {Quantity.JOULES: RUNS - 1, Quantity.APEX: RUNS - 2}
+    assert flow.runs_without == {
+        Quantity.JOULES: {"no charge recorded": 1},
+        Quantity.APEX: {"no log with a body height": 1, "none of its jumps counts": 1},
+    }
+    for quantity in Quantity:
+        assert flow.runs_with[quantity] + sum(flow.runs_without[quantity].values()) == RUNS
+        summaries = [condition.summary(quantity) for condition in made.content.conditions]
+        assert flow.runs_with[quantity] == sum(len(summary.runs) for summary in summaries if summary is not None)
+
+
+def test_jumps_are_those_of_the_runs_with_heights(made: MadeReport) -> None:
+    flow = made.content.flow
+    assert (flow.jumps_made, flow.jumps_detected) == (JUMPS * (RUNS - 2),) * 2
+    assert flow.jumps_analysed + sum(flow.jumps_excluded.values()) == flow.jumps_detected
+    assert not any("misfire" in reason for reason in flow.jumps_excluded)
+
+
+def test_figure_table_and_page_give_both_counts(made: MadeReport) -> None:
+    content = made.content
+    rows = list(csv.DictReader(io.StringIO(csv_bytes(TABLES["flow"].make(content)).decode())))
+    counts = {row["step"]: (row["count"], row["left_out"]) for row in rows}
+    idle = f"{IDLE} idle, for the passive drain"
+    assert counts["runs with joules"] == ("11", f"{idle}; 1 excluded: no charge recorded")
+    assert counts["runs with heights"][0] == "10"
+    words = FIGURES["flow"].alternative(content)
+    assert f"11 runs with joules (after {idle}, 1 excluded: no charge recorded)" in words
+    page = re.sub(r"\s+", " ", quick_page(content)).replace("\u00a0", " ")
+    assert "16 runs of this selection were made on 2 days; joules come from 11, apex heights from 10 with " in page
+    assert "16, joules from 11, apex heights from 10" in page
+    assert "12 of 16" not in page

@@ -1,0 +1,67 @@
+"""What departs from the plan stands once on the page, with all that is exploratory for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from labbook.actions.correcting import void
+from labbook.actions.jump_review import decide
+from labbook.actions.report_command import state_report
+from labbook.analysis.pairing import POOLED
+from labbook.analysis.planned import AS_A_WHOLE
+from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+
+DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
+
+
+@pytest.fixture
+def honest(tmp_path: Path) -> SmallBook:
+    """A book whose analysis was decided before everything was ingested."""
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + DECIDED)
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+    return made
+
+
+def departures(made: SmallBook, where: str | None) -> tuple[str, ...]:
+    """What a report lists, once it was looked at that each departure stands in one line."""
+    with made.open() as book:
+        report = state_report(book, where, ADA, lambda _step: None)
+    said = report.content.departures
+    for departure in report.analysis.planned.departures:
+        assert [departure in line for line in said].count(True) == 1
+        assert "\n".join(said).count(departure) == 1
+    return said
+
+
+def test_a_departure_that_comparisons_share_is_told_once(honest: SmallBook) -> None:
+    """Joules rest on the run that the selection leaves out; heights rest on that and on the changed rule."""
+    honest.toml.write_text(honest.toml.read_text().replace("exclude_gap_jumps = true", "exclude_gap_jumps = false"))
+    rule, parted, *others = departures(honest, "run!=r002")
+    assert "exclude_gap_jumps" in rule
+    assert rule.endswith(f". Exploratory for it: {POOLED} (equivalence of apex height).")
+    assert "leaves out run r002 of the condition" in parted
+    assert parted.endswith(f". Exploratory for it: {POOLED} (joules a jump), {POOLED} (equivalence of apex height).")
+    assert others
+    assert all(line.startswith("Exploratory, because the ") for line in others)
+
+
+def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        void(desk, "r006", "foot came loose")
+        decide(book, desk, "r004", [1], "reject", "touched_by_hand", None)
+    run, jumps, whole, *_others = departures(honest, None)
+    assert run.startswith("Departure: run r006 is void (foot came loose), which was not allowed. Exploratory for it: ")
+    assert f"{POOLED} (joules a jump)" in run
+    assert f"{POOLED} (equivalence of apex height)" in run
+    assert jumps.endswith(f", which was not allowed. Exploratory for it: {POOLED} (equivalence of apex height).")
+    assert whole[1:] == f"{AS_A_WHOLE}."[1:]
+
+
+def test_a_departure_that_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None:
+    said, *_others = departures(honest, "foot=small")
+    assert said.startswith("Departure: the selection leaves out 2 conditions whole, so that fewer comparisons are made")
+    assert "Exploratory" not in said
