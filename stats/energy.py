@@ -19,6 +19,7 @@ from stats.checks import Missing, as_number, as_values
 from stats.complete import complete_rows
 from stats.error_free import Doubles
 from stats.finite import finite, refuse_beyond
+from stats.passive_drain import rounding_sd_mah
 from stats.results import Result
 from stats.summary import describe
 from stats.sums import moments
@@ -131,7 +132,7 @@ def energy_budget(
     """
     values, counts, left_out = _checked_runs(joules, jumps_made, missing)
     relative = as_number("the voltage's relative standard error", voltage_relative_se, low=0.0)
-    step_sd_mah = as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
+    step_sd_mah = rounding_sd_mah(resolution_mah)
     about = describe(values)
     mean = moments(values).mean
     worth = joules_per_mah(reference_voltage_v, _harmonic_mean(counts))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -16,7 +15,7 @@ from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import Drain, recharge_of
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on, rests_on_result
 from stats.energy import joules_per_jump, joules_per_mah
-from stats.passive_drain import PassiveDrain
+from stats.passive_drain import PassiveDrain, rounding_sd_mah
 from stats.shared_error import SharedError
 
 ALGORITHM = Algorithm("run_energy", 11)
@@ -96,7 +95,7 @@ def _outcome(run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, voltage_v: f
                 "joules_per_jump",
                 joules,
                 "J",
-                se=worth_j_mah * charge.resolution_mah / math.sqrt(12.0),
+                se=worth_j_mah * rounding_sd_mah(charge.resolution_mah),
                 shared_se=worth_j_mah * passive.se,
                 n=run.jumps_made,
             ),
