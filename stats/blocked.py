@@ -39,13 +39,13 @@ def blocked_by_day(
     """Compare the conditions of values of shape (n,), each with the labels of its condition, its day and its run.
 
     Runs are numbered within days: run 1 of Monday is not run 1 of Tuesday. Labels that are equal numbers, as 0 and 0.0,
-    are one, called "0". `control` is the condition that the others
-    are compared with, by default the first in order (numbers by size, words by alphabet). Agrees with lmerTest's
-    Satterthwaite tests; where contrasts differ in their degrees of freedom, lmerTest's overall F-test depends on the
-    order of the conditions and stands apart from the one that does not. Where the design has an exact F-test, that
-    stands beside them. Conditions of one day each get no p. Raises `InputRefused` for infinite values, labels of
-    another length or of more than one dimension, and, unless `missing` is "drop", for values or labels that are missing
-    (an infinite label and an empty one are); `UnknownName` for an unknown control.
+    are one, called "0". `control` is the condition that the others are compared with, by default the first in order
+    (numbers by size, words by alphabet). Agrees with lmerTest's Satterthwaite tests; where contrasts differ in their
+    degrees of freedom, lmerTest's overall F-test depends on the order of the conditions and stands apart from the one
+    that does not. Where the design has an exact F-test, that stands beside them. Conditions of one day each get no p.
+    Raises `InputRefused` for infinite values, labels of another length or of more than one dimension, and, unless
+    `missing` is "drop", for values or labels that are missing (an infinite label and an empty one are); `UnknownName`
+    for an unknown control.
     """
     level = as_level("level", level)
     read = _read(values, condition, day, run, control, missing)
