@@ -14,6 +14,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from stats.shared_error import ENOUGH_DEGREES
+
 FILE = importlib.resources.files("stats") / "recorded.csv"
 COLUMNS = (
     "method",
@@ -36,7 +38,8 @@ ERRORS = 2.0
 SEVERAL = 3
 """So many groups, and more, are alike here."""
 WITH_LINE = "_shared"
-"""Ends the name of a method that counts the error of a line through idle runs, which all values are corrected with."""
+"""Ends the name of a method that counts the error of a line through idle runs, which all values are corrected with; the
+last of `n` is then the number of these runs, which scatter as the last group does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +50,7 @@ class Recorded:
     kind: str
     """"size": share of studies without an effect that are rejected; "coverage": share of intervals with the truth."""
     n: tuple[int, ...]
-    """Number of values of each group, over all days; last that of the idle runs, where there is a line through them."""
+    """Number of values of each group, over all days; last that of the idle runs, if the method is one `WITH_LINE`."""
     sd_ratio: float
     """SD of the first group over that of the last; those between lie on equal ratios. Of a line, SD at its end over
     that at its start."""
@@ -70,8 +73,8 @@ class Recorded:
 
     @property
     def idle_runs(self) -> int:
-        """How many idle runs the line goes through that all values are corrected with; 0 without one."""
-        return self.n[-1] if self.method.endswith(WITH_LINE) and self.days is None else 0
+        """How many idle runs the line goes through that all values are corrected with; 0 of a method without one."""
+        return self.n[-1] if self.method.endswith(WITH_LINE) else 0
 
     @property
     def groups(self) -> tuple[int, ...]:
@@ -131,13 +134,20 @@ def weak_points(
     return tuple(row for row in rows if row.weak and _distance(row, n, days, idle_runs) == least)
 
 
-def _distance(row: Recorded, n: Sequence[int], days: int | None, idle_runs: int) -> tuple[float, float]:
-    """Return how far apart the numbers of days are, and then how far the sizes of groups and of idle runs."""
+def _distance(row: Recorded, n: Sequence[int], days: int | None, idle_runs: int) -> tuple[float, float, float]:
+    """Return how far apart designs are: errors joined in another way, then days, then the sizes of groups and lines."""
+    lines = bool(idle_runs and row.idle_runs)
+    other_way = lines and _one_quantile(idle_runs) != _one_quantile(row.idle_runs)
     apart = 0.0 if days is None or row.days is None else abs(row.days - days)
     sizes = [(min(row.groups), min(n)), (max(row.groups), max(n))]
-    if idle_runs and row.idle_runs:
+    if lines:
         sizes.append((row.idle_runs, idle_runs))
-    return apart, math.fsum(abs(math.log(one / other)) for one, other in sizes)
+    return float(other_way), apart, math.fsum(abs(math.log(one / other)) for one, other in sizes)
+
+
+def _one_quantile(idle_runs: int) -> bool:
+    """Whether scatter and the line's error have one quantile (`stats.shared_error.joints`)."""
+    return idle_runs - 2 >= ENOUGH_DEGREES
 
 
 def _row(fields: dict[str, str]) -> Recorded:

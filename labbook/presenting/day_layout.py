@@ -2,7 +2,9 @@
 
 What a difference of means takes from days is the variance between days times the sum, over the days, of the squared
 difference of both groups' shares of their runs: 0 where every day holds the same share of both, 2 where each had one
-day of its own. Set against what the difference takes from runs it decides how often tests err that know no days.
+day of its own. A test that knows no days expects of the difference what the runs' own scatter lets it, which holds
+what days make runs of a group differ by. How many times the variance exceeds what is expected (`_excess`, days and
+runs varying alike) decides how often such a test errs: on days of one run each it is 1, whosever the days are.
 """
 
 from __future__ import annotations
@@ -54,45 +56,40 @@ def with_days(groups: Runs) -> Found:
     """Return the design to look up for an analysis that has the day in it."""
     days = [set(group) for group in groups]
     layout = layout_of(days)
-    count = _days_an_unshared(days) if layout == MOSTLY else max(map(len, days))
-    return tuple(group.total() for group in groups), count, layout
+    return tuple(group.total() for group in groups), _days_counted(days, layout), layout
 
 
 def without_days(method: str, groups: Runs) -> Found:
-    """Return the design to look up for a method that knows no days: on record, and taking no less from days.
+    """Return the design to look up for a method that knows no days: on record, and exceeding no less what is expected.
 
-    That is so in itself and against what is taken from runs; of those designs it is one whose groups are about as
-    unequal in size, with the groups' own layout where there is one, and takes least. "shared" is where nothing is taken
-    from days.
+    Of those designs it is one whose groups are about as unequal in size, with the groups' own layout and number of days
+    where there is one, and exceeds it least; beyond the record, the one that exceeds it most. "shared" is where nothing
+    is taken from days.
     """
     days = [set(group) for group in groups]
-    sizes, most, layout = tuple(group.total() for group in groups), max(map(len, days)), layout_of(days)
-    pairs = [(_between(a, b), a.total(), b.total()) for a, b in combinations(groups, 2)]
-    taken = max(apart for apart, _a, _b in pairs)
-    if taken == 0.0:
-        return sizes, most, SHARED
-    rows = [
-        row
+    sizes, layout = tuple(group.total() for group in groups), layout_of(days)
+    count, pairs = _days_counted(days, layout), list(combinations(groups, 2))
+    if not any(_between(a, b) for a, b in pairs):
+        return sizes, max(map(len, days)), SHARED
+    excess = {
+        row: _excess_on_record(row)
         for row in recorded()
-        if row.method == method
-        and row.layout in _APART
-        and min(len(row.n), SEVERAL) == min(len(sizes), SEVERAL)
-        and _taken(row) >= taken * _ROUNDING
-    ]
-    if not rows:
-        return sizes, most, layout
-    ratio = max(apart / (1.0 / a + 1.0 / b) for apart, a, b in pairs)
-    enough = [row for row in rows if _ratio(row) >= ratio * _ROUNDING]
+        if row.method == method and row.layout in _APART and min(len(row.n), SEVERAL) == min(len(sizes), SEVERAL)
+    }
+    if not excess:
+        return sizes, max(map(len, days)), layout
+    own = max(_excess(_between(a, b), (a.total(), _within(a)), (b.total(), _within(b))) for a, b in pairs)
+    needed = min(own, max(excess.values())) * _ROUNDING
     chosen = min(
-        enough or [row for row in rows if _ratio(row) == max(map(_ratio, rows))],
+        (row for row, found in excess.items() if found >= needed),
         key=lambda row: (
             round(abs(_inequality(row.n) - _inequality(sizes)), 6),
             row.layout != layout,
-            round(_ratio(row), 6),
-            _taken(row),
+            abs((row.days or 1) - count),
+            excess[row],
         ),
     )
-    return chosen.n, chosen.days or most, chosen.layout
+    return chosen.n, chosen.days or 1, chosen.layout
 
 
 def _between(a: Counter[str], b: Counter[str]) -> float:
@@ -100,19 +97,32 @@ def _between(a: Counter[str], b: Counter[str]) -> float:
     return sum((a[day] / a.total() - b[day] / b.total()) ** 2 for day in {*a, *b})
 
 
-def _taken(row: Recorded) -> float:
-    return _APART[row.layout](row.days or 1)
+def _within(group: Counter[str]) -> float:
+    """Return what the sample variance of a group is expected to hold of days, in variances between days."""
+    n = group.total()
+    return (n * n - sum(runs * runs for runs in group.values())) / (n * (n - 1)) if n > 1 else 0.0
 
 
-def _ratio(row: Recorded) -> float:
-    """Return what a difference takes from days over what it takes from runs at most, where both vary alike."""
-    most, next_to_most = sorted(row.n)[:-3:-1]
-    return _taken(row) / (1.0 / most + 1.0 / next_to_most)
+def _excess(between: float, *groups: tuple[int, float]) -> float:
+    """Return the variance of a difference over what is expected of it; of each group its size and what is `_within`."""
+    return (sum(1.0 / n for n, _within in groups) + between) / sum((1.0 + within) / n for n, within in groups)
+
+
+def _excess_on_record(row: Recorded) -> float:
+    """Return the same of the two groups of a recorded design that exceed it most; its days hold as many runs each."""
+    days = row.days or 1
+    pairs = combinations([(n, n * (1.0 - 1.0 / days) / (n - 1)) for n in row.n], 2)
+    return max(_excess(_APART[row.layout](days), *pair) for pair in pairs)
 
 
 def _inequality(n: Sequence[int]) -> float:
     """Return the logarithm of how many times larger the largest group is than the smallest."""
     return math.log(max(n) / min(n))
+
+
+def _days_counted(days: Sequence[set[str]], layout: str) -> int:
+    """Return how many days a design of this layout has that stands for these: of so many "mostly" leaves one unshared."""
+    return _days_an_unshared(days) if layout == MOSTLY else max(map(len, days))
 
 
 def _days_an_unshared(days: Sequence[set[str]]) -> int:

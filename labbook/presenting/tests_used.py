@@ -16,6 +16,7 @@ from labbook.analysis.workbench import number
 from labbook.config.model import Bounds
 from labbook.presenting.numbers import values_as
 from labbook.presenting.weak_points import weaknesses
+from labbook.presenting.weak_uses import uses
 from reports.display import general_text
 from reports.naming import SweptWords
 from reports.numbers import Quantity
@@ -28,7 +29,7 @@ def tests_used(analysis: StudyAnalysis, called: SweptWords) -> tuple[str, ...]:
     """Return what conditions were compared by, and what is known against it; or why nothing was compared."""
     if not analysis.compared:
         none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
-        return tuple(filter(None, (f"Nothing is compared: {none}. Intervals are at 95 %.", weaknesses(analysis))))
+        return tuple(filter(None, (f"Nothing is compared: {none}. Intervals are at 95 %.", weaknesses(uses(analysis)))))
     sentences = [
         _route(analysis),
         _by_day(analysis.compared),
@@ -39,7 +40,7 @@ def tests_used(analysis: StudyAnalysis, called: SweptWords) -> tuple[str, ...]:
         "The same t-tests over single jumps stand in a table, as the thesis has them." if analysis.jump_tests else "",
         _levels(analysis),
     ]
-    return tuple(filter(None, (" ".join(filter(None, sentences)), weaknesses(analysis))))
+    return tuple(filter(None, (" ".join(filter(None, sentences)), weaknesses(uses(analysis)))))
 
 
 def _route(analysis: StudyAnalysis) -> str:

@@ -46,12 +46,13 @@ def variance(values: Floats) -> Floats:
     return np.asarray(np.var(values, axis=1, ddof=1))
 
 
-def student(a: Floats, b: Floats) -> Estimate:
-    """Return mean(a) - mean(b) with a pooled variance."""
+def student(a: Floats, b: Floats, weight: float = 1.0) -> Estimate:
+    """Return mean(a) - weight mean(b) with a pooled variance."""
     n_a, n_b = a.shape[1], b.shape[1]
     pooled = ((n_a - 1) * variance(a) + (n_b - 1) * variance(b)) / (n_a + n_b - 2)
-    difference = a.mean(axis=1) - b.mean(axis=1)
-    return Estimate(difference, np.sqrt(pooled * (1.0 / n_a + 1.0 / n_b)), np.full(len(a), n_a + n_b - 2.0))
+    difference = a.mean(axis=1) - weight * b.mean(axis=1)
+    se = np.sqrt(pooled * (1.0 / n_a + weight * weight / n_b))
+    return Estimate(difference, se, np.full(len(a), n_a + n_b - 2.0))
 
 
 def welch(a: Floats, b: Floats, weight: float = 1.0) -> Estimate:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
 import numpy as np
 
 from benchmarks.stats_evidence.sizes import arrays
@@ -21,10 +23,14 @@ from stats.equivalence import EquivalenceRoute, equivalence
 
 CONTROL_MEAN, LOSS_PERCENT = 10.0, -10.0
 """The control's mean in SDs of the second group, and the true difference of the percent bounds."""
+OVER_ARRAYS: Mapping[EquivalenceRoute, Callable[..., arrays.Estimate]] = {
+    "welch": arrays.welch,
+    "student": arrays.student,
+}
 
 
 def _raw(route: EquivalenceRoute) -> Method:
-    over_arrays = {"welch": arrays.welch, "student": arrays.student}[route]
+    over_arrays = OVER_ARRAYS[route]
     return Method(
         "equivalence" if route == "welch" else f"equivalence_{route}",
         "size",
@@ -41,38 +47,35 @@ def _in_percent(groups: Groups) -> tuple[Floats, Floats]:
     return np.asarray((1.0 + LOSS_PERCENT / 100.0) * CONTROL_MEAN + treated), np.asarray(CONTROL_MEAN + control)
 
 
-def _percent_one(groups: Groups, _design: Design) -> tuple[float, bool]:
-    treated, control = _in_percent(groups)
-    return of_one_p(equivalence(treated.ravel(), control.ravel(), None, LOSS_PERCENT, bounds="percent").p)
+def _percent(route: EquivalenceRoute) -> tuple[Method, Method]:
+    """Return the test at the truth, and the interval of level 1 - 2 alpha: all that two such tests do not reject."""
+    over_arrays = OVER_ARRAYS[route]
+    factor, alpha = 1.0 + LOSS_PERCENT / 100.0, (1.0 - LEVEL) / 2.0
+
+    def one(groups: Groups, _design: Design) -> tuple[float, bool]:
+        treated, control = map(np.ravel, _in_percent(groups))
+        return of_one_p(equivalence(treated, control, None, LOSS_PERCENT, bounds="percent", route=route).p)
+
+    def many(groups: Groups, _design: Design) -> Floats:
+        treated, control = map(arrays.flat, _in_percent(groups))
+        return of_p(over_arrays(treated, control, factor).p_below_zero)
+
+    def interval_one(groups: Groups, _design: Design) -> tuple[float, bool]:
+        treated, control = map(np.ravel, _in_percent(groups))
+        found = equivalence(treated, control, None, LOSS_PERCENT, bounds="percent", route=route, alpha=alpha)
+        at_truth = found.welch if route == "welch" else found.student
+        return number(at_truth.t_high), of_one_interval(found.estimate_ci, LOSS_PERCENT)[-1]
+
+    def interval_many(groups: Groups, _design: Design) -> Floats:
+        treated, control = map(arrays.flat, _in_percent(groups))
+        found = over_arrays(treated, control, factor)
+        return columns(found.difference / found.se, found.p < 1.0 - LEVEL)
+
+    name, designs = "equivalence_percent" + ("" if route == "welch" else f"_{route}"), (*pairs(), *by_layout(2))
+    return (
+        Method(name, "size", designs, one, many),
+        Method(f"{name}_ci", "coverage", designs, interval_one, interval_many),
+    )
 
 
-def _percent_many(groups: Groups, _design: Design) -> Floats:
-    treated, control = map(arrays.flat, _in_percent(groups))
-    return of_p(arrays.welch(treated, control, weight=1.0 + LOSS_PERCENT / 100.0).p_below_zero)
-
-
-def _percent_interval_one(groups: Groups, _design: Design) -> tuple[float, bool]:
-    treated, control = map(np.ravel, _in_percent(groups))
-    found = equivalence(treated, control, None, LOSS_PERCENT, bounds="percent", alpha=(1.0 - LEVEL) / 2.0)
-    return number(found.welch.t_high), of_one_interval(found.estimate_ci, LOSS_PERCENT)[-1]
-
-
-def _percent_interval_many(groups: Groups, _design: Design) -> Floats:
-    """Miss where the two-sided test at the truth rejects: the interval is all that such tests do not reject."""
-    treated, control = map(arrays.flat, _in_percent(groups))
-    found = arrays.welch(treated, control, weight=1.0 + LOSS_PERCENT / 100.0)
-    return columns(found.difference / found.se, found.p < 1.0 - LEVEL)
-
-
-METHODS = (
-    _raw("welch"),
-    _raw("student"),
-    Method("equivalence_percent", "size", (*pairs(), *by_layout(2)), _percent_one, _percent_many),
-    Method(
-        "equivalence_percent_ci",
-        "coverage",
-        (*pairs(), *by_layout(2)),
-        _percent_interval_one,
-        _percent_interval_many,
-    ),
-)
+METHODS = (_raw("welch"), _raw("student"), *_percent("welch"), *_percent("student"))

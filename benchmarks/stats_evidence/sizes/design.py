@@ -175,17 +175,19 @@ def by_layout(groups: int, times_a_day: Sequence[int] = SOME_N) -> tuple[Design,
 
 
 def by_layout_unlike(groups: int) -> tuple[Design, ...]:
-    """Return the same with 25 values a day; with 5 where SDs differ; and with few values against many either way."""
+    """Return the same with 1, 2 and 25 values a day; with 5 where SDs differ; and with few values against many."""
     few = (
         UNEQUAL_TIMES if groups == len(UNEQUAL_TIMES) else tuple(UNEQUAL_TIMES[0] * 2**place for place in range(groups))
     )
     of_one = by_layout(groups, (1,))
     return (
+        *(one for one in of_one if one.n[0] > 2),
+        *(one for one in by_layout(groups, (2,)) if one.n[0] > 2),
         *by_layout(groups, (25,)),
         *(replace(one, sd_ratio=2.0) for one in by_layout(groups, (5,))),
         *(
             replace(one, n=tuple(times * (one.days or 1) for times in few), sd_ratio=ratio)
-            for ratio in (0.5, 2.0)
+            for ratio in (0.5, 1.0, 2.0)
             for one in of_one
         ),
     )

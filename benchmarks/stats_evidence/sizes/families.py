@@ -62,12 +62,13 @@ def _games_howell(groups: Groups, _design: Design) -> Floats:
     return _of_ratio(np.max(found, axis=0))
 
 
-def _dunnett(groups: Groups, design: Design) -> Floats:
+def _dunnett(groups: Groups, design: Design, *, two_sided: bool) -> Floats:
     groups = list(map(arrays.flat, groups))
     (scatter, df), (control, *treated) = _within(groups), groups
-    critical = largest_critical(ALPHA, design.n[0], design.n[1:], df, two_sided=True)
+    critical = largest_critical(ALPHA, design.n[0], design.n[1:], df, two_sided=two_sided)
+    distance = np.abs if two_sided else np.asarray
     found = [
-        np.abs(group.mean(axis=1) - control.mean(axis=1))
+        distance(group.mean(axis=1) - control.mean(axis=1))
         / np.sqrt(scatter * (1.0 / group.shape[1] + 1.0 / control.shape[1]))
         for group in treated
     ]
@@ -91,10 +92,11 @@ def _all_pairs_one(groups: Groups, variances: Variances) -> tuple[float, bool]:
     return max(ratios), rejected
 
 
-def _dunnett_one(groups: Groups, _design: Design) -> tuple[float, bool]:
+def _dunnett_one(groups: Groups, *, two_sided: bool) -> tuple[float, bool]:
     control, *treated = groups
-    found = dunnett(control.ravel(), named(treated))
-    ratio = max(abs(number(one.t)) for one in found.comparisons) / number(found.critical)
+    found = dunnett(control.ravel(), named(treated), alternative="two_sided" if two_sided else "greater")
+    values = [number(one.t) for one in found.comparisons]
+    ratio = max(map(abs, values) if two_sided else values) / number(found.critical)
     return ratio, min(number(one.p) for one in found.comparisons) <= ALPHA
 
 
@@ -116,6 +118,16 @@ METHODS = (
         lambda design: alike(design) and len(set(design.n)) == 1,
     ),
     Method("games_howell", "size", OF_THREE, lambda groups, _: _all_pairs_one(groups, "unequal"), _games_howell),
-    Method("dunnett", "size", OF_FOUR, _dunnett_one, _dunnett, alike),
+    *(
+        Method(
+            "dunnett" if two_sided else "dunnett_greater",
+            "size",
+            OF_FOUR,
+            lambda groups, _, two_sided=two_sided: _dunnett_one(groups, two_sided=two_sided),  # type: ignore[misc]
+            lambda groups, design, two_sided=two_sided: _dunnett(groups, design, two_sided=two_sided),  # type: ignore[misc]
+            alike,
+        )
+        for two_sided in (True, False)
+    ),
     Method("holm", "size", OF_FOUR, _holm_one, _holm),
 )

@@ -18,13 +18,17 @@ from stats.packing import unbounded_fraction
 from stats.passive_drain import fit_passive_drain
 
 DESIGNS = tuple(Design((n,), ratio) for n in EVERY_N for ratio in RATIOS)
-Of = Literal["slope", "intercept", "at"]
+Of = Literal["slope", "intercept", "middle", "at"]
 
 SHORTEST_S, LONGEST_S = 300.0, 1800.0
+DRAIN_READ_S: Mapping[Of, float] = {"middle": (SHORTEST_S + LONGEST_S) / 2.0, "at": LONGEST_S}
+"""Where the drain is read: in the middle of the idle runs' durations, and at the longest."""
 IDLE_MAH, DRAIN_MAH_S = 2.37, 0.0174
 """What the electronics take, with a scatter of 1 mAh: at once, and by the second (26 mAh from 5 to 30 minutes)."""
 STEP_MAH, FINER_MAH = 1.0, 0.3
 """A charger's resolution, and the scatter of the idle runs that it is not enough for."""
+DIGITS_APART = 1e6
+"""Of a value of a study, the digits behind these say where on the steps its line lies."""
 LOWEST_GAIN, HIGHEST_GAIN, OFFSET_N_M, OF_GAIN = 100.0, 300.0, 67.36, 2.56
 """Gains and what they stand for (thesis 5.1.1), with a scatter of 1 N/m."""
 GRAIN_M, NARROWEST_M, WIDEST_M, UNBOUNDED, WALL_EFFECT, FRACTION_SD = 0.0015, 0.01, 0.05, 0.61, -0.3, 0.002
@@ -42,8 +46,8 @@ class Line:
     """What is measured there, given the scatter in SDs."""
     library: Callable[[Floats, Floats], Mapping[Of, Interval]]
     truth: Mapping[Of, float]
-    place: float = 0.0
-    """Where the line is read beside its intercept."""
+    places: Mapping[Of, float]
+    """Where the line is read."""
     least_sd: float = 0.0
     """Scatter that is counted at least."""
     exact: Callable[[Design], bool] = alike
@@ -62,7 +66,7 @@ class Line:
     def many(self, groups: Groups, design: Design, of: Of) -> Floats:
         """Return Student's intervals of the slope, or of the line at a place."""
         x, y = self.data(groups, design)
-        about, here = x - x.mean(), (0.0 if of == "intercept" else self.place) - x.mean()
+        about, here = x - x.mean(), self.places.get(of, 0.0) - x.mean()
         slope, middle = y @ about / (about @ about), y.mean(axis=1)
         left = y - middle[:, None] - slope[:, None] * about
         df = x.size - 2
@@ -90,11 +94,11 @@ class Line:
 def _drain(resolution_mah: float) -> Callable[[Floats, Floats], Mapping[Of, Interval]]:
     def of(duration_s: Floats, charge_mah: Floats) -> Mapping[Of, Interval]:
         found = there(fit_passive_drain(duration_s, charge_mah, resolution_mah))
-        at = found.at(LONGEST_S)
+        read = {of: found.at(place_s) for of, place_s in DRAIN_READ_S.items()}
         return {
             "slope": found.slope_ci_mah_s(),
             "intercept": found.intercept_ci_mah(),
-            "at": (at.ci_low, at.ci_high),
+            **{of: (at.ci_low, at.ci_high) for of, at in read.items()},
         }
 
     return of
@@ -117,25 +121,33 @@ def _charges(duration_s: Floats, noise: Floats) -> Floats:
     return IDLE_MAH + DRAIN_MAH_S * duration_s + noise
 
 
-OF_DRAIN: Mapping[Of, float] = {
+def _in_steps(duration_s: Floats, noise: Floats) -> Floats:
+    """Return charges that the charger rounds, less where on its steps each study's line happens to lie and to rise."""
+    start, rise = (DIGITS_APART * noise[..., place, None] % 1.0 for place in (0, 1))
+    place = STEP_MAH * (start + rise * (duration_s - SHORTEST_S) / (LONGEST_S - SHORTEST_S))
+    steps = (_charges(duration_s, FINER_MAH * noise) + place) / STEP_MAH
+    return np.asarray(STEP_MAH * np.round(steps) - place)
+
+
+TRUE_DRAIN: Mapping[Of, float] = {
     "slope": DRAIN_MAH_S,
     "intercept": IDLE_MAH,
-    "at": IDLE_MAH + DRAIN_MAH_S * LONGEST_S,
+    **{of: IDLE_MAH + DRAIN_MAH_S * place_s for of, place_s in DRAIN_READ_S.items()},
 }
-OF_GAINS: Mapping[Of, float] = {
+TRUE_STIFFNESS: Mapping[Of, float] = {
     "slope": OF_GAIN,
     "intercept": OFFSET_N_M,
     "at": OFFSET_N_M + OF_GAIN * HIGHEST_GAIN,
 }
 ALL = (
-    Line("passive_drain", _durations, _charges, _drain(0.0), OF_DRAIN, LONGEST_S),
+    Line("passive_drain", _durations, _charges, _drain(0.0), TRUE_DRAIN, DRAIN_READ_S),
     Line(
         "passive_drain_in_steps",
         _durations,
-        lambda duration_s, noise: STEP_MAH * np.round(_charges(duration_s, FINER_MAH * noise) / STEP_MAH),
+        _in_steps,
         _drain(STEP_MAH),
-        OF_DRAIN,
-        LONGEST_S,
+        TRUE_DRAIN,
+        DRAIN_READ_S,
         STEP_MAH / math.sqrt(12.0),
         never,
     ),
@@ -144,8 +156,8 @@ ALL = (
         lambda n: np.linspace(LOWEST_GAIN, HIGHEST_GAIN, n),
         lambda gain, noise: OFFSET_N_M + OF_GAIN * gain + noise,
         _gains,
-        OF_GAINS,
-        HIGHEST_GAIN,
+        TRUE_STIFFNESS,
+        {"at": HIGHEST_GAIN},
     ),
     Line(
         "packing",
@@ -153,6 +165,7 @@ ALL = (
         lambda shares, noise: UNBOUNDED + WALL_EFFECT * shares + FRACTION_SD * noise,
         _packing,
         {"intercept": UNBOUNDED},
+        {},
     ),
 )
 METHODS = tuple(method for line in ALL for method in line.methods())

@@ -10,7 +10,6 @@ from scipy import special
 from benchmarks.stats_evidence.sizes.design import (
     DAYS,
     RUNS_A_DAY,
-    SOME_N,
     Design,
     Floats,
     Groups,
@@ -33,21 +32,12 @@ SHARED, OWN = (
     designs_over_days(CONDITIONS, "shared", DAY_SDS),
     designs_over_days(CONDITIONS, "own", DAY_SDS, fewest_days=2),
 )
-UNEQUAL = tuple(replace(one, sd_ratio=2.0) for one in designs_over_days(CONDITIONS, "shared", times_a_day=(3, 10)))
+UNEQUAL = tuple(replace(one, sd_ratio=2.0) for one in (*SHARED, *OWN) if one.day_sd == 1.0)
 FULL = (*SHARED, *OWN, *UNEQUAL)
 SEVERAL_DAYS = tuple(one for one in FULL if one.days != 1)
-PAIRS = (
-    *designs_over_days(2, "shared", times_a_day=SOME_N),
-    *designs_over_days(2, "own", times_a_day=SOME_N, fewest_days=2),
-)
+PAIRS = (*designs_over_days(2, "shared"), *designs_over_days(2, "own", fewest_days=2))
 POOLED = (*designs_over_days(2, "own"), *designs_over_days(2, "shared"), *partly(2), *mostly(2))
-UNEQUAL_PAIRS = tuple(
-    replace(one, sd_ratio=2.0)
-    for one in (
-        *designs_over_days(2, "shared", times_a_day=(3, 10)),
-        *designs_over_days(2, "own", times_a_day=(3, 10), fewest_days=2),
-    )
-)
+UNEQUAL_PAIRS = tuple(replace(one, sd_ratio=2.0) for one in PAIRS)
 UNEVEN_TIMES = (3, 10)
 """Values a day of two conditions that were measured unequally often."""
 UNEVEN, UNEVEN_OWN = (
@@ -93,7 +83,8 @@ class Squares:
         return (self.days * self.days_df + self.rest * self.rest_df) / df, df
 
 
-def _squares(groups: Groups, design: Design) -> Squares:
+def squares_of(groups: Groups, design: Design) -> Squares:
+    """Return the mean squares of each study."""
     k, days = len(groups), groups[0].shape[1]
     times = np.array([group.shape[2] for group in groups])  # a day; on days of their own all are alike
     of_condition = np.stack([group.mean(axis=(1, 2)) for group in groups])
@@ -114,7 +105,7 @@ def _squares(groups: Groups, design: Design) -> Squares:
 
 def _mixed(groups: Groups, design: Design) -> tuple[Floats, Floats, Floats]:
     """Return the mean square of conditions, and the one that REML compares it with and its degrees of freedom."""
-    found = _squares(groups, design)
+    found = squares_of(groups, design)
     pooled, pooled_df = found.pooled
     day_counts = (found.days > found.rest) & (found.days_df > 0)
     below, df = (found.days, found.days_df) if design.layout == "own" else (found.rest, found.rest_df)
@@ -129,7 +120,7 @@ def _size_many(groups: Groups, design: Design) -> Floats:
 def _exact_many(groups: Groups, design: Design) -> Floats:
     if design.layout == "runs":  # the means of runs are what is compared
         groups = [group.reshape(*group.shape[:2], RUNS_A_DAY, -1).mean(axis=3) for group in groups]
-    found = _squares(groups, design)
+    found = squares_of(groups, design)
     below, df = (found.days, found.days_df) if design.layout == "own" else (found.rest, found.rest_df)
     return of_p(special.fdtrc(len(groups) - 1, df, found.conditions / below))
 
@@ -142,7 +133,7 @@ def _contrast_many(groups: Groups, design: Design) -> Floats:
 
 
 def _mean_many(groups: Groups, design: Design) -> Floats:
-    found, k = _squares(groups, design), len(groups)
+    found, k = squares_of(groups, design), len(groups)
     pooled, pooled_df = found.pooled
     day_counts = found.days > found.rest
     # The variance of a mean is a weighted sum of mean squares over n; on days of their own it is the days' alone.

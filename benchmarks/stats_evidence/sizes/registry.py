@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from benchmarks.stats_evidence.sizes import (
     bounds,
+    exact_over_days,
     families,
     lines,
     over_days,
@@ -11,6 +12,7 @@ from benchmarks.stats_evidence.sizes import (
     ratios,
     resampled,
     scatter,
+    several_columns,
     several_groups,
     shared_by_day,
     single,
@@ -33,5 +35,7 @@ METHODS = (
     *shared_by_day.METHODS,
     *lines.METHODS,
     *planes.METHODS,
+    *several_columns.METHODS,
+    *exact_over_days.METHODS,
     *unlike_over_days.METHODS,
 )

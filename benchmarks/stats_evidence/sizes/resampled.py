@@ -44,6 +44,7 @@ UNLIKE_BY_DAY = tuple(
     for each, ratio in (((5, 5), 2.0), ((3, 10), 0.5), ((3, 10), 2.0))
     for days in (1, 2, 3, 6)
 )
+MANY_BY_DAY = tuple(Design((25 * days,) * 2, 1.0, days, 1.0, "shared") for days in (2, 6))
 ALIKE = equal_groups(2, (1.0,))
 UNLIKE = tuple(design for design in DESIGNS if design not in ALIKE)
 FEW = tuple(design for design in DESIGNS if math.comb(sum(design.n), design.n[0]) <= QUICK)
@@ -122,10 +123,16 @@ METHODS = (
     Method("bootstrap", "coverage", (*ONE_DAY, *BY_DAY, *MORE_BY_DAY), _bootstrap_one, runs=1000),
     Method("bootstrap_bca", "coverage", (*ALIKE, *UNLIKE), _bca_one, runs=1000),
     Method("bootstrap_percentile", "coverage", (*ALIKE, *UNLIKE), _percentile_one, runs=1000),
-    Method("permutation", "size", UNLIKE_BY_DAY, _permutation_one, runs=1000),
-    Method("bootstrap", "coverage", UNLIKE_BY_DAY, _bootstrap_one, runs=1000),
+    Method("permutation", "size", (*UNLIKE_BY_DAY, *MANY_BY_DAY), _permutation_one, runs=1000),
+    Method("bootstrap", "coverage", (*UNLIKE_BY_DAY, *MANY_BY_DAY), _bootstrap_one, runs=1000),
     *(
-        Method(f"bootstrap_{name}", "coverage", (*ONE_DAY, *BY_DAY, *MORE_BY_DAY, *UNLIKE_BY_DAY), one, runs=1000)
+        Method(
+            f"bootstrap_{name}",
+            "coverage",
+            (*ONE_DAY, *BY_DAY, *MORE_BY_DAY, *UNLIKE_BY_DAY, *MANY_BY_DAY),
+            one,
+            runs=1000,
+        )
         for name, one in (("bca", _bca_one), ("percentile", _percentile_one))
     ),
 )

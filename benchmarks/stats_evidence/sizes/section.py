@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from benchmarks.stats_evidence.sizes import lines, planes, with_shared
+from benchmarks.stats_evidence.sizes import lines, planes, several_columns, with_shared
 from benchmarks.stats_evidence.sizes.method import standard_error
 from benchmarks.stats_evidence.sizes.record import design_of
 from benchmarks.stats_evidence.sizes.registry import METHODS
@@ -29,22 +29,25 @@ SHOWN_TIMES, SHOWN_POOLED_TIMES, SHOWN_ELSE_TIMES = ("3", "6", "10", "3, 10"), (
 VARIANCE_TESTS = ("f_test", "bartlett", "levene", "brown_forsythe")
 TWO_MEANS = (
     *("f_then_t", "student", "welch", "permutation"),
-    *("equivalence", "equivalence_student", "equivalence_percent"),
+    *("equivalence", "equivalence_student", "equivalence_percent", "equivalence_percent_student"),
 )
-MANY_MEANS = ("one_way_anova", "welch_anova", "tukey", "games_howell", "dunnett", "holm")
+MANY_MEANS = ("one_way_anova", "welch_anova", "tukey", "games_howell", "dunnett", "dunnett_greater", "holm")
 INTERVALS = (
     *("difference_ci_f_then_t", "difference_ci_student", "difference_ci_welch", "bootstrap", "bootstrap_bca"),
     *("bootstrap_percentile", "hedges_g_ci", "eta_squared_ci", "welch_eta_squared_ci"),
-    *("equivalence_percent_ci", "fieller", "delta", "log_ratio"),
+    *("equivalence_percent_ci", "equivalence_percent_student_ci", "fieller", "delta", "log_ratio"),
     *("fit_linear_ci", "fit_linear_intercept_ci", "fit_linear_at_ci", "fit_polynomial_ci", "fit_polynomial_at_ci"),
 )
 BY_DISTRIBUTION = ("mean_ci", "f_ratio_ci")
 LINES = tuple(method.name for method in lines.METHODS)
 PLANES = tuple(method.name for method in planes.METHODS)
+COLUMNS = tuple(method.name for method in several_columns.METHODS)
 WITH_LINE = tuple(method.name for method in with_shared.METHODS)
 MODELS = (
     *("blocked_by_day", "blocked_by_day_exact", "blocked_by_day_ci", "blocked_by_day_mean_ci"),
-    *("permutation", "bootstrap", "bootstrap_bca", "bootstrap_percentile", "blocked_by_day_exact_ci_shared"),
+    *("permutation", "bootstrap", "bootstrap_bca", "bootstrap_percentile"),
+    *("blocked_by_day_exact_ci", "blocked_by_day_exact_ci_six_idle_runs", "blocked_by_day_ci_six_idle_runs"),
+    "blocked_by_day_lmertest",
 )
 POOLED = (
     *("f_then_t", "student", "welch", "one_way_anova", "equivalence", "equivalence_percent"),
@@ -54,7 +57,7 @@ POOLED = (
 POOLED_ELSE = (
     *(*VARIANCE_TESTS, "f_ratio_ci", "equivalence_student", "difference_ci_student", "hedges_g_ci"),
     *("delta", "log_ratio", *MANY_MEANS[1:], "eta_squared_ci", "welch_eta_squared_ci"),
-    *("equivalence_percent_ci", "mean_ci"),
+    *("equivalence_percent_student", "equivalence_percent_ci", "equivalence_percent_student_ci", "mean_ci"),
 )
 
 
@@ -115,26 +118,30 @@ def section() -> list[str]:
 
 def _lines(plain: Sequence[Recorded]) -> list[str]:
     return [
-        "### Lines and planes (coverage)",
+        "### Lines and planes (coverage, and size of F-tests)",
         "",
         "Passive drain over durations, stiffness over gain, the packing of beads over the container's size: the SD "
         "ratio is that of the scatter at the line's end to that at its start. A drain told in steps is that of idle "
-        "runs that scatter by 0.3 of the charger's steps: what rounding makes of durations at equal distances is no "
-        "scatter, so that the interval, which counts on at least a step's root of 1 / 12, covers too often or too "
-        "rarely as the line happens to meet the steps. A plane of stiffness and damping takes neighbouring points for "
-        "independent; where their scatter has a correlation of 0.5 (lag1) its intervals cover about 0.74, as "
-        "`residual_lag1` warns.",
+        "runs that scatter by 0.3 of the charger's steps, wherever on them the line lies: the rounding is scatter to "
+        "the interval, which counts on at least the root of 1 / 12 of a step and so covers too often where runs are "
+        "few. Fits of several columns have true coefficients of 0; the interval is that of the last one, the test "
+        "that of all but the intercept.",
         "",
-        *table(of_methods(plain, LINES), {"interval": name, "SD ratio": ratio}, sizes),
+        *table(of_methods(plain, (*LINES, *COLUMNS)), {"interval or test": name, "SD ratio": ratio}, sizes),
+        "",
+        "A plane of stiffness and damping takes neighbouring points for independent. Where their scatter has a "
+        "correlation of 0.5 (lag1) its intervals cover 0.74, as standard errors that are too small by the root of "
+        "(1 + r) / (1 - r) make them; `residual_lag1` is there to tell.",
         "",
         *table(of_methods(plain, PLANES), {"interval": name, "values": distribution, "SD ratio": ratio}, sizes),
         "",
         "### With the error of the drain line (coverage, and size of the tests)",
         "",
-        "All runs are corrected with one line through idle runs that scatter as the runs do; the treated ones last "
-        "longer, so that the error of the slope does not cancel. The SDs of groups and idle runs lie on equal ratios, "
-        "from the first group to the idle runs. Three idle runs leave one degree of freedom, and the intervals cover "
-        "more than they state; from six on what is lost or won is that of the same method without a line.",
+        "All runs are corrected with one line through idle runs that scatter as the treated runs do; the treated ones "
+        "last longer than the control's, so that the error of the slope does not cancel. Up to five idle runs leave so "
+        "few degrees of freedom that the intervals are made to cover more than they state. With six they cover up to a "
+        "point too little where many runs leave the line's error the larger part; with twelve they are those of the "
+        "same method without a line, nearly.",
         "",
         *table(of_methods(plain, WITH_LINE), {"method": name, "SD ratio": ratio, "idle runs": idle_runs}, sizes),
     ]
@@ -152,12 +159,14 @@ def _conditions_over_days(rows: Sequence[Recorded]) -> list[str]:
         "shuffle and redraw within days. Days differ with the SD given, runs of a day with 1. The exact test has "
         "its size whatever days do. The mixed model is the same test where it finds that days differ; where it puts "
         "their variance at 0 it takes days and values together, which on days of each condition's own makes it err too "
-        "rarely if days do not differ, and a little too often if they do and are two. Both take all conditions to "
-        "scatter alike: where one of three has twice the SD, intervals of its differences cover 0.91 to 0.92; where "
-        "of two on shared days one has twice the SD hardly anything is lost if both have as many values, while one "
-        "with 3 values a day against 10 errs in some 0.17 of studies if it is the one that scatters more, and in 0.01 "
-        "if it is the other. The mixed model's interval of one condition's mean is for days drawn at random: on shared "
-        "days that differ as values do it covers 0.88 to 0.90 where they are two, 0.92 and more from three on. Two "
+        "rarely if days do not differ, and too often if they do and are two (0.06, and 0.09 with 3 values a day against "
+        "10). Both take all conditions to scatter alike: where SDs of three are as 2 : 1.4 : 1, intervals of its "
+        "differences cover 0.91 to 0.92, with values missing 0.89 to 0.92; where of two on shared days one has twice "
+        "the SD hardly anything is lost if both have as many values, while one with 3 values a day against 10 errs in "
+        "some 0.17 of studies if it is the one that scatters more (intervals cover 0.83), and in 0.01 if it is the "
+        "other. The mixed model's interval of one condition's mean is for days drawn at random: on shared days that "
+        "differ as values do it covers 0.88 to 0.90 where they are two, 0.91 to 0.94 from three on, and down to 0.89 "
+        "where values are missing. Two "
         "conditions that share one day of several, or all but one, stand for designs between shared days and own ones: "
         "there the mixed model errs too often, the more so the fewer days there are and are shared.",
         "",
@@ -174,7 +183,9 @@ def _conditions_over_days(rows: Sequence[Recorded]) -> list[str]:
         "analysis of variance take days for groups as the tests above do. One day, whosever it is, leaves tests of "
         "equal variances as they are without days; on several days of its own a group scatters as these few days do, "
         "and F, Bartlett, Levene and Brown and Forsythe's test find unequal variances that are those of days. The "
-        "effects of Hedges's g and eta squared are in standard deviations that values of so many days have together. "
+        "effects of Hedges's g and eta squared are in standard deviations that values of so many days have together; "
+        "on shared days these are in the scatter and not in the differences, and with 25 values a day the intervals "
+        "cover 0.90 to 0.93 and 0.84 to 0.89. "
         "The mean is that of one group, for days drawn at random.",
         "",
         *over_days(of_methods(others, POOLED_ELSE)),

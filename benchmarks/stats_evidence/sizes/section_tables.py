@@ -24,6 +24,7 @@ NAMES = {
     "tukey": "Tukey and Kramer",
     "games_howell": "Games-Howell",
     "dunnett": "Dunnett",
+    "dunnett_greater": "Dunnett, one-sided",
     "holm": "Holm over Welch's tests",
     "difference_ci_f_then_t": "difference, F-test first",
     "difference_ci_student": "difference, Student",
@@ -32,6 +33,8 @@ NAMES = {
     "eta_squared_ci": "eta and omega squared",
     "welch_eta_squared_ci": "eta and omega squared, Welch",
     "equivalence_percent_ci": "difference in percent, Welch",
+    "equivalence_percent_student": "equivalence in percent, Student",
+    "equivalence_percent_student_ci": "difference in percent, Student",
     "fieller": "savings, Fieller",
     "delta": "savings, delta",
     "log_ratio": "savings, logarithm",
@@ -48,7 +51,10 @@ NAMES = {
     "blocked_by_day_exact": "exact test",
     "blocked_by_day_ci": "difference, mixed model",
     "blocked_by_day_mean_ci": "mean, mixed model",
-    "blocked_by_day_exact_ci_shared": "difference, exact test, six idle runs",
+    "blocked_by_day_exact_ci": "difference, exact test",
+    "blocked_by_day_exact_ci_six_idle_runs": "difference, exact test, six idle runs",
+    "blocked_by_day_ci_six_idle_runs": "difference, mixed model, six idle runs",
+    "blocked_by_day_lmertest": "mixed model, as lmerTest",
     "mean_ci_shared": "mean",
     "difference_ci_f_then_t_shared": "difference, F-test first",
     "difference_ci_welch_shared": "difference, Welch",
@@ -57,6 +63,8 @@ NAMES = {
     "log_ratio_shared": "savings, logarithm",
     "f_then_t_shared": "F-test, then Student or Welch (size)",
     "welch_shared": "Welch (size)",
+    "student_shared": "Student (size)",
+    "difference_ci_student_shared": "difference, Student",
     **{
         f"{line}_{of}_ci": f"{said}, {words}"
         for line, said in (
@@ -65,7 +73,21 @@ NAMES = {
             ("gain_line", "stiffness over gain"),
             ("packing", "packing"),
         )
-        for of, words in (("slope", "slope"), ("intercept", "intercept"), ("at", "at its end"))
+        for of, words in (
+            ("slope", "slope"),
+            ("intercept", "intercept"),
+            ("middle", "in its middle"),
+            ("at", "at its end"),
+        )
+    },
+    **{
+        f"{fit}_{what}": f"{said}, {words}"
+        for fit, said in (
+            ("fit_linear_of_two", "plane"),
+            ("fit_linear_through_0", "line through 0"),
+            ("fit_polynomial_cubic", "cubic"),
+        )
+        for what, words in (("ci", "last coefficient"), ("f_test", "F-test (size)"))
     },
     "stiffness_ci": "stiffness",
     "damping_ci": "damping",

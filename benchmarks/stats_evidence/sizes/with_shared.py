@@ -28,13 +28,20 @@ from stats.finite import as_interval
 from stats.savings import percent_savings
 from stats.shared_error import describe_shared
 from stats.shared_test import SharedTest, difference_with_shared
-from stats.two_sample import Route, compare_two
+from stats.two_sample import ROUTES, Route, compare_two
 
-IDLE_RUNS = (3, 6, 12)
-"""Of which the line is made: the fewest that there may be, from how many on one quantile does for all, and many."""
+IDLE_RUNS = (3, 5, 6, 12)
+"""Of which the line is made: the fewest that there may be, the most and the fewest on either side of where one
+quantile does for all, and many."""
+SIZES = (*((n, n) for n in EVERY_N), (5, 20), (10, 40), (3, 10))
 MEANS = tuple(Design((n, idle), ratio) for n, idle, ratio in product(EVERY_N, IDLE_RUNS, (0.5, 1.0, 2.0)))
-SIZES = (*((n, n) for n in EVERY_N), (5, 20), (3, 10))
-PAIRS = tuple(Design((*n, idle), ratio) for n, idle, ratio in product(SIZES, IDLE_RUNS, (0.5, 1.0, 2.0)))
+PAIRS = tuple(Design((*n, idle), ratio) for n, idle, ratio in product(SIZES, IDLE_RUNS, (0.5, 1.0, 1.5, 2.0, 3.0)))
+
+
+def _own_sds(groups: Groups, design: Design) -> list[Floats]:
+    """Return the groups with the SDs that are theirs: the ratio is that of both; idle runs scatter as treated ones."""
+    control, treated, idle = groups
+    return [control, np.asarray(treated / design.sds[1]), idle]
 
 
 def _mean(groups: Groups, _design: Design) -> Floats:
@@ -47,22 +54,27 @@ def _mean(groups: Groups, _design: Design) -> Floats:
     return of_interval(middle - half, middle + half, 0.0)
 
 
-def _corrected_difference(groups: Groups, route: Route) -> tuple[Floats, tuple[Floats, Floats, Floats, int]]:
-    """Return the difference, and what its half width is made of."""
-    control, treated, idle = groups
+def _corrected_difference(
+    groups: Groups, design: Design, route: Route
+) -> tuple[Floats, tuple[Floats, Floats, Floats, int]]:
+    """Return the difference, and its variance, their degrees of freedom, the line's variance in it, and its own ones.
+
+    All but the last have the shape (runs,).
+    """
+    control, treated, idle = _own_sds(groups, design)
     line, found = line_of(idle), OVER_ARRAYS[route](treated, control)
     shared = ((line.terms(LONGEST) - line.terms(OF_CONTROL)) ** 2).sum(axis=0)
     return found.difference - line.at(LONGEST) + line.at(OF_CONTROL), (found.se**2, found.df, shared, line.df)
 
 
-def _difference(groups: Groups, _design: Design, route: Route) -> Floats:
-    middle, errors = _corrected_difference(groups, route)
+def _difference(groups: Groups, design: Design, route: Route) -> Floats:
+    middle, errors = _corrected_difference(groups, design, route)
     half = half_width(*errors)
     return of_interval(middle - half, middle + half, 0.0)
 
 
-def _test(groups: Groups, _design: Design, route: Route) -> Floats:
-    difference, errors = _corrected_difference(groups, route)
+def _test(groups: Groups, design: Design, route: Route) -> Floats:
+    difference, errors = _corrected_difference(groups, design, route)
     variance, _df, shared, _own_df = errors
     p = np.zeros_like(difference)
     widest = np.zeros_like(difference)
@@ -76,7 +88,7 @@ def _test(groups: Groups, _design: Design, route: Route) -> Floats:
 
 def _scaled(groups: Groups, design: Design) -> tuple[Floats, Floats, Floats]:
     """Return groups and idle runs in the unit of the savings: the largest SD is a share of the control's mean."""
-    control, treated, idle = (CONTROL * VARIATION / max(design.sds) * group for group in groups)
+    control, treated, idle = (CONTROL * VARIATION / max(design.sds) * group for group in _own_sds(groups, design))
     return CONTROL + control, np.asarray(CONTROL * (1.0 - SAVINGS_PERCENT / 100.0) + treated), idle
 
 
@@ -131,19 +143,20 @@ def _mean_one(groups: Groups, _design: Design) -> tuple[float, float, bool]:
     return of_one_interval(as_interval(found.ci_low, found.ci_high), 0.0)
 
 
-def _tested(groups: Groups, route: Route) -> SharedTest:
-    (control, treated), errors = corrected(groups[2], (groups[0], OF_CONTROL), (groups[1], LONGEST))
+def _tested(groups: Groups, design: Design, route: Route) -> SharedTest:
+    control, treated, idle = _own_sds(groups, design)
+    (control, treated), errors = corrected(idle, (control, OF_CONTROL), (treated, LONGEST))
     test = compare_two(treated, control, route)
     return difference_with_shared(test.t, test.df, test.p, test.difference_ci, errors[1].minus(errors[0]))
 
 
-def _difference_one(groups: Groups, _design: Design, route: Route) -> tuple[float, float, bool]:
-    found = _tested(groups, route)
+def _difference_one(groups: Groups, design: Design, route: Route) -> tuple[float, float, bool]:
+    found = _tested(groups, design, route)
     return of_one_interval(as_interval(found.ci_low, found.ci_high), 0.0)
 
 
-def _test_one(groups: Groups, _design: Design, route: Route) -> tuple[float, bool]:
-    return of_one_p(_tested(groups, route).p)
+def _test_one(groups: Groups, design: Design, route: Route) -> tuple[float, bool]:
+    return of_one_p(_tested(groups, design, route).p)
 
 
 def _savings_one(groups: Groups, design: Design, name: str) -> tuple[float, float, bool]:
@@ -157,7 +170,6 @@ def _of_two(name: str, kind: Kind, one: Callable[..., Sequence[float]], many: Ca
     return Method(name, kind, PAIRS, lambda g, design: one(g, design, of), lambda g, design: many(g, design, of))
 
 
-ROUTES: tuple[Route, ...] = ("f_then_t", "welch")
 METHODS = (
     Method("mean_ci_shared", "coverage", MEANS, _mean_one, _mean),
     *(_of_two(f"difference_ci_{route}_shared", "coverage", _difference_one, _difference, route) for route in ROUTES),
