@@ -122,8 +122,8 @@ class Equivalence(Result):
 def equivalence(
     a: ArrayLike,
     b: ArrayLike,
-    low: float | None,
-    high: float | None,
+    low: float | None = None,
+    high: float | None = None,
     *,
     bounds: Bounds = "raw",
     route: EquivalenceRoute = "welch",

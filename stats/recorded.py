@@ -135,11 +135,11 @@ def weak_points(
 
 
 def _distance(row: Recorded, n: Sequence[int], days: int | None, idle_runs: int) -> tuple[float, float, float]:
-    """Return how far apart designs are: errors joined in another way, then days, then the sizes of groups and lines."""
+    """Return how far apart designs are: errors joined in another way, then days, then sizes and number of groups."""
     lines = bool(idle_runs and row.idle_runs)
     other_way = lines and _one_quantile(idle_runs) != _one_quantile(row.idle_runs)
     apart = 0.0 if days is None or row.days is None else abs(row.days - days)
-    sizes = [(min(row.groups), min(n)), (max(row.groups), max(n))]
+    sizes = [(min(row.groups), min(n)), (max(row.groups), max(n)), (len(row.groups), len(n))]
     if lines:
         sizes.append((row.idle_runs, idle_runs))
     return float(other_way), apart, math.fsum(abs(math.log(one / other)) for one, other in sizes)

@@ -1,8 +1,8 @@
 """Conditions that a selection leaves out whole.
 
 Some levels of a group, compared without its others, are another comparison than the planned one, pooled or in one
-family. A group that is left out whole takes nothing from the others' means; that it was left out is told, for Holm's
-family is the smaller for it.
+family. A group that is left out whole takes nothing from the others' means, but its comparisons from the family that
+was planned: Holm's p of those that are left is taken over fewer, and all of them are exploratory.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def conditions_left_out(every: Analysable, configuration: Configuration, selecte
         if run.kind is RunKind.JUMPS and every.given(run):
             group = tuple(sorted((name, label) for name, label in run.levels.items() if name != swept))
             groups.setdefault(group, {}).setdefault(run.condition_key, []).append(run)
-    whole: list[str] = []
+    whole: dict[str, list[RunRow]] = {}
     found = []
     for conditions in groups.values():
         left = [key for key, runs in conditions.items() if not any(run.uid in uids for run in runs)]
@@ -38,27 +38,33 @@ def conditions_left_out(every: Analysable, configuration: Configuration, selecte
         if in_part:
             found.append(_of_group(every, conditions, left))
         else:
-            whole += left
+            whole |= {key: conditions[key] for key in left}
     if whole:
         found.append(
             Departure(
                 f"the selection leaves out {_counted(whole)} whole, so that fewer comparisons are "
-                f"made than were planned: {_listed(whole)}"
+                f"made than were planned: {_listed([*whole])}",
+                _given(every, whole),
             )
         )
     return found
 
 
 def _of_group(every: Analysable, conditions: Mapping[str, Sequence[RunRow]], left: Sequence[str]) -> Departure:
-    given = {quantity for key in left for run in conditions[key] for quantity in every.given(run)}
     return Departure(
         f"the selection compares some levels of a group and leaves out {_counted(left)} of it whole: {_listed(left)}",
-        tuple(quantity for quantity in Quantity if quantity in given),
+        _given(every, {key: conditions[key] for key in left}),
         tuple(conditions),
     )
 
 
-def _counted(keys: Sequence[str]) -> str:
+def _given(every: Analysable, left: Mapping[str, Sequence[RunRow]]) -> tuple[Quantity, ...]:
+    """Return the quantities that have numbers from runs of these conditions."""
+    given = {quantity for runs in left.values() for run in runs for quantity in every.given(run)}
+    return tuple(quantity for quantity in Quantity if quantity in given)
+
+
+def _counted(keys: Collection[str]) -> str:
     return f"{len(keys)} condition{'' if len(keys) == 1 else 's'}"
 
 

@@ -121,7 +121,7 @@ def _inequality(n: Sequence[int]) -> float:
 
 
 def _days_counted(days: Sequence[set[str]], layout: str) -> int:
-    """Return how many days a design of this layout has that stands for these: of so many "mostly" leaves one unshared."""
+    """Return how many days a design of this layout has that stands for these; "mostly" leaves one of them unshared."""
     return _days_an_unshared(days) if layout == MOSTLY else max(map(len, days))
 
 

@@ -69,7 +69,7 @@ def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
         return [f"{said}: only days that are shared tell the groups from their days, so that little is known here."]
     return [
         f"{said}: what differs from day to day passes for a difference of the groups here."
-        f"{_simulated([row for rows in few.values() for row in rows])} {_what_helps(runs)}"
+        f"{_simulated(few, observed)} {_what_helps(runs)}"
     ]
 
 
@@ -90,14 +90,17 @@ def _errs(days: Counter[str], control: Counter[str]) -> list[Recorded]:
     return [row for row in weak_points("welch", n, count, layout=layout) if row.kind == "size"]
 
 
-def _simulated(rows: Sequence[Recorded]) -> str:
-    if not rows:
+def _simulated(few: Mapping[str, Sequence[Recorded]], observed: Observations) -> str:
+    """Say how often Welch's test errs at the worst of these groups, and of several which that is."""
+    found = [(row, label) for label, rows in few.items() for row in rows]
+    if not found:
         return ""
-    worst = max(rows, key=lambda row: row.value)
+    worst, label = max(found, key=lambda each: each[0].value)
     days = "a day" if worst.days == 1 else f"{worst.days} days"
     sizes = " and ".join(map(str, worst.n))
+    at_worst = f" At worst, for {observed.name(label)}: simulated" if len(few) > 1 else " Simulated"
     return (
-        f" Simulated with {sizes} values, each group on {days} {WHOSE[worst.layout]}, with "
+        f"{at_worst} with {sizes} values, each group on {days} {WHOSE[worst.layout]}, with "
         f"an SD between days of {worst.day_sd:g} times that within, Welch's test at alpha = {worst.nominal:g} found a "
         f"difference that is not there in {100 * worst.value:.0f} % of studies (docs/statistics.md)."
     )

@@ -31,8 +31,8 @@ _NAMES = {
     "passive_drain_at_ci": "the interval of the passive charge of a run",
 }
 
-_Found = tuple[str, Recorded, int]
-"""What a method is called, what is on record of it, and how many of its uses here that is the nearest and worst for."""
+_Found = tuple[str, Recorded, int, int]
+"""What a method is called, what is on record of it, for how many uses here that is nearest, and how many err less."""
 
 
 def weaknesses(used: Mapping[Use, int]) -> str:
@@ -42,19 +42,23 @@ def weaknesses(used: Mapping[Use, int]) -> str:
     but the test by day take days for the treatment.
     """
     worst: dict[tuple[str, str], Recorded] = {}
-    concerned: Counter[tuple[str, Recorded]] = Counter()
+    nearest: Counter[tuple[str, Recorded]] = Counter()
+    concerned: Counter[tuple[str, str]] = Counter()
     for use, count in used.items():
-        own: dict[str, Recorded] = {}
+        of_use: dict[str, Recorded] = {}
         for row in use.weak_points():
-            own[row.layout] = max(own.get(row.layout, row), row, key=_off)
-        for layout, row in own.items():
-            concerned[use.method, row] += count
+            of_use[row.layout] = max(of_use.get(row.layout, row), row, key=_off)
+        for layout, row in of_use.items():
+            nearest[use.method, row] += count
+            concerned[use.method, layout] += count
             worst[use.method, layout] = max(worst.get((use.method, layout), row), row, key=_off)
     if not worst:
         return ""
     by_design: dict[str, list[_Found]] = {}
-    for (method, _layout), row in worst.items():
-        by_design.setdefault(_design_text(row), []).append((_NAMES[method], row, concerned[method, row]))
+    for (method, layout), row in worst.items():
+        own = nearest[method, row]
+        less = concerned[method, layout] - own
+        by_design.setdefault(_design_text(row), []).append((_NAMES[method], row, own, less))
     told = [f"At {design}: {_all_said(found)}." for design, found in by_design.items()]
     head = (
         "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what "
@@ -92,8 +96,8 @@ def _spreads_text(row: Recorded) -> str:
 def _all_said(found: Sequence[_Found]) -> str:
     """Say what was found at one design, tests and intervals apart, and where this report comes near it."""
     kinds: dict[tuple[str, float], list[_Found]] = {}
-    for name, row, uses in found:
-        kinds.setdefault((row.kind, row.nominal), []).append((name, row, uses))
+    for each in found:
+        kinds.setdefault((each[1].kind, each[1].nominal), []).append(each)
     return "; ".join(_said(kind, nominal, of_kind) for (kind, nominal), of_kind in kinds.items())
 
 
@@ -101,15 +105,19 @@ def _said(kind: str, nominal: float, found: Sequence[_Found]) -> str:
     """Say what methods of one kind do, what they state once; the numbers of uses are those of the methods in turn."""
     stated = f"({general_text(100.0 * nominal)} % stated)"
     verb, of = ("rejects", " of studies without an effect") if kind == "size" else ("holds the truth in", "")
-    (first, row, _uses), *others = found
+    (first, row, *_uses), *others = found
     said = [f"{first} {verb} {_share(row)}{of} {stated}"]
-    said += [f"{name} {'' if kind == 'size' else 'in '}{_share(row)}" for name, row, _uses in others]
-    counts = [uses for _name, _row, uses in found]
+    said += [f"{name} {'' if kind == 'size' else 'in '}{_share(row)}" for name, row, *_uses in others]
+    uses = _uses_text([own for _name, _row, own, _less in found])
+    less = [less for _name, _row, _own, less in found]
+    more = f", {_uses_text(less)} that err{'s' if less == [1] else ''} less" if any(less) else ""
+    return f"{', '.join(said)} ({uses} here{more})"
+
+
+def _uses_text(counts: Sequence[int]) -> str:
     if len({*counts}) == 1:
-        uses = f"{count_text(counts[0], 'use')}{' of each' if others else ''}"
-    else:
-        uses = f"{list_text([str(count) for count in counts])} uses"
-    return f"{', '.join(said)} ({uses} here)"
+        return f"{count_text(counts[0], 'use')}{' of each' if len(counts) > 1 else ''}"
+    return f"{list_text([str(count) for count in counts])} uses"
 
 
 def _share(row: Recorded) -> str:

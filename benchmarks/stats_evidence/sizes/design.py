@@ -112,7 +112,7 @@ def draw(design: Design, runs: int, rng: np.random.Generator) -> list[Floats]:
 EVERY_N = (3, 5, 10, 25)
 SOME_N = (3, 5, 10)
 DAYS = (1, 2, 3, 4, 5, 6)
-UNEQUAL_N = ((5, 20), (10, 40), (3, 10))
+UNEQUAL_N = ((5, 20), (10, 40), (3, 10), (5, 8), (10, 16))
 RATIOS = (1.0, 1.5, 2.0, 3.0)
 UNEQUAL_TIMES = (3, 10)
 """Values a day of two groups that were measured unequally often; of more groups each has twice those of the last."""

@@ -139,7 +139,7 @@ def _lines(plain: Sequence[Recorded]) -> list[str]:
         "",
         "All runs are corrected with one line through idle runs that scatter as the treated runs do; the treated ones "
         "last longer than the control's, so that the error of the slope does not cancel. Up to five idle runs leave so "
-        "few degrees of freedom that the intervals are made to cover more than they state. With six they cover up to a "
+        "few degrees of freedom that intervals are made to cover more than they state. With six they cover up to a "
         "point too little where many runs leave the line's error the larger part; with twelve they are those of the "
         "same method without a line, nearly.",
         "",
@@ -159,7 +159,7 @@ def _conditions_over_days(rows: Sequence[Recorded]) -> list[str]:
         "shuffle and redraw within days. Days differ with the SD given, runs of a day with 1. The exact test has "
         "its size whatever days do. The mixed model is the same test where it finds that days differ; where it puts "
         "their variance at 0 it takes days and values together, which on days of each condition's own makes it err too "
-        "rarely if days do not differ, and too often if they do and are two (0.06, and 0.09 with 3 values a day against "
+        "rarely if days do not differ, and too often if they do and are two (0.06; 0.09 with 3 values a day against "
         "10). Both take all conditions to scatter alike: where SDs of three are as 2 : 1.4 : 1, intervals of its "
         "differences cover 0.91 to 0.92, with values missing 0.89 to 0.92; where of two on shared days one has twice "
         "the SD hardly anything is lost if both have as many values, while one with 3 values a day against 10 errs in "

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import optimize, special
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, several
+from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, equal_groups, several
 from benchmarks.stats_evidence.sizes.method import (
     LEVEL,
     Method,
@@ -110,16 +110,17 @@ def _own_share_one(groups: Groups, design: Design) -> tuple[float, bool]:
 
 
 DESIGNS = (*several(3), *by_layout(3))
+OF_FIVE = equal_groups(5)
 METHODS = (
     Method(
         "one_way_anova",
         "size",
-        DESIGNS,
+        (*DESIGNS, *OF_FIVE),
         lambda groups, _: of_one_p(one_way_anova(named(groups)).p),
         _anova,
         alike,
     ),
-    Method("welch_anova", "size", DESIGNS, lambda g, _: of_one_p(welch_anova(named(g)).p), _welch_anova),
+    Method("welch_anova", "size", (*DESIGNS, *OF_FIVE), lambda g, _: of_one_p(welch_anova(named(g)).p), _welch_anova),
     Method("eta_squared_ci", "coverage", DESIGNS, _share_one, _share_many, alike),
     Method("welch_eta_squared_ci", "coverage", DESIGNS, _own_share_one, _own_share_many),
 )

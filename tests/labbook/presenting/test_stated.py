@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from labbook.actions.correcting import void
+from labbook.actions.correcting import correct, void
 from labbook.actions.jump_review import decide
 from labbook.actions.report_command import state_report
 from labbook.analysis.pairing import POOLED
@@ -62,6 +62,15 @@ def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook)
 
 
 def test_a_departure_that_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["jumps_made=4"], "miscounted")
+    said, *_others = departures(honest, None)
+    assert said.startswith("Departure: ")
+    assert "r002" in said
+    assert "Exploratory" not in said
+
+
+def test_a_selection_of_a_part_of_the_family_is_exploratory_as_a_whole(honest: SmallBook) -> None:
     said, *_others = departures(honest, "foot=small")
     assert said.startswith("Departure: the selection leaves out 2 conditions whole, so that fewer comparisons are made")
-    assert "Exploratory" not in said
+    assert f"Exploratory for it: {POOLED} (joules a jump), {POOLED} (equivalence of apex height)" in said
