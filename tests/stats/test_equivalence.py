@@ -187,3 +187,11 @@ def test_no_percentage_is_shown_of_a_mean_that_may_be_0(route, high):
     assert found.equivalent is chosen.equivalent is False
     assert "is not shown to lie" in found.sentence()
     assert "because its 90 % CI is undefined: the control's mean is not distinguishable from 0" in found.sentence()
+
+
+def test_one_bound_alone_needs_no_word_of_the_other():
+    both = equivalence(AD, CE, -1.0, None)
+    assert equivalence(AD, CE, low=-1.0) == both
+    assert equivalence(AD, CE, high=1.0) == equivalence(AD, CE, None, 1.0)
+    with pytest.raises(InputRefused, match="Neither bound is given: give low, high or both."):
+        equivalence(AD, CE)
