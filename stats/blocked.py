@@ -8,7 +8,10 @@ takes the few days for infinitely many (p = 0.001 in place of 0.0035 for three d
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,22 +36,24 @@ def blocked_by_day(
     run: Labels | None = None,
     *,
     control: object = None,
+    order: Sequence[object] | None = None,
     level: float = 0.95,
     missing: Missing = "refuse",
 ) -> BlockedByDay:
     """Compare the conditions of values of shape (n,), each with the labels of its condition, its day and its run.
 
     Runs are numbered within days: run 1 of Monday is not run 1 of Tuesday. Labels that are equal numbers, as 0 and 0.0,
-    are one, called "0". `control` is the condition that the others are compared with, by default the first in order
-    (numbers by size, words by alphabet). Agrees with lmerTest's Satterthwaite tests; where contrasts differ in their
-    degrees of freedom, lmerTest's overall F-test depends on the order of the conditions and stands apart from the one
-    that does not. Where the design has an exact F-test, that stands beside them. Conditions of one day each get no p.
-    Raises `InputRefused` for infinite values, labels of another length or of more than one dimension, and, unless
-    `missing` is "drop", for values or labels that are missing (an infinite label and an empty one are); `UnknownName`
-    for an unknown control.
+    are one, called "0". `order` holds every condition once, as they are to be told, by default numbers by size and
+    words by alphabet; `control` is the condition that the others are compared with, by default the first. Agrees with
+    lmerTest's Satterthwaite tests; where contrasts differ in their degrees of freedom, lmerTest's overall F-test
+    depends on the order of the conditions and stands apart from the one that does not. Where the design has an exact
+    F-test, that stands beside them. Conditions of one day each get no p.
+    Raises `InputRefused` for infinite values, labels of another length or of more than one dimension, an order of other
+    conditions, and, unless `missing` is "drop", for values or labels that are missing (an infinite label and an empty
+    one are); `UnknownName` for an unknown control.
     """
     level = as_level("level", level)
-    read = _read(values, condition, day, run, control, missing)
+    read = _read(_columns(values, condition, day, run, missing), control, order, missing)
     n, names = read.sample.values.size, read.names
     notes = _merged(read.n_runs, read.n_days, n)
     with_runs = read.n_runs > 0 and not notes
@@ -104,12 +109,14 @@ class _Labelled:
         return int(self.day.max()) + 1
 
 
-def _read(
-    values: ArrayLike, condition: Labels, day: Labels, run: Labels | None, control: object, missing: Missing
-) -> _Labelled:
+def _columns(values: ArrayLike, condition: Labels, day: Labels, run: Labels | None, missing: Missing) -> list[Any]:
+    """Return the values and the texts of their labels; without runs three columns."""
+    given = {"condition": condition, "day": day} if run is None else {"condition": condition, "day": day, "run": run}
+    return [values, *(as_labels(name, labels, missing) for name, labels in given.items())]
+
+
+def _read(columns: list[Any], control: object, order: Sequence[object] | None, missing: Missing) -> _Labelled:
     """Check values and labels and number the labels; raises as `blocked_by_day` says."""
-    columns = [values, as_labels("condition", condition, missing), as_labels("day", day, missing)]
-    columns += [] if run is None else [as_labels("run", run, missing)]
     (kept, conditions, days, *runs), left_out = complete_rows(columns, missing)
     sample = as_sample("values", kept)
     n = sample.values.size
@@ -117,6 +124,8 @@ def _read(
         raise InputRefused("there are no values to compare: give at least one.")
     names, condition_codes = _coded("condition", conditions, n)
     _day_names, day_codes = _coded("day", days, n)
+    if order is not None:
+        names, condition_codes = _ordered(order, names, condition_codes)
     if control is not None:
         names, condition_codes = _control_first(label_text(control), names, condition_codes)
     run_codes, n_runs = day_codes, 0
@@ -147,9 +156,28 @@ def _coded(name: str, labels: NDArray[np.object_], n: int) -> tuple[tuple[str, .
 def _control_first(control: str, names: tuple[str, ...], codes: Codes) -> tuple[tuple[str, ...], Codes]:
     if control not in names:
         raise unknown_name("condition", control, names)
-    old = names.index(control)
-    order = [old, *(number for number in range(len(names)) if number != old)]
-    return tuple(names[number] for number in order), np.argsort(np.array(order))[codes]
+    return _renumbered((control, *(name for name in names if name != control)), names, codes)
+
+
+def _ordered(order: Sequence[object], names: tuple[str, ...], codes: Codes) -> tuple[tuple[str, ...], Codes]:
+    """Return the conditions in the order given, which holds each of them once."""
+    given = tuple(as_labels("order", [order] if isinstance(order, str) else [*order], "drop").tolist())
+    counts = Counter(given)
+    faults = {
+        "it lacks": [name for name in names if name not in counts],
+        "no value has": [name for name in counts if name not in names],
+        "it repeats": [name for name in names if counts[name] > 1],
+    }
+    if any(faults.values()):
+        told = " and ".join(f"{what} {', '.join(map(repr, some))}" for what, some in faults.items() if some)
+        raise InputRefused(f"order is not that of the conditions: {told}; give every condition that has values once.")
+    return _renumbered(given, names, codes)
+
+
+def _renumbered(order: tuple[str, ...], names: tuple[str, ...], codes: Codes) -> tuple[tuple[str, ...], Codes]:
+    """Return the names in another order and the codes, which count them, accordingly."""
+    place = {name: number for number, name in enumerate(order)}
+    return order, np.array([place[name] for name in names], dtype=np.intp)[codes]
 
 
 def _merged(n_runs: int, n_days: int, n: int) -> tuple[str, ...]:

@@ -107,7 +107,7 @@ class BlockedByDay(Result):
     level: float
     """Level of the intervals."""
     conditions: tuple[ConditionMean, ...]
-    """The control first; shape (k,)."""
+    """The control first, then in the order given; shape (k,)."""
     contrasts: tuple[Contrast, ...]
     """Every other condition minus the control; shape (k - 1,)."""
     day_variance: float | Undefined

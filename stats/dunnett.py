@@ -88,12 +88,16 @@ class Dunnett(Result):
 
     def sentence(self, unit: str = "") -> str:
         """Return the comparisons in words: differences with simultaneous intervals, t, adjusted p, n."""
-        shown = [self._one(item, unit) for item in self.comparisons]
-        found = "; ".join(shown) if shown else "no treatment"
-        n = f"n = {self.n_control}{missing_text(self.missing)}"
-        return f"Dunnett against {self.control} ({n}), {level_text(self.level)} simultaneous: {found}."
+        found = "; ".join(self.comparison_text(item, unit) for item in self.comparisons)
+        return f"{self.head_text()}: {found or 'no treatment'}."
 
-    def _one(self, item: AgainstControl, unit: str) -> str:
+    def head_text(self) -> str:
+        """Return what the sentence begins with: the control, its number of values, the level."""
+        n = f"n = {self.n_control}{missing_text(self.missing)}"
+        return f"Dunnett against {self.control} ({n}), {level_text(self.level)} simultaneous"
+
+    def comparison_text(self, item: AgainstControl, unit: str = "") -> str:
+        """Return one of the comparisons in words, as it stands in the sentence."""
         about = item.difference
         ends = (end for end in (item.ci_low, item.ci_high) if not isinstance(end, Undefined))
         within = 0.0 if isinstance(about, Undefined) else max((abs(end - about) for end in ends), default=0.0)

@@ -13,6 +13,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number
 from stats.results import Result
+from stats.untested import none_text, reasons_text
 from stats.wording import p_text
 
 
@@ -61,7 +62,20 @@ class HolmFamily(Result):
         return tuple(HolmMember(*row) for row in zip(*columns, strict=True))
 
     def sentence(self) -> str:
-        """Return the family in words: how many tests, which are rejected, with adjusted p, and which are left open."""
+        """Return the family in words: which tests are rejected, with adjusted p, or left open, or not made, and why."""
+        untested = [(name, p.reason) for name, p in zip(self.names, self.p, strict=True) if isinstance(p, Undefined)]
+        tested = len(self.names) - len(untested)
+        undefined = f", {len(untested)} of them undefined and counted all the same" if untested else ""
+        count = f"{len(self.names)} test{'' if len(self.names) == 1 else 's'}"
+        head = f"Family {self.family} ({count}{undefined}), adjusted by Holm at {self.alpha:g}"
+        if not untested:
+            return f"{head}: {self._verdicts()}."
+        if not tested:
+            return f"{head}: none tested{none_text(untested)}."
+        return f"{head}: {tested} tested, {self._verdicts()}; not tested: {reasons_text(untested)}."
+
+    def _verdicts(self) -> str:
+        """Return which tests are rejected and which are left open."""
         members = [
             (f"{one.name} ({p_text(one.adjusted_p, one.adjusted_log10_p, self.alpha)})", one) for one in self.rows()
         ]
@@ -74,10 +88,7 @@ class HolmFamily(Result):
         verdicts = [f"{', '.join(left_open)} left open"] if left_open else []
         if not members or len(left_open) < len(members):
             verdicts = [f"{', '.join(found) or 'none'} rejected", *verdicts]
-        missing = sum(isinstance(p, Undefined) for p in self.p)
-        undefined = f", {missing} of them undefined and counted all the same" if missing else ""
-        count = f"{len(self.names)} test{'' if len(self.names) == 1 else 's'}"
-        return f"Family {self.family} ({count}{undefined}), adjusted by Holm at {self.alpha:g}: {', '.join(verdicts)}."
+        return ", ".join(verdicts)
 
 
 def holm(

@@ -81,15 +81,23 @@ class AllPairs(Result):
 
     def sentence(self, unit: str = "") -> str:
         """Return the pairs in words: each difference with its simultaneous interval and adjusted p."""
-        sizes = f"{len(self.groups)} groups, n = {sum(self.group_ns)}{missing_text(self.missing)}"
         if not self.pairs:
-            return f"No pairs to compare ({sizes})."
-        shown = [
+            return f"No pairs to compare ({self._sizes()})."
+        return f"{self.head_text()}: {'; '.join(self.pair_text(pair, unit) for pair in self.pairs)}."
+
+    def head_text(self) -> str:
+        """Return what the sentence begins with: the method, how many groups and values."""
+        return f"All pairs by {self.method}, simultaneous ({self._sizes()})"
+
+    def pair_text(self, pair: PairDifference, unit: str = "") -> str:
+        """Return one of the pairs in words, as it stands in the sentence."""
+        return (
             f"{pair.a} minus {pair.b} {number_text(pair.difference, within=half_width(pair.difference_ci))}"
             f"{with_unit(unit)} ({self._test(pair, unit)})"
-            for pair in self.pairs
-        ]
-        return f"All pairs by {self.method}, simultaneous ({sizes}): {'; '.join(shown)}."
+        )
+
+    def _sizes(self) -> str:
+        return f"{len(self.groups)} groups, n = {sum(self.group_ns)}{missing_text(self.missing)}"
 
     def _test(self, pair: PairDifference, unit: str) -> str:
         if isinstance(pair.q, Undefined):

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 from data_schema.queries.runs import RunRow
+from data_schema.queries.signals import SignalRow
 from data_schema.vocabulary import GapKind, Undefined
 from ingest.model import ReadFile
 from labbook.analysis.detections import Detections, rest_length_m
@@ -31,7 +32,7 @@ def rig_lines(
 ) -> dict[str, str]:
     """Say of every run how many jumps and gaps it has and whether its joules are in control, by its name.
 
-    `files` has what was read for each run by one command: all its logs and charges are told in one line.
+    `files` has what one command read for each run, logs and charges, told in one line; the book may hold more of a run.
     """
     drains = drain_lines(evidence)
     return {
@@ -49,13 +50,13 @@ def _line(
         parts.append(f"{_jumps(run, detections, evidence)},")
     logs = [prepared.read for prepared in files if prepared.parts]
     if logs:
-        parts.append(f"{_gaps(logs)},")
+        parts.append(f"{_gaps(logs)}{_where(files, evidence.logs.get(run.uid, []))},")
     parts.append(_joules(run, evidence, drains))
     return " ".join(parts)
 
 
 def _jumps(run: RunRow, detections: Detections, evidence: Evidence) -> str:
-    """Count the jumps of a run over all its logs: of one that was started again, this file holds a part only."""
+    """Count the jumps of a run over all its logs in the book: where it was started again, some may have come before."""
     logs = usable_logs(run, evidence.logs.get(run.uid, []))
     if isinstance(logs, str):
         return f"its jumps do not count ({logs})"
@@ -76,6 +77,13 @@ def _gaps(logs: Sequence[ReadFile]) -> str:
     dropped = [gap for log in logs for part in log.parts for gap in part.gaps if gap.kind is GapKind.DROPPED]
     missing = sum(gap.samples_missing for gap in dropped)
     return f"{len(dropped)} gap{'' if len(dropped) == 1 else 's'} ({missing} samples)" if dropped else "no gaps"
+
+
+def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str:
+    """Say that gaps are those of the logs just read, where the book has others of the run, whose jumps count too."""
+    if {log.file_sha256 for log in in_book} <= {prepared.sha256 for prepared in files}:
+        return ""
+    return " in the log just read" if sum(bool(prepared.parts) for prepared in files) == 1 else " in the logs just read"
 
 
 def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> str:

@@ -14,7 +14,7 @@ from labbook.analysis.observations import Observations
 from labbook.presenting.stats_days import day_notes, days_untold
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
-from labbook.presenting.stats_many import against_control_text, all_pairs_text, family_text
+from labbook.presenting.stats_many import against_control_text, all_pairs_text
 from labbook.presenting.stats_plan import NO_ANOVA, plan_notes
 from reports.figures.estimation import Estimation
 from stats.anova import Anova, one_way_anova
@@ -100,7 +100,7 @@ def _sentences(observed: Observations, found: _Tested) -> list[str]:
         all_pairs_text(found.tukey, unit),
         all_pairs_text(found.games_howell, unit),
         against_control_text(found.against, unit),
-        family_text(found.family),
+        found.family.sentence(),
         *([f"{untold}."] if untold else []),
     ]
 

@@ -16,7 +16,6 @@ from labbook.analysis.with_shared import by_day_with_shared
 from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, in_groups, number_of
-from labbook.presenting.stats_order import in_order
 from labbook.presenting.stats_plan import plan_notes
 from stats.blocked import blocked_by_day
 from stats.blocked_result import BlockedByDay, ExactTest
@@ -90,15 +89,15 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
 def _compared(observed: Observations, level: float, *, with_runs: bool) -> BlockedByDay:
     rows = in_groups(observed).rows
     values: list[Any] = [row.value for row in rows]
+    conditions, days = [observed.name(row.label) for row in rows], [row.day for row in rows]
     found = blocked_by_day(
         values,
-        [observed.name(row.label) for row in rows],
-        [row.day for row in rows],
+        conditions,
+        days,
         [row.run for row in rows] if with_runs else None,
         control=observed.name(observed.control),
+        order=list(dict.fromkeys(conditions)),
         level=level,
     )
-    conditions, days = [observed.name(row.label) for row in rows], [row.day for row in rows]
     found = replace(found, missing=len(observed.rows) - len(rows))
-    found = by_day_with_shared(found, conditions, days, [row.shared for row in rows])
-    return in_order(found, [observed.name(label) for label in observed.labels])
+    return by_day_with_shared(found, conditions, days, [row.shared for row in rows])

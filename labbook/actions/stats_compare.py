@@ -14,7 +14,6 @@ from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import two_with_shared
 from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
 from labbook.presenting.stats_figures import estimation_of, number_of
-from labbook.presenting.stats_many import family_text
 from labbook.presenting.stats_plan import plan_notes
 from stats.checks import Missing
 from stats.multiple import HolmFamily, holm
@@ -55,7 +54,7 @@ def _answer(observed: Observations, given: Given, request: CompareRequest, pictu
     ]
     if len(found) > 1:
         family = holm_of(found, observed, alpha)
-        told.lines.append(family_text(family))
+        told.lines.append(family.sentence())
         told.data["holm"] = as_dict(family)
     told.say_each((f"{names[label][0]} (a) minus {names[label][1]} (b)", result) for label, result in found.items())
     level = 1.0 - alpha

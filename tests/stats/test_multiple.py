@@ -72,6 +72,30 @@ def test_what_a_caller_leaves_open_is_not_rejected_in_words():
     assert every.endswith(": a (p = 0.003), b (p = 0.02), c (p = 0.3) left open.")
 
 
+def test_a_family_says_how_many_were_tested_and_why_others_were_not():
+    why, other = Undefined("neither group has any scatter"), Undefined("group 'd' is empty")
+    complete = holm({"a": 0.2, "b": 0.5}, "gains")
+    assert complete.sentence() == "Family gains (2 tests), adjusted by Holm at 0.05: none rejected."
+    some = holm({"a": 0.2, "b": why, "c": why, "d": other}, "gains at 0.05: all").sentence()
+    assert some.startswith(
+        "Family gains at 0.05: all (4 tests, 3 of them undefined and counted all the same), adjusted"
+    )
+    assert some.endswith(
+        "adjusted by Holm at 0.05: 1 tested, none rejected; not tested: b, c, because neither group has any scatter; "
+        "d, because group 'd' is empty."
+    )
+    assert (
+        holm({"a": why, "b": why}, "gains")
+        .sentence()
+        .endswith("at 0.05: none tested, because neither group has any scatter.")
+    )
+    mixed = holm({"a": why, "d": other}, "gains").sentence()
+    assert "none tested: a, because neither group has any scatter; d, because group 'd' is empty." in mixed
+    many = holm({"a": 0.01, **{f"b{place}": why for place in range(14)}}, "gains").sentence()
+    assert "not tested: b0, b1, " in many
+    assert "b9 and 4 more, because neither group has any scatter." in many
+
+
 @pytest.mark.parametrize("bad", [-0.1, 1.5, float("nan")])
 def test_what_is_no_probability_is_refused(bad):
     with pytest.raises(InputRefused, match="from 0 to 1"):

@@ -128,4 +128,4 @@ def test_the_line_at_the_rig_counts_the_jumps_of_all_logs(made: SmallBook, book:
     with book.desk(ADA) as desk:
         correct(book, desk, RUN, ["starts=2"], "power button pressed")
     ((line,),) = rig_lines_of(book, [outcome])
-    assert "3 of 3 jumps found in 2 logs," in line
+    assert "3 of 3 jumps found in 2 logs, no gaps in the log just read," in line

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from data_schema.vocabulary import Undefined
-from labbook.presenting.stats_many import MOST_IN_WORDS, against_control_text, all_pairs_text, family_text
+from labbook.presenting.stats_many import MOST_IN_WORDS, against_control_text, all_pairs_text
 from stats.dunnett import dunnett
-from stats.multiple import holm
 from stats.tukey import compare_all_pairs
 
 
@@ -53,25 +51,6 @@ def test_pairs_that_have_no_test_are_named_with_the_reason() -> None:
     assert "g0 minus g1, g0 minus g2, g1 minus g2, because neither group has any scatter; the table" in text
 
 
-def test_a_family_says_how_many_were_tested_and_why_others_were_not() -> None:
-    why, other = Undefined("neither group has any scatter"), Undefined("group 'd' is empty")
-    complete = holm({"a": 0.2, "b": 0.5}, "gains")
-    assert family_text(complete) == complete.sentence()
-    some = family_text(holm({"a": 0.2, "b": why, "c": why, "d": other}, "gains: all"))
-    assert some.endswith(
-        "adjusted by Holm at 0.05: 1 tested, none rejected; not tested: b, c, because neither group has any scatter; "
-        "d, because group 'd' is empty."
-    )
-    assert family_text(holm({"a": why, "b": why}, "gains")).endswith(
-        "at 0.05: none tested, because neither group has any scatter."
-    )
-    mixed = family_text(holm({"a": why, "d": other}, "gains"))
-    assert "none tested: a, because neither group has any scatter; d, because group 'd' is empty." in mixed
-    many = family_text(holm({"a": 0.01, **{f"b{place}": why for place in range(14)}}, "gains"))
-    assert "not tested: b0, b1, " in many
-    assert "b9 and 4 more, because neither group has any scatter." in many
-
-
 def test_of_very_many_the_smallest_p_are_named() -> None:
     values = groups(12, {place: 20.0 * place for place in range(12)})
     text = all_pairs_text(compare_all_pairs(values), "J")
@@ -83,3 +62,23 @@ def test_of_very_many_the_smallest_p_are_named() -> None:
     assert against.startswith("Dunnett against g0 (n = 4), 95 % simultaneous: 11 of 11 groups have an adjusted p")
     assert "g1 (n = 4)" not in against
     assert "g11 (n = 4)" in against
+
+
+def test_names_that_hold_signs_of_the_sentence_are_told_whole() -> None:
+    own = groups(13, {12: 20.0})
+    values = {f"foot: {place}; no. {place}. ": group for place, group in enumerate(own.values())}
+    pairs = compare_all_pairs(values)
+    text = all_pairs_text(pairs, "J")
+    small = [pair for pair in pairs.pairs if isinstance(pair.p, float) and pair.p <= 0.05]
+    assert len(small) == 12
+    head = "All pairs by Tukey, simultaneous (13 groups, n = 52): 12 of 78 pairs have an adjusted p of at most 0.05"
+    assert text.startswith(f"{head} (the 10 smallest: foot: 0; no. 0.  minus foot: 12; no. 12.  -20 J (95 % CI")
+    assert sum(pairs.pair_text(pair, "J") in text for pair in small) == MOST_IN_WORDS
+    control, *treated = values
+    against = dunnett(values[control], {name: values[name] for name in treated}, control_name=control)
+    (raised,) = [item for item in against.comparisons if isinstance(item.p, float) and item.p <= 0.05]
+    assert against_control_text(against, "J") == (
+        "Dunnett against foot: 0; no. 0.  (n = 4), 95 % simultaneous: 1 of 12 groups has an adjusted p of at most 0.05 "
+        f"({against.comparison_text(raised, 'J')}); the table below has all."
+    )
+    assert raised.treatment in against.comparison_text(raised, "J")
