@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_number
 from stats.results import Result
@@ -60,8 +61,10 @@ class BayesFactor(Result):
 def bayes_factor(t: float, n_a: int, n_b: int = 0, cauchy_scale: float = CAUCHY_SCALE) -> BayesFactor:
     """Return the Bayes factor of Student's t of two groups, or of one sample or paired differences (n_b = 0).
 
-    Raises `InputRefused` for a t that is not finite, sizes below 0 or a scale that is not positive.
+    Raises `InputRefused` for a t that is not one finite number, sizes below 0 or a scale that is not positive.
     """
+    if np.ndim(t) > 0:
+        raise InputRefused(f"t holds {np.size(t)} values: give Student's t, as compare_two(a, b).pooled_t.")
     t = as_number("t", t)
     n_a, n_b = as_count("n_a", n_a), as_count("n_b", n_b)
     r = as_number("the Cauchy scale", cauchy_scale, above=0.0)

@@ -165,8 +165,6 @@ def _one(name: str, value: Any) -> float:
     except OverflowError:
         return np.inf
     except (TypeError, ValueError) as error:
-        if np.size(value) > 1:
-            raise InputRefused(f"{name} holds {np.size(value)} values: give one number.") from error
         raise InputRefused(f"{name} is {value!r}: give a number.") from error
 
 

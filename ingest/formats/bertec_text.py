@@ -84,4 +84,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_signals(head.source, head.declared, findings, instrument)
 
 
-FORMAT = Format("bertec_text", 3, _recognise, _read)
+FORMAT = Format("bertec_text", 4, _recognise, _read)

@@ -24,4 +24,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return Reading() if head.source is None else read_signals(head.source, head.declared, findings, _LOG)
 
 
-FORMAT = Format("delimited_log", 3, _recognise, _read)
+FORMAT = Format("delimited_log", 4, _recognise, _read)

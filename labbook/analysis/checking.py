@@ -20,7 +20,7 @@ from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, W
 from reports.numbers import Quantity
 from reports.predicted import PredictedQuantity
 
-ALGORITHM = Algorithm("prediction_check", 7)
+ALGORITHM = Algorithm("prediction_check", 8)
 
 PREDICTED = "predicted"
 """Name of a number of a check: what is predicted of the runs as they were made."""

@@ -15,6 +15,7 @@ from labbook.analysis.day_means import pairs_in_units, unit_scope
 from labbook.analysis.equivalent_heights import within_bounds
 from labbook.analysis.family import adjust
 from labbook.analysis.planned import FAMILY_OF
+from labbook.analysis.rest_of_family import pairs_beside
 from labbook.analysis.workbench import Workbench
 from labbook.config.model import AnalysisSettings
 from reports.numbers import Quantity
@@ -25,7 +26,7 @@ class Compared:
     """A pair with its runs, the quantity compared, the stored comparison, and the results beside it.
 
     `by_day` and `equivalent` are there for comparisons with the control, the second for heights where bounds were
-    stated; `adjusted` holds the p-values of the whole family that the pair belongs to.
+    stated; `adjusted` holds the p-values of the whole family that the pair belongs to, shown here or not.
     """
 
     pair: Pair
@@ -48,19 +49,24 @@ def compare_all(
     swept: str,
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
+    beside: Mapping[Quantity, Sequence[ConditionValues]],
 ) -> list[Compared]:
-    """Ensure every comparison of the study, those of joules first."""
+    """Ensure every comparison of the study, those of joules first.
+
+    `beside` are conditions that the selection leaves out whole: their comparisons count in Holm's p.
+    """
     further = [*pairing.pairs_across(joules, swept), *pairing.pairs_between(joules, swept)]
     return [
-        *_with_control(bench, joules, Quantity.JOULES, swept, settings, scope),
+        *_with_control(bench, joules, beside.get(Quantity.JOULES, ()), Quantity.JOULES, swept, settings, scope),
         *_tested(bench, further, Quantity.JOULES, settings, scope),
-        *_with_control(bench, heights, Quantity.APEX, swept, settings, scope),
+        *_with_control(bench, heights, beside.get(Quantity.APEX, ()), Quantity.APEX, swept, settings, scope),
     ]
 
 
 def _with_control(
     bench: Workbench,
     conditions: Sequence[ConditionValues],
+    beside: Sequence[ConditionValues],
     quantity: Quantity,
     swept: str,
     settings: AnalysisSettings,
@@ -70,11 +76,17 @@ def _with_control(
 
     A family of one test is left as it is.
     """
-    pairs = [*pairing.pairs_each(conditions, swept), *pairing.pairs_pooled(conditions, swept)]
+    pairs = pairing.pairs_with_control(conditions, swept)
     found = _tested(bench, pairs, quantity, settings, scope)
     by_day = compare_by_day(bench, pairs, quantity, scope, settings.alpha)
-    family, of_unit = FAMILY_OF[settings.family], unit_scope(scope, settings.unit_of_analysis)
-    members = [(item.pair, item.result) for item in found if item.pair.family == family]
+    family, unit = FAMILY_OF[settings.family], settings.unit_of_analysis
+    of_unit = unit_scope(scope, unit)
+    further = [pair for pair in pairs_beside(pairs, conditions, beside, swept) if pair.family == family]
+    tested = compare(bench, pairs_in_units(bench, further, quantity, unit, scope), quantity, of_unit, settings.alpha)
+    members = [
+        *((item.pair, item.result) for item in found if item.pair.family == family),
+        *zip(further, tested, strict=True),
+    ]
     adjusted = adjust(bench, members, family, quantity, of_unit, settings.alpha) if len(members) > 1 else None
     return [
         replace(item, by_day=row, adjusted=adjusted if item.pair.family == family else None)

@@ -1,8 +1,8 @@
 """Conditions that a selection leaves out whole.
 
 Some levels of a group, compared without its others, are another comparison than the planned one, pooled or in one
-family. A group that is left out whole takes nothing from the others' means, but its comparisons from the family that
-was planned: Holm's p of those that are left is taken over fewer, and all of them are exploratory.
+family. A group that is left out whole takes nothing from the others' means, but its comparisons belong to the planned
+family: Holm's p of a report counts them too (`rest_of_family`), and that they are not shown is told.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def conditions_left_out(every: Analysable, configuration: Configuration, selecte
         if run.kind is RunKind.JUMPS and every.given(run):
             group = tuple(sorted((name, label) for name, label in run.levels.items() if name != swept))
             groups.setdefault(group, {}).setdefault(run.condition_key, []).append(run)
-    whole: dict[str, list[RunRow]] = {}
+    whole: list[str] = []
     found = []
     for conditions in groups.values():
         left = [key for key, runs in conditions.items() if not any(run.uid in uids for run in runs)]
@@ -38,30 +38,24 @@ def conditions_left_out(every: Analysable, configuration: Configuration, selecte
         if in_part:
             found.append(_of_group(every, conditions, left))
         else:
-            whole |= {key: conditions[key] for key in left}
+            whole += left
     if whole:
         found.append(
             Departure(
-                f"the selection leaves out {_counted(whole)} whole, so that fewer comparisons are "
-                f"made than were planned: {_listed([*whole])}",
-                _given(every, whole),
+                f"the selection leaves out {_counted(whole)} whole, whose comparisons belong to the planned family "
+                f"(Holm's p of a report counts them): {_listed(whole)}"
             )
         )
     return found
 
 
 def _of_group(every: Analysable, conditions: Mapping[str, Sequence[RunRow]], left: Sequence[str]) -> Departure:
+    given = {quantity for key in left for run in conditions[key] for quantity in every.given(run)}
     return Departure(
         f"the selection compares some levels of a group and leaves out {_counted(left)} of it whole: {_listed(left)}",
-        _given(every, {key: conditions[key] for key in left}),
+        tuple(quantity for quantity in Quantity if quantity in given),
         tuple(conditions),
     )
-
-
-def _given(every: Analysable, left: Mapping[str, Sequence[RunRow]]) -> tuple[Quantity, ...]:
-    """Return the quantities that have numbers from runs of these conditions."""
-    given = {quantity for runs in left.values() for run in runs for quantity in every.given(run)}
-    return tuple(quantity for quantity in Quantity if quantity in given)
 
 
 def _counted(keys: Collection[str]) -> str:

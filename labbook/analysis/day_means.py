@@ -15,7 +15,7 @@ from labbook.config.model import UnitOfAnalysis
 from reports.numbers import Quantity
 from stats.shared_error import shared_of_mean
 
-ALGORITHM = Algorithm("day_means", 5)
+ALGORITHM = Algorithm("day_means", 6)
 
 _Days = Mapping[str, Sequence[RunNumber]]
 

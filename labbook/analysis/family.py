@@ -14,7 +14,7 @@ from reports.numbers import Quantity
 from stats.multiple import holm
 from stats.tails import t_two_sided
 
-ALGORITHM = Algorithm("family", 5)
+ALGORITHM = Algorithm("family", 6)
 
 
 def adjust(
@@ -49,6 +49,11 @@ def rejected(row: ResultRow, label: str) -> bool | None:
     """Tell whether the adjusted p of a pair is at most alpha; None where it has none."""
     found: bool | None = json.loads(row.payload_json)["rejected"][label]
     return found
+
+
+def members(row: ResultRow) -> list[str]:
+    """Return the labels of the pairs that a family holds."""
+    return list(json.loads(row.payload_json)["rejected"])
 
 
 def _adjusted(tested: Sequence[tuple[Pair, ResultRow]], family: str, alpha: float) -> Outcome:

@@ -23,6 +23,7 @@ from labbook.config.parsing import Configuration
 class Evidence:
     """Facts for one analysis. `runs` are the selected jump runs, `idle` all idle runs of the book, void ones left out.
 
+    `beside` are jump runs that count, of conditions of which none is selected.
     `void` holds what was left out: the selected jump runs and all idle runs that are void.
     `logs` holds, by a run's uid, the signals with a body height; `charges` what was put back after it.
     """
@@ -33,6 +34,7 @@ class Evidence:
     factors: tuple[FactorRow, ...]
     selected: tuple[RunRow, ...]
     runs: tuple[RunRow, ...]
+    beside: tuple[RunRow, ...]
     idle: tuple[RunRow, ...]
     void: tuple[RunRow, ...]
     charges: Mapping[str, list[ChargeOfRun]]
@@ -48,6 +50,8 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
     expression = compile_where(where, where_columns(connection)) if where else None
     selected = list_runs(connection, expression)
     everything = selected if expression is None else list_runs(connection)
+    runs = tuple(run for run in selected if run.kind is RunKind.JUMPS and run.state is not RunState.VOID)
+    taken = {run.condition_key for run in runs}
     logs: dict[str, list[SignalRow]] = {}
     for signal in signals_of_runs(connection, FileRole.LOG):
         if BODY_HEIGHT in signal.channels:
@@ -58,7 +62,12 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
         selection=where or "",
         factors=factors(connection),
         selected=tuple(selected),
-        runs=tuple(run for run in selected if run.kind is RunKind.JUMPS and run.state is not RunState.VOID),
+        runs=runs,
+        beside=tuple(
+            run
+            for run in everything
+            if run.kind is RunKind.JUMPS and run.state is not RunState.VOID and run.condition_key not in taken
+        ),
         idle=tuple(run for run in everything if run.kind is RunKind.IDLE and run.state is not RunState.VOID),
         void=tuple(
             run

@@ -42,6 +42,11 @@ def treated_and_control(items: Sequence[ConditionValues]) -> tuple[list[Conditio
     return [item for item in items if not item.is_control], [item for item in items if item.is_control]
 
 
+def pairs_with_control(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
+    """Pair each level with its control, and all together: the families that can be decided on."""
+    return [*pairs_each(conditions, swept), *pairs_pooled(conditions, swept)]
+
+
 def pairs_each(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
     """Pair every level of the swept factor with its control, group by group."""
     return [

@@ -14,7 +14,7 @@ from labbook.analysis.gathering import Evidence
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
 from stats.passive_drain import PassiveDrain, fit_passive_drain
 
-ALGORITHM = Algorithm("passive_drain", 12)
+ALGORITHM = Algorithm("passive_drain", 13)
 MAH_MIN = 60.0
 """mAh/s to mAh/min."""
 

@@ -34,7 +34,7 @@ from reports.numbers import Quantity
 if TYPE_CHECKING:
     from simulator.scene import Scene
 
-ALGORITHM = Algorithm("prediction", 15)
+ALGORITHM = Algorithm("prediction", 16)
 
 NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
     Quantity.JOULES: ("predicted_joules_per_jump", "J"),

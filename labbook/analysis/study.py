@@ -20,6 +20,7 @@ from labbook.analysis.packs import pack_deviations
 from labbook.analysis.passive_drain import Drain, passive_drains
 from labbook.analysis.planned import Planned, planned_analysis
 from labbook.analysis.predicting import Predicted, predictions
+from labbook.analysis.rest_of_family import conditions_beside
 from labbook.analysis.run_apexes import RunApexes, as_protocol, run_apexes
 from labbook.analysis.run_energy import RunEnergies, run_energies
 from labbook.analysis.varying import Variations, vary
@@ -101,7 +102,8 @@ def analyse(
     if swept is None:
         return analysis
     settings = planned.settings
-    compared = compare_all(bench, joules, heights, swept, settings, scope)
+    beside = conditions_beside(bench, detections, evidence, scope) if planned.stated else {}
+    compared = compare_all(bench, joules, heights, swept, settings, scope, beside)
     of_unit = unit_scope(scope, settings.unit_of_analysis)
     anovas = [
         VarianceAnalysed(label, group, quantity, analyse_variance(bench, label, levels, swept, quantity, of_unit))

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from data_schema.queries.results import ResultRow
 from data_schema.rounding import level_text
 from labbook.analysis.comparisons import Compared
+from labbook.analysis.family import members
 from labbook.analysis.leading_by_day import MIXED_MODEL
 from labbook.analysis.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
@@ -74,11 +75,13 @@ def _by_day(compared: Sequence[Compared]) -> str:
 
 
 def _holm(analysis: StudyAnalysis) -> str:
-    counts = [
-        f"{sum(item.quantity is quantity and item.adjusted is not None for item in analysis.compared)} of {quantity}"
-        for quantity in Quantity
-        if any(item.quantity is quantity and item.adjusted is not None for item in analysis.compared)
-    ]
+    counts = []
+    for quantity in Quantity:
+        shown = [item.adjusted for item in analysis.compared if item.quantity is quantity and item.adjusted is not None]
+        if shown:
+            tests = len(members(shown[0]))
+            not_shown = f" ({tests - len(shown)} not in this selection)" if tests > len(shown) else ""
+            counts.append(f"{tests} of {quantity}{not_shown}")
     if not counts:
         return ""
     family = FAMILY_OF[analysis.planned.settings.family]

@@ -193,5 +193,5 @@ def test_one_bound_alone_needs_no_word_of_the_other():
     both = equivalence(AD, CE, -1.0, None)
     assert equivalence(AD, CE, low=-1.0) == both
     assert equivalence(AD, CE, high=1.0) == equivalence(AD, CE, None, 1.0)
-    with pytest.raises(InputRefused, match="Neither bound is given: give low, high or both."):
+    with pytest.raises(InputRefused, match=r"Neither bound is given: give low, high or both\."):
         equivalence(AD, CE)

@@ -25,7 +25,7 @@ OVER_ARRAYS = [method for method in METHODS if method.many is not None]
 ROWS = [(method, design) for method in METHODS for design in method.designs]
 BY_DESIGN = {(row.method, row.kind, design_of(row)): row for row in recorded()}
 SLOW = ("bootstrap", "games_howell", "permutation")
-LIGHT_RUNS, ONE_BY_ONE_RUNS, SHARE_OF_ROWS = 2000, 30, 11
+LIGHT_RUNS, ONE_BY_ONE_RUNS, SHARE_OF_ROWS = 2000, 30, 31
 
 
 def named(method, design):
@@ -63,15 +63,17 @@ def test_exact_methods_have_the_nominal_share(place):
 
 def test_which_methods_are_exact_and_on_how_many_designs():
     exact = Counter(method.name for method in METHODS for design in method.designs if method.exact(design))
-    assert exact["one_way_anova"] == exact["dunnett"] == exact["eta_squared_ci"] == 5 + 4  # one day that all share
-    assert exact["f_test"] == exact["f_ratio_ci"] == 8 + 10  # one day, whosever it is
+    assert exact["one_way_anova"] == 5 + 5 + 4  # three groups, five groups, one day that all share
+    assert exact["dunnett"] == exact["dunnett_greater"] == exact["eta_squared_ci"] == 5 + 5
+    assert exact["f_test"] == exact["f_ratio_ci"] == 10 + 10  # one day, whosever it is
     assert exact["tukey"] == 4 + 4
     assert exact["mean_ci"] == exact["fit_linear_ci"] == exact["fit_linear_intercept_ci"] == 4
     assert exact["fit_linear_at_ci"] == exact["passive_drain_at_ci"] == exact["gain_line_slope_ci"] == 4
-    assert exact["fit_polynomial_ci"] == exact["fit_polynomial_at_ci"] == 3
+    assert exact["fit_linear_through_0_f_test"] == 4
+    assert exact["fit_polynomial_ci"] == exact["fit_polynomial_at_ci"] == exact["fit_linear_of_two_ci"] == 3
     assert exact["stiffness_ci"] == exact["damping_ci"] == 2
     assert exact["passive_drain_in_steps_at_ci"] == exact["welch_eta_squared_ci"] == exact["mean_ci_shared"] == 0
-    assert exact["blocked_by_day_exact"] == 133
+    assert exact["blocked_by_day_exact"] == exact["blocked_by_day_exact_ci"] == 144
     assert exact["welch"] == exact["f_then_t"] == exact["levene"] == exact["fieller"] == 0
 
 
@@ -91,10 +93,12 @@ WHOLE_ROWS = [
     ("bootstrap", Design((6, 6), days=2, day_sd=1.0, layout="shared")),
     ("bootstrap_bca", Design((3, 3))),
     ("bootstrap_percentile", Design((3, 3))),
-    ("blocked_by_day", Design((6, 6), days=2, day_sd=1.0, layout="partly")),
-    ("blocked_by_day_ci", Design((6, 6), days=2, day_sd=1.0, layout="partly")),
+    ("blocked_by_day", Design((6, 6, 6), 2.0, days=2, day_sd=1.0, layout="holes")),
+    ("blocked_by_day_ci", Design((6, 6, 6), days=2, day_sd=1.0, layout="holes")),
     ("blocked_by_day_mean_ci", Design((6, 6), days=2, day_sd=1.0, layout="partly")),
-    ("blocked_by_day_exact_ci_shared", Design((3, 3), days=1, day_sd=1.0, layout="shared")),
+    ("blocked_by_day_exact_ci_six_idle_runs", Design((6, 6), 2.0, days=2, day_sd=1.0, layout="shared")),
+    ("blocked_by_day_ci_six_idle_runs", Design((6, 6), days=2, day_sd=1.0, layout="shared")),
+    ("blocked_by_day_lmertest", Design((6, 6, 6), days=2, day_sd=1.0, layout="holes")),
 ]
 """Of methods that are too slow for many studies drawn anew, of which few tell little, a quick row each."""
 

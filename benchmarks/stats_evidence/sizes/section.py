@@ -165,7 +165,7 @@ def _conditions_over_days(rows: Sequence[Recorded]) -> list[str]:
         "the SD hardly anything is lost if both have as many values, while one with 3 values a day against 10 errs in "
         "some 0.17 of studies if it is the one that scatters more (intervals cover 0.83), and in 0.01 if it is the "
         "other. The mixed model's interval of one condition's mean is for days drawn at random: on shared days that "
-        "differ as values do it covers 0.88 to 0.90 where they are two, 0.91 to 0.94 from three on, and down to 0.89 "
+        "differ as values do it covers 0.87 to 0.90 where they are two, 0.91 to 0.95 from three on, and down to 0.89 "
         "where values are missing. Two "
         "conditions that share one day of several, or all but one, stand for designs between shared days and own ones: "
         "there the mixed model errs too often, the more so the fewer days there are and are shared.",

@@ -39,7 +39,12 @@ def power(
     ] = None,
     alpha: Annotated[float | None, typer.Option("--alpha", help="Level of the test; default 0.05.")] = None,
     one_sided: Annotated[
-        bool, typer.Option("--one-sided", help="For t and welch: only a difference above 0 counts.")
+        bool,
+        typer.Option(
+            "--one-sided",
+            help="For t and welch: only a difference above 0 counts, as for non-inferiority, where --difference is "
+            "that from the bound.",
+        ),
     ] = False,
     as_json: JsonOption = False,
 ) -> None:

@@ -540,7 +540,7 @@ def test_day_means_on_days_of_their_own_are_not_taken_for_runs_of_such_days(repo
     assert "of its own" in weaknesses(uses(by_run))
     assert "of its own" not in weaknesses(uses(by_day))
     assert Use("welch", (5, 5)).weak_points() == ()
-    assert Use("welch", (5, 5), 5, "own").weak_points() != ()
+    assert Use("welch", (25, 25), 5, "own").weak_points() != ()
 
 
 def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:

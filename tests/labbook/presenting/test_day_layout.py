@@ -33,9 +33,10 @@ def of(text: str, runs: int = 1) -> Counter[str]:
         ("abc", "ade", 5, ((15, 15), 3, "partly")),
         ("ab", "cd", 5, ((10, 10), 2, "own")),
         ("a", "b", 10, ((10, 10), 1, "own")),
-        ("a", "abcde", 10, ((20, 20), 2, "own")),  # more than any design takes from days that shares one
+        ("a", "abcde", 10, ((125, 125), 5, "partly")),  # 10 against 50: as far off as many a day on five days
+        ("abcdef", "ghijkl", 1, ((6, 6), 6, "own")),
         ("aaaab", "abbbb", 2, ((10, 10), 2, "own")),  # days are shared, and each group has most runs on one
-        ("abcdefghij", "abcdefghik", 10, ((25, 25), 5, "mostly")),  # more days than on record: fewer runs a day
+        ("abcdefghij", "abcdefghik", 10, ((60, 60), 6, "mostly")),  # more days than on record
     ],
 )
 def test_the_design_looked_up(a: str, b: str, runs: int, found: tuple[object, ...]) -> None:
@@ -83,7 +84,7 @@ def test_groups_of_unequal_size_are_looked_up_among_such() -> None:
     assert without_days("welch", [few, many]) == ((6, 20), 2, "own")
     assert without_days("welch", [of("ab", 9), many])[0] == (20, 20)
     cited = on_runs("f_then_t", [few, many]).weak_points()
-    assert {(row.n, row.sd_ratio) for row in cited if row.days} == {((6, 20), 0.5), ((6, 20), 2.0)}
+    assert {(row.n, row.sd_ratio) for row in cited if row.days} == {((6, 20), ratio) for ratio in (0.5, 1.0, 2.0)}
 
 
 def rejected(groups: list[Counter[str]], studies: int) -> float:
