@@ -1,8 +1,8 @@
 """Size and coverage as simulated: how often each test errs and each interval covers where that is not as stated.
 
-`recorded.csv` beside this module holds the shares of studies without an effect in which a test of level 0.05 rejects,
-and of studies in which an interval of level 0.95 holds the truth, by method and design; how each was simulated stands
-in docs/statistics.md.
+`recorded.csv` beside this module holds the shares of studies without an effect in which a test of level 0.05 rejects
+(of equivalence: of studies whose true difference lies on a bound), and of studies in which an interval of level 0.95
+holds the truth, by method and design; how each was simulated stands in docs/statistics.md.
 """
 
 from __future__ import annotations
@@ -48,7 +48,8 @@ class Recorded:
 
     method: str
     kind: str
-    """"size": share of studies without an effect that are rejected; "coverage": share of intervals with the truth."""
+    """"size": share of studies without an effect, or with one on the bound of equivalence, in which the test rejects;
+    "coverage": share of intervals with the truth."""
     n: tuple[int, ...]
     """Number of values of each group, over all days; last that of the idle runs, if the method is one `WITH_LINE`."""
     sd_ratio: float
@@ -73,7 +74,8 @@ class Recorded:
 
     @property
     def idle_runs(self) -> int:
-        """How many idle runs the line goes through that all values are corrected with; 0 of a method without one."""
+        """How many idle runs the line goes through that all values are corrected with; 0 of a method that is not one
+        `WITH_LINE` (a method named after its idle runs has as many in all designs)."""
         return self.n[-1] if self.method.endswith(WITH_LINE) else 0
 
     @property
@@ -111,10 +113,11 @@ def weak_points(
     """Return where a method errs more than 0.06 or covers less than 0.93, at the recorded sizes nearest to `n`.
 
     `n` holds the number of values of each group; with `days`, rows simulated over the nearest number of days are
-    meant, otherwise rows without days where there are any. Nearest is by the ratios of smallest and largest group;
-    two groups are looked up among two, several among several. `idle_runs` counts those of the line that the values are
-    corrected with, where the method's name says that its error is in it. Empty where the method holds what it states
-    there, or is none of those recorded.
+    meant, otherwise rows without days where there are any. Nearest is by the ratios of smallest and largest group, of
+    how many times one is as large as the other, and of the number of groups; two groups are looked up among two,
+    several among several. `idle_runs` counts those of the line that the values are corrected with, where the method's
+    name says that its error is in it: five and fewer are looked up apart from more, as errors are then joined in
+    another way. Empty where the method holds what it states there, or is none of those recorded.
     """
     rows = [
         row
@@ -139,7 +142,9 @@ def _distance(row: Recorded, n: Sequence[int], days: int | None, idle_runs: int)
     lines = bool(idle_runs and row.idle_runs)
     other_way = lines and _one_quantile(idle_runs) != _one_quantile(row.idle_runs)
     apart = 0.0 if days is None or row.days is None else abs(row.days - days)
-    sizes = [(min(row.groups), min(n)), (max(row.groups), max(n)), (len(row.groups), len(n))]
+    least, most = (min(row.groups), min(n)), (max(row.groups), max(n))
+    unequal = most[0] / least[0], most[1] / least[1]
+    sizes: list[tuple[float, float]] = [least, most, unequal, (len(row.groups), len(n))]
     if lines:
         sizes.append((row.idle_runs, idle_runs))
     return float(other_way), apart, math.fsum(abs(math.log(one / other)) for one, other in sizes)

@@ -33,6 +33,8 @@ _APART: Mapping[str, Callable[[int], float]] = {
 _FEWEST_MOSTLY = 3
 """Days of which all but one are shared; of two that is one shared day."""
 _ROUNDING = 1.0 - 1e-9
+_AS_UNEQUAL = 0.05
+"""Groups of 3 and 10 values a day and of 10 and 33 are as unequal."""
 
 Found = tuple[tuple[int, ...], int, str]
 """Group sizes, days and layout of a design to look up."""
@@ -62,32 +64,29 @@ def with_days(groups: Runs) -> Found:
 def without_days(method: str, groups: Runs) -> Found:
     """Return the design to look up for a method that knows no days: on record, and exceeding no less what is expected.
 
-    Of those designs it is one whose groups are about as unequal in size, with the groups' own layout and number of days
-    where there is one, and exceeds it least; beyond the record, the one that exceeds it most. "shared" is where nothing
-    is taken from days.
+    It is one of the designs whose groups are about as unequal in size; of these one with the groups' own layout and
+    number of days where there is one, which exceeds it least; beyond them, the one that exceeds it most. "shared" is
+    where nothing is taken from days.
     """
     days = [set(group) for group in groups]
     sizes, layout = tuple(group.total() for group in groups), layout_of(days)
     count, pairs = _days_counted(days, layout), list(combinations(groups, 2))
     if not any(_between(a, b) for a, b in pairs):
         return sizes, max(map(len, days)), SHARED
-    excess = {
-        row: _excess_on_record(row)
+    rows = [
+        row
         for row in recorded()
         if row.method == method and row.layout in _APART and min(len(row.n), SEVERAL) == min(len(sizes), SEVERAL)
-    }
-    if not excess:
+    ]
+    if not rows:
         return sizes, max(map(len, days)), layout
+    most = min(_unlike(row.n, sizes) for row in rows) + _AS_UNEQUAL
+    excess = {row: _excess_on_record(row) for row in rows if _unlike(row.n, sizes) <= most}
     own = max(_excess(_between(a, b), (a.total(), _within(a)), (b.total(), _within(b))) for a, b in pairs)
     needed = min(own, max(excess.values())) * _ROUNDING
     chosen = min(
         (row for row, found in excess.items() if found >= needed),
-        key=lambda row: (
-            round(abs(_inequality(row.n) - _inequality(sizes)), 6),
-            row.layout != layout,
-            abs((row.days or 1) - count),
-            excess[row],
-        ),
+        key=lambda row: (row.layout != layout, abs((row.days or 1) - count), excess[row]),
     )
     return chosen.n, chosen.days or 1, chosen.layout
 
@@ -115,9 +114,9 @@ def _excess_on_record(row: Recorded) -> float:
     return max(_excess(_APART[row.layout](days), *pair) for pair in pairs)
 
 
-def _inequality(n: Sequence[int]) -> float:
-    """Return the logarithm of how many times larger the largest group is than the smallest."""
-    return math.log(max(n) / min(n))
+def _unlike(n: Sequence[int], sizes: Sequence[int]) -> float:
+    """Return how far apart designs are by the logarithm of the largest group over the smallest."""
+    return abs(math.log(max(n) / min(n)) - math.log(max(sizes) / min(sizes)))
 
 
 def _days_counted(days: Sequence[set[str]], layout: str) -> int:

@@ -62,7 +62,8 @@ def weaknesses(used: Mapping[Use, int]) -> str:
     told = [f"At {design}: {_all_said(found)}." for design, found in by_design.items()]
     head = (
         "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what "
-        "it states whatever the standard deviations of runs and days, which so few runs do not tell."
+        "it states whatever the standard deviations of runs and days, which so few runs do not tell. Designs without "
+        "days show what unequal standard deviations do, those with days what days do beside."
     )
     return " ".join([head, *told])
 
@@ -95,19 +96,27 @@ def _spreads_text(row: Recorded) -> str:
 
 def _all_said(found: Sequence[_Found]) -> str:
     """Say what was found at one design, tests and intervals apart, and where this report comes near it."""
-    kinds: dict[tuple[str, float], list[_Found]] = {}
+    kinds: dict[tuple[tuple[str, str], float], list[_Found]] = {}
     for each in found:
-        kinds.setdefault((each[1].kind, each[1].nominal), []).append(each)
-    return "; ".join(_said(kind, nominal, of_kind) for (kind, nominal), of_kind in kinds.items())
+        kinds.setdefault((_of_what(each[1]), each[1].nominal), []).append(each)
+    return "; ".join(_said(*what, nominal, of_kind) for (what, nominal), of_kind in kinds.items())
 
 
-def _said(kind: str, nominal: float, found: Sequence[_Found]) -> str:
+def _of_what(row: Recorded) -> tuple[str, str]:
+    """Return what a method does, and in how many of which studies its share is."""
+    if row.kind != "size":
+        return "holds the truth in", ""
+    if row.method.startswith("equivalence"):
+        return "claims equivalence in", " of studies whose true difference lies on a bound"
+    return "rejects", " of studies without an effect"
+
+
+def _said(verb: str, of: str, nominal: float, found: Sequence[_Found]) -> str:
     """Say what methods of one kind do, what they state once; the numbers of uses are those of the methods in turn."""
     stated = f"({general_text(100.0 * nominal)} % stated)"
-    verb, of = ("rejects", " of studies without an effect") if kind == "size" else ("holds the truth in", "")
     (first, row, *_uses), *others = found
     said = [f"{first} {verb} {_share(row)}{of} {stated}"]
-    said += [f"{name} {'' if kind == 'size' else 'in '}{_share(row)}" for name, row, *_uses in others]
+    said += [f"{name} {'in ' if verb.endswith(' in') else ''}{_share(row)}" for name, row, *_uses in others]
     uses = _uses_text([own for _name, _row, own, _less in found])
     less = [less for _name, _row, _own, less in found]
     more = f", {_uses_text(less)} that err{'s' if less == [1] else ''} less" if any(less) else ""

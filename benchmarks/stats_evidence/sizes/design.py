@@ -114,8 +114,22 @@ SOME_N = (3, 5, 10)
 DAYS = (1, 2, 3, 4, 5, 6)
 UNEQUAL_N = ((5, 20), (10, 40), (3, 10), (5, 8), (10, 16))
 RATIOS = (1.0, 1.5, 2.0, 3.0)
-UNEQUAL_TIMES = (3, 10)
-"""Values a day of two groups that were measured unequally often; of more groups each has twice those of the last."""
+FURTHER_PAIRS = (
+    *((2, 2), (4, 4), (2, 3), (2, 4), (2, 8), (2, 25), (3, 4), (3, 5), (3, 25), (4, 6), (4, 16)),
+    *((5, 10), (7, 9), (10, 12), (10, 20), (25, 35), (25, 50), (25, 100)),
+)
+"""Two values, four, and groups that are a little or very unequal."""
+FURTHER_TRIPLES = (
+    *((4, 4, 4), (3, 3, 6), (3, 4, 5), (4, 6, 8), (3, 6, 12), (5, 5, 10)),
+    *((10, 10, 20), (10, 15, 20), (25, 25, 50)),
+)
+UNEQUAL_TIMES: Mapping[int, tuple[tuple[int, ...], ...]] = {
+    2: ((3, 10), (10, 33)),
+    3: ((3, 6, 12), (10, 20, 40)),
+    4: ((3, 6, 12, 24),),
+}
+"""Values a day of groups that were measured unequally often, by the number of groups."""
+UNEQUAL_RATIOS = (0.5, 1.0, 2.0, 3.0)
 
 
 def equal_groups(groups: int, ratios: Sequence[float] = RATIOS) -> tuple[Design, ...]:
@@ -124,14 +138,15 @@ def equal_groups(groups: int, ratios: Sequence[float] = RATIOS) -> tuple[Design,
 
 
 def several(groups: int) -> tuple[Design, ...]:
-    """Return designs of three groups or more: of one size, and of sizes that double."""
-    uneven = tuple(5 * 2**place for place in range(groups))
-    return *equal_groups(groups), *(Design(uneven, ratio) for ratio in (0.5, 1.0, 2.0, 3.0))
+    """Return designs of three groups or more: of one size, of sizes that double, and of three groups more of both."""
+    sizes = (tuple(5 * 2**place for place in range(groups)), *(FURTHER_TRIPLES if groups == 3 else ()))
+    return *equal_groups(groups), *(Design(n, ratio) for n in sizes for ratio in UNEQUAL_RATIOS)
 
 
 def pairs() -> tuple[Design, ...]:
     """Return designs of two groups; where sizes differ the smaller group scatters less, as much or more."""
-    return *equal_groups(2), *(Design(n, ratio) for n in UNEQUAL_N for ratio in (0.5, *RATIOS))
+    sizes = (*UNEQUAL_N, *FURTHER_PAIRS)
+    return *equal_groups(2), *(Design(n, ratio) for n in sizes for ratio in (0.5, *RATIOS))
 
 
 def designs_over_days(
@@ -176,9 +191,6 @@ def by_layout(groups: int, times_a_day: Sequence[int] = SOME_N) -> tuple[Design,
 
 def by_layout_unlike(groups: int) -> tuple[Design, ...]:
     """Return the same with 1, 2 and 25 values a day; with 5 where SDs differ; and with few values against many."""
-    few = (
-        UNEQUAL_TIMES if groups == len(UNEQUAL_TIMES) else tuple(UNEQUAL_TIMES[0] * 2**place for place in range(groups))
-    )
     of_one = by_layout(groups, (1,))
     return (
         *(one for one in of_one if one.n[0] > 2),
@@ -186,7 +198,8 @@ def by_layout_unlike(groups: int) -> tuple[Design, ...]:
         *by_layout(groups, (25,)),
         *(replace(one, sd_ratio=2.0) for one in by_layout(groups, (5,))),
         *(
-            replace(one, n=tuple(times * (one.days or 1) for times in few), sd_ratio=ratio)
+            replace(one, n=tuple(times * (one.days or 1) for times in a_day), sd_ratio=ratio)
+            for a_day in UNEQUAL_TIMES[groups]
             for ratio in (0.5, 1.0, 2.0)
             for one in of_one
         ),

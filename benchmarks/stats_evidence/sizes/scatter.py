@@ -11,6 +11,8 @@ from benchmarks.stats_evidence.sizes import arrays
 from benchmarks.stats_evidence.sizes.design import (
     DISTRIBUTIONS,
     EVERY_N,
+    FURTHER_PAIRS,
+    FURTHER_TRIPLES,
     UNEQUAL_N,
     Design,
     Floats,
@@ -20,10 +22,15 @@ from benchmarks.stats_evidence.sizes.design import (
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval, of_one_p, of_p
 from stats.variances import VarianceTest, bartlett, brown_forsythe, f_test, levene
 
-TWO = tuple(
-    Design(n, distribution=name) for name in DISTRIBUTIONS for n in (*((n, n) for n in (*EVERY_N, 30)), *UNEQUAL_N)
+TWO = (
+    *(Design(n, distribution=name) for name in DISTRIBUTIONS for n in (*((n, n) for n in (*EVERY_N, 30)), *UNEQUAL_N)),
+    *map(Design, (*FURTHER_PAIRS[1:], (6, 6))),
 )
-THREE = tuple(Design((n,) * 3, distribution=name) for name in DISTRIBUTIONS for n in EVERY_N)
+THREE = (
+    *(Design((n,) * 3, distribution=name) for name in DISTRIBUTIONS for n in EVERY_N),
+    *map(Design, (*FURTHER_TRIPLES, (6, 6, 6))),
+)
+"""Of two values each a middle tells no distances."""
 OF_TWO = (*TWO, *by_layout(2))
 OF_ANY = (*TWO, *THREE, *by_layout(2), *by_layout(3))
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
+from benchmarks.stats_evidence.sizes.design import FURTHER_PAIRS, FURTHER_TRIPLES
 from stats.recorded import Recorded
 
 NAMES = {
@@ -101,6 +102,7 @@ LAYOUTS = {
     "runs": "shared, two runs each",
 }
 Label = Callable[[Recorded], str]
+_FURTHER = {*FURTHER_PAIRS, *FURTHER_TRIPLES, (6, 6), (6, 6, 6), (2, 2, 2), (2, 4, 8)}
 
 
 def where(row: Recorded) -> str:
@@ -133,6 +135,13 @@ def over_days(rows: Sequence[Recorded]) -> list[str]:
 def of_methods(rows: Sequence[Recorded], methods: Sequence[str]) -> list[Recorded]:
     """Return the rows of these methods, in their order."""
     return [row for method in methods for row in rows if row.method == method]
+
+
+def by_sizes(rows: Sequence[Recorded], down: Mapping[str, Label]) -> list[str]:
+    """Return tables with a column for the sizes of groups: the common ones, then those between and beyond."""
+    further = [row for row in rows if row.n in _FURTHER]
+    common = [row for row in rows if row.n not in _FURTHER]
+    return table(common, down, sizes) + (["", *table(further, down, sizes)] if further else [])
 
 
 def table(rows: Sequence[Recorded], down: Mapping[str, Label], across: Label) -> list[str]:

@@ -8,7 +8,15 @@ import numpy as np
 from scipy import optimize, special
 
 from benchmarks.stats_evidence.sizes import arrays
-from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, equal_groups, several
+from benchmarks.stats_evidence.sizes.design import (
+    UNEQUAL_RATIOS,
+    Design,
+    Floats,
+    Groups,
+    by_layout,
+    equal_groups,
+    several,
+)
 from benchmarks.stats_evidence.sizes.method import (
     LEVEL,
     Method,
@@ -110,17 +118,20 @@ def _own_share_one(groups: Groups, design: Design) -> tuple[float, bool]:
 
 
 DESIGNS = (*several(3), *by_layout(3))
-OF_FIVE = equal_groups(5)
+FURTHER = (
+    *equal_groups(5),
+    *(Design(n, ratio) for n in ((2, 2, 2), (2, 4, 8)) for ratio in UNEQUAL_RATIOS),
+)
 METHODS = (
     Method(
         "one_way_anova",
         "size",
-        (*DESIGNS, *OF_FIVE),
+        (*DESIGNS, *FURTHER),
         lambda groups, _: of_one_p(one_way_anova(named(groups)).p),
         _anova,
         alike,
     ),
-    Method("welch_anova", "size", (*DESIGNS, *OF_FIVE), lambda g, _: of_one_p(welch_anova(named(g)).p), _welch_anova),
+    Method("welch_anova", "size", (*DESIGNS, *FURTHER), lambda g, _: of_one_p(welch_anova(named(g)).p), _welch_anova),
     Method("eta_squared_ci", "coverage", DESIGNS, _share_one, _share_many, alike),
     Method("welch_eta_squared_ci", "coverage", DESIGNS, _own_share_one, _own_share_many),
 )

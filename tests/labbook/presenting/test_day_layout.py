@@ -33,7 +33,7 @@ def of(text: str, runs: int = 1) -> Counter[str]:
         ("abc", "ade", 5, ((15, 15), 3, "partly")),
         ("ab", "cd", 5, ((10, 10), 2, "own")),
         ("a", "b", 10, ((10, 10), 1, "own")),
-        ("a", "abcde", 10, ((125, 125), 5, "partly")),  # 10 against 50: as far off as many a day on five days
+        ("a", "abcde", 10, ((50, 165), 5, "partly")),  # 10 against 50 are unequal, those of 10 and 33 a day nearest
         ("abcdef", "ghijkl", 1, ((6, 6), 6, "own")),
         ("aaaab", "abbbb", 2, ((10, 10), 2, "own")),  # days are shared, and each group has most runs on one
         ("abcdefghij", "abcdefghik", 10, ((60, 60), 6, "mostly")),  # more days than on record
@@ -85,6 +85,9 @@ def test_groups_of_unequal_size_are_looked_up_among_such() -> None:
     assert without_days("welch", [of("ab", 9), many])[0] == (20, 20)
     cited = on_runs("f_then_t", [few, many]).weak_points()
     assert {(row.n, row.sd_ratio) for row in cited if row.days} == {((6, 20), ratio) for ratio in (0.5, 1.0, 2.0)}
+    beyond = without_days("welch", [of("a", 10), of("b", 33)])
+    assert beyond == without_days("welch", [of("a", 25), of("b", 99)]) == ((10, 33), 1, "own")
+    assert without_days("one_way_anova", [of("a", 5), of("b", 10), of("c", 20)]) == ((10, 20, 40), 1, "own")
 
 
 def rejected(groups: list[Counter[str]], studies: int) -> float:
