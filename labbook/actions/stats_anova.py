@@ -11,7 +11,7 @@ from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
-from labbook.presenting.stats_days import day_notes, days_untold
+from labbook.presenting.stats_days import day_left_out, day_notes, days_untold
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_many import against_control_text, all_pairs_text
@@ -64,7 +64,11 @@ def _answer(
     _add_tables(told, found)
     step("figures" if pictures.files else "tables")
     pictures.write(observed, lambda: _drawn(observed, found), found.level)
-    notes = [*plan_notes(observed, False, alpha, NO_ANOVA), *day_notes(observed)]
+    notes = [
+        *plan_notes(observed, False, alpha, NO_ANOVA),
+        *day_notes(observed),
+        *day_left_out(observed, given.day),
+    ]
     if any(row.shared.se > 0.0 for row in observed.rows):
         notes.append(f"{SHARED_NOTE} Holm's family has it.")
     return told.about(observed, pictures, notes)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from data_schema.errors import UsageError
+from data_schema.errors import InputRefused, UsageError
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
@@ -87,7 +87,12 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
 
 
 def _compared(observed: Observations, level: float, *, with_runs: bool) -> BlockedByDay:
-    rows = in_groups(observed).rows
+    rows, control = in_groups(observed).rows, observed.name(observed.control)
+    if rows and all(row.label != observed.control for row in rows):
+        raise InputRefused(
+            f"the control {control!r} has no values, so that nothing can be compared with it: fill some in, or name "
+            "another with --control."
+        )
     values: list[Any] = [row.value for row in rows]
     conditions, days = [observed.name(row.label) for row in rows], [row.day for row in rows]
     found = blocked_by_day(
@@ -95,7 +100,7 @@ def _compared(observed: Observations, level: float, *, with_runs: bool) -> Block
         conditions,
         days,
         [row.run for row in rows] if with_runs else None,
-        control=observed.name(observed.control),
+        control=control,
         order=list(dict.fromkeys(conditions)),
         level=level,
     )

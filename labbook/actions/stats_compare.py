@@ -12,7 +12,7 @@ from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.with_shared import two_with_shared
-from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
+from labbook.presenting.stats_days import day_left_out, day_notes, days_untold, with_days_said
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import plan_notes
 from stats.checks import Missing
@@ -65,7 +65,11 @@ def _answer(observed: Observations, given: Given, request: CompareRequest, pictu
     shown = [result for result in found.values() if not isinstance(result.difference_ci, Undefined)] or found.values()
     tests = " or ".join(f"{test}'s t" for test in sorted({result.test for result in shown}))
     pictures.write(observed, lambda: estimation_of(observed, differences, interval=tests), level)
-    notes = [*plan_notes(observed, request.pooled, alpha), *day_notes(observed)]
+    notes = [
+        *plan_notes(observed, request.pooled, alpha),
+        *day_notes(observed),
+        *day_left_out(observed, given.day),
+    ]
     return told.about(observed, pictures, notes)
 
 

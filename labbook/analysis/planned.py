@@ -115,7 +115,7 @@ class Planned:
             return Reason(f"the family decided on is {planned}")
         touching = [item for item in self.left_out if item.jumps is None or quantity is Quantity.APEX]
         rests_on = [item.sentence for item in self.further if item.touches(quantity, conditions)]
-        departures = (*map(_not_allowed, touching), *rests_on)
+        departures = (*map(not_allowed, touching), *rests_on)
         if touching:
             said = "; ".join(item.sentence for item in touching)
             text = f"something was left out for a reason that was not allowed ({said}), and {AS_A_WHOLE}"
@@ -158,7 +158,7 @@ def planned_analysis(
     ]
     departures = [
         *changed_settings(stood, now, history),
-        *map(_not_allowed, out),
+        *map(not_allowed, out),
         *(item.sentence for item in further),
     ]
     late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds
@@ -189,7 +189,8 @@ _IN_SELECTIONS: tuple[Callable[[Analysable, Configuration, Collection[str]], lis
 """What is watched in the choice of runs (their uids) for a report or a comparison."""
 
 
-def _not_allowed(item: LeftOut) -> str:
+def not_allowed(item: LeftOut) -> str:
+    """Return the departure that something left out for another reason than those allowed is."""
     return f"{item.sentence}, which was not allowed"
 
 

@@ -13,7 +13,6 @@ from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.workbench import number
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting import design
-from labbook.presenting.planned import made_before
 from labbook.presenting.tests_used import saved, tests_used
 from reports.content import Assumed
 from reports.naming import swept_words
@@ -90,7 +89,6 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
         for drain in analysis.drains.values()
         if isinstance(drain.line, Undefined)
     ]
-    notes += made_before(analysis.planned)
     conflicting = _conflicting(analysis.evidence)
     if conflicting:
         notes.append(

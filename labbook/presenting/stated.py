@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from labbook.analysis.planned import AS_A_WHOLE, Reason
+from labbook.analysis.planned import AS_A_WHOLE, Reason, not_allowed
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.planned import departure_sentence, made_before, planned_sentences
 from reports.content import Comparison, Quantity
@@ -32,7 +32,8 @@ def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple
             departing.setdefault(departure_sentence(departure), {})[name] = None
         if not reason.departures:
             others.setdefault(reason.text, {})[name] = None
-    as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if departing and planned.left_out else ()
+    concerning = departing.keys() & {departure_sentence(not_allowed(item)) for item in planned.left_out}
+    as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if concerning else ()
     return (
         *(_with_exploratory(sentence, departing.get(sentence, ())) for sentence in said),
         *as_a_whole,

@@ -11,10 +11,19 @@ from collections.abc import Mapping, Sequence
 
 from labbook.analysis.observations import Observations
 from labbook.presenting.day_layout import SHARED, WHOSE, without_days
+from labbook.presenting.joined_days import joined_by_others
 from labbook.presenting.one_day_each import one_day_each
+from labbook.presenting.spreads import spreads_text
 from stats.recorded import Recorded, weak_points
 
 _MOST_NAMED = 3
+_LITTLE_KNOWN = "only days that are shared tell the groups from their days, so that little is known here."
+_KNOWN_BY_OTHERS = (
+    "days of other groups join theirs, so that their difference rests on the values of those groups as well."
+)
+_DAY_LEFT_OUT = (
+    "Tests here take values for independent, whatever their days; `labbook stats blocked` has the day in its model."
+)
 
 _Runs = Mapping[str, Counter[str]]
 """Values of each day, by label of the group."""
@@ -53,7 +62,29 @@ def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
     }
     if not few:
         return []
-    name = observed.name(observed.control)
+    if by_day:
+        joined = {label: joined_by_others(label, observed.control, runs) for label in few}
+        return [
+            f"{_shared(observed, runs, labels)}: {known}"
+            for others, known in ((False, _LITTLE_KNOWN), (True, _KNOWN_BY_OTHERS))
+            if (labels := [label for label in few if joined[label] == others])
+        ]
+    return [
+        f"{_shared(observed, runs, [*few])}: what differs from day to day passes for a difference of the groups here."
+        f"{_simulated(few, observed)} {_what_helps(runs)}"
+    ]
+
+
+def day_left_out(observed: Observations, given: str | None) -> list[str]:
+    """Say that tests leave the days out that a table's column (`given`) holds, where `day_notes` says nothing."""
+    runs = _runs(observed)
+    tested = given is not None and observed.control in runs and len(set().union(*runs.values())) > 1
+    return [_DAY_LEFT_OUT] if tested and not day_notes(observed) else []
+
+
+def _shared(observed: Observations, runs: _Runs, labels: Sequence[str]) -> str:
+    """Say how many days each of these groups shares with the control, of many the first."""
+    name, control = observed.name(observed.control), runs[observed.control]
     shared = [
         f"{observed.name(label)} and {name} "
         + (
@@ -61,16 +92,10 @@ def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
             if {*runs[label]} == {*control}
             else f"share {len({*runs[label]} & {*control})} of {len({*runs[label]} | {*control})} days"
         )
-        for label in [*few][:_MOST_NAMED]
+        for label in labels[:_MOST_NAMED]
     ]
-    more = f"; so few are shared by {len(few) - _MOST_NAMED} more groups" if len(few) > _MOST_NAMED else ""
-    said = f"{'; '.join(shared)}{more}"
-    if by_day:
-        return [f"{said}: only days that are shared tell the groups from their days, so that little is known here."]
-    return [
-        f"{said}: what differs from day to day passes for a difference of the groups here."
-        f"{_simulated(few, observed)} {_what_helps(runs)}"
-    ]
+    more = f"; so few are shared by {len(labels) - _MOST_NAMED} more groups" if len(labels) > _MOST_NAMED else ""
+    return f"{'; '.join(shared)}{more}"
 
 
 def _runs(observed: Observations) -> _Runs:
@@ -84,8 +109,10 @@ def _runs(observed: Observations) -> _Runs:
 
 def _errs(days: Counter[str], control: Counter[str]) -> list[Recorded]:
     """Return the sizes on record of Welch's test where groups share their days as these do, if they are too large."""
+    if not control:  # all of its values are missing
+        return []
     n, count, layout = without_days("welch", [days, control])
-    if not control or layout == SHARED:
+    if layout == SHARED:
         return []
     return [row for row in weak_points("welch", n, count, layout=layout) if row.kind == "size"]
 
@@ -98,11 +125,14 @@ def _simulated(few: Mapping[str, Sequence[Recorded]], observed: Observations) ->
     worst, label = max(found, key=lambda each: each[0].value)
     days = "a day" if worst.days == 1 else f"{worst.days} days"
     sizes = " and ".join(map(str, worst.n))
+    as_much = "as much as" if worst.day_sd == 1.0 else f"{worst.day_sd:g} times as much as"
+    # The record gives what days differ by in standard deviations of the second group.
+    of = "within a group" if worst.sd_ratio == 1.0 else "of the second group"
     at_worst = f" At worst, for {observed.name(label)}: simulated" if len(few) > 1 else " Simulated"
     return (
-        f"{at_worst} with {sizes} values, each group on {days} {WHOSE[worst.layout]}, with "
-        f"an SD between days of {worst.day_sd:g} times that within, Welch's test at alpha = {worst.nominal:g} found a "
-        f"difference that is not there in {100 * worst.value:.0f} % of studies (docs/statistics.md)."
+        f"{at_worst} with {sizes} values{spreads_text(worst)}, each group on {days} {WHOSE[worst.layout]}, days "
+        f"differing {as_much} values {of}, Welch's test at alpha = {worst.nominal:g} found a difference that is not "
+        f"there in {100 * worst.value:.0f} % of studies (docs/statistics.md)."
     )
 
 

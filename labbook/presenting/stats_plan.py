@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from labbook.analysis import pairing
 from labbook.analysis.observations import Observations
-from labbook.analysis.planned import NOTHING_DECIDED, Planned
+from labbook.analysis.planned import NOTHING_DECIDED, Planned, Reason, not_allowed
 from labbook.config.model import UnitOfAnalysis
 from reports.numbers import Quantity
 
@@ -22,9 +22,9 @@ def plan_notes(observed: Observations, pooled: bool, alpha: float, beside: str =
     plan = observed.plan
     if plan is None:
         return []
-    family = _family(pooled)
-    why = plan.exploratory(observed.measured, family)
-    return _notes(plan, [_beside(plan, observed, beside) or why or "", _other_alpha(plan, alpha)], family)
+    family, beside = _family(pooled), _beside(plan, observed, beside)
+    reason = None if beside else plan.reason(observed.measured, family)
+    return _notes(plan, [beside, _other_alpha(plan, alpha)], family, reason)
 
 
 def bounds_notes(observed: Observations, pooled: bool, alpha: float, bounds: Bounded) -> list[str]:
@@ -34,11 +34,12 @@ def bounds_notes(observed: Observations, pooled: bool, alpha: float, bounds: Bou
         return []
     family, stated = _family(pooled), plan.settings.apex_bounds
     beside = _beside(plan, observed, "" if observed.measured is Quantity.APEX else NO_BOUNDS_OF_JOULES)
-    reasons = [beside or plan.exploratory_equivalence(family) or "", _other_alpha(plan, alpha)]
+    reason = None if beside else plan.reason_of_equivalence(family)
+    reasons = [beside, _other_alpha(plan, alpha)]
     decided = None if stated is None else (stated.low, stated.high, stated.percent)
     if plan.stated and not beside and decided is not None and decided != bounds:
         reasons.append(f"the bounds decided on are {_bounds_text(decided)}, and here {_bounds_text(bounds)} are used")
-    return _notes(plan, reasons, family)
+    return _notes(plan, reasons, family, reason)
 
 
 def _family(pooled: bool) -> str:
@@ -70,14 +71,20 @@ def _bounds_text(bounds: Bounded) -> str:
     return f"{ends} {'%' if percent else 'm'}"
 
 
-def _notes(plan: Planned, reasons: Sequence[str], family: str) -> list[str]:
-    given = [reason for reason in reasons if reason]
+def _notes(plan: Planned, reasons: Sequence[str], family: str, reason: Reason | None) -> list[str]:
+    """Say that all is as decided, or why it is exploratory, then each departure that this has not told."""
+    given = [said for said in (reason.text if reason else "", *reasons) if said]
     if given:
-        return [f"Exploratory: {'; '.join(given)}.", *_departures(plan)]
+        return [f"Exploratory: {'; '.join(given)}.", *_departures(plan, reason)]
     since = "" if plan.stated_utc is None else f" on {plan.stated_utc[:10]} by {plan.stated_by}"
     return [f"As decided{since}, before the first measurement: {family}.", *_departures(plan)]
 
 
-def _departures(plan: Planned) -> list[str]:
-    """Say what labbook.toml says otherwise now, and what was left out that was not to be."""
-    return [f"{said[:1].upper()}{said[1:]}." for said in plan.departures] if plan.stated else []
+def _departures(plan: Planned, reason: Reason | None = None) -> list[str]:
+    """Say what labbook.toml says otherwise now, and what was left out that was not to be, unless the reason names it.
+
+    A reason names what was left out for a reason that was not allowed, and only where nothing was the rest.
+    """
+    named = set(reason.departures) if reason else set()
+    named = named & set(map(not_allowed, plan.left_out)) or named
+    return [f"{said[:1].upper()}{said[1:]}." for said in plan.departures if said not in named] if plan.stated else []

@@ -69,8 +69,8 @@ def _by_day(compared: Sequence[Compared]) -> str:
     untold = [f"{len(found) - len(tested)} could not be tested so"] if len(tested) < len(found) else []
     rule = "" if set(methods) == {MIXED_MODEL} else " The exact test stands where the design is balanced."
     return (
-        "Comparisons with the control were made again with the day as a random effect, y ~ condition + (1 | day): "
-        f"{'; '.join([*said, *untold])}.{rule}"
+        "Comparisons of each level, and of all pooled within a group, with its control were made again with the day as "
+        f"a random effect, y ~ condition + (1 | day): {'; '.join([*said, *untold])}.{rule}"
     )
 
 
@@ -96,6 +96,7 @@ def _equivalence(analysis: StudyAnalysis) -> str:
     return (
         f"Equality of apex heights within {_bounds(bounds)} is tested by two one-sided Welch tests (TOST) in "
         f"{count_text(len(tested), 'comparison')}."
+        f"{' Their p are not adjusted for their number.' if len(tested) > 1 else ''}"
     )
 
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from labbook.presenting.day_layout import WHOSE
+from labbook.presenting.spreads import spreads_text
 from labbook.presenting.weak_uses import Use
 from reports.display import general_text
 from reports.wording import count_text, list_text
@@ -82,16 +83,7 @@ def _design_text(row: Recorded) -> str:
     if row.days is not None:
         apart = "as much as runs" if row.day_sd == 1.0 else f"{row.day_sd:g} times as much as runs"
         days = f", each group on {count_text(row.days, 'day')} {WHOSE[row.layout]}, days differing {apart}"
-    return f"n = {list_text([str(n) for n in row.groups])}{line}{_spreads_text(row)}{days}"
-
-
-def _spreads_text(row: Recorded) -> str:
-    """Name the standard deviations of all groups in turn where they differ; they lie on equal ratios."""
-    if row.sd_ratio == 1.0:
-        return ""
-    last = len(row.groups) - 1
-    sds = [general_text(row.sd_ratio ** (1.0 - place / last), 3) for place in range(len(row.groups))]
-    return f", should standard deviations be {' : '.join(sds)}"
+    return f"n = {list_text([str(n) for n in row.groups])}{line}{spreads_text(row)}{days}"
 
 
 def _all_said(found: Sequence[_Found]) -> str:

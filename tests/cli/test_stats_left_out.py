@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
+
+import pytest
 
 from tests.cli.shell import good, labbook, refused
 
@@ -94,3 +97,15 @@ def test_an_alpha_in_percent_is_refused_with_how_it_is_written(tmp_path: Path) -
         refused(
             labbook("stats", "compare", path, *BY[:4], "--alpha", alpha, at=tmp_path), 2, "for example 0.05 for 5 %"
         )
+
+
+@pytest.mark.parametrize("words", [("compare",), ("anova",), ("savings",), ("equivalence", "--low=-1", "--high=1")])
+def test_a_control_without_values_leaves_nothing_to_compare(words: tuple[str, ...], tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    path.write_text("v,g,day\n,a,1\n,a,2\n1,b,1\n2,b,2\n2.5,b,1\n3,c,1\n5,c,2\n", encoding="utf-8")
+    common = (path, *BY, "--control", "a", "--missing", "drop")
+    said = good(labbook("stats", words[0], *common, *words[1:], at=tmp_path)).out
+    assert re.search("group a is empty|the control is empty", said)
+    assert "2 of 7 rows are left out: 2 lack a value." in said
+    assert "`labbook stats blocked`" not in said
+    refused(labbook("stats", "blocked", *common, at=tmp_path), 2, "the control 'a' has no values", "--control")

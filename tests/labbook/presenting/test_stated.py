@@ -74,3 +74,24 @@ def test_a_selection_of_a_part_of_the_family_is_told_and_counts_the_rest_of_it(h
     said, *_others = departures(honest, "foot=small")
     assert said.startswith("Departure: the selection leaves out 2 conditions whole, whose comparisons belong to the pl")
     assert "Exploratory" not in said
+
+
+def test_a_family_is_said_to_count_as_a_whole_only_where_what_was_not_allowed_concerns_it(tmp_path: Path) -> None:
+    """Joules do not rest on a rejected jump, and no heights are tested against bounds; run r002 concerns joules."""
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + '\n[analysis]\nprimary_outcome = "joules"\nexclusions = ["misfire"]\n')
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+        with book.desk(ADA) as desk:
+            decide(book, desk, "r004", [1], "reject", "touched_by_hand", None)
+    said = departures(made, "run!=r002")
+    assert any("r004" in line and "Exploratory" not in line for line in said)
+    assert any(f"Exploratory for it: {POOLED} (joules a jump)." in line for line in said)
+    assert not any(AS_A_WHOLE[1:] in line for line in said)
+
+
+def test_that_runs_are_older_than_the_decision_is_told_once(honest: SmallBook) -> None:
+    with honest.open() as book:
+        content = state_report(book, None, ADA, lambda _step: None).content
+    told = "nothing shows that it was made before the data were seen"
+    assert [told in line for line in (*content.decided, *content.limitations)].count(True) == 1
