@@ -63,10 +63,11 @@ def weaknesses(used: Mapping[Use, int]) -> str:
     told = [f"At {design}: {_all_said(found)}." for design, found in by_design.items()]
     head = (
         "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what "
-        "it states whatever the standard deviations of runs and days, which so few runs do not tell. Designs without "
-        "days show what unequal standard deviations do, those with days what days do beside."
+        "it states whatever the standard deviations of runs and days, which so few runs do not tell."
     )
-    return " ".join([head, *told])
+    days = {bool(row.days) for row in worst.values()}
+    apart = ["Designs without days show what unequal standard deviations do, those with days what days do beside."]
+    return " ".join([head, *(apart if len(days) > 1 else []), *told])
 
 
 def _off(row: Recorded) -> float:

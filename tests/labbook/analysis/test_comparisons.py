@@ -480,15 +480,6 @@ def test_the_methods_cite_how_often_the_interval_of_the_passive_drain_covers(rep
     assert cited.startswith(HEAD)
 
 
-def test_what_carries_the_drain_lines_error_is_looked_up_with_and_without_it() -> None:
-    """How large the error is is not known: 12 idle runs may leave all of what unequal groups do."""
-    with_line = Use("difference_ci_f_then_t", (3, 10), tested=(3, 10), idle_runs=12)
-    rows, without = with_line.weak_points(), weak_points("difference_ci_f_then_t", (3, 10), layout="")
-    assert {row.method for row in rows} == {"difference_ci_f_then_t", "difference_ci_f_then_t_shared"}
-    assert set(rows) == {*without, *weak_points("difference_ci_f_then_t_shared", (3, 10), layout="", idle_runs=12)}
-    assert replace(with_line, idle_runs=0).weak_points() == without != ()
-
-
 def test_joules_whose_difference_keeps_the_lines_error_are_looked_up_by_the_idle_runs(reports: Reports) -> None:
     analysis = reports().analysis
     ((robot, drain),) = analysis.drains.items()
@@ -501,17 +492,6 @@ def test_joules_whose_difference_keeps_the_lines_error_are_looked_up_by_the_idle
     left = any(number(item.result, "difference").shared_se for item in joules)
     assert {use.idle_runs for use in found if use.method == "welch"} == ({0, drain.line.n} if left else {0})
     assert {use.idle_runs for use in found if use.method == "brown_forsythe"} <= {0}
-
-
-def test_uses_are_counted_where_their_own_design_is_the_one_told() -> None:
-    """Two at 3 and 10 runs, five at 10 and 40, where the F-test's choice errs less: the worst is told, for two."""
-    found = {Use("f_then_t", (3, 10)): 2, Use("f_then_t", (10, 40)): 5, Use("one_way_anova", (10, 10, 10)): 1}
-    assert weaknesses(found).replace("\u00a0", " ") == (
-        f"{HEAD}At n = 3 and 10, should standard deviations be 3 : 1: the t-test that the F-test chooses rejects "
-        "15.6 % of studies without an effect (5 % stated) (2 uses here, 5 uses that err less). At n = 10, 10 and 10, "
-        "should standard deviations be 3 : 1.73 : 1: the analysis of variance rejects 6.83 % of studies without an "
-        "effect (5 % stated) (1 use here)."
-    )
 
 
 def test_a_design_without_days_in_common_is_looked_up_among_such_designs() -> None:
