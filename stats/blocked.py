@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
-from stats.blocked_fit import Fitted, fit_by_day
-from stats.blocked_result import BlockedByDay
+from stats.blocked_fit import Fit, Fitted, fit_by_day
+from stats.blocked_result import BlockedByDay, ExactTest
 from stats.blocks import Codes
 from stats.cells import cells_of
 from stats.checks import Missing, Sample, as_level, as_sample
@@ -62,6 +62,7 @@ def blocked_by_day(
     days_of = [np.unique(read.day[read.condition == k]).size for k in range(len(names))]
     result = fit_by_day(Fitted(cells, strata, with_runs, names, level), days_of)
     overall = result.overall
+    exact = exact_test(cells, strata, with_runs, names, level)
     return BlockedByDay(
         n=n,
         n_days=read.n_days,
@@ -80,8 +81,8 @@ def blocked_by_day(
         df_within=overall if isinstance(overall, Undefined) else overall.df_within,
         p=overall if isinstance(overall, Undefined) else overall.tail.p,
         log10_p=overall if isinstance(overall, Undefined) else overall.tail.log10_p,
-        exact=exact_test(cells, strata, with_runs, names, level),
-        confounding=_confounding(strata, names, days_of),
+        exact=exact,
+        confounding=_confounding(strata, names, days_of, _counting(result, exact)),
         notes=notes,
         lmertest_df_within=overall if isinstance(overall, Undefined) else overall.lmertest_df_within,
         missing=read.missing,
@@ -194,7 +195,20 @@ def _merged(n_runs: int, n_days: int, n: int) -> tuple[str, ...]:
     return ()
 
 
-def _confounding(strata: Strata, names: tuple[str, ...], days_of: list[int]) -> str:
+def _counting(fit: Fit, exact: ExactTest | Undefined) -> str:
+    """Return what counts as an observation in the test that is told of conditions that share no day."""
+    if (isinstance(exact, ExactTest) and exact.balanced) or isinstance(fit.day_variance, Undefined):
+        return "each day counts as one observation there, however many values it holds"
+    if fit.day_variance > 0.0:
+        return "the values of one day do not count as independent there, however many it holds"
+    units = "runs" if isinstance(fit.run_variance, float) and fit.run_variance > 0.0 else "values"
+    return (
+        f"REML puts that at 0, so that {units} count as independent there, and p is too small if days differ all the "
+        "same"
+    )
+
+
+def _confounding(strata: Strata, names: tuple[str, ...], days_of: list[int], counting: str) -> str:
     parts = int(strata.by_day.max()) + 1
     if parts == 1 or strata.day_is_value:
         return ""
@@ -215,5 +229,5 @@ def _confounding(strata: Strata, names: tuple[str, ...], days_of: list[int]) -> 
     single = f"; {few} had one day only" if few else ""
     return (
         f"{text} but by how much days of one condition differ ({strata.day} degree{'' if strata.day == 1 else 's'} of "
-        f"freedom{single}): each day counts as one observation there, however many values it holds."
+        f"freedom{single}): {counting}."
     )

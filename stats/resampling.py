@@ -50,7 +50,8 @@ def permutation_test(
     strata = days.strata
     if not strata:
         none = days.nothing_shared()
-        return Permutation(days.n_a, days.n_b, days.n_days, none, none, none, none, False, 0, none, days.missing)
+        unused = days.missing, days.unused_a, days.unused_b
+        return Permutation(days.n_a, days.n_b, days.n_days, none, none, none, none, False, 0, none, *unused)
     arrangements = math.prod(math.comb(each.a.size + each.b.size, each.a.size) for each in strata)
     scores, tolerance = on_tied_scale([np.concatenate([each.a, each.b]) for each in strata])
     sizes = [each.a.size for each in strata]
@@ -73,6 +74,8 @@ def permutation_test(
         arrangements=arrangements if exact else resamples,
         seed=Undefined("all arrangements were counted") if exact else seed,
         missing=days.missing,
+        unused_a=days.unused_a,
+        unused_b=days.unused_b,
     )
 
 
@@ -118,14 +121,16 @@ def bootstrap_difference(
 
     def undefined(why: Undefined, difference: float | Undefined) -> Bootstrap:
         none = why, why, why, why
-        return Bootstrap(days.n_a, days.n_b, days.n_days, difference, *none, level, resamples, seed, days.missing)
+        unused = days.missing, days.unused_a, days.unused_b
+        return Bootstrap(days.n_a, days.n_b, days.n_days, difference, *none, level, resamples, seed, *unused)
 
     if not days.strata:
         none = days.nothing_shared()
         return undefined(none, none)
     cells, exponent = days.centred_cells()
     if not any(cell.values.any() for cell in cells):
-        return undefined(Undefined("the values of each day and group do not scatter"), days.difference)
+        of = "group" if isinstance(days.n_days, Undefined) else "day and group"
+        return undefined(Undefined(f"the values of each {of} do not scatter"), days.difference)
     drawn = redraw(cells, resamples, seed)
     tail = (1.0 - level) / 2.0
 
@@ -149,4 +154,6 @@ def bootstrap_difference(
         resamples=resamples,
         seed=seed,
         missing=days.missing,
+        unused_a=days.unused_a,
+        unused_b=days.unused_b,
     )

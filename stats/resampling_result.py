@@ -18,6 +18,14 @@ def _within(n_days: int | Undefined) -> str:
     return "" if isinstance(n_days, Undefined) else f" within {counted(n_days, 'day')}"
 
 
+def _sizes(found: Permutation | Bootstrap) -> str:
+    """Return the numbers of values, and how many of them are of days that only one group has."""
+    sizes = f"n = {found.n_a} and {found.n_b}"
+    if isinstance(found.difference, Undefined) or not (found.unused_a or found.unused_b):
+        return sizes
+    return f"{sizes}, of which {found.unused_a} and {found.unused_b} are of days of one group only and not used"
+
+
 @dataclass(frozen=True, slots=True)
 class Permutation(Result):
     """Group a against group b by shuffling the labels within each day."""
@@ -44,6 +52,10 @@ class Permutation(Result):
     """Seed of the draws; undefined where all arrangements were counted."""
     missing: int = 0
     """Values left out because they or their day were missing."""
+    unused_a: int = 0
+    """How many of the n_a values are of days that group b lacks: they enter nothing."""
+    unused_b: int = 0
+    """How many of the n_b values are of days that group a lacks: they enter nothing."""
 
     @property
     def log10_p(self) -> float | Undefined:
@@ -62,11 +74,13 @@ class Permutation(Result):
 
     def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
         """Return the test in words: difference, p, how many arrangements, n."""
-        where = f"n = {self.n_a} and {self.n_b}"
+        where = _sizes(self)
         if isinstance(self.p, Undefined):
             return f"No permutation test of {a} and {b} ({where}): {self.p.reason}."
         within = _within(self.n_days)
-        how = f"all {self.arrangements} arrangements" if self.exact else f"{self.arrangements} random arrangements"
+        how = (
+            f"all {self.arrangements} arrangements" if self.exact else counted(self.arrangements, "random arrangement")
+        )
         return (
             f"{a} minus {b}{within} is {number_text(self.difference)}{with_unit(unit)}, permutation test over {how}, "
             f"{p_text(self.p)} ({where}{missing_text(self.missing)})."
@@ -102,10 +116,14 @@ class Bootstrap(Result):
     """Seed of the draws: the same seed gives the same digits."""
     missing: int = 0
     """Values left out because they or their day were missing."""
+    unused_a: int = 0
+    """How many of the n_a values are of days that group b lacks: they enter nothing."""
+    unused_b: int = 0
+    """How many of the n_b values are of days that group a lacks: they enter nothing."""
 
     def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
         """Return the difference and its interval in words."""
-        where = f"n = {self.n_a} and {self.n_b}"
+        where = _sizes(self)
         if isinstance(self.difference, Undefined):
             return f"No bootstrap of {a} and {b} ({where}): {self.difference.reason}."
         difference = number_text(self.difference, within=half_width(self.interval))

@@ -21,6 +21,7 @@ import numpy as np
 from scipy import special
 
 from stats.critical_values import critical_values
+from stats.criticals_over_df import criticals_over_df
 from stats.error_free import exact_root
 from stats.finite import Number
 from stats.known_scale import Floats, KnownScale
@@ -83,9 +84,11 @@ def range_critical(tail: float, k: int, df: float) -> float:
 @lru_cache(maxsize=256)
 def range_criticals(tail: float, k: int, dfs: tuple[float, ...]) -> tuple[float, ...]:
     """Return `range_critical` of each of many degrees of freedom, searched together."""
-    df = np.array(dfs, dtype=np.float64)
-    found = critical_values(lambda rows, q: _log_uppers(q, k, df[rows]), tail, np.full(df.shape, 3.5))
-    return tuple(found.tolist())
+
+    def search(df: Floats) -> Floats:
+        return critical_values(lambda rows, q: _log_uppers(q, k, df[rows]), tail, np.full(df.shape, 3.5))
+
+    return tuple(criticals_over_df(search, np.array(dfs, dtype=np.float64)).tolist())
 
 
 def _tail(q: Number, k: int, df: float, log_near: float) -> Tail:

@@ -67,6 +67,16 @@ class TwoByDay:
     """Values left out because they or their day were missing."""
 
     @property
+    def unused_a(self) -> int:
+        """Number of values of group a on days that hold no value of group b: they enter nothing."""
+        return self.n_a - sum(each.a.size for each in self.strata)
+
+    @property
+    def unused_b(self) -> int:
+        """Number of values of group b on days that hold no value of group a: they enter nothing."""
+        return self.n_b - sum(each.b.size for each in self.strata)
+
+    @property
     def difference(self) -> float | Undefined:
         """a minus b within days in the unit of the values, if doubles reach so far."""
         return finite(self.exact_difference, "the difference")

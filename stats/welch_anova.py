@@ -23,7 +23,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations
 
 from numpy.typing import ArrayLike
 
@@ -134,14 +133,9 @@ def welch_anova(
     if reason is not None:
         return result
     k = len(read.filled)
-    shares = _shares(read.filled)
-    distances = sum(
-        (
-            _pair_weight(one, two, shares) * (one.exact_mean - two.exact_mean) ** 2
-            for one, two in combinations(read.filled, 2)
-        ),
-        Fraction(0),
-    )
+    weights = _weights(read.filled)
+    shares = _shares(read.filled, weights)
+    distances = _distances(read.filled, weights)
     doubt = sum(((1 - shares[group.name]) ** 2 / (group.n - 1) for group in read.filled), Fraction(0))
     f = distances / (k - 1) / (1 + 2 * (k - 2) * doubt / (k * k - 1))
     f, df_within = (shortened(number) for number in (f, (k * k - 1) / (3 * doubt)))
@@ -158,19 +152,26 @@ def welch_anova(
     )
 
 
-def _shares(groups: Sequence[Group]) -> dict[str, Fraction]:
+def _weights(groups: Sequence[Group]) -> dict[str, Fraction]:
+    """Return w_i by name, those of groups that scatter."""
+    return {group.name: shortened(1 / group.exact_mean_variance) for group in groups if not group.constant}
+
+
+def _shares(groups: Sequence[Group], weights: Mapping[str, Fraction]) -> dict[str, Fraction]:
     """Return w_i / W by name; where a group has no scatter that of the limit."""
-    if any(group.constant for group in groups):
+    if len(weights) < len(groups):
         return {group.name: Fraction(group.constant) for group in groups}
-    weights = {group.name: shortened(1 / group.exact_mean_variance) for group in groups}
     total = sum(weights.values(), Fraction(0))
     return {name: weight / total for name, weight in weights.items()}
 
 
-def _pair_weight(one: Group, two: Group, shares: Mapping[str, Fraction]) -> Fraction:
-    """Return w_i w_j / W: the weight of the group that scatters more times the share of the other."""
-    less, more = sorted((one, two), key=lambda group: group.exact_mean_variance)
-    return shares[less.name] / more.exact_mean_variance
+def _distances(groups: Sequence[Group], weights: Mapping[str, Fraction]) -> Fraction:
+    """Return the weighted sum of squares about the weighted mean, which in the limit is that of the constant group."""
+    means = {group.name: group.exact_mean for group in groups}
+    centre = next((means[group.name] for group in groups if group.constant), None)
+    if centre is None:
+        centre = sum((weight * means[name] for name, weight in weights.items()), Fraction(0)) / sum(weights.values())
+    return sum((weight * (means[name] - centre) ** 2 for name, weight in weights.items()), Fraction(0))
 
 
 def _why_no_test(groups: Sequence[Group], empty: Sequence[str]) -> str | None:

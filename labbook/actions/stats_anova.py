@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import cast
+from typing import Any, cast
 
 from labbook.actions.stats_compare import compared, holm_of
 from labbook.actions.stats_data import Given, observe
@@ -23,9 +23,17 @@ from stats.dunnett import Dunnett, dunnett
 from stats.finite import as_interval
 from stats.multiple import HolmFamily
 from stats.results import as_dict
-from stats.tukey import AllPairs, compare_all_pairs
+from stats.tukey import AllPairs, Variances, compare_all_pairs
 from stats.variances import VarianceTest, bartlett, brown_forsythe, levene
 from stats.welch_anova import WelchAnova, welch_anova
+
+PAIRS: dict[str, tuple[Variances, str]] = {
+    "tukey": ("equal", "Tukey"),
+    "games_howell": ("unequal", "Games and Howell"),
+}
+"""What all pairs are called among the data, the variances that they suppose, and whose method that is."""
+MOST_GROUPS_IN_PAIRS = 200
+"""With more groups pairs are left out: the 19 900 of 200 groups take half a minute, and they grow with the square."""
 
 SHARED_NOTE = "The error of the passive drain, which groups share in part, is left out of this."
 
@@ -49,8 +57,8 @@ class _Tested:
     classic: Anova
     welch: WelchAnova
     variances: tuple[VarianceTest, ...]
-    tukey: AllPairs
-    games_howell: AllPairs
+    pairs: tuple[AllPairs, ...]
+    """By Tukey, then by Games and Howell; empty where there are too many groups."""
     against: Dunnett
     family: HolmFamily
 
@@ -71,6 +79,8 @@ def _answer(
     ]
     if any(row.shared.se > 0.0 for row in observed.rows):
         notes.append(f"{SHARED_NOTE} Holm's family has it.")
+    if not found.pairs:
+        notes.append(f"All pairs are left out: {_too_many(found)}")
     return told.about(observed, pictures, notes)
 
 
@@ -82,16 +92,25 @@ def _tested(observed: Observations, given: Given, alpha: float, step: Callable[[
     classic = one_way_anova(groups, level=level, missing=missing)
     welch = welch_anova(groups, level=level, missing=missing)
     variances = tuple(test(groups, missing=missing) for test in (brown_forsythe, levene, bartlett))
-    step("all pairs by Tukey")
-    tukey = compare_all_pairs(groups, variances="equal", level=level, missing=missing)
-    step("all pairs by Games and Howell")
-    games_howell = compare_all_pairs(groups, variances="unequal", level=level, missing=missing)
+    pairs = []
+    for variances_are, method in PAIRS.values() if len(groups) <= MOST_GROUPS_IN_PAIRS else ():
+        step(f"all pairs by {method}")
+        pairs.append(compare_all_pairs(groups, variances=variances_are, level=level, missing=missing))
     step("Dunnett's test")
     treatments = {name: values for name, values in groups.items() if name != control}
     against = dunnett(groups[control], treatments, control_name=control, level=level, missing=missing)
     tests = {label: compared(observed, label, "welch", alpha, given.missing) for label in others}
     family = holm_of(tests, observed, alpha)
-    return _Tested(level, classic, welch, variances, tukey, games_howell, against, family)
+    return _Tested(level, classic, welch, variances, tuple(pairs), against, family)
+
+
+def _too_many(found: _Tested) -> str:
+    """Return why there are no pairs, and what to do."""
+    k = len(found.classic.groups)
+    return (
+        f"{k} groups make {k * (k - 1) // 2} pairs, and up to {MOST_GROUPS_IN_PAIRS} groups are compared here; choose "
+        "groups with --where, or take stats.compare_all_pairs in Python, which has no limit but takes long."
+    )
 
 
 def _sentences(observed: Observations, found: _Tested) -> list[str]:
@@ -101,8 +120,7 @@ def _sentences(observed: Observations, found: _Tested) -> list[str]:
         found.classic.sentence(by),
         found.welch.sentence(by),
         *(test.sentence() for test in found.variances),
-        all_pairs_text(found.tukey, unit),
-        all_pairs_text(found.games_howell, unit),
+        *(all_pairs_text(pairs, unit) for pairs in found.pairs),
         against_control_text(found.against, unit),
         found.family.sentence(),
         *([f"{untold}."] if untold else []),
@@ -114,19 +132,25 @@ def _add_tables(told: Told, found: _Tested) -> None:
     told.say("one-way ANOVA", field_lines(found.classic))
     told.say("Welch ANOVA", field_lines(found.welch))
     told.show("equal variances", found.variances, left_out=("ratio_ci", "level"))
-    told.show(f"all pairs by {found.tukey.method}", found.tukey.pairs)
-    told.show(f"all pairs by {found.games_howell.method}", found.games_howell.pairs)
+    for pairs in found.pairs:
+        told.show(f"all pairs by {pairs.method}", pairs.pairs)
     told.show(f"Dunnett against {found.against.control}", found.against.comparisons)
     told.say("Holm", field_lines(found.family))
     told.data |= {
         "one_way": as_dict(found.classic),
         "welch": as_dict(found.welch),
         "variances": [as_dict(test) for test in found.variances],
-        "tukey": as_dict(found.tukey),
-        "games_howell": as_dict(found.games_howell),
+        **_pairs_data(found),
         "dunnett": as_dict(found.against),
         "holm": as_dict(found.family),
     }
+
+
+def _pairs_data(found: _Tested) -> dict[str, Any]:
+    if found.pairs:
+        return {name: as_dict(pairs) for name, pairs in zip(PAIRS, found.pairs, strict=True)}
+    why = _too_many(found)
+    return {key: value for name in PAIRS for key, value in ((name, None), (f"{name}_reason", why))}
 
 
 def _drawn(observed: Observations, found: _Tested) -> Estimation:

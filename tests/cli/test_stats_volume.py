@@ -53,3 +53,18 @@ def test_the_sentences_on_many_groups_stay_short(tmp_path: Path) -> None:
     assert "none of 66 pairs has an adjusted p of at most 0.05" in sentences
     assert len(sentences) < 2000
     assert rest.count("g00  g01") == 2
+
+
+def test_pairs_of_very_many_groups_are_left_out_and_the_note_says_how_to_ask(tmp_path: Path) -> None:
+    path = tmp_path / "data.csv"
+    rows = [f"{group * 7 % 11 + value * (group % 3 + 1)},{group}" for group in range(201) for value in (1, 2)]
+    path.write_text("\n".join(["v,gain", *rows]) + "\n", encoding="utf-8")
+    shown = good(labbook("stats", "anova", path, *BY, at=tmp_path)).out
+    assert "note: All pairs are left out: 201 groups make 20100 pairs, and up to 200 groups are compared here" in shown
+    assert "take stats.compare_all_pairs in Python" in shown
+    assert "Tukey" not in shown
+    assert "Dunnett against 0" in shown
+    found = good(labbook("stats", "anova", path, *BY, "--json", at=tmp_path)).json
+    assert (found["tukey"], found["games_howell"]) == (None, None)
+    assert found["tukey_reason"] == found["games_howell_reason"]
+    assert "201 groups make 20100 pairs" in found["tukey_reason"]

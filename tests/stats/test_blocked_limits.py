@@ -29,6 +29,23 @@ def test_one_day_a_condition_has_no_p():
     assert "cannot be told from a difference between days" in found.sentence("J")
 
 
+def test_conditions_on_their_own_days_say_what_counts_as_an_observation():
+    """Where REML puts the days' variance at 0, all 8 values count: no day is one observation then."""
+    condition, day = list("aabbbbcc"), list("11112233")
+    alike = blocked_by_day([1, 3, 2, 4, 2.5, 3.5, 1.5, 4.5], condition, day)
+    assert (alike.day_variance, alike.contrasts[1].df) == (0.0, pytest.approx(5.0))
+    assert "REML puts that at 0, so that values count as independent there" in alike.confounding
+    assert "one observation" not in alike.sentence()
+    apart = blocked_by_day([1, 1.3, 2, 2.4, 3.5, 3.6, 6.5, 6.1], condition, day)
+    assert apart.day_variance > 0.0
+    assert "the values of one day do not count as independent there" in apart.confounding
+    runs = blocked_by_day(
+        [1, 1.1, 3, 3.2, 1.2, 1, 3.1, 3, 2, 2.1], list("aaaaaaaabb"), list("1111222233"), list("1122112211")
+    )
+    assert runs.day_variance == 0.0 < runs.run_variance
+    assert "REML puts that at 0, so that runs count as independent there" in runs.confounding
+
+
 def test_one_day_compares_within_it_and_says_nothing_of_other_days():
     values, condition = [1.0, 1.1, 0.9, 2.0, 2.2, 2.1], list("aaabbb")
     found = blocked_by_day(values, condition, [1] * 6)

@@ -197,7 +197,28 @@ def test_bootstrap_of_constants_has_a_difference_only():
     found = bootstrap_difference([0.3] * 4, [0.6] * 4)
     assert found.difference == pytest.approx(-0.3)
     assert isinstance(found.interval, Undefined)
-    assert "no bootstrap interval" in found.sentence()
+    assert "no bootstrap interval, because the values of each group do not scatter." in found.sentence()
+    by_day = bootstrap_difference([0.3] * 4, [0.6] * 4, [1] * 4, [1] * 4)
+    assert "because the values of each day and group do not scatter." in by_day.sentence()
+
+
+@pytest.mark.parametrize("test", [permutation_test, bootstrap_difference])
+def test_values_of_days_that_one_group_has_enter_nothing_and_are_counted(test):
+    days = list("1122")
+    shared = test([1, 2, 4, 5], [2, 3, 7, 8], days, days)
+    found = test([1, 2, 4, 5], [2, 3, 7, 8, 100, 200], days, [*days, "3", "3"])
+    assert (found.n_a, found.n_b, found.unused_a, found.unused_b) == (4, 6, 0, 2)
+    assert (found.n_days, found.difference) == (2, shared.difference)
+    assert "n = 4 and 6, of which 0 and 2 are of days of one group only and not used" in found.sentence()
+    assert "n = 4 and 4)" in shared.sentence()
+    nothing = test([1, 2], [3, 4, 5], [1, 1], [2, 2, 2])
+    assert (nothing.unused_a, nothing.unused_b) == (2, 3)
+    assert nothing.sentence().endswith("(n = 2 and 3): no day holds values of both groups.")
+
+
+def test_one_drawn_arrangement_is_told_in_the_singular():
+    found = permutation_test([1, 2, 3], [4, 5, 7], resamples=1, exact_limit=1)
+    assert "over 1 random arrangement," in found.sentence()
 
 
 def test_permutation_holds_its_level_within_days():

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
+from stats.criticals_over_df import criticals_over_df
 from stats.over_scale import log_mean_over_scale
 from stats.studentized_range import (
     RangeOfNormals,
@@ -141,3 +142,33 @@ def test_shift_scale_order_and_labels_leave_p_as_it_is(groups, shift, exponent):
     for pair, same in zip(one.pairs, reversed(other.pairs), strict=True):
         assert same.p == pytest.approx(pair.p, rel=1e-13)
         assert same.difference == -math.ldexp(pair.difference, exponent)
+
+
+@pytest.mark.parametrize(("tail", "k"), [(0.05, 2), (0.05, 7), (1e-12, 200), (0.999, 30)])
+def test_critical_values_of_very_many_degrees_of_freedom_keep_their_digits(tail, k):
+    """Pairs of groups of 2 and 3 have degrees of freedom of 1 to 4, each pair its own."""
+    dfs = (*np.linspace(1.0, 3.999, 130).tolist(), 0.5, 17.0, 3e7, math.inf)
+    together = range_criticals(tail, k, dfs)
+    for place in (0, 1, 23, 42, 43, 44, 90, 129, 130, 131, 132, 133):
+        assert together[place] == pytest.approx(range_critical(tail, k, dfs[place]), rel=1e-13), dfs[place]
+
+
+def test_very_many_degrees_of_freedom_are_not_searched_one_by_one():
+    asked: list[float] = []
+
+    def search(df):
+        asked.extend(df.tolist())
+        return 1.0 + 1.0 / df
+
+    df = np.array([*np.linspace(1.0, 7.9, 3000), 100.0])
+    assert criticals_over_df(search, df) == pytest.approx(1.0 + 1.0 / df, rel=1e-14)
+    assert len(asked) < 100
+
+
+def test_a_critical_value_that_no_polynomial_follows_is_searched():
+    df = np.linspace(1.0, 1.999, 200)
+
+    def steps(df):
+        return np.where(df < 1.5, 2.0, 3.0)
+
+    assert criticals_over_df(steps, df).tolist() == steps(df).tolist()
