@@ -25,7 +25,7 @@ from stats.contrast import contrasts
 from stats.finite import finite
 from stats.groups import read_groups
 from stats.results import Result
-from stats.t_tests import AS_A_AND_B, Names
+from stats.t_tests import AS_A_AND_B, Names, two_names
 from stats.tost import NO_HIGH, NO_LOW, Tost, tost
 from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
@@ -147,6 +147,7 @@ def equivalence(
     alpha = as_level("alpha", alpha)
     if alpha >= 0.5:
         raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5, for example 0.05.")
+    names = two_names(names)
     read = read_groups(as_pair(names, a, b), missing)
     percent = bounds == "percent"
     pair = contrasts(read, percent=percent)

@@ -192,6 +192,8 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
 
     `plan` makes a plan of n values a group, as `lambda n: power_t(0.5, 1.0, n, n)`; its power must not fall with n.
     """
+    if not callable(plan):
+        raise InputRefused(f"plan is {plan!r}: give a function of n, as lambda n: power_t(0.5, 1.0, n, n).")
     target = as_level("power", power)
     plan_of = cache(plan)  # each n is asked about several times
 

@@ -47,6 +47,7 @@ from stats.groups import Groups, read_groups
 from stats.ratio_of_means import RatioOfMeans, in_unit, squares
 from stats.results import Result
 from stats.shared_error import SharedError
+from stats.t_tests import Names, two_names
 from stats.wording import half_width, interval_text, missing_text, number_text
 
 
@@ -82,6 +83,8 @@ class Savings(Result):
     """Relative standard error common to all runs as a factor; it cancels and is in no number here."""
     missing: int
     """How many values were left out as NaN."""
+    names: Names | None = None
+    """What control and treated runs are called in the sentence; None where no names were given."""
 
     @property
     def shown(self) -> bool | Undefined:
@@ -92,11 +95,13 @@ class Savings(Result):
             else not self.percent_ci[0] < 0.0 < self.percent_ci[1]
         )
 
-    def sentence(self, control: str = "the control", treated: str = "the treated runs", untold: str = "") -> str:
+    def sentence(self, control: str | None = None, treated: str | None = None, untold: str = "") -> str:
         """Return the savings in words, with interval and n: no more than the interval bears out.
 
         `untold` is what they cannot be told from, such as "a difference between days": no saving is claimed then.
         """
+        own = self.names or ("the control", "the treated runs")
+        control, treated = control or own[0], treated or own[1]
         sizes = f"(n = {self.n_treated} against {self.n_control})"
         if isinstance(self.percent, Undefined):
             return f"The savings of {treated} against {control} {sizes} are undefined: {self.percent.reason}."
@@ -140,21 +145,23 @@ def percent_savings(
     scale_relative_se: float = 0.0,
     level: float = 0.95,
     missing: Missing = "refuse",
-    names: tuple[str, str] = ("control", "treated"),
+    names: Names | None = None,
 ) -> Savings:
     """Return 100 (C - T) / C of two samples of run values, shapes (n_c,) and (n_t,), in one unit (joules a jump).
 
     The shared errors, in that unit, are what each group's mean takes from errors common to runs of both (the drain
     fit). `scale_relative_se` is that of a common factor (the reference voltage): it cancels. Derivation at the top of
-    this module. `names` are what both groups are called where something is undefined or refused. Raises `InputRefused`
-    for infinite values, for NaN unless `missing` is "drop", for a negative scale error, a level outside 0 to 1 or one
-    name for both groups.
+    this module. `names` are what both groups are called in the sentence, and where something is undefined or refused.
+    Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", for a negative scale error, a level
+    outside 0 to 1 or one name for both groups.
     """
     level = as_level("level", level)
     scale_relative_se = as_number("scale_relative_se", scale_relative_se, low=0.0)
     in_control, in_treated = shared_in_control or SharedError(), shared_in_treated or SharedError()
+    called = None if names is None else two_names(names)
+    names = called or ("control", "treated")
     read = read_groups(as_pair(names, control, treated), missing)
-    result = _described(read, names, level, scale_relative_se)
+    result = replace(_described(read, names, level, scale_relative_se), names=called)
     if read.empty:
         return result
     of_c, of_t = read.filled

@@ -185,6 +185,8 @@ def describe_shared(
     to 1.
     """
     level = as_level("level", level)
+    if not isinstance(shared, SharedError):
+        raise InputRefused(f"shared is {shared!r}: give a SharedError, as SharedError({{'drain': 0.1}}).")
     scatter = describe(values, level, missing)
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined):

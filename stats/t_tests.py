@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
+from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.distributions import t_quantile
 from stats.error_free import exact_root, shortened
@@ -21,6 +22,13 @@ Interval = tuple[float, float]
 Names = tuple[str, str]
 AS_A_AND_B: Names = ("a", "b")
 """What two groups are called in reasons and sentences where their own names are not given."""
+
+
+def two_names(names: Names) -> Names:
+    """Return the names of two groups; raises `InputRefused` where they are not two texts."""
+    if isinstance(names, str) or len(names) != 2 or not all(isinstance(name, str) for name in names):
+        raise InputRefused(f"names is {names!r}: give the names of both groups, as ('control', 'treated').")
+    return names[0], names[1]
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ from stats.error_free import exact_root
 from stats.finite import finite
 from stats.results import Result
 from stats.sums import Moments, moments
-from stats.t_tests import AS_A_AND_B, Names, empty, student, welch
+from stats.t_tests import AS_A_AND_B, Names, empty, student, two_names, welch
 from stats.variances import brown_forsythe_of, variance_ratio
 from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
@@ -148,7 +148,7 @@ def compare_two(
     """
     if route not in ROUTES:
         raise unknown_name("route", route, ROUTES)
-    alpha = as_level("alpha", alpha)
+    alpha, names = as_level("alpha", alpha), two_names(names)
     first, second = (as_sample(f"group {name}", x, missing) for name, x in zip(names, (a, b), strict=True))
     of_a, of_b = moments(first.values, rest=first.rest), moments(second.values, rest=second.rest)
 

@@ -24,7 +24,7 @@ from stats.finite import finite, finite_pair
 from stats.results import Result
 from stats.spreads import from_mean, from_median
 from stats.sums import Moments, moments, out_of_range
-from stats.t_tests import AS_A_AND_B, Names, too_small
+from stats.t_tests import AS_A_AND_B, Names, too_small, two_names
 from stats.tails import Tail, chi2_upper, f_two_sided, f_upper
 from stats.wording import counted, interval_text, missing_text, number_text, p_text
 
@@ -87,6 +87,7 @@ def f_test(
     Raises `InputRefused` for infinite values, and for NaN unless `missing` is "drop".
     """
     level = as_level("level", level)
+    names = two_names(names)
     first, second = (as_sample(f"group {name}", x, missing) for name, x in zip(names, (a, b), strict=True))
     of_a, of_b = moments(first.values, rest=first.rest), moments(second.values, rest=second.rest)
     ratio, tail = variance_ratio(of_a, of_b, names)

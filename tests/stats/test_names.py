@@ -61,3 +61,11 @@ def test_the_example_of_an_alpha_is_an_alpha():
         compare_two([1.0, 2.0], [3.0, 5.0], alpha=5)
     with pytest.raises(InputRefused, match=r"level is 95: give a number between 0 and 1, for example 0\.95\."):
         percent_savings([1.0, 2.0], [3.0, 5.0], level=95)
+
+
+def test_savings_are_told_by_the_names_given():
+    found = percent_savings([5.0, 5.2, 5.1], [4.0, 4.1, 4.2], names=("CE", "ad"))
+    assert found.sentence().startswith("The mean of ad is 19.6 % below that of CE")
+    assert found.sentence("no gain", "gain 50").startswith("The mean of gain 50 is 19.6 % below that of no gain")
+    unnamed = percent_savings([5.0, 5.2, 5.1], [4.0, 4.1, 4.2])
+    assert unnamed.sentence().startswith("The mean of the treated runs is 19.6 % below that of the control")

@@ -74,6 +74,14 @@ def test_no_p_values(p):
         lambda: stats.one_way_anova([1.0, 2.0, 3.0]),
         lambda: stats.levene("abc"),
         lambda: stats.bartlett(None),
+        lambda: stats.describe_shared(Y, 0.1),
+        lambda: stats.sample_size(5),
+        *(
+            lambda test=test, names=names: test(Y, Y, names=names)
+            for test in (stats.compare_two, stats.f_test, stats.percent_savings)
+            for names in (("CE",), ("a", "b", "c"), "CE", (1, 2))
+        ),
+        lambda: stats.equivalence(Y, Y, -1, 1, names=("CE",)),
     ],
 )
 def test_other_arguments_that_are_none(call):
