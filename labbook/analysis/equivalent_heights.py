@@ -14,7 +14,7 @@ from labbook.config.model import Bounds
 from reports.numbers import Quantity
 from stats.equivalence import equivalence
 
-ALGORITHM = Algorithm("equivalence", 7)
+ALGORITHM = Algorithm("equivalence", 8)
 
 
 def within_bounds(
