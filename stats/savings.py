@@ -50,6 +50,8 @@ from stats.shared_error import SharedError
 from stats.t_tests import Names, two_names
 from stats.wording import half_width, interval_text, missing_text, number_text
 
+_IN_SENTENCES = {"control": "the control", "treated": "the treated runs"}
+
 
 @dataclass(frozen=True, slots=True)
 class Savings(Result):
@@ -83,8 +85,8 @@ class Savings(Result):
     """Relative standard error common to all runs as a factor; it cancels and is in no number here."""
     missing: int
     """How many values were left out as NaN."""
-    names: Names | None = None
-    """What control and treated runs are called in the sentence; None where no names were given."""
+    names: Names = ("control", "treated")
+    """What control and treated runs are called in reasons and in the sentence."""
 
     @property
     def shown(self) -> bool | Undefined:
@@ -100,8 +102,8 @@ class Savings(Result):
 
         `untold` is what they cannot be told from, such as "a difference between days": no saving is claimed then.
         """
-        own = self.names or ("the control", "the treated runs")
-        control, treated = control or own[0], treated or own[1]
+        own = (_IN_SENTENCES.get(name, name) for name in self.names)
+        control, treated = (given or name for given, name in zip((control, treated), own, strict=True))
         sizes = f"(n = {self.n_treated} against {self.n_control})"
         if isinstance(self.percent, Undefined):
             return f"The savings of {treated} against {control} {sizes} are undefined: {self.percent.reason}."
@@ -145,7 +147,7 @@ def percent_savings(
     scale_relative_se: float = 0.0,
     level: float = 0.95,
     missing: Missing = "refuse",
-    names: Names | None = None,
+    names: Names = ("control", "treated"),
 ) -> Savings:
     """Return 100 (C - T) / C of two samples of run values, shapes (n_c,) and (n_t,), in one unit (joules a jump).
 
@@ -158,10 +160,9 @@ def percent_savings(
     level = as_level("level", level)
     scale_relative_se = as_number("scale_relative_se", scale_relative_se, low=0.0)
     in_control, in_treated = shared_in_control or SharedError(), shared_in_treated or SharedError()
-    called = None if names is None else two_names(names)
-    names = called or ("control", "treated")
+    names = two_names(names)
     read = read_groups(as_pair(names, control, treated), missing)
-    result = replace(_described(read, names, level, scale_relative_se), names=called)
+    result = replace(_described(read, names, level, scale_relative_se), names=names)
     if read.empty:
         return result
     of_c, of_t = read.filled
