@@ -65,7 +65,9 @@ def test_expected_values_are_the_medians_of_order_statistics(n):
     assert found.observed == (-1.0, *(0.0,) * n, 1.0)
 
 
-@pytest.mark.parametrize("sizes", [(25,), (3, 3, 3), (5, 20)])
+@pytest.mark.parametrize(
+    "sizes", [pytest.param((25,), marks=pytest.mark.soak), (3, 3, 3), pytest.param((5, 20), marks=pytest.mark.soak)]
+)
 def test_the_band_holds_as_many_residuals_of_normal_values_as_it_says(sizes):
     rng = np.random.default_rng(11)
     inside = []
