@@ -15,18 +15,13 @@ from labbook.analysis.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
 from reports.numbers import Quantity
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
-
-DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
+from tests.helpers.decided import DECIDED, decided_book
 
 
 @pytest.fixture
 def honest(tmp_path: Path) -> SmallBook:
     """A book whose analysis was decided before everything was ingested."""
-    made = small_book(tmp_path, ingested=False)
-    made.toml.write_text(made.toml.read_text() + DECIDED)
-    with made.open() as book:
-        ingest_all(book, made.instruments)
-    return made
+    return decided_book(tmp_path)
 
 
 def planned(made: SmallBook) -> Planned:

@@ -12,16 +12,8 @@ from labbook.analysis.pairing import EACH, POOLED
 from labbook.analysis.workbench import number
 from labbook.presenting.making import MadeReport
 from reports.numbers import Quantity
-from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
-
-
-def decided(tmp_path: Path, text: str) -> SmallBook:
-    """A book of two feet, whose analysis was decided on before everything was ingested where `text` says so."""
-    made = small_book(tmp_path, ingested=False)
-    made.toml.write_text(made.toml.read_text() + text)
-    with made.open() as book:
-        ingest_all(book, made.instruments)
-    return made
+from tests.helpers.books import ADA, SmallBook
+from tests.helpers.decided import decided_book
 
 
 def report(made: SmallBook, where: str | None) -> MadeReport:
@@ -41,7 +33,7 @@ def adjusted_p(made: MadeReport, quantity: Quantity) -> dict[str, tuple[float | 
 
 @pytest.mark.parametrize(("family", "named"), [("pooled", POOLED), ("each", EACH)])
 def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str, named: str) -> None:
-    made = decided(tmp_path, f'\n[analysis]\nfamily = "{family}"\n')
+    made = decided_book(tmp_path, f'\n[analysis]\nfamily = "{family}"\n')
     whole, part = report(made, None), report(made, "foot=small")
     for quantity in Quantity:
         of_whole, of_part = adjusted_p(whole, quantity), adjusted_p(part, quantity)
@@ -55,11 +47,11 @@ def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str
 
 
 def test_levels_that_are_left_out_of_a_group_count_too(tmp_path: Path) -> None:
-    made = decided(tmp_path, '\n[analysis]\nfamily = "each"\n')
+    made = decided_book(tmp_path, '\n[analysis]\nfamily = "each"\n')
     found = [item for item in report(made, "foot=small or b_ad_gain=0").analysis.compared if item.adjusted is not None]
     assert {len(members(item.adjusted)) for item in found if item.adjusted is not None} == {2}
 
 
 def test_without_a_plan_the_family_is_what_is_compared(tmp_path: Path) -> None:
-    made = decided(tmp_path, "")
+    made = decided_book(tmp_path, "")
     assert adjusted_p(report(made, "foot=small"), Quantity.JOULES) == {}
