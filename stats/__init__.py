@@ -21,15 +21,17 @@ if TYPE_CHECKING:
     from stats.equivalence import equivalence
     from stats.gain_line import fit_gain_line
     from stats.multiple import holm
+    from stats.normal_quantiles import normal_quantiles
     from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
     from stats.passive_drain import fit_passive_drain
     from stats.polynomial import fit_polynomial
-    from stats.power import power_anova, power_equivalence, power_t, power_welch, sample_size
+    from stats.power import power_anova, power_equivalence, power_t, power_welch
     from stats.power_percent import power_percent_equivalence
     from stats.regression import fit_linear
     from stats.resampling import bootstrap_difference, permutation_test
-    from stats.residuals import additive_residuals, normal_quantiles, residuals_of_groups
+    from stats.residuals import additive_residuals, residuals_of_groups
     from stats.rmse import rmse_over_iqr
+    from stats.sample_size import sample_size
     from stats.savings import percent_savings
     from stats.shared_error import SharedError, describe_shared
     from stats.shared_test import difference_with_shared
@@ -109,12 +111,12 @@ _MODULE_OF = {
     "power_percent_equivalence": "power_percent",
     "power_t": "power",
     "power_welch": "power",
-    "sample_size": "power",
+    "sample_size": "sample_size",
     "fit_linear": "regression",
     "bootstrap_difference": "resampling",
     "permutation_test": "resampling",
     "additive_residuals": "residuals",
-    "normal_quantiles": "residuals",
+    "normal_quantiles": "normal_quantiles",
     "residuals_of_groups": "residuals",
     "rmse_over_iqr": "rmse",
     "percent_savings": "savings",

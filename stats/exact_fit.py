@@ -11,6 +11,7 @@ from fractions import Fraction
 
 import numpy as np
 
+from stats.finite import to_double
 from stats.least_squares import Design, Factor
 
 _BETWEEN = 6
@@ -59,8 +60,10 @@ def exact_coefficients(columns: Sequence[Sequence[Fraction]], y: Sequence[Fracti
 
 
 def in_scale(coefficients: Sequence[Fraction], units: Sequence[tuple[float, int]]) -> list[float]:
-    """Return coefficients over the powers of two of their units."""
-    return [float(value / Fraction(2) ** exponent) for value, (_, exponent) in zip(coefficients, units, strict=True)]
+    """Return coefficients over the powers of two of their units; infinite where doubles end."""
+    return [
+        to_double(value / Fraction(2) ** exponent) for value, (_, exponent) in zip(coefficients, units, strict=True)
+    ]
 
 
 def _less(row: Sequence[Fraction], times: Fraction, other: Sequence[Fraction]) -> list[Fraction]:

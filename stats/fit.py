@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from data_schema.errors import InputRefused
 from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
 from stats.coefficients import Coefficient, one_by_one
@@ -56,6 +57,8 @@ class Fit(Result):
     """Number of values."""
     missing: int = field(default=0, kw_only=True)
     """Rows left out because a value in them was NaN."""
+    times: tuple[str, ...] = field(default=(), kw_only=True)
+    """What was given as moments or durations, with the unit it has in the fit: "start in s since 1970 UTC"."""
 
     @property
     def log10_p(self) -> tuple[float, ...] | Undefined:
@@ -80,17 +83,16 @@ class Fit(Result):
         """Return the variance inflation of each coefficient, where the fit has such."""
         return (Undefined("this fit has no columns of their own"),) * len(self.names)
 
-    def spread(self) -> tuple[tuple[float, ...], tuple[Interval, ...], float] | Undefined:
-        """Return standard errors, intervals and residual standard deviation, or why one of them is undefined."""
-        if isinstance(self.standard_errors, Undefined):
-            return self.standard_errors
-        if isinstance(self.ci, Undefined):
-            return self.ci
-        return (
-            self.residual_sd
-            if isinstance(self.residual_sd, Undefined)
-            else (self.standard_errors, self.ci, self.residual_sd)
-        )
+    def spread(self, what: str) -> tuple[tuple[float, ...], tuple[Interval, ...], float]:
+        """Return standard errors, intervals and residual standard deviation of what is nothing without them.
+
+        Raises `InputRefused` where one of them is undefined.
+        """
+        errors, ci, sd = self.standard_errors, self.ci, self.residual_sd
+        if isinstance(errors, Undefined) or isinstance(ci, Undefined) or isinstance(sd, Undefined):
+            reason = next(part.reason for part in (errors, ci, sd) if isinstance(part, Undefined))
+            raise InputRefused(f"{what} has no uncertainty, because {reason}: change units, or the level.")
+        return errors, ci, sd
 
     def sentence(self, response: str = "the response", unit: str = "") -> str:
         """Return the fit in words: each coefficient with interval, t, df and p; R squared, residual SD, n."""
@@ -118,5 +120,5 @@ class Fit(Result):
             about.append(f"residual SD {number_text(self.residual_sd)}{with_unit(unit)}")
             if isinstance(self.ci, Undefined):
                 about.append(f"no intervals, because {self.ci.reason}")
-        n = f"n = {self.n}{missing_text(self.missing)}"
+        n = f"n = {self.n}{missing_text(self.missing)}{''.join(f'; {one}' for one in self.times)}"
         return f"Least squares of {response}: {'; '.join(parts)}; {', '.join(about)}, {n}."

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from numpy.typing import ArrayLike
 
-from data_schema.vocabulary import Undefined
+from data_schema.errors import InputRefused
 from stats.checks import Missing, as_values
 from stats.complete import complete_rows
 from stats.regression import LinearFit, fit_linear
@@ -47,21 +47,21 @@ class GainLine(Result):
 
 def fit_gain_line(
     gain: ArrayLike, coefficient: ArrayLike, *, level: float = 0.95, missing: Missing = "refuse"
-) -> GainLine | Undefined:
+) -> GainLine:
     """Fit physical stiffness (N/m) or damping (kg/s) of several conditions over their gains, both of shape (n,).
 
-    `Undefined` with fewer than 3 conditions. Raises `InputRefused` for a single gain, lengths that differ, infinite
-    values, and for NaN unless `missing` is "drop" (which leaves out conditions).
+    Raises `InputRefused` for fewer than 3 conditions, a single gain, lengths that differ, infinite values, for NaN
+    unless `missing` is "drop" (which leaves out conditions), and where an uncertainty is beyond the doubles.
     """
     (gain, coefficient), left_out = complete_rows([gain, coefficient], missing)
     gains = as_values("the gains", gain)
     if gains.size < MINIMUM_GAINS:
-        return Undefined(f"the line needs at least {MINIMUM_GAINS} conditions and there are {gains.size}")
+        raise InputRefused(
+            f"there are {gains.size} conditions and the line needs at least {MINIMUM_GAINS}, or nothing says how well "
+            "it is known: add one; `fit_linear` gives the bare line of two."
+        )
     fit = fit_linear(coefficient, {"gain": gain}, level=level)
-    spread = fit.spread()
-    if isinstance(spread, Undefined):
-        return spread
-    (offset_se, slope_se), (offset_ci, slope_ci), _sd = spread
+    (offset_se, slope_se), (offset_ci, slope_ci), _sd = fit.spread("the line")
     offset, slope = fit.coefficients
     return GainLine(
         slope=slope,

@@ -147,12 +147,12 @@ def unbounded_fraction(
     *,
     level: float = 0.95,
     missing: Missing = "refuse",
-) -> UnboundedPacking | Undefined:
+) -> UnboundedPacking:
     """Extrapolate fractions in containers of radius R, both of shape (n,), to R = infinity over grain size / R.
 
-    `Undefined` with fewer than 3 measurements. Raises `InputRefused` for a single radius, lengths that differ, radii
-    and sizes that are not positive, infinite values, and for NaN unless `missing` is "drop" (which leaves out
-    measurements).
+    Raises `InputRefused` for fewer than 3 measurements, a single radius, lengths that differ, radii and sizes that are
+    not positive, infinite values, for NaN unless `missing` is "drop" (which leaves out measurements), and where an
+    uncertainty is beyond the doubles.
     """
     (container_radius_m, fraction), left_out = complete_rows([container_radius_m, fraction], missing)
     radii, fractions = as_values("the radii", container_radius_m), as_values("the fractions", fraction)
@@ -160,15 +160,16 @@ def unbounded_fraction(
     if radii.size and float(radii.min()) <= 0.0:
         raise InputRefused(f"a container's radius is {float(radii.min()):g} m: give radii greater than 0.")
     if min(radii.size, fractions.size) < MINIMUM_CONTAINERS:
-        return Undefined(f"the line needs at least {MINIMUM_CONTAINERS} measurements and there are {fractions.size}")
+        raise InputRefused(
+            f"there are {radii.size} radii and {fractions.size} fractions and the line needs at least "
+            f"{MINIMUM_CONTAINERS} of each, or nothing says how well it is known: add one; `fit_linear` gives the bare "
+            "line of two."
+        )
     with np.errstate(over="ignore"):
         shares = np.divide(grain, radii)
     refuse_beyond("a grain size over a radius", shares.tolist())
     fit = fit_linear(fractions, {"grain size / radius": shares}, level=level)
-    spread = fit.spread()
-    if isinstance(spread, Undefined):
-        return spread
-    errors, ci, _sd = spread
+    errors, ci, _sd = fit.spread("the fraction without walls")
     return UnboundedPacking(
         fraction=fit.coefficients[0],
         se=errors[0],

@@ -151,6 +151,8 @@ class PassiveDrain(Result):
                 f"{number_text(self.duration_min_s / 60.0)} to {number_text(self.duration_max_s / 60.0)} min "
                 "that were measured"
             )
+        if self.slope_mah_s < 0.0:
+            text += "; the line falls with time, which no drain does: check durations and charges"
         return f"{text}."
 
 
@@ -161,14 +163,14 @@ def rounding_sd_mah(resolution_mah: float) -> float:
 
 def fit_passive_drain(
     duration_s: ArrayLike, charge_mah: ArrayLike, resolution_mah: float = 0.0, missing: Missing = "refuse"
-) -> PassiveDrain | Undefined:
+) -> PassiveDrain:
     """Fit charge over duration on idle runs, both of shape (n,), by least squares.
 
     A charger that counts in steps of `resolution_mah` rounds every charge, standard deviation step / sqrt(12): runs
     that happen to lie closer to the line than that do not make the line better known.
 
-    `Undefined` with fewer than 3 runs or a single duration. Raises `InputRefused` for infinite values, for NaN
-    unless `missing` is "drop" (which leaves out runs), lengths that differ, or negative durations.
+    Raises `InputRefused` for fewer than 3 runs, a single duration, infinite values, for NaN unless `missing` is "drop"
+    (which leaves out runs), lengths that differ, negative durations, and where an uncertainty is beyond the doubles.
     """
     (duration_s, charge_mah), left_out = complete_rows([duration_s, charge_mah], missing)
     durations, charges = as_values("the durations", duration_s), as_values("the charges", charge_mah)
@@ -180,18 +182,17 @@ def fit_passive_drain(
         raise InputRefused(f"a duration is {float(durations.min()):g} s: durations are 0 or more.")
     n = durations.size
     if n < MINIMUM_IDLE_RUNS:
-        return Undefined(f"the drain line needs at least {MINIMUM_IDLE_RUNS} idle runs and there are {n}")
+        raise InputRefused(
+            f"there are {n} idle runs and the drain line needs at least {MINIMUM_IDLE_RUNS}, or nothing says how well "
+            "it is known: add one; `fit_linear` gives the bare line of two."
+        )
     of_duration = moments(durations, common_shift(durations))
     of_charge = moments(charges, common_shift(charges))
     if of_duration.constant:
-        return Undefined("all idle runs have one duration and a line needs at least 2")
+        raise InputRefused("all idle runs have one duration: add one that is longer or shorter.")
 
     fit = fit_linear(charge_mah, {"duration": duration_s})
-    df = fit.df
-    rounding_mah = rounding_sd_mah(resolution_mah)
-    if isinstance(fit.residual_sd, Undefined):
-        return fit.residual_sd
-    residual_sd_mah = max(fit.residual_sd, rounding_mah)
+    residual_sd_mah = max(fit.spread("the drain line")[2], rounding_sd_mah(resolution_mah))
     residual_variance, mean = Fraction(residual_sd_mah) ** 2, of_duration.exact_mean
     slope_variance = residual_variance / of_duration.exact_sum_squares
     covariance = residual_variance / n + mean * mean * slope_variance, -mean * slope_variance, slope_variance
@@ -203,7 +204,7 @@ def fit_passive_drain(
         covariance=((of_intercept, of_both), (of_both, of_slope)),
         residual_sd_mah=residual_sd_mah,
         r_squared=Undefined("all charges are equal") if of_charge.constant else fit.r_squared,
-        df=df,
+        df=fit.df,
         n=n,
         duration_min_s=float(np.min(durations)),
         duration_max_s=float(np.max(durations)),

@@ -7,7 +7,7 @@ errors right there. The fit of the centred powers is carried back to the caller'
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import lru_cache
 
@@ -22,11 +22,12 @@ from stats.complete import complete_rows
 from stats.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double
 from stats.error_free import product_of_halves, shortened, split, two_sum
 from stats.exact_fit import deciding_places, exact_coefficients, in_scale
-from stats.finite import refuse_beyond
+from stats.finite import refuse_beyond, to_double
 from stats.fit import INTERCEPT, Fit
 from stats.fit_of import BEYOND_DOUBLES, LEAST_SD, Scaled, fit_of
 from stats.least_squares import Design, Factor, factorise, solve
 from stats.response import Response, response_at, root_of_form
+from stats.time_columns import time_units
 
 HIGHEST_DEGREE = 20
 """Beyond it the powers' condition exceeds what refinement in double-double answers for."""
@@ -100,7 +101,7 @@ def fit_polynomial(
     chebyshev = tuple(nearest_double(value, response.exponent) for value in fixed)
     exact = None if solution.residuals.any() else _exactly(column, stretch, response, design, factor)
     if exact is not None:
-        coefficients, chebyshev = in_scale(exact[0], units), tuple(map(float, exact[1]))
+        coefficients, chebyshev = in_scale(exact[0], units), tuple(map(to_double, exact[1]))
     scaled = Scaled(
         coefficients=coefficients,
         fitted=solution.fitted,
@@ -113,6 +114,7 @@ def fit_polynomial(
     refuse_beyond("x and y are such that a coefficient", chebyshev)
     names = (INTERCEPT, "x", *(f"x^{power}" for power in range(2, p)))[:p]
     fit = fit_of(names, scaled, intercept=True, level=level, missing=left_out)
+    fit = replace(fit, times=time_units({"y": y, "x": x}))
     return PolynomialFit(
         **fit.as_fields(),
         degree=degree,

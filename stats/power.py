@@ -1,4 +1,4 @@
-"""How likely an experiment finds what is there, and how many values it needs: t-tests, ANOVA, equivalence.
+"""How likely an experiment finds what is there: t-tests, ANOVA, equivalence.
 
 Nothing is approximated by the normal distribution: Student's t, F and both one-sided tests through their noncentral
 distributions, Welch's t by integration over the ratio of the two estimated variances, on which its degrees of freedom
@@ -10,10 +10,9 @@ within, `sd` is the scatter within days; where conditions have days of their own
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache
 
 import numpy as np
 from scipy import special
@@ -30,8 +29,6 @@ from stats.results import Result
 from stats.sums import moments
 from stats.welch_planned import mean_over_criticals, over_standard_error
 from stats.wording import half_width, number_text
-
-LARGEST_N = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,35 +182,6 @@ def power_equivalence(
             lambda criticals: within_both(ends[0], ends[1], criticals, df), sds, sizes, Fraction(alpha)
         )
     return Power(test, sizes, alpha, min(1.0, power), never)
-
-
-def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int = LARGEST_N) -> Power | Undefined:
-    """Return the plan with the smallest n, up to `largest`, whose power is at least `power`.
-
-    `plan` makes a plan of n values a group, as `lambda n: power_t(0.5, 1.0, n, n)`; its power must not fall with n.
-    """
-    if not callable(plan):
-        raise InputRefused(f"plan is {plan!r}: give a function of n, as lambda n: power_t(0.5, 1.0, n, n).")
-    target = as_level("power", power)
-    plan_of = cache(plan)  # each n is asked about several times
-
-    def enough(n: int) -> bool:
-        found = plan_of(n).power
-        return not isinstance(found, Undefined) and found >= target
-
-    n = 2
-    while not enough(n):
-        tried = plan_of(n)
-        if tried.never is not None and target > tried.alpha:
-            return Undefined(tried.never)
-        if n >= largest:
-            return Undefined(f"{largest} values a group do not reach a power of {target:g}")
-        n = min(2 * n, largest)
-    below = 1 if n == 2 else n // 2
-    while n - below > 1:
-        middle = (n + below) // 2
-        below, n = (below, middle) if enough(middle) else (middle, n)
-    return plan_of(n)
 
 
 _FAR_TAIL, _LARGEST_F = 1e-4, 1e300

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,7 @@ from stats.fit import INTERCEPT, Fit
 from stats.fit_of import Scaled, fit_of
 from stats.least_squares import Design, Factor, factorise, solve
 from stats.response import Response, response_at, root_of_form
+from stats.time_columns import time_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -132,7 +133,10 @@ def fit_linear(
     )
     skip = int(intercept)
     return LinearFit(
-        **fit_of(names, scaled, intercept=intercept, level=level, missing=left_out).as_fields(),
+        **replace(
+            fit_of(names, scaled, intercept=intercept, level=level, missing=left_out),
+            times=time_units({"y": y, **columns}),
+        ).as_fields(),
         intercept=intercept,
         vif=tuple(((factor.norms[skip:] / factor.distances[skip:]) ** 2).tolist()),
         means=centred.means,

@@ -189,7 +189,7 @@ def describe_shared(
         raise InputRefused(f"shared is {shared!r}: give a SharedError, as SharedError({{'drain': 0.1}}).")
     scatter = describe(values, level, missing)
     mean, se = scatter.mean, scatter.se
-    if isinstance(mean, Undefined) or isinstance(se, Undefined):
+    if isinstance(mean, Undefined) or isinstance(se, Undefined) or not (se or shared.se):
         return SharedSummary(scatter, shared.se, scatter.ci_low, scatter.ci_high, level)
     _both, half, exponent = joined(se, scatter.n - 1, shared, level)
     half = times_power(half, exponent)

@@ -140,23 +140,23 @@ def fit_stiffness(
     *,
     level: float = 0.95,
     missing: Missing = "refuse",
-) -> Stiffness | Undefined:
+) -> Stiffness:
     """Fit the plane force = k * displacement + d * velocity + F0 to points of shape (n,), whatever their offset.
 
-    `Undefined` with fewer than 250 points. Raises `InputRefused` for infinite values, for NaN unless `missing` is
-    "drop" (which leaves out points), and, naming the column, where displacement and velocity do not fix both
-    coefficients: one of them constant, or one a multiple of the other.
+    Raises `InputRefused` for fewer than 250 points, infinite values, NaN unless `missing` is "drop" (which leaves out
+    points), where an uncertainty is beyond the doubles, and, naming the column, where displacement and velocity do not
+    fix both coefficients: one of them constant, or one a multiple of the other.
     """
     (displacement_m, velocity_m_s, force_n), left_out = complete_rows([displacement_m, velocity_m_s, force_n], missing)
     force = as_values("the forces", force_n)
     level = as_level("level", level)
     if force.size < MINIMUM_POINTS:
-        return Undefined(f"the plane needs at least {MINIMUM_POINTS} points and there are {force.size}")
+        raise InputRefused(
+            f"there are {force.size} points and the plane needs at least {MINIMUM_POINTS} (thesis 4.2.6): put the "
+            "points of more trajectories together."
+        )
     fit = fit_linear(force_n, {"displacement": displacement_m, "velocity": velocity_m_s}, level=level)
-    spread = fit.spread()
-    if isinstance(spread, Undefined):
-        return spread
-    errors, ci, residual_sd = spread
+    errors, ci, residual_sd = fit.spread("the plane")
     columns = [as_values("the points", values) for values in (displacement_m, velocity_m_s)]
     with np.errstate(over="ignore", invalid="ignore"):
         residuals = force - fit.response_mean

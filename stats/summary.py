@@ -50,8 +50,12 @@ class Summary(Result):
         )
 
 
+_NO_SCATTER = Undefined("the values do not scatter")
+
+
 def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse") -> Summary:
-    """Describe one sample, shape (n,), of any unit; the interval is mean -/+ t(level, n - 1) * sd / sqrt(n).
+    """Describe one sample, shape (n,), of any unit; the interval is mean -/+ t(level, n - 1) * sd / sqrt(n),
+    and undefined where all values are equal: that they scatter by nothing is not what they show.
 
     Raises `InputRefused` for infinite or non-numeric values, and for NaN unless `missing` is "drop".
     """
@@ -67,7 +71,8 @@ def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse"
         return Summary(1, about.mean, one, one, one, one, level, sample.missing)
     sd, se = exact_root(about.exact_variance), exact_root(about.exact_variance / n)
     half = Fraction(t_quantile(level, n - 1)) * se
-    low, high = (finite(end, "an end of the interval") for end in (about.exact_mean - half, about.exact_mean + half))
+    ends = about.exact_mean - half, about.exact_mean + half
+    low, high = (finite(end, "an end of the interval") if se else _NO_SCATTER for end in ends)
     return Summary(
         n,
         about.mean,

@@ -26,7 +26,7 @@ from labbook.config.model import Outcome, UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import LARGEST_PLAN, draw_plan
 from reports.numbers import Quantity
-from stats.power import Power, sample_size
+from stats.sample_size import SampleSize, sample_size
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,24 +188,22 @@ def _needed(
             none,
         )
     sd, spread = test.assumed.sd, test.assumed.spread
-    found, n = _smallest(test, sd, request.target)
+    found = _smallest(test, sd, request.target)
     over = None
     if spread is not None:
-        low, high = (_smallest(test, end, request.target)[1] for end in (spread.sd_low, spread.sd_high))
+        low, high = (_smallest(test, end, request.target).n for end in (spread.sd_low, spread.sd_high))
         over = low, high
-    runs, days = _size(configuration, request, n) if unit is UnitOfAnalysis.RUN else (_IN_DAYS, _IN_DAYS)
-    sentence = found.sentence() if isinstance(found, Power) else f"No n: {found.reason}."
+    runs, days = _size(configuration, request, found.n) if unit is UnitOfAnalysis.RUN else (_IN_DAYS, _IN_DAYS)
     powers = {n: test.plan(sd, n).power for n in ns}
-    return Needed(test.name, test.note, test.alpha, n, sentence, over, powers, runs, days)
+    return Needed(test.name, test.note, test.alpha, found.n, found.sentence(), over, powers, runs, days)
 
 
 _IN_DAYS = Undefined("the day is the unit of analysis: n counts days")
 
 
-def _smallest(test: PlannedTest, sd: float, target: float) -> tuple[Power | Undefined, int | Undefined]:
-    """Return the smallest plan that reaches the target, and its n: that of the control, the first group."""
-    found = sample_size(lambda n: test.plan(sd, n), target)
-    return found, found if isinstance(found, Undefined) else found.group_ns[0]
+def _smallest(test: PlannedTest, sd: float, target: float) -> SampleSize:
+    """Return the smallest plan that reaches the target."""
+    return sample_size(lambda n: test.plan(sd, n), target)
 
 
 def _size(

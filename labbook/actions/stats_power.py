@@ -9,9 +9,10 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats_told import ALPHA, Told
 from labbook.presenting.stats_fields import field_lines
-from stats.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
+from stats.power import Power, power_anova, power_equivalence, power_t, power_welch
 from stats.power_percent import power_percent_equivalence
 from stats.results import as_dict
+from stats.sample_size import sample_size
 
 USUAL_POWER = 0.8
 
@@ -47,14 +48,14 @@ def plan_power(request: PowerRequest) -> Told:
     plan = _TESTS[request.test](request, ALPHA if request.alpha is None else request.alpha)
     if request.n:
         _at_most("--n", request.n, 1 if request.test == "anova" else 2)
-        found: Power | Undefined = plan(request.n[0], request.n[-1])
-    else:
-        power = USUAL_POWER if request.power is None else request.power
-        found = sample_size(lambda n: plan(n, n), power)
-    if isinstance(found, Undefined):
-        return Told({"plan": None, "plan_reason": found.reason}, [f"The n is undefined because {found.reason}."])
-    told = Told({"plan": as_dict(found)}, [found.sentence()])
-    told.say("plan", field_lines(found))
+        found = plan(request.n[0], request.n[-1])
+        told = Told({"plan": as_dict(found)}, [found.sentence()])
+        told.say("plan", field_lines(found))
+        return told
+    smallest = sample_size(lambda n: plan(n, n), USUAL_POWER if request.power is None else request.power)
+    told = Told(smallest.to_dict(), [smallest.sentence()])
+    if not isinstance(smallest.plan, Undefined):
+        told.say("plan", field_lines(smallest.plan))
     return told
 
 

@@ -12,9 +12,9 @@ from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.facts import charge_input, idle_runs_input, run_input
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
-from stats.passive_drain import PassiveDrain, fit_passive_drain
+from stats.passive_drain import MINIMUM_IDLE_RUNS, PassiveDrain, fit_passive_drain
 
-ALGORITHM = Algorithm("passive_drain", 13)
+ALGORITHM = Algorithm("passive_drain", 14)
 MAH_MIN = 60.0
 """mAh/s to mAh/min."""
 
@@ -87,8 +87,13 @@ def passive_drains(bench: Workbench, evidence: Evidence, variant: str | None = N
 
 
 def _fit(idle: list[tuple[RunRow, ChargeOfRun]]) -> PassiveDrain | Undefined:
+    durations_s = [run.duration_s or 0.0 for run, _ in idle]
+    if len(idle) < MINIMUM_IDLE_RUNS:
+        return Undefined(f"the drain line needs at least {MINIMUM_IDLE_RUNS} idle runs and there are {len(idle)}")
+    if len(set(durations_s)) == 1:
+        return Undefined("all idle runs have one duration and a line needs at least 2")
     return fit_passive_drain(
-        [run.duration_s or 0.0 for run, _ in idle],
+        durations_s,
         [charge.charge_mah for _, charge in idle],
         resolution_mah=max((charge.resolution_mah for _, charge in idle), default=0.0),
     )

@@ -108,7 +108,7 @@ MOVABLE: dict[str, Callable[[Groups, str, float], Found]] = {
     "line": line,
     "parabola": parabola,
     "rmse": lambda groups, _names, _unit: [rmse_over_iqr(groups[0], groups[1]).ratio],
-    "autocorrelation": lambda groups, _names, _unit: [autocorrelation(groups[0])],
+    "autocorrelation": lambda groups, _names, _unit: [autocorrelation(groups[0]).r],
 }
 """What each function says of three groups of eight values, in numbers that no offset and no unit may change."""
 FIXED: dict[str, Callable[[Groups, str, float], Found]] = {

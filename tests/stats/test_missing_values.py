@@ -24,6 +24,7 @@ from stats.passive_drain import fit_passive_drain
 from stats.polynomial import fit_polynomial
 from stats.regression import fit_linear
 from stats.resampling import bootstrap_difference, permutation_test
+from stats.residuals import additive_residuals, residuals_of_groups
 from stats.results import Result
 from stats.rmse import rmse_over_iqr
 from stats.savings import percent_savings
@@ -57,6 +58,7 @@ TWO: dict[str, Call] = {
     "describe_shared": lambda a, _b, **policy: describe_shared(a, SharedError(), **policy),
     "permutation_test": permutation_test,
     "bootstrap_difference": bootstrap_difference,
+    "residuals_of_groups": lambda a, b, **policy: residuals_of_groups({"a": a, "b": b}, **policy),
 }
 """Functions of independent samples."""
 ROWS: dict[str, Call] = {
@@ -69,12 +71,16 @@ ROWS: dict[str, Call] = {
     "fit_gain_line": lambda a, b, **policy: fit_gain_line(a, b, **policy),
     "unbounded_fraction": lambda a, b, **policy: unbounded_fraction(a, b, 1.0, **policy),
     "rmse_over_iqr": rmse_over_iqr,
+    "additive_residuals": lambda a, b, **policy: additive_residuals(
+        a, np.asarray(b, dtype=float) > 37.0, DAYS[: len(a)], **policy
+    ),
     "energy_budget": lambda a, b, **policy: energy_budget(
         a, b, reference_voltage_v=15.4, drain_se_run_j=0.1, drain_se_mean_j=0.1, resolution_mah=1.0, **policy
     ),
 }
 """Functions of values that belong together by rows."""
 NO_SAMPLES = {
+    "autocorrelation",
     "bayes_factor",
     "difference_with_shared",
     "force_points",
@@ -82,6 +88,7 @@ NO_SAMPLES = {
     "fraction_from_mass",
     "fraction_from_water",
     "holm",
+    "normal_quantiles",
     "power_anova",
     "power_equivalence",
     "power_percent_equivalence",
@@ -114,6 +121,15 @@ def without_count(result: Any) -> dict[str, Any]:
     return {name: value for name, value in data.items() if not name.startswith("missing")}
 
 
+def by_turns(a: Values, b: Values, **policy: Any) -> Any:
+    return blocked_by_day([*a, *b], ["a"] * 6 + ["b"] * 6, DAYS * 2, **policy)
+
+
+def left_by_turns(a: Values, b: Values, **policy: Any) -> Any:
+    return additive_residuals([*a, *b], ["a"] * 6 + ["b"] * 6, DAYS * 2, **policy)
+
+
+BY_TURNS: dict[str, Call] = {"blocked_by_day": by_turns, "additive_residuals": left_by_turns}
 GAPS = [math.nan, None, pd.NA, pd.NaT, np.float32("nan"), Decimal("nan")]
 
 
@@ -130,7 +146,7 @@ def test_samples_are_refused_or_left_out_and_counted(name, gap):
 
 
 @pytest.mark.parametrize("gap", GAPS, ids=repr)
-@pytest.mark.parametrize("name", [name for name in ROWS if name != "blocked_by_day"])
+@pytest.mark.parametrize("name", [name for name in ROWS if name not in BY_TURNS])
 def test_rows_are_refused_or_left_out_and_counted(name, gap):
     function = ROWS[name]
     a, b = [*A[:2], gap, *A[2:], 50.0], [*B[:2], 30.0, *B[2:], gap]
@@ -176,6 +192,10 @@ def test_labels_that_are_missing_are_no_day_of_their_own(gap):
         assert (found.missing, found.n) == (1, 12)
         assert without_count(found) == without_count(clean)
         assert "n = 12, 1 missing left out" in found.sentence()
+        if place < 2:
+            left = additive_residuals([*values, 99.0], *labels[:2], missing="drop")
+            assert without_count(left) == without_count(additive_residuals(values, condition, DAYS * 2))
+            assert "n = 12, 1 missing left out" in left.sentence()
     for function in (permutation_test, bootstrap_difference):
         with pytest.raises(InputRefused, match="labels that are missing"):
             function([*A, 99.0], B, [*DAYS, gap], DAYS)
@@ -219,7 +239,7 @@ TENTHS_A, TENTHS_B = [4, 13, 26, 9, 31, 17], [22, 8, 45, 33, 51, 40]
 
 def shares(result: Any) -> list[float]:
     """What an offset does not change of a result."""
-    names = ("p", "welch_p", "f", "statistic", "ratio", "r_squared", "se")
+    names = ("p", "welch_p", "f", "statistic", "ratio", "r_squared", "se", "sd")
     result = getattr(result, "scatter", result)
     found = [getattr(result, name) for name in names if isinstance(getattr(result, name, None), float)]
     for pairs in ("pairs", "comparisons"):
@@ -235,17 +255,13 @@ OF_A_MEAN = ("percent_savings", "unbounded_fraction", "fit_gain_line", "fit_pass
 @pytest.mark.parametrize("name", [name for name in [*TWO, *ROWS] if name not in OF_A_MEAN])
 def test_decimals_keep_their_digits_at_an_offset(name, kind):
     """As doubles, tenths at 1e15 are multiples of 1/8."""
-    function = by_turns if name == "blocked_by_day" else {**TWO, **ROWS}[name]
+    function = BY_TURNS.get(name) or {**TWO, **ROWS}[name]
     near, far = (
         function(*([kind(offset) + kind(x) / 10 for x in tenths] for tenths in (TENTHS_A, TENTHS_B)))
         for offset in (0, OFFSET)
     )
     assert shares(near)
     assert shares(far) == pytest.approx(shares(near), rel=1e-13)
-
-
-def by_turns(a: Values, b: Values) -> Any:
-    return blocked_by_day([*a, *b], ["a"] * 6 + ["b"] * 6, DAYS * 2)
 
 
 def test_whole_numbers_beyond_doubles():

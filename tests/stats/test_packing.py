@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from data_schema.errors import InputRefused
-from data_schema.vocabulary import Undefined
 from stats.packing import (
     DENSEST,
     fraction_from_height,
@@ -59,10 +58,9 @@ def test_flasks_of_five_sizes_give_the_published_fractions_without_walls(bulk):
     assert "n = 5 measurements" in found.sentence()
 
 
-def test_too_few_containers_are_undefined():
-    found = unbounded_fraction(RADII[:2], [0.6, 0.61], GRAIN)
-    assert isinstance(found, Undefined)
-    assert "at least 3 measurements and there are 2" in found.reason
+def test_too_few_containers_are_refused():
+    with pytest.raises(InputRefused, match="2 radii and 2 fractions and the line needs at least 3 of each"):
+        unbounded_fraction(RADII[:2], [0.6, 0.61], GRAIN)
 
 
 def test_more_than_spheres_can_fill_is_said():

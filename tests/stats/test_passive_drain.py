@@ -59,6 +59,12 @@ def test_twelve_minutes_lie_outside_what_was_measured():
     assert numbers in drain.sentence(720.0)
 
 
+def test_a_line_that_falls_with_time_is_told():
+    falling = fit_passive_drain(60.0 * MINUTES, CHARGE_MAH[::-1]).sentence()
+    assert falling.endswith("; the line falls with time, which no drain does: check durations and charges.")
+    assert "falls" not in fit_passive_drain(60.0 * MINUTES, CHARGE_MAH).sentence()
+
+
 def test_the_published_value_follows_from_its_line():
     """Thesis 5.1.4: 86.183 mAh in 12 minutes from idle runs of 20 to 60 minutes with R squared of 1."""
     slope, intercept = 0.1176, 86.183 - 720 * 0.1176
@@ -78,12 +84,20 @@ def test_time_stamps_instead_of_durations_cost_no_digit(epoch_s):
 
 @pytest.mark.parametrize(
     ("durations", "charges", "reason"),
-    [([1200.0, 2400.0], [140.0, 280.0], "there are 2"), ([1200.0] * 4, [140.0] * 4, "one duration"), ([], [], "0")],
+    [
+        ([1200.0, 2400.0], [140.0, 280.0], "2 idle runs .* at least 3"),
+        ([1200.0] * 4, [140.0] * 4, "one duration"),
+        ([], [], "0 idle runs"),
+    ],
 )
-def test_too_little_for_a_line_is_undefined(durations, charges, reason):
-    found = fit_passive_drain(durations, charges)
-    assert isinstance(found, Undefined)
-    assert reason in found.reason
+def test_too_little_for_a_line_is_refused(durations, charges, reason):
+    with pytest.raises(InputRefused, match=reason):
+        fit_passive_drain(durations, charges)
+
+
+def test_a_line_whose_uncertainty_no_double_holds_is_refused():
+    with pytest.raises(InputRefused, match=r"the drain line has no uncertainty, because .* too large .*: change units"):
+        fit_passive_drain([0.0, 1.0, 2.0], [1.7e308, 0.0, 1.7e308])
 
 
 def test_equal_charges_have_no_r_squared():

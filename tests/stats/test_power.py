@@ -14,7 +14,8 @@ from scipy import special
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.noncentral import f_tails, t_tails
-from stats.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
+from stats.power import Power, power_anova, power_equivalence, power_t, power_welch
+from stats.sample_size import sample_size
 
 with (Path(__file__).parent / "r" / "power.csv").open() as file:
     ROWS = list(csv.DictReader(file))
@@ -80,12 +81,12 @@ def test_the_noncentral_f_is_mpmaths(critical, between, within, ncp):
 
 def test_published_values():
     """Textbook: 64 a group for d = 0.5 at 80 %; PowerTOST: 0.815845 for CV 0.3, ratio 0.95, n = 40 (2x2)."""
-    plan = sample_size(lambda n: power_t(0.5, 1.0, n, n))
+    plan = sample_size(lambda n: power_t(0.5, 1.0, n, n)).plan
     assert plan == power_t(0.5, 1.0, 64, 64)
     assert power_t(0.5, 1.0, 63, 63).power < 0.8
     sd = math.sqrt(math.log(1.09) / 2.0)
     bounds = math.log(0.8), math.log(1.25)
-    plan = sample_size(lambda n: power_equivalence(math.log(0.95), sd, *bounds, n, n, route="student"))
+    plan = sample_size(lambda n: power_equivalence(math.log(0.95), sd, *bounds, n, n, route="student")).plan
     assert isinstance(plan, Power)
     assert plan.group_ns == (20, 20)
     assert plan.power == pytest.approx(0.815845, abs=5e-7)
@@ -159,7 +160,7 @@ def test_the_search_for_a_sample_size_plans_each_size_once():
         asked.append(n)
         return power_t(0.5, 1.0, n, n)
 
-    assert sample_size(plan).group_ns == (64, 64)
+    assert sample_size(plan).plan.group_ns == (64, 64)
     assert sorted(asked) == sorted(set(asked))
 
 
@@ -171,16 +172,17 @@ def test_sample_sizes_that_are_never_enough():
         (lambda n: power_anova([2.0, 2.0, 2.0], 1.0, n), "the true means are equal"),
         (lambda n: power_equivalence(2.0, 1.0, -1.0, 1.0, n, n), "difference 2 does not lie between the bounds -1 and"),
         (lambda n: power_equivalence(1.0, 1.0, -1.0, 1.0, n, n, route="student"), "difference 1 does not lie between"),
-        (lambda n: power_t(1e-3, 1.0, n, n), "1000 values a group do not reach a power of 0.8"),
+        (lambda n: power_t(1e-3, 1.0, n, n), "1000 values a group do not reach it"),
     ):
         never = sample_size(plan, largest=1000)
-        assert isinstance(never, Undefined)
-        assert reason in never.reason
-    assert isinstance(sample_size(lambda n: power_t(0.0, 1.0, n, n), 0.04), Power)  # alpha itself is reached
-    assert sample_size(lambda n: power_t(50.0, 1.0, n, n)) == power_t(50.0, 1.0, 2, 2)
+        assert isinstance(never.plan, Undefined)
+        assert reason in never.plan.reason
+        assert never.n == never.plan
+        assert never.sentence() == f"No n has a chance of 80 % to reject: {never.plan.reason}."
+    assert sample_size(lambda n: power_t(0.0, 1.0, n, n), 0.04).n == 2  # alpha itself is reached
+    assert sample_size(lambda n: power_t(50.0, 1.0, n, n)).plan == power_t(50.0, 1.0, 2, 2)
     for target in (0.5, 0.9, 0.99):
-        plan = sample_size(lambda n: power_welch(1.0, 1.0, 2.0, n, 2 * n), target)
-        assert isinstance(plan, Power)
+        plan = sample_size(lambda n: power_welch(1.0, 1.0, 2.0, n, 2 * n), target).plan
         assert plan.power >= target > power_welch(1.0, 1.0, 2.0, plan.group_ns[0] - 1, 2 * plan.group_ns[0] - 2).power
 
 

@@ -2,10 +2,12 @@ from decimal import Decimal
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
+from stats.polynomial import fit_polynomial
 from stats.regression import fit_linear
 from tests.helpers.exact_fit import assert_exact, exact_fit, nist_data, nist_truth, relative_error
 
@@ -101,6 +103,17 @@ def test_moments_as_response_are_seconds_too():
     since_1970 = exact_fit(seconds + 10**9, [other["x"]])
     stamps = ((seconds + 10**9) * 10**9).astype("datetime64[ns]")
     assert_exact(fit_linear(stamps, other), since_1970)
+
+
+def test_the_sentence_says_what_time_is_counted_in():
+    start = pd.date_range("2020-01-01", periods=5, tz="Europe/Berlin")
+    took = pd.to_timedelta([1, 2, 3, 5, 4], unit="min")
+    fit = fit_linear([1.0, 2.0, 3.0, 4.0, 6.0], {"start": start, "took": took, "x": [1.0, 0.0, 0.0, 2.0, 1.0]})
+    assert fit.sentence().endswith(", n = 5; start in s since 1970 UTC; took in s.")
+    moments = [np.datetime64("2020-01-01"), np.datetime64("2020-01-03"), np.datetime64("2020-01-04")]
+    assert fit_linear(moments, {"x": [1.0, 2.0, 4.0]}).times == ("y in s since 1970 UTC",)
+    assert fit_polynomial(moments, [1.0, 2.0, 4.0], 1).times == ("x in s since 1970 UTC",)
+    assert fit_linear([1.0, 2.0, 4.0], {"x": [1, 2, 3]}).times == ()
 
 
 def test_an_interval_beyond_doubles_is_missed_with_its_reason():

@@ -29,9 +29,12 @@ def test_what_does_not_exist_is_undefined_field_by_field():
     assert "CI undefined" in one.sentence()
 
 
-def test_a_constant_sample_has_no_scatter_and_says_zero():
+def test_a_constant_sample_has_no_scatter_and_no_interval():
+    """As the difference of two has none: an interval of no width would be certainty from values that show none."""
     found = describe([0.1] * 7)
-    assert (found.mean, found.sd, found.ci_low, found.ci_high) == (0.1, 0.0, 0.1, 0.1)
+    assert (found.mean, found.sd, found.se) == (0.1, 0.0, 0.0)
+    assert found.ci_low == found.ci_high == Undefined("the values do not scatter")
+    assert "95 % CI undefined" in found.sentence()
 
 
 def test_nan_is_refused():

@@ -55,7 +55,7 @@ SD: dict[str, Program] = {
     "textbook": _textbook_sd,
 }
 AUTOCORRELATION: dict[str, Program] = {
-    "labbook": autocorrelation,
+    "labbook": lambda x: autocorrelation(x).r,
     "statsmodels acf": lambda x: acf(x, nlags=1)[1],
     "numpy, two passes": _two_pass_autocorrelation,
     "textbook": _textbook_autocorrelation,

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import special
 
 from benchmarks.stats_evidence.sizes.design import Floats
-from benchmarks.stats_evidence.sizes.method import LEVEL, there
+from benchmarks.stats_evidence.sizes.method import LEVEL
 from stats.passive_drain import fit_passive_drain
 from stats.shared_error import ENOUGH_DEGREES, SharedError
 
@@ -85,7 +85,7 @@ def half_width(variance: Floats, df: Floats, shared: Floats, own_df: int) -> Flo
 
 def corrected(idle: Floats, *runs: tuple[Floats, float]) -> tuple[list[Floats], list[SharedError]]:
     """Return runs less the line at their duration, and what each group's mean takes from its error."""
-    line = there(fit_passive_drain(_durations(idle.size), idle))
+    line = fit_passive_drain(_durations(idle.size), idle)
     at = [(line.at(duration).charge_mah, line.error_terms_mah(duration)) for _values, duration in runs]
     errors = [
         SharedError({("drain", name): value for name, value in terms.items()}, {"drain": line.df})

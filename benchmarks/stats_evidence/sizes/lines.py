@@ -93,7 +93,7 @@ class Line:
 
 def _drain(resolution_mah: float) -> Callable[[Floats, Floats], Mapping[Of, Interval]]:
     def of(duration_s: Floats, charge_mah: Floats) -> Mapping[Of, Interval]:
-        found = there(fit_passive_drain(duration_s, charge_mah, resolution_mah))
+        found = fit_passive_drain(duration_s, charge_mah, resolution_mah)
         read = {of: found.at(place_s) for of, place_s in DRAIN_READ_S.items()}
         return {
             "slope": found.slope_ci_mah_s(),
@@ -105,12 +105,12 @@ def _drain(resolution_mah: float) -> Callable[[Floats, Floats], Mapping[Of, Inte
 
 
 def _gains(gain: Floats, stiffness_n_m: Floats) -> Mapping[Of, Interval]:
-    found = there(fit_gain_line(gain, stiffness_n_m))
+    found = fit_gain_line(gain, stiffness_n_m)
     return {"slope": found.slope_ci, "intercept": found.offset_ci, "at": there(found.at(HIGHEST_GAIN).ci)}
 
 
 def _packing(shares: Floats, fraction: Floats) -> Mapping[Of, Interval]:
-    return {"intercept": there(unbounded_fraction(GRAIN_M / shares, fraction, GRAIN_M)).ci}
+    return {"intercept": unbounded_fraction(GRAIN_M / shares, fraction, GRAIN_M).ci}
 
 
 def _durations(n: int) -> Floats:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import special
 
 from benchmarks.stats_evidence.sizes.design import CORRELATED, Design, Floats, Groups
-from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, of_interval, of_one_interval, there
+from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, of_interval, of_one_interval
 from stats.stiffness import MINIMUM_POINTS, fit_stiffness
 
 POINTS = (MINIMUM_POINTS, 1000)
@@ -39,7 +39,7 @@ def _forces(groups: Groups, design: Design) -> Floats:
 
 def _one(groups: Groups, design: Design, name: str) -> tuple[float, float, bool]:
     displacement, velocity, _ones = _trajectory(design.n[0]).T
-    found = there(fit_stiffness(displacement, velocity, _forces(groups, design)))
+    found = fit_stiffness(displacement, velocity, _forces(groups, design))
     return of_one_interval(found.stiffness_ci if name == "stiffness" else found.damping_ci, TRUTH[name])
 
 
