@@ -201,7 +201,8 @@ class ReportContent:
     `drains` has one line a robot; `robots` counts the analysed runs of each. `decided` says what was decided about the
     analysis before the first measurement, `departures` what departs from it; `no_equivalence` why heights were not
     tested for equality, "" where they were or there are none. `counted` is the unit of analysis that comparisons count:
-    "run", or "day" where they rest on the means of days.
+    "run", or "day" where they rest on the means of days. `known_errors` has what is on record against the methods, an
+    introduction first.
     """
 
     title: str
@@ -226,6 +227,7 @@ class ReportContent:
     order: Order = field(default_factory=Order)
     sensitivity: tuple[Sensitivity, ...] = ()
     methods: tuple[str, ...] = ()
+    known_errors: tuple[str, ...] = ()
     limitations: tuple[str, ...] = ()
     assumed: tuple[Assumed, ...] = ()
     provenance: tuple[Provenance, ...] = ()

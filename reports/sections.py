@@ -227,6 +227,9 @@ def _run_count(condition: Condition) -> int:
 
 def _methods(content: ReportContent) -> Section:
     parts: list[Part] = [Paragraph(text) for text in content.methods]
+    if content.known_errors:
+        introduction, *designs = content.known_errors
+        parts += [Paragraph(introduction), Bullets(tuple(map(Paragraph, designs)))]
     if gains := gains_text(content):
         parts.append(Paragraph(gains))
     if content.decided:

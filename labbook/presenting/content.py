@@ -12,6 +12,7 @@ from labbook.analysis import pairing
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting import comparisons, course, design, drain, methods, predicted, robots, stated
 from labbook.presenting.numbers import Shown
+from labbook.presenting.tests_used import known_errors
 from reports.content import Claim, Comparison, Quantity, ReportContent
 from reports.one_day_each import all_on_one_day_each, days_claim
 from reports.sentences import difference_claim, family_claim, savings_claim
@@ -51,6 +52,7 @@ def build_content(
         drains=drain.drain_fits(analysis, shown),
         order=course.order(analysis, shown, told=all_on_one_day_each(compared)),
         methods=methods.methods(analysis),
+        known_errors=known_errors(analysis),
         limitations=methods.limitations(analysis),
         assumed=methods.assumed(analysis),
         robots=robots.runs_by_robot(analysis),

@@ -36,7 +36,7 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict on a jump comes before these rules.",
         _unit(analysis),
-        *tests_used(analysis, called),
+        tests_used(analysis, called),
     ]
     return tuple(paragraphs)
 

@@ -26,11 +26,11 @@ from reports.wording import count_text, list_text
 _BY_DAY = {MIXED_MODEL: f"{MIXED_MODEL} (REML, degrees of freedom after Satterthwaite)"}
 
 
-def tests_used(analysis: StudyAnalysis, called: SweptWords) -> tuple[str, ...]:
-    """Return what conditions were compared by, and what is known against it; or why nothing was compared."""
+def tests_used(analysis: StudyAnalysis, called: SweptWords) -> str:
+    """Return what conditions were compared by, or why nothing was compared."""
     if not analysis.compared:
         none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
-        return tuple(filter(None, (f"Nothing is compared: {none}. Intervals are at 95 %.", weaknesses(uses(analysis)))))
+        return f"Nothing is compared: {none}. Intervals are at 95 %."
     sentences = [
         _route(analysis),
         _by_day(analysis.compared),
@@ -41,7 +41,12 @@ def tests_used(analysis: StudyAnalysis, called: SweptWords) -> tuple[str, ...]:
         "The same t-tests over single jumps stand in a table, as the thesis has them." if analysis.jump_tests else "",
         _levels(analysis),
     ]
-    return tuple(filter(None, (" ".join(filter(None, sentences)), weaknesses(uses(analysis)))))
+    return " ".join(filter(None, sentences))
+
+
+def known_errors(analysis: StudyAnalysis) -> tuple[str, ...]:
+    """Return what is on record against the methods used: an introduction, and a sentence for each design."""
+    return weaknesses(uses(analysis))
 
 
 def _route(analysis: StudyAnalysis) -> str:

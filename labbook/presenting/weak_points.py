@@ -36,11 +36,11 @@ _Found = tuple[str, Recorded, int, int]
 """What a method is called, what is on record of it, for how many uses here that is nearest, and how many err less."""
 
 
-def weaknesses(used: Mapping[Use, int]) -> str:
-    """Say for each method used so often, at its worst, how far size or coverage is off; "" where nothing on record is.
+def weaknesses(used: Mapping[Use, int]) -> tuple[str, ...]:
+    """Say for each method used so often, at its worst, how far size or coverage is off; nothing where none is.
 
-    A sentence stands for each design on record. Comparisons whose sides do not share their days stand apart: there all
-    but the test by day take days for the treatment.
+    An introduction first, then a sentence for each design on record. Comparisons whose sides do not share their days
+    stand apart: there all but the test by day take days for the treatment.
     """
     worst: dict[tuple[str, str], Recorded] = {}
     nearest: Counter[tuple[str, Recorded]] = Counter()
@@ -54,7 +54,7 @@ def weaknesses(used: Mapping[Use, int]) -> str:
             concerned[use.method, layout] += count
             worst[use.method, layout] = max(worst.get((use.method, layout), row), row, key=_off)
     if not worst:
-        return ""
+        return ()
     by_design: dict[str, list[_Found]] = {}
     for (method, layout), row in worst.items():
         own = nearest[method, row]
@@ -66,8 +66,9 @@ def weaknesses(used: Mapping[Use, int]) -> str:
         "it states whatever the standard deviations of runs and days, which so few runs do not tell."
     )
     days = {bool(row.days) for row in worst.values()}
-    apart = ["Designs without days show what unequal standard deviations do, those with days what days do beside."]
-    return " ".join([head, *(apart if len(days) > 1 else []), *told])
+    if len(days) > 1:
+        head += " Designs without days show what unequal standard deviations do, those with days what days do beside."
+    return head, *told
 
 
 def _off(row: Recorded) -> float:

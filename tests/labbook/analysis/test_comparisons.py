@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import functools
 import json
 import math
-import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from data_schema.queries.results import ResultRow
-from labbook.actions.report_command import state_report
 from labbook.analysis.comparing import compare
 from labbook.analysis.comparing_by_day import CONTROL, TREATED, compare_by_day
 from labbook.analysis.comparisons import Compared
@@ -23,52 +20,21 @@ from labbook.analysis.leading_by_day import leading
 from labbook.analysis.pairing import EACH, POOLED
 from labbook.analysis.study import VarianceAnalysed
 from labbook.analysis.workbench import Workbench, number
-from labbook.config.model import UnitOfAnalysis
-from labbook.presenting import tests_used as paragraph
 from labbook.presenting.comparisons import comparisons
-from labbook.presenting.day_layout import layout_of
 from labbook.presenting.making import MadeReport
 from labbook.presenting.numbers import Shown
 from labbook.presenting.stated import departures
-from labbook.presenting.weak_points import weaknesses
-from labbook.presenting.weak_uses import Use, uses
-from reports.content import Comparison
-from reports.naming import SweptWords
 from reports.numbers import Quantity
 from reports.sentences import difference_claim
 from stats.blocked import blocked_by_day
 from stats.equivalence import equivalence
 from stats.multiple import holm
-from stats.passive_drain import PassiveDrain
-from stats.recorded import weak_points
 from stats.savings import percent_savings
 from stats.two_sample import compare_two
 from stats.variances import brown_forsythe
-from tests.helpers.books import ADA, DAYS, import_sheet, ingest_all, small_book
+from tests.helpers.books import small_book
 from tests.helpers.pages import quick_page
-
-Reports = Callable[..., MadeReport]
-CONFOUNDED = f"b_ad_gain == 0 and day == {DAYS[0]} or b_ad_gain == 100 and day == {DAYS[1]}"
-"""Runs of the control on one day and of active damping on the other."""
-
-
-@pytest.fixture(scope="module")
-def reports(tmp_path_factory: pytest.TempPathFactory) -> Reports:
-    """Reports of small books by what `[analysis]` says (`in_time`: before the first measurement), and by selection."""
-
-    @functools.cache
-    def made(analysis: str = "", where: str | None = None, *, in_time: bool = False) -> MadeReport:
-        folder: Path = tmp_path_factory.mktemp("comparisons")
-        book = small_book(folder, runs=not in_time, ingested=not in_time)
-        if analysis:
-            book.toml.write_text(f"{book.toml.read_text()}\n[analysis]\n{analysis}\n")
-        with book.open() as opened:
-            if in_time:
-                import_sheet(opened, book.instruments / "runs.csv")
-                ingest_all(opened, book.instruments)
-            return state_report(opened, where, ADA, lambda _step: None)
-
-    return made
+from tests.labbook.conftest import CONFOUNDED, Reports
 
 
 @pytest.fixture
@@ -403,126 +369,6 @@ def test_where_nothing_was_decided_all_is_exploratory_and_the_report_says_so(rep
     assert all("" not in reasons for reasons in by_name(made).values())
     assert all(", an exploratory comparison." in claim.text for claim in made.content.claims)
     assert "Nothing was decided about the analysis before the first measurement" in quick_page(made.content)
-
-
-WORDS = {
-    "Student's t-test": lambda item: item.test.name == "Student",
-    "Fieller's interval": lambda item: item.savings is not None,
-    "Holm's method": lambda item: item.adjusted is not None,
-    "(TOST)": lambda item: item.equivalence is not None,
-    "exact test on runs, day held fixed": lambda item: item.by_day is not None and item.by_day.kind == "exact test",
-    "mixed model (REML, degrees of freedom after Satterthwaite)": lambda item: (
-        item.by_day is not None and item.by_day.kind == "mixed model"
-    ),
-}
-
-
-UNBALANCED = "foot == small and run != r001"
-
-
-@pytest.mark.parametrize(("analysis", "where"), [("", None), ("apex_bounds_percent = [-3, 3]", None), ("", UNBALANCED)])
-def test_the_methods_name_what_was_used_and_nothing_else(reports: Reports, analysis: str, where: str | None) -> None:
-    made = reports(analysis, where)
-    methods = "".join(made.content.methods).replace("\u00a0", " ")
-    uses: dict[str, Callable[[Comparison], bool]] = WORDS
-    for words, used in uses.items():
-        assert (words in methods) == any(used(item) for item in made.content.comparisons), words
-    assert "analysis of variance" not in methods  # one treated level a group leaves nothing to analyse
-    assert "Tukey" not in methods
-    assert "Dunnett" not in methods
-
-
-def test_the_methods_cite_what_is_on_record_against_a_method_at_such_a_design(reports: Reports) -> None:
-    apart = reports(where=CONFOUNDED)
-    worst = max(weak_points("f_then_t", (2, 2), 1, layout="own"), key=lambda row: row.value)
-    assert worst.value > 0.06
-    methods = "".join(apart.content.methods).replace("\u00a0", " ")
-    assert (
-        f"the t-test that the F-test chooses rejects {100 * worst.value:.3g} % of studies without an effect" in methods
-    )
-    assert "each group on 1 day of its own" in methods
-    sentences = [sentence for sentence in methods.split(". ") if sentence.startswith("At n = ")]
-    designs = [sentence.partition(": ")[0] for sentence in sentences]
-    assert len(set(designs)) == len(designs) >= 1
-    assert all(re.search(r" % stated\).* uses?( of each)? here(, .* less)?\)", one) for one in sentences)
-    together = "".join(reports().content.methods).replace("\u00a0", " ")
-    assert "day of its own" not in together
-    assert "docs/statistics.md" in together
-    assert weaknesses(uses(replace(apart.analysis, compared=[], anovas=[], drains={}))) == ""
-
-
-HEAD = (
-    "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what it "
-    "states whatever the standard deviations of runs and days, which so few runs do not tell. "
-)
-
-
-def test_the_methods_cite_how_often_the_interval_of_the_passive_drain_covers(reports: Reports) -> None:
-    analysis = replace(reports().analysis, compared=[], anovas=[])
-    ((robot, drain),) = analysis.drains.items()
-    assert isinstance(drain.line, PassiveDrain)
-    long, middle, short = (
-        replace(drain, line=replace(drain.line, n=25, duration_min_s=shortest, duration_max_s=longest))
-        for shortest, longest in ((0.0, 1e-3), (0.0, 1e5), (-1e5, 1e5))
-    )
-    lasting = analysis.evidence.configuration.protocol.run_duration_s
-    assert lasting is not None
-    assert [use.method for use in uses(replace(analysis, drains={robot: long}))][-1] == "passive_drain_at_ci"
-    assert [use.method for use in uses(replace(analysis, drains={robot: short}))][-1] == "passive_drain_middle_ci"
-    assert [use.method for use in uses(replace(analysis, drains={robot: middle}))][-1] == "passive_drain_intercept_ci"
-    told = weaknesses(uses(replace(analysis, drains={robot: long, "another": long}))).replace("\u00a0", " ")
-    assert told == (
-        f"{HEAD}At 25 idle runs, should the longest scatter 3 times as much as the shortest: the interval of the "
-        "passive charge of a run holds the truth in 87.7 % (95 % stated) (2 uses here)."
-    )
-    nothing, cited = paragraph.tests_used(replace(analysis, drains={robot: long}), SweptWords(*[""] * 6))
-    assert nothing.startswith("Nothing is compared")
-    assert cited.startswith(HEAD)
-
-
-def test_joules_whose_difference_keeps_the_lines_error_are_looked_up_by_the_idle_runs(reports: Reports) -> None:
-    analysis = reports().analysis
-    ((robot, drain),) = analysis.drains.items()
-    assert isinstance(drain.line, PassiveDrain)
-    other = replace(drain, line=replace(drain.line, n=3))
-    found = uses(replace(analysis, drains={robot: drain, "a robot that compares nothing": other}))
-    of_savings = {use.idle_runs for use in found if use.method == "fieller"}
-    assert of_savings == {drain.line.n}  # what is left in the denominator
-    joules = [item for item in analysis.compared if item.quantity is Quantity.JOULES]
-    left = any(number(item.result, "difference").shared_se for item in joules)
-    assert {use.idle_runs for use in found if use.method == "welch"} == ({0, drain.line.n} if left else {0})
-    assert {use.idle_runs for use in found if use.method == "brown_forsythe"} <= {0}
-
-
-def test_a_design_without_days_in_common_is_looked_up_among_such_designs() -> None:
-    own, shared = Use("welch", (10, 10), 1, "own"), Use("welch", (10, 10), 1, "shared")
-    assert own.weak_points() == weak_points("welch", (10, 10), 1, layout="own") != ()
-    assert shared.weak_points() == weak_points("welch", (10, 10)) == ()
-    assert Use("fieller", (5, 5), 1, "own").weak_points() == weak_points("fieller", (5, 5), 1, layout="own") != ()
-    partly = Use("welch", (10, 10), 2, "partly")
-    assert partly.weak_points() == weak_points("welch", (10, 10), 2, layout="partly") != ()
-    assert Use("brown_forsythe", (3, 3), 1, "shared").weak_points() == ()
-
-
-def test_days_are_shared_only_where_all_of_them_are() -> None:
-    a, b, c, d, e, f = "abcdef"
-    assert layout_of([{a, b}, {c, d}]) == "own"
-    assert layout_of([{a, b, c}, {a, d, e}]) == layout_of([{a}, {a, b, c, d, e}]) == "partly"
-    assert layout_of([{a, b, c}, {a, b, c}]) == "shared"
-    assert layout_of([{a, b, c, d, e}, {a, b, c, d, f}]) == layout_of([{a, b, c}, {a, b, d}]) == "mostly"
-    assert layout_of([{a}, {a}, {b}]) == "partly"  # two of three levels have their day in common
-    assert layout_of([{a}, {b}, {c}]) == "own"
-
-
-def test_day_means_on_days_of_their_own_are_not_taken_for_runs_of_such_days(reports: Reports) -> None:
-    """Welch's test errs in .178 of studies on five runs of five days each, and in .045 on five day means."""
-    by_run = reports(where=CONFOUNDED).analysis
-    settings = replace(by_run.planned.settings, unit_of_analysis=UnitOfAnalysis.DAY)
-    by_day = replace(by_run, planned=replace(by_run.planned, settings=settings))
-    assert "of its own" in weaknesses(uses(by_run))
-    assert "of its own" not in weaknesses(uses(by_day))
-    assert Use("welch", (5, 5)).weak_points() == ()
-    assert Use("welch", (25, 25), 5, "own").weak_points() != ()
 
 
 def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:

@@ -1,0 +1,36 @@
+"""Reports of small books, made once for all tests that look at their comparisons."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from labbook.actions.report_command import state_report
+from labbook.presenting.making import MadeReport
+from tests.helpers.books import ADA, DAYS, import_sheet, ingest_all, small_book
+
+Reports = Callable[..., MadeReport]
+CONFOUNDED = f"b_ad_gain == 0 and day == {DAYS[0]} or b_ad_gain == 100 and day == {DAYS[1]}"
+"""Runs of the control on one day and of active damping on the other."""
+
+
+@pytest.fixture(scope="session")
+def reports(tmp_path_factory: pytest.TempPathFactory) -> Reports:
+    """Reports of small books by what `[analysis]` says (`in_time`: before the first measurement), and by selection."""
+
+    @functools.cache
+    def made(analysis: str = "", where: str | None = None, *, in_time: bool = False) -> MadeReport:
+        folder: Path = tmp_path_factory.mktemp("comparisons")
+        book = small_book(folder, runs=not in_time, ingested=not in_time)
+        if analysis:
+            book.toml.write_text(f"{book.toml.read_text()}\n[analysis]\n{analysis}\n")
+        with book.open() as opened:
+            if in_time:
+                import_sheet(opened, book.instruments / "runs.csv")
+                ingest_all(opened, book.instruments)
+            return state_report(opened, where, ADA, lambda _step: None)
+
+    return made
