@@ -1,6 +1,7 @@
 """Arrays in, numbers out: statistics of runs, and jumps and apexes of height logs. No database, no files.
 
 The functions that users call are here by name (`stats.compare_two(a, b)`); each is loaded when it is first asked for.
+They return frozen results, whose fields may be undefined with a reason; `joules_per_jump`, a formula, returns a number.
 """
 
 from __future__ import annotations

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_sample
+from stats.complete import absent
 from stats.results import Result
 from stats.sums import deviations, sum_of_products
-from stats.wording import number_text
+from stats.wording import counted, number_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +41,15 @@ def autocorrelation(values: ArrayLike, lag: int = 1) -> Autocorrelation:
     whole number of at least 0 (`InputRefused`).
     """
     lag = as_count("the lag", lag)
+    if np.ndim(values) == 1 and (gaps := int(absent(values).sum())):
+        raise InputRefused(
+            f"the series has gaps at {gaps} of {np.size(values)} places, and a lag counts places: give a stretch "
+            "without gaps."
+        )
     series = as_sample("the series", values)
     n = series.values.size
     if n <= lag:
-        few = Undefined(f"the series has {n} values and a lag of {lag} needs at least {lag + 1}")
+        few = Undefined(f"the series has {counted(n, 'value')} and a lag of {lag} needs at least {lag + 1}")
         return Autocorrelation(few, lag, n)
     about = deviations(series.values, series.rest)
     pair = (about.high, about.low)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from datetime import UTC, date
+from datetime import UTC, date, timedelta
 from decimal import Decimal
 from fractions import Fraction
 from numbers import Rational
@@ -108,7 +108,7 @@ def as_response(values: ArrayLike, *, centred: bool = True) -> Column:
 
 
 def as_ticks(values: Any) -> Any:
-    """Return moments of any kind (of Python, or of pandas with a time zone or as periods) as numpy's `datetime64`.
+    """Return moments and durations of any kind (Python's, pandas' with a time zone or as periods) as numpy's.
 
     What holds no moments comes back as it is. Raises `InputRefused` for moments with and without a time zone together.
     """
@@ -122,6 +122,8 @@ def as_ticks(values: Any) -> Any:
     except ValueError:
         return values  # who takes it refuses it
     entries = array.tolist() if array.dtype.kind == "O" and array.ndim == 1 else []
+    if entries and all(isinstance(entry, timedelta) for entry in entries):
+        return np.array([e.to_timedelta64() if hasattr(e, "to_timedelta64") else np.timedelta64(e) for e in entries])
     if not entries or not all(isinstance(entry, date) for entry in entries):
         return values
     zones = {getattr(entry, "tzinfo", None) is None for entry in entries}

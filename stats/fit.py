@@ -15,6 +15,7 @@ from stats.tails import f_upper, t_two_sided
 from stats.wording import half_width, interval_text, missing_text, number_text, p_text, share_text, with_unit
 
 INTERCEPT = "intercept"
+EXACT = Undefined("the fit is exact, so that nothing measures the scatter")
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +29,7 @@ class Fit(Result):
     standard_errors: tuple[float, ...] | Undefined
     """Of the coefficients, in their units, shape (p,); 0 where the fit is exact."""
     ci: tuple[tuple[float, float], ...] | Undefined
-    """Student's interval of each coefficient, in its unit; shape (p, 2)."""
+    """Student's interval of each coefficient, in its unit, shape (p, 2); undefined for an exact fit."""
     level: float
     """Level of the intervals."""
     t: tuple[float, ...] | Undefined
@@ -58,7 +59,9 @@ class Fit(Result):
     missing: int = field(default=0, kw_only=True)
     """Rows left out because a value in them was NaN."""
     times: tuple[str, ...] = field(default=(), kw_only=True)
-    """What was given as moments or durations, with the unit it has in the fit: "start in s since 1970 UTC"."""
+    """Columns that were given as moments or durations, with their unit in the fit: "start in s since 1970 UTC"."""
+    response_time: str | None = field(default=None, kw_only=True)
+    """The unit of a response that was given as moments or durations, "s since 1970 UTC" or "s"; else None."""
 
     @property
     def log10_p(self) -> tuple[float, ...] | Undefined:
@@ -83,16 +86,20 @@ class Fit(Result):
         """Return the variance inflation of each coefficient, where the fit has such."""
         return (Undefined("this fit has no columns of their own"),) * len(self.names)
 
-    def spread(self, what: str) -> tuple[tuple[float, ...], tuple[Interval, ...], float]:
-        """Return standard errors, intervals and residual standard deviation of what is nothing without them.
+    def spread(self, what: str) -> tuple[tuple[float, ...], float]:
+        """Return standard errors and residual standard deviation of what is nothing without them.
 
         Raises `InputRefused` where one of them is undefined.
         """
-        errors, ci, sd = self.standard_errors, self.ci, self.residual_sd
-        if isinstance(errors, Undefined) or isinstance(ci, Undefined) or isinstance(sd, Undefined):
-            reason = next(part.reason for part in (errors, ci, sd) if isinstance(part, Undefined))
-            raise InputRefused(f"{what} has no uncertainty, because {reason}: change units, or the level.")
-        return errors, ci, sd
+        errors, sd = self.standard_errors, self.residual_sd
+        if isinstance(errors, Undefined) or isinstance(sd, Undefined):
+            reason = next(part.reason for part in (errors, sd) if isinstance(part, Undefined))
+            raise InputRefused(f"{what} has no uncertainty, because {reason}: change units.")
+        return errors, sd
+
+    def intervals(self) -> tuple[Interval | Undefined, ...]:
+        """Return the interval of each coefficient, shape (p,)."""
+        return (self.ci,) * len(self.names) if isinstance(self.ci, Undefined) else self.ci
 
     def sentence(self, response: str = "the response", unit: str = "") -> str:
         """Return the fit in words: each coefficient with interval, t, df and p; R squared, residual SD, n."""
@@ -120,5 +127,6 @@ class Fit(Result):
             about.append(f"residual SD {number_text(self.residual_sd)}{with_unit(unit)}")
             if isinstance(self.ci, Undefined):
                 about.append(f"no intervals, because {self.ci.reason}")
-        n = f"n = {self.n}{missing_text(self.missing)}{''.join(f'; {one}' for one in self.times)}"
+        times = self.times if self.response_time is None else (f"{response} in {self.response_time}", *self.times)
+        n = f"n = {self.n}{missing_text(self.missing)}{''.join(f'; {one}' for one in times)}"
         return f"Least squares of {response}: {'; '.join(parts)}; {', '.join(about)}, {n}."

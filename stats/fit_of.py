@@ -12,9 +12,8 @@ from data_schema.vocabulary import Undefined
 from stats.distributions import f_upper_p, t_quantile, t_two_sided_p
 from stats.double_double import Floats
 from stats.finite import Interval, finite, finite_pair, refuse_beyond, times_power
-from stats.fit import Fit
+from stats.fit import EXACT, Fit
 
-_EXACT = Undefined("the fit is exact, so that nothing measures the scatter")
 BEYOND_DOUBLES = Undefined("a covariance is beyond what a double can hold")
 _LARGEST_EXPONENT = 400
 """Of a standard error, or its inverse: its square still fits a double, whatever stands before the power of two."""
@@ -85,9 +84,7 @@ def fit_of(names: tuple[str, ...], scaled: Scaled, *, intercept: bool, level: fl
     tests = _Tests(none, none, none, none)
     if df > 0:
         by_scatter = _by_scatter(scaled, coefficients, math.sqrt(squares / df), t_quantile(level, df))
-        tests = (
-            _tests(scaled, model, squares, df_model, df) if squares > 0.0 else _Tests(_EXACT, _EXACT, _EXACT, _EXACT)
-        )
+        tests = _tests(scaled, model, squares, df_model, df) if squares > 0.0 else _Tests(EXACT, EXACT, EXACT, EXACT)
     errors = by_scatter.standard_errors
     refuse_beyond(
         "y and a column differ so much in size that a coefficient",
@@ -122,7 +119,9 @@ def _by_scatter(scaled: Scaled, coefficients: list[float], scatter: float, quant
         times_power(scatter * length, exponent) * factor
         for length, (factor, exponent) in zip(scaled.lengths, scaled.units, strict=True)
     )
-    ends = [finite_pair(b - quantile * se, b + quantile * se) for b, se in zip(coefficients, errors, strict=True)]
+    ends: list[Interval | Undefined] = [EXACT]
+    if scatter:
+        ends = [finite_pair(b - quantile * se, b + quantile * se) for b, se in zip(coefficients, errors, strict=True)]
     residual_sd = finite(times_power(scatter, scaled.response_exponent), "the residual standard deviation")
     return _ByScatter(residual_sd, errors, _all_or_none(ends), _covariance(scaled, scatter))
 

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
 from numpy.typing import ArrayLike
 
-from data_schema.errors import InputRefused
-from stats.checks import Missing, as_values
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing
 from stats.complete import complete_rows
+from stats.few_rows import refuse_few
 from stats.regression import LinearFit, fit_linear
 from stats.response import Response
 from stats.results import Result
-
-MINIMUM_GAINS = 3
-"""Two gains fix a line and leave nothing to measure its uncertainty with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,13 +24,13 @@ class GainLine(Result):
     """N/m (or kg/s) per unit of gain."""
     slope_se: float
     """Its standard error, in the unit of the slope."""
-    slope_ci: tuple[float, float]
-    """Student's interval of the slope."""
+    slope_ci: tuple[float, float] | Undefined
+    """Student's interval of the slope; undefined where the fit is exact."""
     offset: float
     """At gain 0, in N/m (or kg/s): what the mechanism has of its own."""
     offset_se: float
     """Its standard error, in N/m (or kg/s)."""
-    offset_ci: tuple[float, float]
+    offset_ci: tuple[float, float] | Undefined
     """Student's interval of the offset."""
     fit: LinearFit
     """All that least squares says of the line."""
@@ -54,14 +53,11 @@ def fit_gain_line(
     unless `missing` is "drop" (which leaves out conditions), and where an uncertainty is beyond the doubles.
     """
     (gain, coefficient), left_out = complete_rows([gain, coefficient], missing)
-    gains = as_values("the gains", gain)
-    if gains.size < MINIMUM_GAINS:
-        raise InputRefused(
-            f"there are {gains.size} conditions and the line needs at least {MINIMUM_GAINS}, or nothing says how well "
-            "it is known: add one; `fit_linear` gives the bare line of two."
-        )
+    if np.shape(gain) == np.shape(coefficient):
+        refuse_few(np.size(gain), "conditions", left_out)
     fit = fit_linear(coefficient, {"gain": gain}, level=level)
-    (offset_se, slope_se), (offset_ci, slope_ci), _sd = fit.spread("the line")
+    (offset_se, slope_se), _sd = fit.spread("the line")
+    offset_ci, slope_ci = fit.intervals()
     offset, slope = fit.coefficients
     return GainLine(
         slope=slope,

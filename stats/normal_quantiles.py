@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import special
 
+from data_schema.errors import InputRefused
 from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
-from stats.double_double import Floats
 from stats.residuals import Residuals
 from stats.results import Result
-from stats.wording import counted, number_text
+from stats.wording import counted, missing_text, number_text
 
 _SEED = 2021
-_FEWEST_DRAWS, _MOST_DRAWS, _MOST_NUMBERS = 100, 4000, 4_000_000
+_USUAL_DRAWS, _USUAL_NUMBERS, _MOST_NUMBERS = 4000, 4_000_000, 20_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +54,8 @@ class NormalQuantiles(Result):
     """Residual standard deviation."""
     level: float
     """How often each residual, taken by itself, lies in the band where the values are normal."""
+    missing: int = 0
+    """Values left out because they, or a label of theirs, were missing."""
 
     @property
     def outside(self) -> int | Undefined:
@@ -74,12 +77,12 @@ class NormalQuantiles(Result):
 
     def sentence(self) -> str:
         """Return in words how many residuals lie outside the band, and how many of normal values would."""
-        n = len(self.observed)
-        if isinstance(self.outside, Undefined):
-            return f"There is no band for n = {counted(n, 'residual')}, because {self.outside.reason}."
-        usual = number_text((1.0 - self.level) * n, 2)
+        n, outside, left_out = len(self.observed), self.outside, missing_text(self.missing)
+        if isinstance(outside, Undefined):
+            return f"There is no band for n = {counted(n, 'residual')}{left_out}, because {outside.reason}."
+        usual, comma = number_text((1.0 - self.level) * n, 2), "," if left_out else ""
         return (
-            f"{self.outside} of n = {counted(n, 'residual')} lie outside the {level_text(self.level)} band of each "
+            f"{outside} of n = {n} residuals{left_out}{comma} lie outside the {level_text(self.level)} band of each "
             f"place; of normal values {usual} do on average."
         )
 
@@ -92,39 +95,44 @@ def normal_quantiles(residuals: Residuals, level: float = 0.95) -> NormalQuantil
     deviation scales them: a band from those betas at 90 % holds 99 % of them (n = 25, one group). So the band is that
     of normal values put through the same model, drawn from a fixed seed.
     """
+    if not isinstance(residuals, Residuals):
+        raise InputRefused(f"residuals are {residuals!r}: give those of `residuals_of_groups` or `additive_residuals`.")
     level = as_level("level", level)
     n = len(residuals.values)
     place = np.arange(1.0, n + 1.0)
     expected = special.ndtri(special.betaincinv(place, n + 1.0 - place, 0.5))
-    sd = residuals.sd
-    low: tuple[float, ...] | Undefined
-    middle: tuple[float, ...] | Undefined
-    high: tuple[float, ...] | Undefined
-    if isinstance(sd, Undefined):
-        low = middle = high = sd
-    else:
-        with np.errstate(over="ignore"):
-            lines = sd * _band(residuals, level)
-        beyond = Undefined("the band is too large for a double")
-        low, middle, high = (tuple(line.tolist()) if np.isfinite(line).all() else beyond for line in lines)
+    band = _band(residuals, level)
+    low, middle, high = (band,) * 3 if isinstance(band, Undefined) else band
     return NormalQuantiles(
         expected=tuple(expected.tolist()),
         observed=tuple(sorted(residuals.values)),
         low=low,
         middle=middle,
         high=high,
-        sd=sd,
+        sd=residuals.sd,
         level=level,
+        missing=residuals.missing,
     )
 
 
-def _band(residuals: Residuals, level: float) -> Floats:
-    """Return low end, median and high end for each place, shape (3, n), in residual standard deviations."""
-    n, basis = len(residuals.values), residuals._basis
-    draws = max(_FEWEST_DRAWS, min(_MOST_DRAWS, _MOST_NUMBERS // n))
-    drawn = np.random.default_rng(_SEED).standard_normal((n, draws))
-    drawn -= basis @ (basis.T @ drawn)
-    drawn /= np.sqrt(np.sum(drawn * drawn, axis=0) / residuals.df)
+def _band(residuals: Residuals, level: float) -> tuple[tuple[float, ...], ...] | Undefined:
+    """Return low end, median and high end for each place, in the unit of the residuals, or why there is no band."""
+    sd, n, tail = residuals.sd, len(residuals.values), (1.0 - level) / 2.0
+    if isinstance(sd, Undefined):
+        return sd
+    if sd == 0.0:
+        return Undefined("all residuals are 0")
+    if residuals.df == 1:
+        return Undefined("with one degree of freedom all residuals of so many values have one shape")
+    # So many that the ends lie among them: the share beyond is then the tail, and no less.
+    draws = max(min(_USUAL_DRAWS, _USUAL_NUMBERS // n), math.ceil(1.0 / tail)) if tail > 0.0 else math.inf
+    if draws * n > _MOST_NUMBERS:
+        return Undefined("so many residuals would take too many draws at a level so near 1")
+    drawn = residuals.of_noise(np.random.default_rng(_SEED).standard_normal((n, int(draws))))
     drawn.sort(axis=0)
-    tail = (1.0 - level) / 2.0
-    return np.asarray(np.quantile(drawn, (tail, 0.5, 1.0 - tail), axis=1))
+    lines = np.quantile(drawn, (tail, 0.5, 1.0 - tail), axis=1, method="weibull")
+    with np.errstate(over="ignore"):
+        lines = sd * lines
+    if not np.isfinite(lines).all():
+        return Undefined("the band is too large for a double")
+    return tuple(tuple(line.tolist()) for line in lines)

@@ -13,19 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
 from stats.complete import complete_rows
+from stats.few_rows import refuse_few
 from stats.finite import refuse_beyond
 from stats.regression import fit_linear
 from stats.results import Result
-from stats.wording import estimate_texts, missing_text, number_text, share_text
+from stats.wording import bounded_texts, estimate_texts, missing_text, number_text, share_text
 
 DENSEST = math.pi / math.sqrt(18.0)
 """0.7405: no packing of equal spheres is denser (Hales 2005)."""
-MINIMUM_CONTAINERS = 3
-"""Two containers fix a line and leave nothing to measure its uncertainty with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +56,8 @@ class UnboundedPacking(Result):
     """At grain size / container radius = 0; 0 to 1."""
     se: float
     """Standard error of the fraction."""
-    ci: tuple[float, float]
-    """Student's interval of the fraction."""
+    ci: tuple[float, float] | Undefined
+    """Student's interval of the fraction; undefined where the fit is exact."""
     level: float
     """Level of the interval."""
     wall_effect: float
@@ -77,9 +75,9 @@ class UnboundedPacking(Result):
 
     def sentence(self) -> str:
         """Return the fraction without walls in words, with interval, R squared and n."""
-        texts = estimate_texts([self.fraction, *self.ci], self.se)
+        fraction, interval = bounded_texts(self.fraction, self.ci, self.se, self.level)
         return (
-            f"Without walls the volume fraction is {texts[0]} ({level_text(self.level)} CI {texts[1]} to {texts[2]}; "
+            f"Without walls the volume fraction is {fraction} ({interval}; "
             f"line over grain size / container radius, R squared {share_text(self.r_squared, 3)}, df = {self.df}, "
             f"n = {self.n} measurements{missing_text(self.missing)})."
         )
@@ -159,21 +157,20 @@ def unbounded_fraction(
     grain = as_number("the grain size", grain_size_m, above=0.0)
     if radii.size and float(radii.min()) <= 0.0:
         raise InputRefused(f"a container's radius is {float(radii.min()):g} m: give radii greater than 0.")
-    if min(radii.size, fractions.size) < MINIMUM_CONTAINERS:
+    if radii.size != fractions.size:
         raise InputRefused(
-            f"there are {radii.size} radii and {fractions.size} fractions and the line needs at least "
-            f"{MINIMUM_CONTAINERS} of each, or nothing says how well it is known: add one; `fit_linear` gives the bare "
-            "line of two."
+            f"there are {radii.size} radii and {fractions.size} fractions: give the fraction in each container."
         )
+    refuse_few(radii.size, "measurements", left_out)
     with np.errstate(over="ignore"):
         shares = np.divide(grain, radii)
     refuse_beyond("a grain size over a radius", shares.tolist())
     fit = fit_linear(fractions, {"grain size / radius": shares}, level=level)
-    errors, ci, _sd = fit.spread("the fraction without walls")
+    errors, _sd = fit.spread("the fraction without walls")
     return UnboundedPacking(
         fraction=fit.coefficients[0],
         se=errors[0],
-        ci=ci[0],
+        ci=fit.intervals()[0],
         level=fit.level,
         wall_effect=fit.coefficients[1],
         wall_effect_se=errors[1],

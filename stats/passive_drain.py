@@ -8,6 +8,7 @@ error, common to every run corrected with it, and not part of the scatter betwee
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -15,19 +16,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.complete import complete_rows
 from stats.distributions import t_quantile
-from stats.finite import Interval, refuse_beyond
+from stats.double_double import Floats
+from stats.few_rows import MINIMUM_ROWS
+from stats.finite import Interval, as_interval, refuse_beyond
+from stats.fit import EXACT
 from stats.regression import fit_linear
 from stats.results import Result
 from stats.sums import common_shift, moments
-from stats.wording import estimate_texts, missing_text, number_text, share_text
-
-MINIMUM_IDLE_RUNS = 3
-"""Two runs fix a line and leave nothing to measure its uncertainty with."""
+from stats.wording import bounded_texts, missing_text, number_text, share_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +40,9 @@ class DrainEstimate(Result):
     """The line there, in mAh."""
     se: float
     """Standard error of the line at this duration, mAh: shared by all runs corrected with this fit."""
-    ci_low: float
-    """Lower end of Student's interval of the line there, mAh."""
-    ci_high: float
+    ci_low: float | Undefined
+    """Lower end of Student's interval of the line there, mAh; undefined where the line is exact."""
+    ci_high: float | Undefined
     """Its upper end."""
     level: float
     """Level of the interval."""
@@ -53,12 +53,16 @@ class DrainEstimate(Result):
 
     def sentence(self) -> str:
         """Return the charge in words, with its interval and degrees of freedom."""
-        charge, low, high = estimate_texts([self.charge_mah, self.ci_low, self.ci_high], self.se)
+        charge, interval = self.texts()
         beyond = ", an extrapolation" if self.extrapolated else ""
         return (
             f"The electronics draw {charge} mAh in {number_text(self.duration_s / 60.0)} min "
-            f"({level_text(self.level)} CI {low} to {high} mAh, df = {self.df}{beyond})."
+            f"({interval}, df = {self.df}{beyond})."
         )
+
+    def texts(self) -> tuple[str, str]:
+        """Return the charge and its interval in words."""
+        return bounded_texts(self.charge_mah, as_interval(self.ci_low, self.ci_high), self.se, self.level, "mAh")
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,15 +104,19 @@ class PassiveDrain(Result):
         """Standard error of the intercept."""
         return math.sqrt(self.covariance[0][0])
 
-    def slope_ci_mah_s(self, level: float = 0.95) -> Interval:
+    def slope_ci_mah_s(self, level: float = 0.95) -> Interval | Undefined:
         """Student's interval of the slope; raises `InputRefused` where an end is beyond the doubles."""
-        half = t_quantile(as_level("level", level), self.df) * self.slope_se_mah_s
-        return _interval("the slope", self.slope_mah_s, half)
+        return self._interval("the slope", self.slope_mah_s, self.slope_se_mah_s, level)
 
-    def intercept_ci_mah(self, level: float = 0.95) -> Interval:
+    def intercept_ci_mah(self, level: float = 0.95) -> Interval | Undefined:
         """Student's interval of the intercept; raises `InputRefused` where an end is beyond the doubles."""
-        half = t_quantile(as_level("level", level), self.df) * self.intercept_se_mah
-        return _interval("the intercept", self.intercept_mah, half)
+        return self._interval("the intercept", self.intercept_mah, self.intercept_se_mah, level)
+
+    def _interval(self, of: str, middle: float, se: float, level: float) -> Interval | Undefined:
+        half = t_quantile(as_level("level", level), self.df) * se
+        low, high = middle - half, middle + half
+        refuse_beyond(f"an end of the interval of {of}", (low, high))
+        return (low, high) if self.residual_sd_mah else EXACT
 
     def error_terms_mah(self, duration_s: float) -> dict[str, float]:
         """Return the two independent errors of the line at a duration: signed standard errors of level and slope."""
@@ -122,9 +130,9 @@ class PassiveDrain(Result):
         """
         se = math.hypot(*self.error_terms_mah(duration_s).values())
         charge = self.charge_mean_mah + self.slope_mah_s * (duration_s - self.duration_mean_s)
-        half = t_quantile(as_level("level", level), self.df) * se
-        low, high = charge - half, charge + half
-        refuse_beyond("the passive charge over so long a duration", [abs(end) for end in (charge, low, high)])
+        refuse_beyond("the passive charge over so long a duration", [abs(charge)])
+        ends = self._interval("the passive charge over so long a duration", charge, se, level)
+        low, high = (ends, ends) if isinstance(ends, Undefined) else ends
         return DrainEstimate(
             duration_s=duration_s,
             charge_mah=charge,
@@ -140,9 +148,9 @@ class PassiveDrain(Result):
         """Return the charge at one duration (by default the mean) in words, and whether that is an extrapolation."""
         duration_s = self.duration_mean_s if duration_s is None else duration_s
         estimate = self.at(duration_s)
-        charge, low, high = estimate_texts([estimate.charge_mah, estimate.ci_low, estimate.ci_high], estimate.se)
+        charge, interval = estimate.texts()
         text = (
-            f"The electronics draw {charge} mAh in {number_text(duration_s / 60.0)} min (95 % CI {low} to {high} mAh; "
+            f"The electronics draw {charge} mAh in {number_text(duration_s / 60.0)} min ({interval}; "
             f"n = {self.n} idle runs{missing_text(self.missing)}, R squared {share_text(self.r_squared, 6)})"
         )
         if estimate.extrapolated:
@@ -151,7 +159,8 @@ class PassiveDrain(Result):
                 f"{number_text(self.duration_min_s / 60.0)} to {number_text(self.duration_max_s / 60.0)} min "
                 "that were measured"
             )
-        if self.slope_mah_s < 0.0:
+        of_slope = self.slope_ci_mah_s()
+        if (self.slope_mah_s if isinstance(of_slope, Undefined) else of_slope[1]) < 0.0:
             text += "; the line falls with time, which no drain does: check durations and charges"
         return f"{text}."
 
@@ -159,6 +168,15 @@ class PassiveDrain(Result):
 def rounding_sd_mah(resolution_mah: float) -> float:
     """Return the standard deviation of rounding to steps of so many mAh; raises `InputRefused` for a negative one."""
     return as_number("the charger's resolution", resolution_mah, low=0.0) / math.sqrt(12.0)
+
+
+def why_no_line(durations_s: Sequence[float] | Floats) -> str | None:
+    """Return why idle runs of these durations, shape (n,), give no line with its uncertainty; None where they do."""
+    if len(durations_s) < MINIMUM_ROWS:
+        return f"the drain line needs at least {MINIMUM_ROWS} idle runs and there are {len(durations_s)}"
+    if min(durations_s) == max(durations_s):
+        return "all idle runs have one duration and a line needs at least 2"
+    return None
 
 
 def fit_passive_drain(
@@ -180,19 +198,14 @@ def fit_passive_drain(
         )
     if durations.size and float(durations.min()) < 0.0:
         raise InputRefused(f"a duration is {float(durations.min()):g} s: durations are 0 or more.")
+    none = why_no_line(durations)
+    if none is not None:
+        raise InputRefused(f"{none}{missing_text(left_out)}: give more (`fit_linear` gives the bare line of two).")
     n = durations.size
-    if n < MINIMUM_IDLE_RUNS:
-        raise InputRefused(
-            f"there are {n} idle runs and the drain line needs at least {MINIMUM_IDLE_RUNS}, or nothing says how well "
-            "it is known: add one; `fit_linear` gives the bare line of two."
-        )
     of_duration = moments(durations, common_shift(durations))
     of_charge = moments(charges, common_shift(charges))
-    if of_duration.constant:
-        raise InputRefused("all idle runs have one duration: add one that is longer or shorter.")
-
     fit = fit_linear(charge_mah, {"duration": duration_s})
-    residual_sd_mah = max(fit.spread("the drain line")[2], rounding_sd_mah(resolution_mah))
+    residual_sd_mah = max(fit.spread("the drain line")[1], rounding_sd_mah(resolution_mah))
     residual_variance, mean = Fraction(residual_sd_mah) ** 2, of_duration.exact_mean
     slope_variance = residual_variance / of_duration.exact_sum_squares
     covariance = residual_variance / n + mean * mean * slope_variance, -mean * slope_variance, slope_variance
@@ -212,9 +225,3 @@ def fit_passive_drain(
         charge_mean_mah=of_charge.mean,
         missing=left_out,
     )
-
-
-def _interval(of: str, middle: float, half: float) -> Interval:
-    low, high = middle - half, middle + half
-    refuse_beyond(f"an end of the interval of {of}", (low, high))
-    return low, high

@@ -27,7 +27,7 @@ from stats.fit import INTERCEPT, Fit
 from stats.fit_of import BEYOND_DOUBLES, LEAST_SD, Scaled, fit_of
 from stats.least_squares import Design, Factor, factorise, solve
 from stats.response import Response, response_at, root_of_form
-from stats.time_columns import time_units
+from stats.time_columns import time_unit, time_units
 
 HIGHEST_DEGREE = 20
 """Beyond it the powers' condition exceeds what refinement in double-double answers for."""
@@ -63,7 +63,8 @@ class PolynomialFit(Fit):
         products = (Fraction(c) * wave for c, wave in zip(self.chebyshev_coefficients, waves, strict=True))
         value, covariance = sum(products, Fraction(0)), self.chebyshev_covariance
         se = covariance if isinstance(covariance, Undefined) else root_of_form(waves, covariance)
-        return response_at(value, se, level, self.df, extrapolated=not self.lowest <= place <= self.highest)
+        extrapolated = not self.lowest <= place <= self.highest
+        return response_at(value, se, level, self.df, extrapolated=extrapolated, exact=self.ss_residual == 0.0)
 
 
 def fit_polynomial(
@@ -114,7 +115,7 @@ def fit_polynomial(
     refuse_beyond("x and y are such that a coefficient", chebyshev)
     names = (INTERCEPT, "x", *(f"x^{power}" for power in range(2, p)))[:p]
     fit = fit_of(names, scaled, intercept=True, level=level, missing=left_out)
-    fit = replace(fit, times=time_units({"y": y, "x": x}))
+    fit = replace(fit, times=time_units({"x": x}), response_time=time_unit(y))
     return PolynomialFit(
         **fit.as_fields(),
         degree=degree,

@@ -48,11 +48,11 @@ class Power(Result):
 
     def sentence(self) -> str:
         """Return the plan in words: sizes, test, level, chance."""
-        sizes = ", ".join(map(str, self.group_ns))
+        sizes = " and ".join(filter(None, (", ".join(map(str, self.group_ns[:-1])), str(self.group_ns[-1]))))
         if isinstance(self.power, Undefined):
             return f"No power for {self.test} with n = {sizes}: {self.power.reason}."
         return (
-            f"With n = {sizes} {self.test} at alpha = {number_text(self.alpha)} has a chance of "
+            f"With n = {sizes}, {self.test} at alpha = {number_text(self.alpha)} has a chance of "
             f"{number_text(100.0 * self.power, 3)} % to reject."
         )
 

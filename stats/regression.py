@@ -26,7 +26,7 @@ from stats.fit import INTERCEPT, Fit
 from stats.fit_of import Scaled, fit_of
 from stats.least_squares import Design, Factor, factorise, solve
 from stats.response import Response, response_at, root_of_form
-from stats.time_columns import time_units
+from stats.time_columns import time_unit, time_units
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -80,7 +80,7 @@ class LinearFit(Fit):
             of_slopes = root_of_form(steps, [row[skip:] for row in self.covariance[skip:]])
             level_variance = Fraction(self.residual_sd) ** 2 / self.n if self.intercept else Fraction(0)
             se = exact_root(level_variance + of_slopes**2)
-        return response_at(value, se, level, self.df, extrapolated=extrapolated)
+        return response_at(value, se, level, self.df, extrapolated=extrapolated, exact=self.ss_residual == 0.0)
 
 
 def fit_linear(
@@ -135,7 +135,8 @@ def fit_linear(
     return LinearFit(
         **replace(
             fit_of(names, scaled, intercept=intercept, level=level, missing=left_out),
-            times=time_units({"y": y, **columns}),
+            times=time_units(columns),
+            response_time=time_unit(y),
         ).as_fields(),
         intercept=intercept,
         vif=tuple(((factor.norms[skip:] / factor.distances[skip:]) ** 2).tolist()),

@@ -51,6 +51,11 @@ class Residuals(Result):
     missing: int = 0
     """Values left out because they, or a label of theirs, were missing."""
 
+    def of_noise(self, drawn: Floats) -> Floats:
+        """Return what the same model leaves of values drawn, shape (n, draws), over the SD of each draw."""
+        left = drawn - self._basis @ (self._basis.T @ drawn)
+        return np.asarray(left / np.sqrt(np.sum(left * left, axis=0) / self.df))
+
     def rows(self) -> tuple[Residual, ...]:
         """Return each residual, for `to_frame`."""
         return tuple(map(Residual, self.values, self.fitted))
@@ -60,10 +65,11 @@ class Residuals(Result):
         n, left_out = len(self.values), missing_text(self.missing)
         if not n:
             return f"There are no residuals (n = 0{left_out})."
-        reach = " to ".join(number_text(end) for end in (min(self.values), max(self.values)))
+        low, high = min(self.values), max(self.values)
+        what = f"reach from {number_text(low)} to {number_text(high)}" if low < high else f"are all {number_text(low)}"
         if isinstance(self.sd, Undefined):
-            return f"The residuals reach from {reach} (n = {n}{left_out}); they have no SD, because {self.sd.reason}."
-        return f"The residuals reach from {reach}, with SD {number_text(self.sd)} (df = {self.df}, n = {n}{left_out})."
+            return f"The residuals {what} (n = {n}{left_out}); they have no SD, because {self.sd.reason}."
+        return f"The residuals {what}, with SD {number_text(self.sd)} (df = {self.df}, n = {n}{left_out})."
 
 
 def residuals_of_groups(
@@ -91,7 +97,8 @@ def residuals_of_groups(
         ]
         fitted += [about.mean] * about.n
         squares, df = squares + about.exact_sum_squares, df + about.n - 1
-    sd = finite(exact_root(squares / df), _SD) if df else Undefined("no group has more than one value")
+    none = Undefined("no group has more than one value" if values else "there is no value")
+    sd = finite(exact_root(squares / df), _SD) if df else none
     left = tuple(map(to_double, values))
     refuse_beyond("a residual", map(abs, left))
     design = _dummies([name for name, size in sizes.items() for _ in range(size)])
@@ -105,14 +112,14 @@ def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missin
     `missing` is "drop".
     """
     labels = {"condition": as_labels("condition", condition, missing), "day": as_labels("day", day, missing)}
+    for name, of_each in labels.items():
+        n = int(np.size(values))
+        if of_each.size != n:
+            raise InputRefused(
+                f"there are {n} values and {of_each.size} labels of {name}: give one label for each value."
+            )
     (values, *kept), left_out = complete_rows([values, *labels.values()], missing)
     sample = as_sample("values", values)
-    for name, of_each in zip(labels, kept, strict=True):
-        if of_each.size != sample.values.size:
-            raise InputRefused(
-                f"there are {sample.values.size} values and {of_each.size} labels of {name}: give one label for each "
-                "value."
-            )
     exponent = out_of_range(sample.values)
     numbers = scaled(sample.values, -exponent)
     shift = common_shift(numbers) if numbers.size else 0.0
@@ -127,7 +134,9 @@ def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missin
     # What a fit without a rest leaves is rounding: 1e-16 is no scatter.
     left[np.abs(left) <= numbers.size * np.finfo(np.float64).eps * np.max(np.abs(numbers), initial=0.0)] = 0.0
     df = numbers.size - basis.shape[1]
-    sd: float | Undefined = Undefined("every value has a condition or a day of its own")
+    sd: float | Undefined = Undefined(
+        "every value has a condition or a day of its own" if numbers.size else "there is no value"
+    )
     if df:
         sd = finite(times_power(math.hypot(*left) / math.sqrt(df), exponent), _SD)
     residuals, said = ([times_power(number, exponent) for number in part.tolist()] for part in (left, shift + fitted))

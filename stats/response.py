@@ -12,6 +12,7 @@ import numpy as np
 from data_schema.vocabulary import Undefined
 from stats.distributions import t_quantile
 from stats.finite import finite, finite_pair
+from stats.fit import EXACT
 from stats.results import Result
 from stats.wording import half_width, interval_text, number_text, with_unit
 
@@ -25,7 +26,7 @@ class Response(Result):
     se: float | Undefined
     """Standard error of the mean response there, not of one more measurement; in the unit of the response."""
     ci: tuple[float, float] | Undefined
-    """Student's interval of the mean response."""
+    """Student's interval of the mean response; undefined where the fit is exact."""
     level: float
     """Level of the interval."""
     df: int
@@ -42,13 +43,15 @@ class Response(Result):
         )
 
 
-def response_at(value: Fraction, se: Fraction | Undefined, level: float, df: int, *, extrapolated: bool) -> Response:
-    """Return a fitted value with Student's interval, each number rounded once."""
+def response_at(
+    value: Fraction, se: Fraction | Undefined, level: float, df: int, *, extrapolated: bool, exact: bool
+) -> Response:
+    """Return a fitted value with Student's interval, each number rounded once; `exact` says that nothing is left."""
     shown = finite(value, "the response")
     if isinstance(se, Undefined):
         return Response(shown, se, se, level, df, extrapolated)
     half = Fraction(t_quantile(level, df)) * se
-    ci = finite_pair(value - half, value + half)
+    ci = EXACT if exact else finite_pair(value - half, value + half)
     return Response(shown, finite(se, "the standard error"), ci, level, df, extrapolated)
 
 

@@ -45,9 +45,16 @@ class Result:
     def to_frame(self) -> pd.DataFrame:
         """Return a row of each of `rows()`; what a list of parts has in common stands in `to_dict`.
 
-        Nested results become `<field>_<its field>`, intervals `<field>_low` and `<field>_high`.
+        Nested results become `<field>_<its field>`, intervals `<field>_low` and `<field>_high`. What is undefined is
+        NaN there, as pandas has it, and `<field>_reason` says why.
         """
-        return frame_of(self.rows())
+        rows = self.rows()
+        if rows:
+            return frame_of(rows)
+        import pandas as pd
+
+        (kind, *_more) = get_args(get_type_hints(type(self).rows)["return"])
+        return pd.DataFrame(columns=_columns(kind))
 
 
 @cache

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from functools import cache
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level
+from stats.checks import as_count, as_level
 from stats.power import Power
 from stats.results import Result
-from stats.wording import number_text
 
 LARGEST_N = 1_000_000
 
@@ -33,7 +33,8 @@ class SampleSize(Result):
     def sentence(self) -> str:
         """Return the plan in words, or why there is none."""
         if isinstance(self.plan, Undefined):
-            return f"No n has a chance of {number_text(100.0 * self.target, 3)} % to reject: {self.plan.reason}."
+            chance = f"{level_text(self.target)} to reject"
+            return f"No n was found with a chance of {chance}: {self.plan.reason}."
         return self.plan.sentence()
 
 
@@ -41,11 +42,18 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
     """Return the plan with the smallest n, up to `largest`, whose power is at least `power`.
 
     `plan` makes a plan of n values a group, as `lambda n: power_t(0.5, 1.0, n, n)`; its power must not fall with n.
+    Raises `InputRefused` for a plan that is no such function, and for a largest n below 2.
     """
     if not callable(plan):
         raise InputRefused(f"plan is {plan!r}: give a function of n, as lambda n: power_t(0.5, 1.0, n, n).")
-    target = as_level("power", power)
-    plan_of = cache(plan)  # each n is asked about several times
+    target, largest = as_level("power", power), as_count("largest", largest, least=2)
+
+    @cache  # each n is asked about several times
+    def plan_of(n: int) -> Power:
+        made = plan(n)
+        if not isinstance(made, Power):
+            raise InputRefused(f"plan returns {made!r}: return a power, as lambda n: power_t(0.5, 1.0, n, n).")
+        return made
 
     def enough(n: int) -> bool:
         found = plan_of(n).power
@@ -57,7 +65,7 @@ def sample_size(plan: Callable[[int], Power], power: float = 0.8, largest: int =
         if tried.never is not None and target > tried.alpha:
             return SampleSize(target, Undefined(tried.never))
         if n >= largest:
-            return SampleSize(target, Undefined(f"{largest} values a group do not reach it"))
+            return SampleSize(target, Undefined(f"the search ended at n = {largest}"))
         n = min(2 * n, largest)
     below = 1 if n == 2 else n // 2
     while n - below > 1:

@@ -186,7 +186,9 @@ def describe_shared(
     """
     level = as_level("level", level)
     if not isinstance(shared, SharedError):
-        raise InputRefused(f"shared is {shared!r}: give a SharedError, as SharedError({{'drain': 0.1}}).")
+        raise InputRefused(
+            f"shared is {shared!r}: give a SharedError, as SharedError({{('drain', 'level'): 0.1}}, {{'drain': 5}})."
+        )
     scatter = describe(values, level, missing)
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined) or not (se or shared.se):

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.complete import complete_rows
@@ -22,7 +21,7 @@ from stats.error_free import greatest, scaled
 from stats.finite import refuse_beyond
 from stats.regression import fit_linear
 from stats.results import Result
-from stats.wording import estimate_texts, missing_text, number_text, share_text
+from stats.wording import bounded_texts, missing_text, number_text, share_text
 
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
@@ -60,13 +59,13 @@ class Stiffness(Result):
     """Force per displacement, in N/m."""
     stiffness_se: float
     """Standard error of the stiffness, N/m."""
-    stiffness_ci: tuple[float, float]
-    """Student's interval of the stiffness, N/m."""
+    stiffness_ci: tuple[float, float] | Undefined
+    """Student's interval of the stiffness, N/m; undefined where the fit is exact."""
     damping_kg_s: float
     """Force per velocity, in kg/s."""
     damping_se: float
     """Standard error of the damping, kg/s."""
-    damping_ci: tuple[float, float]
+    damping_ci: tuple[float, float] | Undefined
     """Student's interval of the damping, kg/s."""
     force_at_zero_n: float
     """In N, where displacement and velocity are 0; without gravity's share removed, minus the weight."""
@@ -92,12 +91,11 @@ class Stiffness(Result):
 
     def sentence(self, what: str = "The leg") -> str:
         """Return stiffness and damping in words, with intervals, R squared and n."""
-        k = estimate_texts([self.stiffness_n_m, *self.stiffness_ci], self.stiffness_se)
-        d = estimate_texts([self.damping_kg_s, *self.damping_ci], self.damping_se)
-        name = f"{level_text(self.level)} CI"
+        k, k_ci = bounded_texts(self.stiffness_n_m, self.stiffness_ci, self.stiffness_se, self.level, "N/m")
+        d, d_ci = bounded_texts(self.damping_kg_s, self.damping_ci, self.damping_se, self.level, "kg/s")
         return (
-            f"{what} is a spring of {k[0]} N/m ({name} {k[1]} to {k[2]} N/m) with damping {d[0]} kg/s "
-            f"({name} {d[1]} to {d[2]} kg/s): plane fit, R squared {share_text(self.r_squared, 4)}, "
+            f"{what} is a spring of {k} N/m ({k_ci}) with damping {d} kg/s "
+            f"({d_ci}): plane fit, R squared {share_text(self.r_squared, 4)}, "
             f"residual SD {number_text(self.residual_sd_n)} N, df = {self.df}, "
             f"n = {self.n} points{missing_text(self.missing)}."
         )
@@ -156,7 +154,8 @@ def fit_stiffness(
             "points of more trajectories together."
         )
     fit = fit_linear(force_n, {"displacement": displacement_m, "velocity": velocity_m_s}, level=level)
-    errors, ci, residual_sd = fit.spread("the plane")
+    errors, residual_sd = fit.spread("the plane")
+    _at_zero, stiffness_ci, damping_ci = fit.intervals()
     columns = [as_values("the points", values) for values in (displacement_m, velocity_m_s)]
     with np.errstate(over="ignore", invalid="ignore"):
         residuals = force - fit.response_mean
@@ -165,10 +164,10 @@ def fit_stiffness(
     return Stiffness(
         stiffness_n_m=fit.coefficients[1],
         stiffness_se=errors[1],
-        stiffness_ci=ci[1],
+        stiffness_ci=stiffness_ci,
         damping_kg_s=fit.coefficients[2],
         damping_se=errors[2],
-        damping_ci=ci[2],
+        damping_ci=damping_ci,
         force_at_zero_n=fit.coefficients[0],
         force_at_zero_se=errors[0],
         level=level,

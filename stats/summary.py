@@ -16,6 +16,8 @@ from stats.results import Result
 from stats.sums import moments
 from stats.wording import half_width, interval_text, missing_text, number_text, with_unit
 
+_NO_SCATTER = Undefined("the values do not scatter")
+
 
 @dataclass(frozen=True, slots=True)
 class Summary(Result):
@@ -50,13 +52,10 @@ class Summary(Result):
         )
 
 
-_NO_SCATTER = Undefined("the values do not scatter")
-
-
 def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse") -> Summary:
-    """Describe one sample, shape (n,), of any unit; the interval is mean -/+ t(level, n - 1) * sd / sqrt(n),
-    and undefined where all values are equal: that they scatter by nothing is not what they show.
+    """Describe one sample, shape (n,), of any unit; the interval is mean -/+ t(level, n - 1) * sd / sqrt(n).
 
+    It is undefined where all values are equal: that they scatter by nothing is not what they show.
     Raises `InputRefused` for infinite or non-numeric values, and for NaN unless `missing` is "drop".
     """
     sample = as_sample("the sample", values, missing)

@@ -81,6 +81,17 @@ def estimate_texts(values: Sequence[float], se: float) -> list[str]:
     return [f"{value:.{decimals}f}" for value in values]
 
 
+def bounded_texts(
+    value: float, interval: tuple[float, float] | Undefined, se: float, level: float, unit: str = ""
+) -> tuple[str, str]:
+    """Return an estimate and "95 % CI 1.23 to 4.56 J" with the decimals that their standard error is worth."""
+    name = f"{level_text(level)} CI"
+    if isinstance(interval, Undefined):
+        return estimate_texts([value], se)[0], f"{name} undefined"
+    estimate, low, high = estimate_texts([value, *interval], se)
+    return estimate, f"{name} {low} to {high}{with_unit(unit)}"
+
+
 def p_text(p: float | Undefined, log10_p: float | Undefined | None = None, alpha: float = SMALLEST_P) -> str:
     """Return "p = 0.023", "p < 0.0001", with its logarithm "p = 10^-2476.7" below 1e-300, or "p undefined".
 

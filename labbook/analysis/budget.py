@@ -13,7 +13,7 @@ from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, W
 from stats.energy import energy_budget
 from stats.shared_error import shared_of_mean
 
-ALGORITHM = Algorithm("energy_budget", 13)
+ALGORITHM = Algorithm("energy_budget", 14)
 
 IN_ALL = "in all"
 ONE_MAH = "1 mAh"

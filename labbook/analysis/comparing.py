@@ -19,8 +19,8 @@ from stats.summary import describe
 from stats.two_sample import compare_two
 from stats.variances import brown_forsythe
 
-COMPARISON = Algorithm("comparison", 15)
-ANOVA = Algorithm("anova", 15)
+COMPARISON = Algorithm("comparison", 16)
+ANOVA = Algorithm("anova", 16)
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from reports.numbers import Quantity
 from stats.blocked import blocked_by_day
 from stats.shared_test import difference_with_shared
 
-ALGORITHM = Algorithm("comparison_by_day", 8)
+ALGORITHM = Algorithm("comparison_by_day", 9)
 
 CONTROL, TREATED = "the control", "the treatment"
 

@@ -12,7 +12,7 @@ from labbook.analysis.conditions import ConditionValues
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, ends_of, rests_on_result
 from stats.two_sample import compare_two
 
-ALGORITHM = Algorithm("jump_comparison", 11)
+ALGORITHM = Algorithm("jump_comparison", 12)
 
 
 def compare_jumps(

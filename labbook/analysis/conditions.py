@@ -14,7 +14,7 @@ from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, W
 from reports.numbers import Quantity
 from stats.shared_error import SharedError, describe_shared, shared_of_mean
 
-ALGORITHM = Algorithm("condition_summary", 13)
+ALGORITHM = Algorithm("condition_summary", 14)
 
 NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
     Quantity.JOULES: ("joules_per_jump", "J"),

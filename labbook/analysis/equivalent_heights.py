@@ -14,7 +14,7 @@ from labbook.config.model import Bounds
 from reports.numbers import Quantity
 from stats.equivalence import equivalence
 
-ALGORITHM = Algorithm("equivalence", 8)
+ALGORITHM = Algorithm("equivalence", 9)
 
 
 def within_bounds(

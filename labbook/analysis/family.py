@@ -14,7 +14,7 @@ from reports.numbers import Quantity
 from stats.multiple import holm
 from stats.tails import t_two_sided
 
-ALGORITHM = Algorithm("family", 6)
+ALGORITHM = Algorithm("family", 7)
 
 
 def adjust(

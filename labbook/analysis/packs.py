@@ -9,7 +9,7 @@ from labbook.analysis.conditions import ConditionValues, RunNumber
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on_result
 from stats.summary import describe
 
-ALGORITHM = Algorithm("pack_deviation", 11)
+ALGORITHM = Algorithm("pack_deviation", 12)
 
 
 def pack_deviations(

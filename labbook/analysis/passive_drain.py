@@ -12,9 +12,10 @@ from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.facts import charge_input, idle_runs_input, run_input
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench
-from stats.passive_drain import MINIMUM_IDLE_RUNS, PassiveDrain, fit_passive_drain
+from stats.finite import Interval
+from stats.passive_drain import PassiveDrain, fit_passive_drain, why_no_line
 
-ALGORITHM = Algorithm("passive_drain", 14)
+ALGORITHM = Algorithm("passive_drain", 15)
 MAH_MIN = 60.0
 """mAh/s to mAh/min."""
 
@@ -88,14 +89,13 @@ def passive_drains(bench: Workbench, evidence: Evidence, variant: str | None = N
 
 def _fit(idle: list[tuple[RunRow, ChargeOfRun]]) -> PassiveDrain | Undefined:
     durations_s = [run.duration_s or 0.0 for run, _ in idle]
-    if len(idle) < MINIMUM_IDLE_RUNS:
-        return Undefined(f"the drain line needs at least {MINIMUM_IDLE_RUNS} idle runs and there are {len(idle)}")
-    if len(set(durations_s)) == 1:
-        return Undefined("all idle runs have one duration and a line needs at least 2")
+    none = why_no_line(durations_s)
+    if none is not None:
+        return Undefined(none)
     return fit_passive_drain(
         durations_s,
         [charge.charge_mah for _, charge in idle],
-        resolution_mah=max((charge.resolution_mah for _, charge in idle), default=0.0),
+        resolution_mah=max((charge.resolution_mah for _, charge in idle)),
     )
 
 
@@ -107,12 +107,12 @@ def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Outco
                 for name, unit in (("slope", "mAh/min"), ("intercept", "mAh"), ("r_squared", "1"), ("at_run", "mAh"))
             )
         )
-    low, high = drain.slope_ci_mah_s()
-    from_low, from_high = drain.intercept_ci_mah()
+    low, high = _ends(drain.slope_ci_mah_s(), MAH_MIN)
+    from_low, from_high = _ends(drain.intercept_ci_mah())
     line = (
         NewNumber(
-            "slope", drain.slope_mah_s * MAH_MIN, "mAh/min", drain.slope_se_mah_s * MAH_MIN, ci_low=low * MAH_MIN,
-            ci_high=high * MAH_MIN, ci_level=0.95, df=drain.df, n=drain.n,
+            "slope", drain.slope_mah_s * MAH_MIN, "mAh/min", drain.slope_se_mah_s * MAH_MIN, ci_low=low, ci_high=high,
+            ci_level=0.95, df=drain.df, n=drain.n,
         ),
         NewNumber(
             "intercept", drain.intercept_mah, "mAh", drain.intercept_se_mah, ci_low=from_low, ci_high=from_high,
@@ -136,3 +136,7 @@ def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Outco
         n=drain.n,
     )
     return Outcome((*line, estimate), {"run_duration_s": duration_s, "extrapolated": at_run.extrapolated})
+
+
+def _ends(ci: Interval | Undefined, times: float = 1.0) -> tuple[float | Undefined, float | Undefined]:
+    return (ci, ci) if isinstance(ci, Undefined) else (ci[0] * times, ci[1] * times)

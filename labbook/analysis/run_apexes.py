@@ -17,7 +17,7 @@ from labbook.analysis.judging import Judgement, Rules, judge
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
 from stats.summary import describe
 
-ALGORITHM = Algorithm("run_apexes", 13)
+ALGORITHM = Algorithm("run_apexes", 14)
 
 
 @dataclass(frozen=True, slots=True)

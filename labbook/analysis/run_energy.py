@@ -18,7 +18,7 @@ from stats.energy import joules_per_jump, joules_per_mah
 from stats.passive_drain import PassiveDrain, rounding_sd_mah
 from stats.shared_error import SharedError
 
-ALGORITHM = Algorithm("run_energy", 12)
+ALGORITHM = Algorithm("run_energy", 13)
 
 
 @dataclass(frozen=True, slots=True)

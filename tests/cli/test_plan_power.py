@@ -21,7 +21,7 @@ def test_it_says_what_is_needed_and_writes_nothing(fresh: SmallBook) -> None:
     assert lines[0] == "To be found: a difference of 4.2 J in joules a jump, 10 % of the control's 42 J."
     (student,) = [line.split() for line in lines if line.startswith("Student's t  ")]
     assert student == ["Student's", "t", "0.05", "16", "70", "5", "60.3", "%"]
-    assert "With n = 16, 16 Student's t-test for a difference of 4.2 at sd 4 (two-sided) at alpha = 0.05" in shown
+    assert "With n = 16 and 16, Student's t-test for a difference of 4.2 at sd 4 (two-sided) at alpha = 0.05" in shown
     assert "Assumed: independent normal values" in shown
     assert data["needed"][0]["n"] == 16
     ncp, critical = 4.2 / 4 * math.sqrt(10 / 2), stats.t.isf(0.025, 18)

@@ -40,7 +40,7 @@ def test_the_smallest_n_that_reaches_the_power(tmp_path: Path) -> None:
     assert found["power"] >= 0.9
     assert power_t(1.5, 1.2, n - 1, n - 1).power < 0.9  # type: ignore[operator]
     shown = good(labbook("stats", "power", "--difference", "1.5", "--sd", "1.2", at=tmp_path)).out
-    assert shown.startswith("With n = 12, 12 Student's t-test for a difference of 1.5 at sd 1.2")
+    assert shown.startswith("With n = 12 and 12, Student's t-test for a difference of 1.5 at sd 1.2")
 
 
 def test_bounds_in_percent_are_of_a_mean_that_the_study_estimates(tmp_path: Path) -> None:
@@ -50,7 +50,7 @@ def test_bounds_in_percent_are_of_a_mean_that_the_study_estimates(tmp_path: Path
     assert found == {**as_dict(right), "group_ns": [6, 8]}
     assert "% of the control's mean, itself estimated and 0.3 in truth" in found["test"]
     shown = good(labbook("stats", "power", *words, at=tmp_path)).out
-    assert shown.startswith("With n = 13, 13 Welch's equivalence test")
+    assert shown.startswith("With n = 13 and 13, Welch's equivalence test")
 
 
 def test_what_no_n_reaches_and_what_has_no_power_is_undefined(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_what_no_n_reaches_and_what_has_no_power_is_undefined(tmp_path: Path) ->
     assert never["plan"] is None
     assert never["plan_reason"] == "the true difference 2 does not lie between the bounds -1 and 1"
     shown = good(labbook("stats", "power", *words, at=tmp_path)).out
-    assert shown == f"No n has a chance of 80 % to reject: {never['plan_reason']}.\n"
+    assert shown == f"No n was found with a chance of 80 % to reject: {never['plan_reason']}.\n"
     tost = ("--test", "tost", "--low", "-1", "--high", "1", "--sd", "1", "--n", "8")
     assert "Welch's equivalence test (TOST)" in good(labbook("stats", "power", *tost, at=tmp_path)).out
     single = ("--difference", "1", "--sd", "1", "--n", "1")

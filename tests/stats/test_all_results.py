@@ -237,6 +237,17 @@ def test_a_result_is_frozen_and_has_rows_of_documented_columns(name, make, undef
         assert list(table.columns) == list(DEFINED[name]().to_frame().columns)
 
 
+def test_a_list_of_no_parts_has_their_columns():
+    for name, none in (
+        ("residuals_of_groups", residuals_of_groups({"a": [], "b": []})),
+        ("normal_quantiles", normal_quantiles(residuals_of_groups({}))),
+        ("additive_residuals", additive_residuals([], [], [])),
+    ):
+        table = none.to_frame()
+        assert len(table) == 0
+        assert list(table.columns) == list(DEFINED[name]().to_frame().columns)
+
+
 TABLES = {
     "fit_linear": ("name", ["intercept", "b"]),
     "fit_polynomial": ("name", ["intercept", "x", "x^2"]),

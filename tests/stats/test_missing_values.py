@@ -96,7 +96,7 @@ NO_SAMPLES = {
     "power_welch",
     "sample_size",
 }
-"""Functions of single numbers, of plans, and of a series in time, whose gaps are no missing values."""
+"""Functions of single numbers, of plans, of residuals, and of a series in time, whose gaps are no missing values."""
 
 
 def test_every_function_of_samples_has_the_policy():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
 from stats.packing import (
     DENSEST,
     fraction_from_height,
@@ -58,9 +59,18 @@ def test_flasks_of_five_sizes_give_the_published_fractions_without_walls(bulk):
     assert "n = 5 measurements" in found.sentence()
 
 
+def test_fractions_on_one_line_have_no_interval():
+    found = unbounded_fraction([1.0, 2.0, 4.0], [0.5, 0.5, 0.5], 0.001)
+    assert (found.fraction, found.se) == (0.5, 0.0)
+    assert isinstance(found.ci, Undefined)
+    assert found.sentence().startswith("Without walls the volume fraction is 0.500 (95 % CI undefined; line over")
+
+
 def test_too_few_containers_are_refused():
-    with pytest.raises(InputRefused, match="2 radii and 2 fractions and the line needs at least 3 of each"):
+    with pytest.raises(InputRefused, match="the number of measurements is 2, and the line needs at least 3"):
         unbounded_fraction(RADII[:2], [0.6, 0.61], GRAIN)
+    with pytest.raises(InputRefused, match="3 radii and 2 fractions: give the fraction in each container"):
+        unbounded_fraction(RADII[:3], [0.6, 0.61], GRAIN)
 
 
 def test_more_than_spheres_can_fill_is_said():

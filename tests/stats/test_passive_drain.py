@@ -59,10 +59,24 @@ def test_twelve_minutes_lie_outside_what_was_measured():
     assert numbers in drain.sentence(720.0)
 
 
+def test_a_line_that_is_exact_has_no_interval():
+    """Where the charger's steps are not told: that three runs scatter by nothing is not what they show."""
+    exact = fit_passive_drain([60.0, 120.0, 180.0], [1.0, 2.0, 3.0])
+    none = Undefined("the fit is exact, so that nothing measures the scatter")
+    assert exact.slope_ci_mah_s() == exact.intercept_ci_mah() == exact.at(90.0).ci_low == exact.at(90.0).ci_high == none
+    assert "1.500 mAh in 1.5 min (95 % CI undefined, df = 1)" in exact.at(90.0).sentence()
+    assert "2.000 mAh in 2 min (95 % CI undefined; n = 3" in exact.sentence()
+    stepped = fit_passive_drain([60.0, 120.0, 180.0], [1.0, 2.0, 3.0], resolution_mah=1.0)
+    assert stepped.at(90.0).ci_low < 0.0 < stepped.at(90.0).ci_high
+
+
 def test_a_line_that_falls_with_time_is_told():
     falling = fit_passive_drain(60.0 * MINUTES, CHARGE_MAH[::-1]).sentence()
     assert falling.endswith("; the line falls with time, which no drain does: check durations and charges.")
     assert "falls" not in fit_passive_drain(60.0 * MINUTES, CHARGE_MAH).sentence()
+    of_noise = fit_passive_drain([600.0, 1200.0, 1800.0, 2400.0], [70.0, 71.0, 70.0, 70.0], 1.0)
+    assert of_noise.slope_mah_s < 0.0
+    assert "falls" not in of_noise.sentence()
 
 
 def test_the_published_value_follows_from_its_line():
@@ -85,9 +99,9 @@ def test_time_stamps_instead_of_durations_cost_no_digit(epoch_s):
 @pytest.mark.parametrize(
     ("durations", "charges", "reason"),
     [
-        ([1200.0, 2400.0], [140.0, 280.0], "2 idle runs .* at least 3"),
+        ([1200.0, 2400.0], [140.0, 280.0], "at least 3 idle runs and there are 2: give more"),
         ([1200.0] * 4, [140.0] * 4, "one duration"),
-        ([], [], "0 idle runs"),
+        ([], [], "there are 0"),
     ],
 )
 def test_too_little_for_a_line_is_refused(durations, charges, reason):
@@ -97,7 +111,7 @@ def test_too_little_for_a_line_is_refused(durations, charges, reason):
 
 def test_a_line_whose_uncertainty_no_double_holds_is_refused():
     with pytest.raises(InputRefused, match=r"the drain line has no uncertainty, because .* too large .*: change units"):
-        fit_passive_drain([0.0, 1.0, 2.0], [1.7e308, 0.0, 1.7e308])
+        fit_passive_drain([0.0, 0.0, 0.0, 0.0, 1e3], [1.79e308, -1.79e308, 1.79e308, -1.79e308, 0.0])
 
 
 def test_equal_charges_have_no_r_squared():

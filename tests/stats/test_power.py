@@ -164,6 +164,13 @@ def test_the_search_for_a_sample_size_plans_each_size_once():
     assert sorted(asked) == sorted(set(asked))
 
 
+def test_plans_that_are_none_are_refused():
+    with pytest.raises(InputRefused, match=r"plan returns 0\.9: return a power"):
+        sample_size(lambda n: 0.9)
+    with pytest.raises(InputRefused, match="largest is 0: give a whole number of at least 2"):
+        sample_size(lambda n: power_t(0.5, 1.0, n, n), largest=0)
+
+
 def test_sample_sizes_that_are_never_enough():
     for plan, reason in (
         (lambda n: power_t(0.0, 1.0, n, n), "the true difference is 0"),
@@ -172,13 +179,13 @@ def test_sample_sizes_that_are_never_enough():
         (lambda n: power_anova([2.0, 2.0, 2.0], 1.0, n), "the true means are equal"),
         (lambda n: power_equivalence(2.0, 1.0, -1.0, 1.0, n, n), "difference 2 does not lie between the bounds -1 and"),
         (lambda n: power_equivalence(1.0, 1.0, -1.0, 1.0, n, n, route="student"), "difference 1 does not lie between"),
-        (lambda n: power_t(1e-3, 1.0, n, n), "1000 values a group do not reach it"),
+        (lambda n: power_t(1e-3, 1.0, n, n), "the search ended at n = 1000"),
     ):
         never = sample_size(plan, largest=1000)
         assert isinstance(never.plan, Undefined)
         assert reason in never.plan.reason
         assert never.n == never.plan
-        assert never.sentence() == f"No n has a chance of 80 % to reject: {never.plan.reason}."
+        assert never.sentence() == f"No n was found with a chance of 80 % to reject: {never.plan.reason}."
     assert sample_size(lambda n: power_t(0.0, 1.0, n, n), 0.04).n == 2  # alpha itself is reached
     assert sample_size(lambda n: power_t(50.0, 1.0, n, n)).plan == power_t(50.0, 1.0, 2, 2)
     for target in (0.5, 0.9, 0.99):

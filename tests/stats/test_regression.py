@@ -1,3 +1,4 @@
+import datetime as dt
 from decimal import Decimal
 from fractions import Fraction
 
@@ -86,10 +87,13 @@ def test_an_exact_fit_has_no_t_and_no_p():
     ],
 )
 def test_coefficients_of_an_exact_fit_are_exact(y, columns, truth):
-    """Two doubles leave 1e-31 of an intercept of 0, which no interval of an exact fit would hold."""
+    """Two doubles leave 1e-31 of an intercept of 0. Nothing measures the scatter: no interval, as no test."""
     fit = fit_linear(y, columns)
     assert fit.coefficients == truth
-    assert fit.ci == tuple((value, value) for value in truth)
+    assert fit.ci == fit.t == Undefined("the fit is exact, so that nothing measures the scatter")
+    assert set(fit.standard_errors) == {0.0}
+    assert f"no intervals, because {fit.ci.reason}" in fit.sentence()
+    assert fit.at(dict.fromkeys(columns, 4.5)).ci == fit.ci
 
 
 def test_moments_as_response_are_seconds_too():
@@ -111,9 +115,22 @@ def test_the_sentence_says_what_time_is_counted_in():
     fit = fit_linear([1.0, 2.0, 3.0, 4.0, 6.0], {"start": start, "took": took, "x": [1.0, 0.0, 0.0, 2.0, 1.0]})
     assert fit.sentence().endswith(", n = 5; start in s since 1970 UTC; took in s.")
     moments = [np.datetime64("2020-01-01"), np.datetime64("2020-01-03"), np.datetime64("2020-01-04")]
-    assert fit_linear(moments, {"x": [1.0, 2.0, 4.0]}).times == ("y in s since 1970 UTC",)
+    of_response = fit_linear(moments, {"y": [1.0, 2.0, 4.0]})
+    assert (of_response.times, of_response.response_time) == ((), "s since 1970 UTC")
+    assert of_response.sentence("take-off").endswith(", n = 3; take-off in s since 1970 UTC.")
+    assert fit_linear([1.0, 2.0, 4.0], {"y": moments}).times == ("y in s since 1970 UTC",)
     assert fit_polynomial(moments, [1.0, 2.0, 4.0], 1).times == ("x in s since 1970 UTC",)
-    assert fit_linear([1.0, 2.0, 4.0], {"x": [1, 2, 3]}).times == ()
+    numbers = fit_linear([1.0, 2.0, 4.0], {"x": [1, 2, 3]})
+    assert (numbers.times, numbers.response_time) == ((), None)
+
+
+def test_durations_of_python_and_of_pandas_are_seconds():
+    seconds, y = [1.0, 2.0, 4.5], [3.0, 5.0, 9.0]
+    plain = fit_linear(y, {"took": seconds})
+    for kind in (dt.timedelta, pd.Timedelta):
+        fit = fit_linear(y, {"took": [kind(seconds=one) for one in seconds]})
+        assert fit.coefficients == pytest.approx(plain.coefficients, rel=1e-14)
+        assert fit.times == ("took in s",)
 
 
 def test_an_interval_beyond_doubles_is_missed_with_its_reason():

@@ -96,3 +96,67 @@ def test_single_values_have_no_scatter_and_no_band():
     assert isinstance(found.low, Undefined)
     assert isinstance(found.sd, Undefined)
     assert found.sd.reason == "no group has more than one value"
+
+
+def test_sentences_of_residuals_and_of_their_order():
+    groups = {"a": [1.0, 3.0, 5.0], "b": [2.0, 4.0, 9.0]}
+    residuals = residuals_of_groups(groups)
+    assert residuals.values == (-2.0, 0.0, 2.0, -3.0, -1.0, 4.0)
+    assert residuals.sentence() == "The residuals reach from -3 to 4, with SD 2.915 (df = 4, n = 6)."
+    order = normal_quantiles(residuals, 0.5)
+    outside = sum(
+        not low <= value <= high for value, low, high in zip(order.observed, order.low, order.high, strict=True)
+    )
+    assert order.outside == outside > 0
+    assert order.sentence() == (
+        f"{outside} of n = 6 residuals lie outside the 50 % band of each place; of normal values 3 do on average."
+    )
+    table = order.to_frame()
+    assert list(table["observed"]) == sorted(residuals.values)
+    assert list(residuals.to_frame()["fitted"]) == [3.0, 3.0, 3.0, 5.0, 5.0, 5.0]
+
+
+def test_residuals_that_are_all_0_tell_nothing_of_their_distribution():
+    none = normal_quantiles(residuals_of_groups({"a": [1.0, 1.0], "b": [2.0, 2.0]}))
+    assert none.low == none.high == none.outside == Undefined("all residuals are 0")
+    assert none.sentence() == "There is no band for n = 4 residuals, because all residuals are 0."
+
+
+def test_no_values_have_no_residuals_and_say_so():
+    empty = residuals_of_groups({})
+    assert empty.sd == Undefined("there is no value")
+    assert empty.sentence() == "There are no residuals (n = 0)."
+    assert normal_quantiles(empty).sentence() == "There is no band for n = 0 residuals, because there is no value."
+    with pytest.raises(InputRefused, match="give those of `residuals_of_groups`"):
+        normal_quantiles([1.0, 2.0, 3.0])
+
+
+def test_one_degree_of_freedom_leaves_residuals_one_shape():
+    """Their band would have no width, and rounding would decide what lies outside it."""
+    for residuals in (
+        residuals_of_groups({"a": [1.0, 2.5]}),
+        additive_residuals([1.0, 2.0, 4.0, 9.0], [*"aabb"], [*"xyxy"]),
+    ):
+        assert residuals.df == 1
+        assert normal_quantiles(residuals).outside == Undefined(
+            "with one degree of freedom all residuals of so many values have one shape"
+        )
+
+
+@pytest.mark.parametrize(("n", "level"), [(25, 0.95), (25, 0.999), (200, 0.99)])
+def test_as_many_lie_outside_as_the_sentence_says_do_on_average(n, level):
+    rng = np.random.default_rng(n)
+    outside = [normal_quantiles(residuals_of_groups([rng.normal(size=n)]), level).outside for _ in range(200)]
+    assert np.mean(outside) == pytest.approx((1.0 - level) * n, abs=4.0 * np.std(outside) / math.sqrt(200) + 1e-3)
+
+
+def test_what_was_left_out_is_told_beside_the_band_too():
+    residuals = residuals_of_groups({"a": [1.0, 2.0, math.nan, 5.0], "b": [1.0, 2.0]}, missing="drop")
+    assert (residuals.missing, normal_quantiles(residuals).missing) == (1, 1)
+    assert "of n = 5 residuals, 1 missing left out, lie" in normal_quantiles(residuals).sentence()
+
+
+def test_a_level_that_takes_too_many_draws_has_no_band():
+    residuals = residuals_of_groups([np.arange(10_000.0)])
+    assert isinstance(normal_quantiles(residuals, 1.0 - 1e-4).low, Undefined)
+    assert not isinstance(normal_quantiles(residuals_of_groups([np.arange(25.0)]), 1.0 - 1e-4).low, Undefined)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
 from stats.autocorrelation import autocorrelation
 from stats.gain_line import fit_gain_line
 from stats.stiffness import fit_stiffness, force_points
@@ -145,9 +146,25 @@ def test_gains_come_out_of_simulated_characterisation():
     assert line.offset == pytest.approx(67.36, rel=0.05)
 
 
+def test_planes_and_lines_without_a_rest_have_no_intervals():
+    line = fit_gain_line([1.0, 2.0, 3.0], [1.0, 2.0, 3.0])
+    assert (line.slope, line.slope_se) == (1.0, 0.0)
+    assert isinstance(line.slope_ci, Undefined)
+    assert line.offset_ci == line.slope_ci
+    x, v = np.arange(250) % 5.0, np.arange(250) % 7.0
+    plane = fit_stiffness(x, v, 2.0 * x + 3.0 * v)
+    assert (plane.stiffness_n_m, plane.damping_kg_s) == (2.0, 3.0)
+    assert plane.stiffness_ci == plane.damping_ci == line.slope_ci
+    assert "a spring of 2.000 N/m (95 % CI undefined) with damping 3.000 kg/s (95 % CI undefined)" in plane.sentence()
+
+
 def test_too_few_gains_are_refused():
-    with pytest.raises(InputRefused, match="2 conditions and the line needs at least 3"):
-        fit_gain_line([100.0, 200.0], [1.0, 2.0])
+    with pytest.raises(
+        InputRefused, match="the number of conditions is 2, 1 missing left out, and the line needs at least 3"
+    ):
+        fit_gain_line([100.0, 200.0, 300.0], [1.0, 2.0, np.nan], missing="drop")
+    with pytest.raises(InputRefused, match="has the shape"):
+        fit_gain_line([100.0, 200.0], [1.0, 2.0, 3.0])
     with pytest.raises(InputRefused, match="'gain' is constant"):
         fit_gain_line([100.0] * 3, [1.0, 2.0, 3.0])
 

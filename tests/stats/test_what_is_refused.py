@@ -70,6 +70,7 @@ def test_no_p_values(p):
         lambda: stats.bootstrap_difference(Y, Y, seed=1.5),
         lambda: stats.autocorrelation(Y, lag=1.5),
         lambda: stats.autocorrelation(Y, lag=-1),
+        lambda: stats.autocorrelation([1.0, float("nan"), 3.0]),
         lambda: stats.SharedError(0.1, 5),
         lambda: stats.one_way_anova([1.0, 2.0, 3.0]),
         lambda: stats.levene("abc"),

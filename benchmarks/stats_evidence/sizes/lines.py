@@ -96,9 +96,9 @@ def _drain(resolution_mah: float) -> Callable[[Floats, Floats], Mapping[Of, Inte
         found = fit_passive_drain(duration_s, charge_mah, resolution_mah)
         read = {of: found.at(place_s) for of, place_s in DRAIN_READ_S.items()}
         return {
-            "slope": found.slope_ci_mah_s(),
-            "intercept": found.intercept_ci_mah(),
-            **{of: (at.ci_low, at.ci_high) for of, at in read.items()},
+            "slope": there(found.slope_ci_mah_s()),
+            "intercept": there(found.intercept_ci_mah()),
+            **{of: (there(at.ci_low), there(at.ci_high)) for of, at in read.items()},
         }
 
     return of
@@ -106,11 +106,11 @@ def _drain(resolution_mah: float) -> Callable[[Floats, Floats], Mapping[Of, Inte
 
 def _gains(gain: Floats, stiffness_n_m: Floats) -> Mapping[Of, Interval]:
     found = fit_gain_line(gain, stiffness_n_m)
-    return {"slope": found.slope_ci, "intercept": found.offset_ci, "at": there(found.at(HIGHEST_GAIN).ci)}
+    return {"slope": there(found.slope_ci), "intercept": there(found.offset_ci), "at": there(found.at(HIGHEST_GAIN).ci)}
 
 
 def _packing(shares: Floats, fraction: Floats) -> Mapping[Of, Interval]:
-    return {"intercept": unbounded_fraction(GRAIN_M / shares, fraction, GRAIN_M).ci}
+    return {"intercept": there(unbounded_fraction(GRAIN_M / shares, fraction, GRAIN_M).ci)}
 
 
 def _durations(n: int) -> Floats:

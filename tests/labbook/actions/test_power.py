@@ -158,10 +158,10 @@ def test_pooled_levels_count_together_and_holm_costs_runs(fresh: SmallBook) -> N
     gains = "[0, 50, 100, 150, 200]"
     pooled = power_of(fresh, "", gains, difference=1.0, sd=1.0, n=7)
     sizes = smallest(1.0, 1.0, 4)
-    assert f"With n = {sizes[0]}, {sizes[1]} Student's t-test" in row(pooled, "Student").sentence
+    assert f"With n = {sizes[0]} and {sizes[1]}, Student's t-test" in row(pooled, "Student").sentence
     assert row(pooled, "Welch's t, Holm over 2").alpha == 0.025
     each = power_of(fresh, EACH.format(alpha=0.05), gains, difference=1.0, sd=1.0, n=7)
-    assert "With n = 17, 17 Student's t-test" in row(each, "Student").sentence
+    assert "With n = 17 and 17, Student's t-test" in row(each, "Student").sentence
     strict, loose = row(each, "Welch's t, Holm over 8"), each.needed[1]
     assert strict.alpha == 0.05 / 8
     assert isinstance(strict.n, int)
