@@ -51,10 +51,11 @@ class Power(Result):
         sizes = " and ".join(filter(None, (", ".join(map(str, self.group_ns[:-1])), str(self.group_ns[-1]))))
         if isinstance(self.power, Undefined):
             return f"No power for {self.test} with n = {sizes}: {self.power.reason}."
-        return (
-            f"With n = {sizes}, {self.test} at alpha = {number_text(self.alpha)} has a chance of "
-            f"{number_text(100.0 * self.power, 3)} % to reject."
-        )
+        chance = number_text(100.0 * self.power, 3)
+        if chance == "100" and self.power < 1.0:
+            chance = "over 99.9"
+        level = number_text(self.alpha)
+        return f"With n = {sizes}, {self.test} at alpha = {level} has a chance of {chance} % to reject."
 
 
 def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.05, sides: int = 2) -> Power:

@@ -164,6 +164,11 @@ def test_the_search_for_a_sample_size_plans_each_size_once():
     assert sorted(asked) == sorted(set(asked))
 
 
+def test_a_power_below_1_is_never_told_as_100_percent():
+    assert power_t(0.5, 1.0, 649, 649).sentence().endswith(" has a chance of over 99.9 % to reject.")
+    assert power_t(1e9, 1.0, 5, 5).sentence().endswith(" has a chance of 100 % to reject.")
+
+
 def test_plans_that_are_none_are_refused():
     with pytest.raises(InputRefused, match=r"plan returns 0\.9: return a power"):
         sample_size(lambda n: 0.9)
