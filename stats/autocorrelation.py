@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_sample
-from stats.complete import absent
+from stats.complete import complete_rows
 from stats.results import Result
 from stats.sums import deviations, sum_of_products
 from stats.wording import counted, number_text
@@ -41,7 +41,8 @@ def autocorrelation(values: ArrayLike, lag: int = 1) -> Autocorrelation:
     whole number of at least 0 (`InputRefused`).
     """
     lag = as_count("the lag", lag)
-    if np.ndim(values) == 1 and (gaps := int(absent(values).sum())):
+    _without, gaps = complete_rows([values], "drop")
+    if gaps:
         raise InputRefused(
             f"the series has gaps at {gaps} of {np.size(values)} places, and a lag counts places: give a stretch "
             "without gaps."

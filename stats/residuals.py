@@ -112,13 +112,13 @@ def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missin
     `missing` is "drop".
     """
     labels = {"condition": as_labels("condition", condition, missing), "day": as_labels("day", day, missing)}
-    for name, of_each in labels.items():
-        n = int(np.size(values))
+    (values, *kept), left_out = complete_rows([values, *labels.values()], missing)
+    n = int(np.size(values))
+    for name, of_each in zip(labels, kept, strict=True):
         if of_each.size != n:
             raise InputRefused(
                 f"there are {n} values and {of_each.size} labels of {name}: give one label for each value."
             )
-    (values, *kept), left_out = complete_rows([values, *labels.values()], missing)
     sample = as_sample("values", values)
     exponent = out_of_range(sample.values)
     numbers = scaled(sample.values, -exponent)

@@ -13,7 +13,7 @@ from stats.equivalence import equivalence
 from stats.power import power_equivalence
 from stats.power_percent import power_percent_equivalence
 
-STUDIES, SOAK_STUDIES = 500, 3000
+STUDIES, SOAK_STUDIES = 1000, 3000
 
 
 @pytest.mark.parametrize(
