@@ -131,6 +131,7 @@ def test_wrong_input_is_refused():
         fit_passive_drain([1.0, 2.0, 3.0], [1.0, 2.0, 4.0]).at(float("nan"))
 
 
+@pytest.mark.soak
 def test_the_interval_at_twelve_minutes_covers_the_truth_as_often_as_it_says():
     rng = np.random.default_rng(5)
     charges = 1.5 + 0.1176 * 60.0 * MINUTES + rng.normal(0.0, 0.5, (3000, 6))

@@ -145,6 +145,7 @@ def test_the_sentence_has_everything():
         assert part in text
 
 
+@pytest.mark.soak
 def test_the_size_of_welchs_test_is_nominal_where_the_two_stage_route_is_not():
     """n = 5 and 20, SD ratio 2, no effect: two-stage 0.114, Welch 0.055 (20 000 simulations)."""
     rng = np.random.default_rng(3)
