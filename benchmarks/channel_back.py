@@ -12,9 +12,9 @@ import pyarrow.parquet as pq
 from benchmarks.inputs import big_log, new_book
 from benchmarks.section import Benchmark, Budget, Section, Table, milliseconds, times_table
 from benchmarks.timing import Times, Work, in_turns
-from ingest.kept_samples import write_samples
 from ingest.model import Declarations
 from ingest.read import read_file
+from ingest.samples import write_samples
 from ingest.store import Store
 from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.analysis.detecting import BODY_HEIGHT

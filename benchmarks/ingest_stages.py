@@ -12,8 +12,8 @@ from benchmarks.inputs import big_log, new_book
 from benchmarks.section import Benchmark, Section, Table, milliseconds
 from benchmarks.timing import Work, in_turns
 from data_schema.vocabulary import Action
-from ingest.kept_samples import signal_sha256
 from ingest.read import read_file
+from ingest.samples import signal_sha256
 from ingest.store import Store
 from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.analysis.detecting import detect_part

@@ -110,7 +110,10 @@ class ChargeRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReadFile:
-    """All that one file says. `rows_read = rows_kept + rows_rejected`; blank, comment and header lines are no rows."""
+    """All that one file says. `rows_read = rows_kept + rows_rejected`; blank, comment and header lines are no rows.
+
+    `evidence` says by what the format was recognised, `profile` which one of the declared profiles was used.
+    """
 
     format: str
     reader_version: int
@@ -121,6 +124,8 @@ class ReadFile:
     rows_kept: int
     rows_rejected: int
     role: FileRole | None = None
+    evidence: str = ""
+    profile: str | None = None
 
     @property
     def refused(self) -> bool:
@@ -157,7 +162,8 @@ class Declarations:
     """What was said beforehand about files: on the command line first, then in profiles.
 
     `encoding` is the page of text that is neither marked by a byte order mark nor valid UTF-8; `time_zone` the zone of
-    clock times without one (None: such times stay without an instant); `decimal_sign` settles `1,234`.
+    clock times without one (None: such times stay without an instant); `decimal_sign` settles `1,234`; `format` and
+    `instrument` name what the file would otherwise be recognised as by its content.
     """
 
     rate_hz: float | None = None
@@ -168,6 +174,8 @@ class Declarations:
     encoding: str = "cp1252"
     time_zone: str | None = None
     decimal_sign: str | None = None
+    format: str | None = None
+    instrument: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from data_schema.errors import unknown_name
 from ingest.findings import FILE, FindingCollector
 from ingest.formats import FORMATS
 from ingest.formats.format import Format
+from ingest.formats.head import Head, sniff
 from ingest.model import Declarations, ReadFile, Reading
-from ingest.sniff import Head, sniff
 
 MOST_REJECTED = 0.01
 """A file of which a larger share of rows is rejected is refused."""
@@ -18,14 +19,15 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
     """Read the bytes of one file under the given declarations; nothing else has any influence.
 
     All findings are reported at once. Raises `UsageError` when a declaration itself has no meaning (an encoding, a time
-    zone).
+    zone, a format).
     """
     findings = FindingCollector()
     head = sniff(data, declared, findings)
-    chosen = _format(head)
+    chosen, evidence = _chosen(head, findings)
     if chosen is None:
         reading = Reading()
-        _report_unknown(head, findings)
+        if not findings.refuse:
+            _report_unknown(head, findings)
     else:
         reading = chosen.read(head, findings)
         _judge_rows(reading, findings)
@@ -39,11 +41,32 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
         reading.rows_read - reading.rows_rejected,
         reading.rows_rejected,
         reading.role,
+        evidence,
     )
 
 
-def _format(head: Head) -> Format | None:
-    return next((candidate for candidate in FORMATS if candidate.recognise(head)), None)
+def _chosen(head: Head, findings: FindingCollector) -> tuple[Format | None, str]:
+    """Return the format that reads, and by what evidence: the one declared, or the one that scores highest."""
+    if head.declared.format is not None:
+        return _named(head.declared.format), "declared"
+    found = [(format_, seen) for format_ in FORMATS for seen in [format_.recognise(head)] if seen is not None]
+    if not found:
+        return None, ""
+    highest = max(seen.score for _, seen in found)
+    best = [(format_, seen) for format_, seen in found if seen.score == highest]
+    if len(best) > 1:
+        listed = " and as ".join(f"{format_.name} ({seen.evidence})" for format_, seen in best)
+        message = f"The file can be read as {listed}: say which with `--format {best[0][0].name}`."
+        findings.add(FILE, "format_ambiguous", message)
+        return None, ""
+    return best[0][0], best[0][1].evidence
+
+
+def _named(name: str) -> Format:
+    by_name = {format_.name: format_ for format_ in FORMATS}
+    if name not in by_name:
+        raise unknown_name("format", name, by_name, "`labbook formats` lists all.")
+    return by_name[name]
 
 
 def _report_unknown(head: Head, findings: FindingCollector) -> None:

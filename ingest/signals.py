@@ -1,4 +1,4 @@
-"""From a delimited text to signals: layout, columns, rows, checks, time axis, in that order, reporting on the way."""
+"""From a table to signals: columns, rows, checks, time axis, in that order, reporting on the way."""
 
 from __future__ import annotations
 
@@ -8,18 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from data_schema.vocabulary import FileRole
-from ingest.axis import Recording, TimeSources, recordings
-from ingest.checks import held_rows, note_missing, note_still_channels, out_of_range
-from ingest.columns import NO_CONVENTION, ColumnPlan, Convention, Plan, plan_columns
-from ingest.declared import declarations_for
+from ingest.channels.checks import held_rows, note_missing, note_still_channels, out_of_range
+from ingest.channels.columns import NO_CONVENTION, ColumnPlan, Convention, Plan, plan_columns
+from ingest.channels.declared import declarations_for
+from ingest.channels.forces import check_plates, orient
 from ingest.findings import NOTE, FindingCollector
-from ingest.forces import check_plates, orient
-from ingest.layout import CellKind, find_layout
 from ingest.model import ChannelData, Declarations, FloatArray, Reading, SignalPart
-from ingest.preamble import read_preamble
-from ingest.rows import read_rows
-from ingest.table import Block, Wanted
-from ingest.text import TextSource, refuse_long_line
+from ingest.tables.table import Block, CellKind, Table, Wanted
+from ingest.timebase.axis import Recording, TimeSources, recordings
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,16 +28,11 @@ class Instrument:
     fixed_rate_hz: float | None = None
 
 
-def read_signals(
-    source: TextSource, declared: Declarations, findings: FindingCollector, instrument: Instrument
-) -> Reading:
-    """Read the one table of a text into one signal part for each recording in it."""
-    layout = None if refuse_long_line(source, findings) else find_layout(source, declared, findings)
-    if layout is None:
-        return Reading()
-    declared = declarations_for(declared, layout.names, findings)
-    plan = plan_columns(layout, declared, findings, instrument.convention)
-    block = read_rows(source, layout, _wanted(plan), findings)
+def read_signals(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Reading:
+    """Turn a table into one signal part for each recording in it."""
+    declared = declarations_for(declared, table.names, findings)
+    plan = plan_columns(table, declared, findings, instrument.convention)
+    block = table.read_rows(_wanted(plan))
     role = FileRole.FORCE if any(column.channel == "force_z" for column in plan.columns) else FileRole.LOG
     if not block.n_rows or not plan.columns:
         return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=role)
@@ -50,8 +41,7 @@ def read_signals(
     note_missing(stored, plan.columns, block, findings)
     columns = orient(plan.columns, stored, instrument.axes, instrument.convention.maker, findings)
     columns = check_plates(columns, stored, findings)
-    preamble = read_preamble(layout.preamble)
-    sources = TimeSources(block, plan, stored, declared, preamble, instrument.fixed_rate_hz)
+    sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz)
     found = recordings(sources, usable, findings)
     parts = [
         _part(instrument.part, number, recording, columns, stored, findings)

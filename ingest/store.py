@@ -79,7 +79,7 @@ class Store:
 
         What is there already is left alone, unless it is to be written `anew` because it may be damaged.
         """
-        from ingest.kept_samples import signal_sha256, write_samples
+        from ingest.samples import signal_sha256, write_samples
 
         sha256 = signal_sha256(part)
         path = f"signals/{sha256[:2]}/{sha256}.parquet"
@@ -89,7 +89,7 @@ class Store:
 
     def samples(self, store_path: str, channels: Sequence[str]) -> dict[str, np.ndarray]:
         """Read `time` and the named channels back; each an array of float64, shape (n_samples,)."""
-        from ingest.kept_samples import read_samples
+        from ingest.samples import read_samples
 
         return read_samples(self.root / store_path, channels)
 
@@ -97,7 +97,7 @@ class Store:
         """Read all samples that were kept of the file `of`; raises `BookDamaged` where their hash is another."""
         import pyarrow as pa
 
-        from ingest.kept_samples import kept_sha256
+        from ingest.samples import kept_sha256
 
         remedy = "run `labbook rebuild` to read them anew from the raw copy."
         try:

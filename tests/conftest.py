@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
+import hypothesis
 import pytest
 import sqlalchemy as sa
 
@@ -14,6 +15,10 @@ from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands, running_commands
 from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate
 from tests.helpers.postgres import Cluster, NoServer, running_cluster
+
+# A loaded machine is no fault of the code.
+hypothesis.settings.register_profile("labbook", deadline=None)
+hypothesis.settings.load_profile("labbook")
 
 
 @pytest.fixture(scope="session")

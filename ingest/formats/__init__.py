@@ -1,16 +1,17 @@
-"""All formats, in the order in which they are tried: signatures first, any delimited text last."""
+"""All formats. The registry: a new format is a new file and a line here."""
 
 from __future__ import annotations
 
-from ingest.formats import bertec_text, charger_sheet, delimited_log, icharger_log
+from ingest.formats.chargers import icharger, sheet
+from ingest.formats.force_plates import bertec
 from ingest.formats.format import Format
+from ingest.formats.loggers import delimited
 from ingest.formats.recognised import RECOGNISED
 
 FORMATS: tuple[Format, ...] = (
     *RECOGNISED,
-    icharger_log.FORMAT,
-    bertec_text.FORMAT,
-    charger_sheet.FORMAT,
-    delimited_log.FORMAT,
+    icharger.FORMAT,
+    bertec.FORMAT,
+    sheet.FORMAT,
+    delimited.FORMAT,
 )
-"""The registry: a new format is a new file and a line here."""

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.format import Format
+from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.formats.head import Head
 from ingest.model import Reading
-from ingest.sniff import Head
 
 _TEXT = "export its data as delimited text with a header, units and time"
 
@@ -85,7 +85,10 @@ def _format(signature: _Signature) -> Format:
         findings.add(FILE, "format_not_read", f"This is {signature.what}, which is not read: {signature.instead}.")
         return Reading()
 
-    return Format(signature.name, 1, signature.matches, refuse)
+    def recognise(head: Head) -> Recognition | None:
+        return Recognition(SIGNATURE, f"it begins as {signature.what}") if signature.matches(head) else None
+
+    return Format(signature.name, 1, recognise, refuse)
 
 
 RECOGNISED = tuple(_format(signature) for signature in _SIGNATURES)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 from data_schema.errors import UsageError
-from ingest.cells import COMMA_NUMBER, NUMBER, CellFault, is_grouped, is_missing, parse_cell
+from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, is_grouped, is_missing, parse_cell
 
 MINUS = "\N{MINUS SIGN}"
 """The typeset minus, which word processors write in place of the hyphen."""

@@ -8,7 +8,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
-from ingest.header_cells import parse_header
+from ingest.tables.header_cells import parse_header
 from labbook.actions.stats_cells import MINUS, has_thousands, is_number_text, maybe_thousands
 from labbook.actions.stats_table import LongTable, numbers_of, read_table
 from labbook.actions.stats_where import WhereColumns, rows_where

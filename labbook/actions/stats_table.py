@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 
 from data_schema.errors import InputRefused, unknown_name
-from ingest.cells import CellFault
+from ingest.text.cells import CellFault
 from labbook.actions.stats_cells import decimal_sign, number_in, what_to_write
 
 DELIMITERS = (",", ";", "\t", "|")

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from data_schema.errors import BookDamaged
-from ingest.kept_samples import signal_sha256
 from ingest.model import ChannelData, FloatArray, SignalPart
+from ingest.samples import signal_sha256
 from ingest.store import Store
 
 N = 20_000

@@ -1,0 +1,158 @@
+"""Checks of whole channels: values out of range, constant or held sensors, saturation, missing values.
+
+A value no such sensor can give rejects its whole row: it is the mark of a misframed packet, in which other channels
+look healthy by chance (seen in logs of the UCT hopping leg: 2.2e35 m beside plausible angles).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from data_schema.vocabulary import CHANNELS, GapKind
+from ingest.channels.columns import ColumnPlan
+from ingest.channels.synonyms import channel_kind
+from ingest.findings import NOTE, ROW, FindingCollector
+from ingest.model import BoolArray, ChannelData, FloatArray, Gap
+from ingest.tables.table import Block
+
+LIMITS_BY_CHANNEL: Mapping[str, tuple[float, float]] = {
+    "body_height": (-2.0, 20.0),
+    "foot_height": (-2.0, 20.0),
+    "platform_height": (-2.0, 20.0),
+    "leg_length": (-0.5, 5.0),
+    "leg_velocity": (-200.0, 200.0),
+    "body_velocity": (-100.0, 100.0),
+    "cop_x": (-1e3, 1e3),  # meaningless, and large, while unloaded
+    "cop_y": (-1e3, 1e3),
+}
+"""What a leg of tens of centimetres can show, in stored units; generous by a factor of ten and more."""
+
+LIMITS_BY_UNIT: Mapping[str | None, tuple[float, float]] = {
+    "m": (-1e3, 1e3),
+    "m/s": (-1e3, 1e3),
+    "N": (-1e5, 1e5),
+    "N*m": (-1e5, 1e5),
+    "V": (-1e3, 1e3),
+    "A": (-1e4, 1e4),
+    "mAh": (-1e6, 1e6),
+    "degC": (-273.15, 1e3),
+    "deg": (-1e6, 1e6),
+    "rad": (-1e6, 1e6),
+}
+_ANYTHING = (-1e18, 1e18)
+_SMALLEST = 1e-30
+"""Nonzero values below this are bit patterns of something else."""
+
+_LONGEST_HELD_ROWS = 3
+
+
+def out_of_range(
+    values: Mapping[int, FloatArray], plans: Sequence[ColumnPlan], block: Block, findings: FindingCollector
+) -> BoolArray:
+    """Return which rows, shape (n_rows,), hold a value that the channel cannot have."""
+    bad_rows = np.zeros(block.n_rows, dtype=np.bool_)
+    for plan in plans:
+        kind = channel_kind(plan.channel) or plan.channel
+        low, high = LIMITS_BY_CHANNEL.get(kind) or LIMITS_BY_UNIT.get(plan.unit, _ANYTHING)
+        stored = values[plan.position]
+        with np.errstate(invalid="ignore"):
+            bad = (stored < low) | (stored > high)
+            size = np.abs(stored)
+            bad |= (size < _SMALLEST) & (size > 0)
+        if bad.any():
+            rows = np.flatnonzero(bad)
+            unit = f" {plan.unit}" if plan.unit else ""
+            findings.add(
+                ROW,
+                "out_of_range",
+                f"{plan.channel} lies outside {low:g} to {high:g}{unit}, or is a denormal: "
+                "a misframed row or a wrong unit; the whole row is left out.",
+                column=plan.source_name,
+                lines=block.line_of(rows),
+                count=len(rows),
+                value=f"{stored[rows[0]]:g}",
+            )
+            bad_rows |= bad
+    return bad_rows
+
+
+def note_missing(
+    values: Mapping[int, FloatArray], plans: Sequence[ColumnPlan], block: Block, findings: FindingCollector
+) -> None:
+    """Report cells without a value, which stay in the signal as NaN."""
+    for plan in plans:
+        missing = np.isnan(values[plan.position])
+        if missing.any():
+            rows = np.flatnonzero(missing)
+            message = "Cells are blank or not-a-number: the samples stay, without this value."
+            findings.add(
+                NOTE, "value_missing", message, column=plan.source_name, lines=block.line_of(rows), count=len(rows)
+            )
+
+
+def note_still_channels(channels: Sequence[ChannelData], findings: FindingCollector) -> None:
+    """Report channels that never change, repeat most of their values, or stick at an end of their range."""
+    for channel in channels:
+        values = channel.values
+        if len(values) < 10 or _is_setting(channel):
+            continue
+        same = np.count_nonzero(values[1:] == values[:-1])
+        if same == len(values) - 1:
+            message = f"The channel is {values[0]:g} throughout: a setting, or a sensor that was off."
+            findings.add(NOTE, "channel_constant", message, column=channel.source_name)
+        elif same > 0.5 * len(values) and len(np.unique(values[1:][values[1:] != values[:-1]])) > 20:
+            message = (
+                f"{100 * same / len(values):.0f} % of the values repeat the one before: "
+                "the sensor is slower than the log or holds its value; a repeat is no sign of rest."
+            )
+            findings.add(NOTE, "channel_held", message, column=channel.source_name)
+        else:
+            _note_flat_tops(channel, findings)
+
+
+def _is_setting(channel: ChannelData) -> bool:
+    """Gains, states and counters stand still by nature."""
+    kind = channel_kind(channel.name)
+    return kind is not None and CHANNELS[kind].unit == "1"
+
+
+def _note_flat_tops(channel: ChannelData, findings: FindingCollector) -> None:
+    """Report a noisy channel that stays exactly at its highest or lowest value: clipped at full scale."""
+    values = channel.values
+    for edge in (np.fmax.reduce(values), np.fmin.reduce(values)):
+        at_edge = values == edge
+        longest = _longest_run(at_edge)
+        if longest >= 5 and edge != 0 and len(np.unique(values[:: 1 + len(values) // 2000])) > 100:
+            message = (
+                f"{longest} samples in a row are exactly {edge:g}, the extreme of the channel: clipped at full scale?"
+            )
+            findings.add(NOTE, "channel_clipped", message, column=channel.source_name, count=int(at_edge.sum()))
+
+
+def _longest_run(mask: BoolArray) -> int:
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return int((edges[1::2] - edges[::2]).max()) if edges.size else 0
+
+
+def held_rows(time_s: FloatArray, channels: Sequence[ChannelData]) -> tuple[Gap, ...]:
+    """Return stretches in which every channel repeats its value though one of them otherwise always changes.
+
+    That is a logger which writes its last packet again when none arrives. `time_s` has shape (n,).
+    """
+    if len(time_s) < 10:
+        return ()
+    repeats = [channel.values[1:] == channel.values[:-1] for channel in channels]
+    if not repeats or min(np.count_nonzero(repeat) for repeat in repeats) > 0.1 * len(time_s):
+        return ()
+    held = np.logical_and.reduce(repeats)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], held, [False]]).astype(np.int8)))
+    gaps = []
+    for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        # Rows first+1 .. stop repeat row first.
+        if stop - first >= _LONGEST_HELD_ROWS:
+            after = min(stop + 1, len(time_s) - 1)
+            length = float(time_s[after] - time_s[first])
+            gaps.append(Gap(float(time_s[first]), length, stop - first, stop - first, GapKind.HELD))
+    return tuple(gaps)

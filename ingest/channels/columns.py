@@ -1,0 +1,235 @@
+"""From source columns to channels: which quantity, which unit, which factor; never a unit that nobody stated."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from data_schema.vocabulary import CHANNELS
+from ingest.channels.declared import column_declaration
+from ingest.channels.factors import factor
+from ingest.channels.synonyms import TIME_NAMES, UNIT_OF_NAME, channel_kind, channel_of
+from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.model import Declarations
+from ingest.tables.header_cells import clean_name, normal_unit, parse_header, squash
+from ingest.tables.table import CellKind, Table
+
+TIME = "time"
+
+
+@dataclass(frozen=True, slots=True)
+class Convention:
+    """What an instrument's maker fixes and the file does not repeat: units by channel, the clock's unit."""
+
+    maker: str
+    units: Mapping[str, str]
+    time_unit: str | None = None
+
+
+NO_CONVENTION = Convention("", {})
+
+
+@dataclass(frozen=True, slots=True)
+class ColumnPlan:
+    """How one source column becomes a channel: `stored = sign * (scale * source + offset)`."""
+
+    position: int
+    source_name: str
+    channel: str
+    unit: str | None
+    source_unit: str | None
+    scale: float
+    offset: float
+    sign: int
+    assumed: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TimePlan:
+    """The time column; `unit` None when it is clock text or, refused then, nowhere stated."""
+
+    position: int
+    source_name: str
+    kind: CellKind
+    unit: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """All columns that are read."""
+
+    time: TimePlan | None
+    columns: tuple[ColumnPlan, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Column:
+    position: int
+    name: str
+    base: str
+    channel: str | None
+    unit: str | None
+    sign: int
+    kind: CellKind
+
+
+def plan_columns(
+    table: Table, declared: Declarations, findings: FindingCollector, convention: Convention = NO_CONVENTION
+) -> Plan:
+    """Decide what each column becomes; every column without a unit that needs one is reported."""
+    columns = [_column(position, name, table, declared) for position, name in enumerate(table.names)]
+    time = _time_plan(columns, convention, findings)
+    planned = []
+    for column in columns:
+        if time is not None and column.position == time.position:
+            continue
+        plan = _channel_plan(column, convention, findings)
+        if plan is not None:
+            planned.append(plan)
+    assumed = [plan.source_name for plan in planned if plan.assumed]
+    if assumed:
+        message = (
+            f"Units that the file does not state are those of {convention.maker}; kept with the channels as assumed."
+        )
+        findings.add(NOTE, "unit_assumed", message, count=len(assumed), value=", ".join(assumed))
+    if not planned and columns:
+        findings.add(FILE, "no_channels", "No column beside the time holds numbers: there is no signal to import.")
+    return Plan(time, _distinct(planned, findings))
+
+
+def _column(position: int, name: str, table: Table, declared: Declarations) -> _Column:
+    cell = parse_header(name)
+    said = column_declaration(declared, name, cell.base)
+    base, unit = cell.base, cell.unit
+    if cell.suffix_base is not None and _is_known(cell.suffix_base) and not _is_known(base):
+        base, unit = cell.suffix_base, cell.suffix_unit
+    row_unit = table.units[position]
+    unit = unit or (normal_unit(row_unit) if row_unit else None) or UNIT_OF_NAME.get(squash(base))
+    channel = TIME if squash(base) in TIME_NAMES else channel_of(base)
+    sign = 1
+    if said is not None:
+        channel, unit, sign = said.channel or channel, (said.unit and normal_unit(said.unit)) or unit, said.sign
+    if declared.time_column is not None:
+        is_time = declared.time_column in (name, base)
+        channel = TIME if is_time else None if channel == TIME else channel
+    if channel == TIME and declared.time_unit is not None:
+        unit = normal_unit(declared.time_unit)
+    return _Column(position, name, base, channel, unit, sign, table.kinds[position])
+
+
+def _is_known(name: str) -> bool:
+    return squash(name) in TIME_NAMES or channel_of(name) is not None
+
+
+def _time_plan(columns: list[_Column], convention: Convention, findings: FindingCollector) -> TimePlan | None:
+    named = [column for column in columns if column.channel == TIME]
+    if len(named) > 1:
+        numeric = [column for column in named if column.kind in (CellKind.NUMBER, CellKind.INTEGER) and column.unit]
+        if len(numeric) != 1:
+            listed = ", ".join(repr(column.name) for column in named)
+            findings.add(
+                FILE,
+                "several_time_columns",
+                f"Columns {listed} are all times, and each may govern those to its right: "
+                f'say which one counts with `--column "{named[0].name}=time:s"`, or export one table a file.',
+            )
+            return None
+        named = numeric
+    if not named:
+        return None
+    column = named[0]
+    if column.kind in (CellKind.TEXT, CellKind.EMPTY):
+        findings.add(
+            FILE,
+            "time_unreadable",
+            "The time column holds neither numbers nor times as 2021-06-05 14:30:00 or 14:30:00.",
+            column=column.name,
+        )
+        return None
+    unit = column.unit or convention.time_unit
+    if column.kind is CellKind.CLOCK:
+        unit = None
+    elif unit is None:
+        example = f'time = {{ column = "{column.base}", unit = "ms" }}'
+        findings.add(
+            FILE,
+            "time_unit_missing",
+            f"The unit of column {column.name!r} is stated nowhere: say it with `--unit {column.base}=ms` (or s, us), "
+            f"or in a [profiles.NAME] table of labbook.toml as `{example}`.",
+            column=column.name,
+        )
+    return TimePlan(column.position, column.name, column.kind, unit)
+
+
+def _channel_plan(column: _Column, convention: Convention, findings: FindingCollector) -> ColumnPlan | None:
+    if column.kind in (CellKind.TEXT, CellKind.CLOCK):
+        findings.add(
+            NOTE,
+            "text_column",
+            "The column holds text, not numbers: it stays in the raw copy only.",
+            column=column.name,
+        )
+        return None
+    if column.kind is CellKind.EMPTY:
+        findings.add(NOTE, "empty_column", "The column is empty: it is left out.", column=column.name)
+        return None
+    known = channel_kind(column.channel) if column.channel else None
+    if column.channel is None or known is None:
+        return _unknown(column, findings)
+    stored = CHANNELS[known].unit
+    assumed: tuple[str, ...] = ()
+    unit = column.unit
+    if unit is None and known in convention.units:
+        unit = convention.units[known]
+        assumed = (f"unit {unit}: {convention.maker}",)
+    if unit is None and stored != "1":
+        findings.add(
+            FILE,
+            "unit_missing",
+            f"Column {column.name!r} is {column.channel} and its unit is stated nowhere: "
+            f'say it with `--column "{column.base}={column.channel}:{stored}"`, the unit being the file\'s, '
+            "or in a [profiles.NAME] table of labbook.toml.",
+            column=column.name,
+        )
+    scale, offset = factor(column.name, unit or stored, stored, findings)
+    return ColumnPlan(column.position, column.name, column.channel, stored, unit, scale, offset, column.sign, assumed)
+
+
+def _unknown(column: _Column, findings: FindingCollector) -> ColumnPlan:
+    name = column.channel if column.channel not in (None, TIME) else clean_name(column.base)
+    name = name or f"column_{column.position + 1}"
+    stated = f"in {column.unit}" if column.unit else "without a unit"
+    findings.add(
+        NOTE,
+        "unknown_column",
+        f'Not a channel known here: kept as {name!r}, {stated}; to name it, `--column "{column.base}=CHANNEL:UNIT"`.',
+        column=column.name,
+    )
+    return ColumnPlan(column.position, column.name, name, column.unit, column.unit, 1.0, 0.0, column.sign, ())
+
+
+def _distinct(planned: list[ColumnPlan], findings: FindingCollector) -> tuple[ColumnPlan, ...]:
+    """Give repeated channels the suffixes `_2`, `_3`: plates repeat theirs by design, other columns do not."""
+    seen: Counter[str] = Counter()
+    taken = {plan.channel for plan in planned}
+    distinct = []
+    for plan in planned:
+        seen[plan.channel] += 1
+        name = plan.channel
+        if seen[name] > 1:
+            number = seen[name]
+            while f"{name}_{number}" in taken:
+                number += 1
+            name = f"{name}_{number}"
+            taken.add(name)
+            if not plan.channel.startswith(("force_", "moment_", "cop_")):
+                findings.add(
+                    NOTE,
+                    "duplicate_column",
+                    f"Another column is the same channel: this one is kept as {name!r}.",
+                    column=plan.source_name,
+                )
+        distinct.append(dataclasses.replace(plan, channel=name))
+    return tuple(distinct)

@@ -1,0 +1,1 @@
+"""Files of chargers: hand-kept sheets and makers' logs."""

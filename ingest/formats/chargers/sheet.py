@@ -1,0 +1,209 @@
+"""Hand-kept sheets of recharges: one row a recharge with run, charge, duration, end voltage and pack, in any spelling.
+
+labbook's own sheet is `run,mAh,minutes,end_voltage,pack[,ended][,mode]`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterator
+
+from data_schema.vocabulary import ChargeMode, FileRole
+from ingest.findings import FILE, NOTE, ROW, FindingCollector
+from ingest.formats.chargers.sheet_cells import FACTORS, STORED_UNIT, UNIT_MISSING, Quantity, parse_mode, parse_quantity
+from ingest.formats.chargers.sheet_header import SheetHeader, find_sheet_header
+from ingest.formats.format import NAMES, Format, Recognition
+from ingest.formats.head import Head
+from ingest.model import ChargeRow, Reading
+from ingest.tables.header_cells import squash
+from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, split_cells
+from ingest.text.logical_lines import numbered_lines
+from ingest.text.source import TextSource
+from ingest.timebase.clock import to_utc
+
+_SUMMARIES = frozenset({"total", "totals", "sum", "mean", "average", "summe", "mittel"})
+_UNCLEAR_COMMA = re.compile(rb"[1-9]\d{0,2},\d{3}")
+_NEGATIVE = CellFault(
+    "charge_sign",
+    "A negative charge in a row that is no discharge: write 'discharge' as its mode; the row is left out.",
+)
+_LEFT_OUT = "the row is left out"
+
+
+def _recognise(head: Head) -> Recognition | None:
+    if head.source is None or find_sheet_header(head.source, head.declared) is None:
+        return None
+    return Recognition(NAMES, "a header that names a charge, and a run or a pack")
+
+
+def _read(head: Head, findings: FindingCollector) -> Reading:
+    header = None if head.source is None else find_sheet_header(head.source, head.declared)
+    if head.source is None or header is None:
+        return Reading()
+    for name in header.ignored:
+        message = "The column is no part of a recharge: it stays in the raw copy only."
+        findings.add(NOTE, "column_ignored", message, column=name)
+    rows = list(_rows(head.source, header, findings))
+    cells = [row for _, row in rows if row is not None]
+    _ask_units(header, cells, findings)
+    decimal = head.declared.decimal_sign or _decimal_sign(header, cells, findings)
+    charges: list[ChargeRow] = []
+    for line, row in rows:
+        if row is not None:
+            charge = _charge(len(charges) + 1, line, row, header, decimal.encode(), head, findings)
+            charges += [] if charge is None else [charge]
+    _note_repeated_runs(charges, findings)
+    # A charger shows all its numbers in one step: the finest one met, since 0.47 may have been 0.470.
+    finest = min((charge.resolution_mah for charge in charges), default=0.0)
+    charges = [dataclasses.replace(charge, resolution_mah=finest) for charge in charges]
+    return Reading((), tuple(charges), len(rows), len(rows) - len(charges), FileRole.CHARGE)
+
+
+def _rows(
+    source: TextSource, header: SheetHeader, findings: FindingCollector
+) -> Iterator[tuple[int, list[str] | None]]:
+    """Yield line number and cells of every row below the header; None for the cells of a row that is left out."""
+    width = len(header.cells)
+    fewest = width
+    unended = source.data[-1:] not in (b"\r", b"\n", b"\x1a")
+    below = [row for row in numbered_lines(source.data, source.start) if row[0] > header.line]
+    for line, content in below:
+        raw = split_cells(content.strip(b"\x1a"), header.delimiter)
+        if unended and line == below[-1][0] and raw:
+            if len(raw) < fewest:
+                message = f"The last line ends in the middle; {_LEFT_OUT}."
+                findings.add(ROW, "last_line_cut", message, lines=[line], value=source.decode(content[:80]))
+                yield line, None
+                continue
+            message = "The last line has no line end: check that its last cell is complete."
+            findings.add(NOTE, "no_final_newline", message, lines=[line])
+        fewest = min(fewest, len(raw) if raw else fewest)
+        if raw is None:
+            findings.add(ROW, "quote_unbalanced", f"A quote is not closed; {_LEFT_OUT}.", lines=[line])
+            yield line, None
+            continue
+        while raw and not raw[-1]:
+            raw.pop()
+        if b"\0" in content:
+            findings.add(ROW, "nul_bytes", f"NUL bytes stand in the line; {_LEFT_OUT}.", lines=[line])
+            yield line, None
+        elif len(raw) > width:
+            message = (
+                f"A row has more than {width} cells: is the decimal comma the separator too? {_LEFT_OUT.capitalize()}."
+            )
+            findings.add(ROW, "ragged_row", message, lines=[line], value=source.decode(content[:80]))
+            yield line, None
+        elif raw and not _is_no_row(raw, line, header, findings):
+            cells = [source.decode(cell) for cell in raw]
+            yield line, cells + [""] * (width - len(cells))
+
+
+def _is_no_row(raw: list[bytes], line: int, header: SheetHeader, findings: FindingCollector) -> bool:
+    """Whether a line is a comment, the header again, a total, or the row of a run not recharged yet; noted."""
+    charge = header.columns["charge"].position
+    if raw[0].startswith(b"#"):
+        findings.add(NOTE, "comment_line", "Comment lines are skipped.", lines=[line])
+    elif tuple(raw) == header.cells[: len(raw)]:
+        findings.add(NOTE, "header_repeated", "The header stands again; it is skipped.", lines=[line])
+    elif squash(raw[0].decode("latin-1")) in _SUMMARIES:
+        findings.add(NOTE, "summary_row", "A row of totals is skipped.", lines=[line])
+    elif len(raw) <= charge or not raw[charge]:
+        message = "A row without a charge is not filled in yet: it is skipped."
+        findings.add(NOTE, "row_not_filled", message, lines=[line], value=raw[0].decode("latin-1"))
+    else:
+        return False
+    return True
+
+
+def _ask_units(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> None:
+    """Refuse a sheet whose columns have no unit, neither in the header nor in every cell."""
+    for role in FACTORS:
+        column = header.columns.get(role)
+        if column is None or column.unit is not None:
+            continue
+        filled = [row[column.position] for row in rows if row[column.position]]
+        if any(parse_quantity(role, text, None, b".") == UNIT_MISSING for text in filled):
+            stored = STORED_UNIT[role]
+            findings.add(
+                FILE,
+                "unit_missing",
+                f"The unit of column {column.name!r} is stated nowhere: write it into the header, as "
+                f'"{column.name} ({stored})", or say `--column "{column.name}={role}:{stored}"`.',
+                column=column.name,
+            )
+
+
+def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> str:
+    positions = [header.columns[role].position for role in FACTORS if role in header.columns]
+    texts = [row[position].split(" ")[0] for row in rows for position in positions if row[position]]
+    cells = [text.encode("latin-1", errors="replace") for text in texts]
+    commas = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell)]
+    points = sum(b"." in cell for cell in cells if NUMBER.fullmatch(cell))
+    if len(commas) <= points:
+        return "."
+    if all(_UNCLEAR_COMMA.fullmatch(cell) for cell in commas):
+        shown = commas[0].decode()
+        message = f"{shown!r} may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`."
+        findings.add(FILE, "decimal_sign_unclear", message, value=shown)
+    else:
+        findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
+    return ","
+
+
+def _charge(
+    row_number: int,
+    line: int,
+    row: list[str],
+    header: SheetHeader,
+    decimal: bytes,
+    head: Head,
+    findings: FindingCollector,
+) -> ChargeRow | None:
+    """Return one recharge, or None when something in its row, all of it reported, cannot be read."""
+    text = {role: row[column.position] for role, column in header.columns.items()}
+    faults: list[tuple[str, CellFault]] = []
+    amounts: dict[str, Quantity] = {}
+    for role in FACTORS:
+        if text.get(role):
+            parsed = parse_quantity(role, text[role], header.columns[role].unit, decimal)
+            if isinstance(parsed, CellFault):
+                faults.append((role, parsed))
+            else:
+                amounts[role] = parsed
+    mode = parse_mode(text.get("mode", ""))
+    if isinstance(mode, CellFault):
+        faults.append(("mode", mode))
+    charge = amounts.get("charge")
+    if charge is not None and charge.value < 0 and mode is not ChargeMode.DISCHARGE:
+        faults.append(("charge", _NEGATIVE))
+    for role, fault in faults:
+        name = header.columns[role].name
+        findings.add(ROW, fault.rule, fault.message, column=name, lines=[line], value=text[role])
+    if faults or charge is None or isinstance(mode, CellFault):
+        return None
+    ended = text.get("ended") or None
+    return ChargeRow(
+        row_number,
+        text.get("run") or None,
+        text.get("pack") or None,
+        abs(charge.value),
+        charge.resolution,
+        amounts["duration"].value if "duration" in amounts else None,
+        amounts["end_voltage"].value if "end_voltage" in amounts else None,
+        mode or ChargeMode.CHARGE,
+        None if ended is None else to_utc(ended, head.declared.time_zone, findings),
+        ended,
+    )
+
+
+def _note_repeated_runs(charges: list[ChargeRow], findings: FindingCollector) -> None:
+    seen: set[str] = set()
+    for charge in charges:
+        if charge.stated_run is not None and charge.stated_run in seen:
+            message = "A run has more than one recharge: all are kept."
+            findings.add(NOTE, "run_repeated", message, value=charge.stated_run)
+        seen.add(charge.stated_run or "")
+
+
+FORMAT = Format("charger_sheet", 2, _recognise, _read)

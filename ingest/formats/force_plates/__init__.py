@@ -1,0 +1,1 @@
+"""Files of force plates, one maker's export a file."""

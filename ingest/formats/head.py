@@ -1,0 +1,35 @@
+"""The beginning of a file, from which its format is recognised: by content, never by name."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ingest.findings import FindingCollector
+from ingest.model import Declarations
+from ingest.text.source import TextSource, is_text, open_text
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Head:
+    """All bytes of a file, and what can be told from the first of them.
+
+    `source` is None when the file is not text; `lines` are its first lines, decoded; `declared` what was said about it.
+    """
+
+    data: bytes
+    declared: Declarations
+    source: TextSource | None
+    lines: tuple[str, ...]
+
+    def first_line(self) -> str:
+        """Return the first line that is not blank, without NULs, or an empty text."""
+        return next((line for line in (line.replace("\0", "").strip() for line in self.lines) if line), "")
+
+
+def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> Head:
+    """Tell text from binary and decode the first lines of text. Raises `UsageError` for an unknown encoding."""
+    if not is_text(data):
+        return Head(data, declared, None, ())
+    source = open_text(data, declared.encoding, findings)
+    lines = tuple(source.decode(line.content) for line in source.head_lines(60))
+    return Head(data, declared, source, lines)

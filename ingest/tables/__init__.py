@@ -1,0 +1,1 @@
+"""Lines to tables: header, units, preamble, where the data begin and end, rows as columns of numbers."""

@@ -1,0 +1,151 @@
+"""How a delimited text is laid out: preamble, header, units row, where the data start, kinds of columns, decimal sign.
+
+Header and data are decided apart: some instruments write a decimal comma above and a decimal point below.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.model import Declarations
+from ingest.tables.header_cells import strip_comment
+from ingest.tables.header_lines import find_header, report_no_header
+from ingest.tables.table import CellKind
+from ingest.text.cells import COMMA_NUMBER, COMMENT_STARTS, NUMBER, is_clock, is_grouped, is_missing, is_number
+from ingest.text.delimiters import Row, Split, best_split
+from ingest.text.source import Line, TextSource
+
+WIDEST = 4096
+
+_UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
+_UNCLEAR_POINT = re.compile(rb"[+-]?[1-9]\d{0,2}\.\d{3}")
+_LONG_INTEGER = re.compile(rb"[+-]?\d{16,18}")
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The shape of one table in a text. Without a header the names are the columns' numbers, from 1."""
+
+    delimiter: bytes
+    decimal: bytes
+    width: int
+    trailing: bool
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    header_cells: tuple[bytes, ...]
+    units_cells: tuple[bytes, ...]
+    kinds: tuple[CellKind, ...]
+    preamble: tuple[str, ...]
+    data_start: int
+    data_line: int
+    last_cells: tuple[bytes, ...]
+
+
+def find_layout(source: TextSource, declared: Declarations, findings: FindingCollector) -> Layout | None:
+    """Return the layout of the table in `source`, or None, with a finding of severity file, when there is none."""
+    head = source.head_lines()
+    further = [*source.sample_lines(0.5), *source.sample_lines(0.95)]
+    split = best_split(head, further)
+    if split is None:
+        findings.add(
+            FILE, "no_data_rows", "No line holds numbers: there is nothing to import; is this the file that was meant?"
+        )
+        return None
+    if split.width > WIDEST:
+        findings.add(
+            FILE,
+            "too_many_columns",
+            f"The rows have {split.width} columns, more than the {WIDEST} allowed; "
+            "export one sample a line, not one a column.",
+        )
+        return None
+    above_data = find_header(split)
+    header, units_row = above_data.names, above_data.units
+    width = split.width - above_data.trailing
+    if header is None and not any(name.isdigit() for name in declared.columns):
+        report_no_header(split, findings)
+        if "header_missing" not in findings:
+            return None
+    first = _first_data_line(split, header, units_row)
+    above = [line for line in head if line.start < first.start]
+    names = tuple(str(number + 1) for number in range(width))
+    if header is not None:
+        names = tuple(strip_comment(source.decode(cell)) for cell in header.cells[:width])
+    units: tuple[str | None, ...] = (None,) * width
+    if units_row is not None:
+        units = tuple(source.decode(cell) or None for cell in units_row.cells[:width])
+    rows = [row.cells for row in split.rows]
+    return Layout(
+        split.delimiter,
+        _decimal_sign(split, declared, findings),
+        width,
+        above_data.trailing,
+        names,
+        units,
+        () if header is None else tuple(header.cells),
+        () if units_row is None else tuple(units_row.cells),
+        tuple(_kind([cells[column] for cells in rows]) for column in range(width)),
+        tuple(source.decode(line.content) for line in above if header is None or line.start != header.line.start),
+        first.start,
+        first.number,
+        tuple(row.cells[-1] for row in split.rows if row.line.ended),
+    )
+
+
+def _first_data_line(split: Split, header: Row | None, units_row: Row | None) -> Line:
+    """Return the first line after header and units that is neither blank nor a comment."""
+    after = -1
+    if header is not None:
+        after = (units_row or header).line.start
+    for row in split.head:
+        content = row.line.content
+        comment = content.startswith(COMMENT_STARTS) and not row.data_like
+        if row.line.start > after and content.strip() and not comment and (header is not None or row.data_like):
+            return row.line
+    return split.rows[0].line
+
+
+def _kind(cells: list[bytes]) -> CellKind:
+    filled = [cell for cell in cells if not is_missing(cell.lower())]
+    if not filled:
+        return CellKind.EMPTY
+    if all(_LONG_INTEGER.fullmatch(cell) for cell in filled):
+        return CellKind.INTEGER
+    if sum(is_number(cell, comma=True) or is_grouped(cell) for cell in filled) * 2 >= len(filled):
+        return CellKind.NUMBER
+    return CellKind.CLOCK if sum(map(is_clock, filled)) * 2 >= len(filled) else CellKind.TEXT
+
+
+def _decimal_sign(split: Split, declared: Declarations, findings: FindingCollector) -> bytes:
+    """Return the decimal sign of the data; a comma that may as well group thousands refuses the file."""
+    if declared.decimal_sign is not None:
+        return declared.decimal_sign.encode()
+    cells = [cell for row in split.rows for cell in row.cells]
+    commas = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell)]
+    points = [cell for cell in cells if b"." in cell and NUMBER.fullmatch(cell)]
+    if not commas or len(points) > len(commas):
+        if split.delimiter == b";" and points and not commas and all(map(_UNCLEAR_POINT.fullmatch, points)):
+            _note_points(points[0].decode(), findings)
+        return b"."
+    if not points and all(_UNCLEAR_COMMA.fullmatch(cell) for cell in commas):
+        findings.add(
+            FILE,
+            "decimal_sign_unclear",
+            f"{commas[0].decode()!r} may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`.",
+            value=commas[0].decode(),
+        )
+    else:
+        findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
+    return b","
+
+
+def _note_points(number: str, findings: FindingCollector) -> None:
+    """Say how points before exactly three digits are read, where semicolons leave open what the decimal sign is."""
+    findings.add(
+        NOTE,
+        "decimal_point_unclear",
+        f"{number!r} is read as a decimal and may be a thousand: say `--decimal .`, or export without thousands.",
+        value=number,
+    )

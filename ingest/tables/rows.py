@@ -1,0 +1,102 @@
+"""Reads the data rows of a table: whole numeric blocks at once where these can be proved clean, else line by line.
+
+The fast route hands the bytes, uncopied, to pyarrow's CSV parser. A block counts as clean when every cell is a finite
+number or a missing value and there are as many rows as lines; both routes then give identical values, both
+converting decimals with correct rounding. A block that is not clean is cut into pieces, so that one bad line costs
+one piece.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from ingest.findings import FindingCollector
+from ingest.tables.layout import Layout
+from ingest.tables.row_reader import read_lines
+from ingest.tables.table import Block, CellKind, Column, Wanted, join
+from ingest.tables.tail import data_end
+from ingest.text.source import TextSource
+
+PIECE_BYTES = 1 << 18
+
+
+def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], findings: FindingCollector) -> Block:
+    """Return the wanted columns of all rows that can be read; what cannot be is reported and left out."""
+    end = data_end(source, layout, findings)
+    block = _read_clean(source, layout, wanted, layout.data_start, end.stop, layout.data_line, 0)
+    if block is None:
+        block = _read_pieces(source, layout, wanted, end.stop, findings)
+    return dataclasses.replace(block, rows_rejected=block.rows_rejected + end.rows_rejected)
+
+
+def _read_pieces(
+    source: TextSource, layout: Layout, wanted: Sequence[Wanted], stop: int, findings: FindingCollector
+) -> Block:
+    blocks: list[Block] = []
+    start, line, ordinal = layout.data_start, layout.data_line, 0
+    while start < stop or not blocks:
+        piece_end = source.data.find(b"\n", min(start + PIECE_BYTES, stop), stop) + 1 or stop
+        block = _read_clean(source, layout, wanted, start, piece_end, line, ordinal)
+        if block is not None:
+            start, line = piece_end, line + block.n_rows
+        else:
+            block, start, line = read_lines(source, layout, wanted, (start, piece_end, stop), line, ordinal, findings)
+        ordinal += block.rows_read
+        blocks.append(block)
+    return join(blocks)
+
+
+def _read_clean(
+    source: TextSource,
+    layout: Layout,
+    wanted: Sequence[Wanted],
+    start: int,
+    stop: int,
+    line: int,
+    ordinal: int,
+) -> Block | None:
+    """Return the rows of `data[start:stop]`, whole lines, or None where they are not proved clean."""
+    import pyarrow as pa
+    from pyarrow import csv
+
+    from ingest.tables.arrow_columns import to_numpy
+
+    if start >= stop or not wanted:
+        return None
+    types = {CellKind.NUMBER: pa.float64(), CellKind.INTEGER: pa.int64(), CellKind.CLOCK: pa.binary()}
+    width = layout.width + layout.trailing
+    try:
+        table = csv.read_csv(
+            pa.BufferReader(pa.py_buffer(source.data).slice(start, stop - start)),
+            read_options=csv.ReadOptions(column_names=[str(position) for position in range(width)]),
+            parse_options=csv.ParseOptions(delimiter=layout.delimiter.decode("latin-1"), quote_char=False),
+            convert_options=csv.ConvertOptions(
+                column_types={str(column.position): types[column.kind] for column in wanted},
+                include_columns=[str(column.position) for column in wanted],
+                null_values=[""],
+                decimal_point=layout.decimal.decode(),
+            ),
+        )
+    except pa.ArrowException:
+        return None
+    rows = table.num_rows
+    ends = source.data.count(b"\n", start, stop)
+    if rows != ends + (source.data[stop - 1] != 0x0A):
+        return None
+    numbers: dict[int, Column] = {}
+    clocks: dict[int, Sequence[bytes]] = {}
+    for index, column in enumerate(wanted):
+        cells = table.column(index)
+        if cells.null_count and column.kind is not CellKind.NUMBER:
+            return None
+        if column.kind is CellKind.CLOCK:
+            clocks[column.position] = cells.to_pylist()
+            continue
+        values = to_numpy(cells)
+        if column.kind is CellKind.NUMBER and np.isinf(values).any():
+            return None
+        numbers[column.position] = values
+    return Block(numbers, clocks, rows, line, None, ordinal, None, 0)

@@ -1,0 +1,1 @@
+"""Stamps and rates to one time axis with its gaps."""

@@ -1,0 +1,217 @@
+"""Which rows of a table are usable in time, and the time axis of each of its recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ingest.channels.columns import Plan, TimePlan
+from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.model import BoolArray, Declarations, FloatArray, IntArray
+from ingest.tables.preamble import Preamble
+from ingest.tables.table import Block, CellKind
+from ingest.timebase import clock
+from ingest.timebase.order import Order, put_in_order, unwrap
+from ingest.timebase.stamps import (
+    GAP_RULES,
+    TICKS_PER_SECOND,
+    Timebase,
+    check_rate,
+    from_rate,
+    from_stamps,
+    rows_after_gaps,
+)
+
+MOTION = frozenset({"body_height", "foot_height", "leg_length", "leg_velocity", "body_velocity", "force_z"})
+MOTION_RATES_HZ = (20.0, 50_000.0)
+"""A log of jumps slower or faster than this has its time in another unit than was said."""
+
+_WRAPPING = ("ms", "us")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recording:
+    """One uninterrupted clock: its rows (a slice when it is all of them), axis and beginning."""
+
+    rows: IntArray | slice
+    timebase: Timebase
+    start_utc: str | None
+    start_original: str | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Recordings:
+    """The usable rows, shape (n_rows,), and the recordings they make; none when there is no time axis."""
+
+    keep: BoolArray
+    recordings: tuple[Recording, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class TimeSources:
+    """All that bears on the time of one table: its rows, plan and values, declarations, preamble, fixed rate."""
+
+    block: Block
+    plan: Plan
+    stored: Mapping[int, FloatArray]
+    declared: Declarations
+    preamble: Preamble
+    fixed_rate_hz: float | None
+
+
+def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
+    """Build the time axis from the time column, or else from the rate; what is missing for it is asked for."""
+    time = sources.plan.time
+    if time is None:
+        return _from_stated_rate(sources, usable, findings)
+    ticks = _ticks(time, sources.block, findings)
+    if time.kind is not CellKind.CLOCK and time.unit not in TICKS_PER_SECOND:
+        if time.unit is not None:
+            known = ", ".join(TICKS_PER_SECOND)
+            message = (
+                f"{time.unit!r} is no unit of time known here: say `--unit {time.source_name}=ms`, or one of {known}."
+            )
+            findings.add(FILE, "time_unit_unknown", message, column=time.source_name, value=time.unit)
+        order = put_in_order(ticks, usable, sources.block, findings, time.source_name)
+        return Recordings(order.keep, ())
+    seconds = ticks if time.kind is CellKind.CLOCK else ticks / TICKS_PER_SECOND[time.unit or "s"]
+    if sources.fixed_rate_hz is not None and _are_arrival_times(seconds):
+        return _from_arrivals(sources, time, seconds, usable, findings)
+    order = put_in_order(seconds, usable, sources.block, findings, time.source_name)
+    found: list[Recording] = []
+    ordinals = sources.block.ordinal()
+    for rows in _segments(order):
+        timebase = from_stamps(seconds[rows], ordinals[rows])
+        _report_gaps(timebase, rows, sources.block, findings)
+        utc, original = _start(sources, time, rows, first=not found, findings=findings)
+        found.append(Recording(rows, timebase, utc, original))
+    _check_rates(found, sources, findings)
+    return Recordings(order.keep, tuple(found))
+
+
+def _ticks(time: TimePlan, block: Block, findings: FindingCollector) -> FloatArray:
+    """Return the time column in its own unit, shape (n_rows,); integers beyond 2^53 from the first one on."""
+    if time.kind is CellKind.CLOCK:
+        return clock.clock_seconds(block.clocks[time.position], findings)
+    column = block.numbers[time.position]
+    if time.kind is CellKind.INTEGER:
+        return np.asarray(column - column[0], dtype=np.float64)
+    ticks = np.asarray(column, dtype=np.float64)
+    if time.unit in _WRAPPING:
+        ticks = unwrap(ticks, findings, block, time.source_name)
+    return ticks
+
+
+def _segments(order: Order) -> list[IntArray | slice]:
+    if len(order.starts) == 1 and order.keep.all():
+        return [slice(None)]
+    rows = np.flatnonzero(order.keep)
+    cuts = np.searchsorted(rows, np.array(order.starts[1:], dtype=np.int64))
+    return [part for part in np.split(rows, cuts) if part.size]
+
+
+def _first_row(rows: IntArray | slice) -> int:
+    return 0 if isinstance(rows, slice) else int(rows[0])
+
+
+def _start(
+    sources: TimeSources, time: TimePlan, rows: IntArray | slice, first: bool, findings: FindingCollector
+) -> tuple[str | None, str | None]:
+    """Return instant and original text of the beginning of a recording."""
+    row = _first_row(rows)
+    zone = sources.declared.time_zone
+    if time.kind is CellKind.CLOCK:
+        text = sources.block.clocks[time.position][row].decode("ascii", errors="replace")
+        return clock.to_utc(text, zone, findings), text
+    stamp = sources.block.numbers[time.position][row]
+    original = f"{int(stamp)}" if time.kind is CellKind.INTEGER else f"{float(stamp):.15g}"
+    original = f"{original} {time.unit}"
+    if time.unit == "filetime":
+        return clock.filetime_utc(int(stamp)), original
+    utc = clock.epoch_utc(float(stamp) / TICKS_PER_SECOND[time.unit or "s"])
+    if utc is None and first and sources.preamble.start is not None:
+        return clock.to_utc(sources.preamble.start, zone, findings), sources.preamble.start
+    return utc, original
+
+
+def _report_gaps(timebase: Timebase, rows: IntArray | slice, block: Block, findings: FindingCollector) -> None:
+    for kind, rule, message in GAP_RULES:
+        after = rows_after_gaps(timebase, kind)
+        if after.size:
+            places = after if isinstance(rows, slice) else rows[after]
+            findings.add(NOTE, rule, message, lines=block.line_of(places), count=len(after))
+
+
+def _check_rates(found: Sequence[Recording], sources: TimeSources, findings: FindingCollector) -> None:
+    rates = [recording.timebase.rate_hz for recording in found]
+    for rate in rates:
+        if rate is None:
+            continue
+        if sources.declared.rate_hz is not None:
+            check_rate(rate, sources.declared.rate_hz, "the declaration", findings)
+        if sources.preamble.rate_hz is not None:
+            check_rate(rate, sources.preamble.rate_hz, "the file's header", findings)
+        moving = any(column.channel in MOTION for column in sources.plan.columns)
+        if moving and not MOTION_RATES_HZ[0] <= rate <= MOTION_RATES_HZ[1]:
+            message = f"The time stamps give {rate:.3g} Hz, at which no jump can be seen: is the unit of time right? "
+            findings.add(FILE, "rate_implausible", message + "Say it with `--unit time=ms` (or s, us).")
+
+
+def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
+    rate = sources.declared.rate_hz or sources.preamble.rate_hz
+    if sources.declared.rate_hz is not None and sources.preamble.rate_hz is not None:
+        check_rate(sources.preamble.rate_hz, sources.declared.rate_hz, "the declaration", findings)
+    if rate is None:
+        findings.add(
+            FILE,
+            "rate_missing",
+            "The file has neither a time column nor a sampling rate: say `--rate 300` (hertz), or name its time column "
+            'with `--column "NAME=time:ms"`, or do either in a [profiles.NAME] table of labbook.toml.',
+        )
+        return Recordings(usable, ())
+    rows = np.flatnonzero(usable)
+    if not rows.size:
+        return Recordings(usable, ())
+    ordinals = sources.block.ordinal()[rows]
+    counts = _sequence(sources, rows)
+    timebase = from_rate(ordinals if counts is None else counts, ordinals, rate)
+    _report_gaps(timebase, rows, sources.block, findings)
+    start = sources.preamble.start
+    utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
+    recording = Recording(slice(None) if usable.all() else rows, timebase, utc, start)
+    return Recordings(usable, (recording,))
+
+
+def _sequence(sources: TimeSources, rows: IntArray) -> IntArray | None:
+    """Return the instrument's own sample numbers of the rows, where it has them and they count up."""
+    for column in sources.plan.columns:
+        if column.channel == "sequence":
+            numbers = sources.stored[column.position][rows]
+            if np.isfinite(numbers).all() and (np.diff(numbers) >= 1).all() and np.abs(numbers).max() < 2**53:
+                return numbers.astype(np.int64)
+    return None
+
+
+def _are_arrival_times(seconds: FloatArray) -> bool:
+    """Whether stamps tell when packets came in, not when samples were taken: many are equal."""
+    return int(np.count_nonzero(np.diff(seconds) <= 0)) > 0.01 * len(seconds)
+
+
+def _from_arrivals(
+    sources: TimeSources, time: TimePlan, seconds: FloatArray, usable: BoolArray, findings: FindingCollector
+) -> Recordings:
+    rate = sources.fixed_rate_hz or 1.0
+    rows = np.flatnonzero(usable)
+    message = (
+        f"The stamps tell when packets arrived: the axis counts samples at the amplifier's fixed {rate:g} Hz instead."
+    )
+    findings.add(NOTE, "arrival_times", message, column=time.source_name)
+    span = float(np.nanmax(seconds) - np.nanmin(seconds))
+    if span > 0:
+        check_rate((len(seconds) - 1) / span, rate, "the amplifier's manual", findings)
+    utc, original = _start(sources, time, rows, first=True, findings=findings)
+    ordinals = sources.block.ordinal()[rows]
+    timebase = from_rate(ordinals, ordinals, rate)
+    return Recordings(usable, (Recording(slice(None) if usable.all() else rows, timebase, utc, original),))

@@ -1,0 +1,142 @@
+"""Time stamps put in order: which rows have an impossible stamp, where a counter wrapped, where recording began anew.
+
+Stamps are never changed to fit, except that a 32-bit counter which passed its end is counted on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ingest.findings import FILE, NOTE, ROW, FindingCollector
+from ingest.model import BoolArray, FloatArray
+from ingest.tables.table import Block
+
+RESTART_S = 1.0
+"""A step back by more than this is a new recording, by less a row out of order."""
+
+JUMP_S = 3600.0
+"""A step forward by more than this is a new recording."""
+
+MOST_SEGMENTS = 10
+_WRAP = 2.0**32
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """`keep`, shape (n_rows,), marks rows with a usable stamp; `starts` are the rows at which segments begin."""
+
+    keep: BoolArray
+    starts: tuple[int, ...]
+
+
+def unwrap(ticks: FloatArray, findings: FindingCollector, block: Block, column: str) -> FloatArray:
+    """Return the ticks of a 32-bit counter counted on beyond 2^32; other ticks unchanged. Shape (n,)."""
+    steps = np.diff(ticks)
+    back = np.flatnonzero(steps < -_WRAP / 2)
+    if not back.size or ticks.max() >= _WRAP or ticks.min() < 0:
+        return ticks
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    wrapped = back[(steps[back] + _WRAP > 0) & (steps[back] + _WRAP <= 1000 * usual)]
+    if not wrapped.size:
+        return ticks
+    message = "The 32-bit clock passes its end: counted on from there."
+    findings.add(NOTE, "time_wrapped", message, column=column, lines=block.line_of(wrapped + 1), count=len(wrapped))
+    turns = np.zeros(len(ticks))
+    turns[wrapped + 1] = _WRAP
+    return np.asarray(ticks + np.cumsum(turns), dtype=np.float64)
+
+
+def put_in_order(
+    seconds: FloatArray, usable: BoolArray, block: Block, findings: FindingCollector, column: str
+) -> Order:
+    """Mark the rows whose stamp does not increase, and the beginnings of new recordings.
+
+    `seconds`, shape (n_rows,), are the stamps; `usable` excludes rows already rejected.
+    """
+    keep = usable & np.isfinite(seconds)
+    missing = np.flatnonzero(usable & ~keep)
+    if missing.size:
+        message = "The time stamp is missing or unreadable; the row is left out."
+        findings.add(ROW, "time_missing", message, column=column, lines=block.line_of(missing), count=len(missing))
+    rows = np.flatnonzero(keep)
+    stamps = seconds[rows]
+    steps = np.diff(stamps)
+    if not ((steps <= 0).any() or (steps > JUMP_S).any()):
+        return Order(keep, (int(rows[0]),) if rows.size else ())
+    faults, starts = _walk(stamps.tolist(), 3 * float(np.median(steps)))
+    starts = _without_lone_rows(starts, len(stamps), faults)
+    for rule, found in faults.items():
+        bad = rows[np.array(sorted(found), dtype=np.int64)]
+        keep[bad] = False
+        findings.add(ROW, rule, _MESSAGES[rule], column=column, lines=block.line_of(bad), count=len(bad))
+    return Order(keep, _report_starts([int(rows[start]) for start in starts], block, findings, column))
+
+
+def _without_lone_rows(starts: list[int], n_stamps: int, faults: dict[str, list[int]]) -> list[int]:
+    """Return the starts of segments of two rows and more; a row alone has a false stamp and joins the faults."""
+    rejected = {position for found in faults.values() for position in found}
+    kept = []
+    for start, stop in zip(starts, [*starts[1:], n_stamps], strict=True):
+        members = [position for position in range(start, min(stop, start + 50)) if position not in rejected]
+        if len(members) > 1 or stop > start + 50:
+            kept.append(start)
+        else:
+            faults.setdefault("time_spike", []).extend(members)
+    return kept
+
+
+def _report_starts(starts: list[int], block: Block, findings: FindingCollector, column: str) -> tuple[int, ...]:
+    if len(starts) > 1:
+        lines = block.line_of(np.array(starts[1:], dtype=np.int64))
+        message = "The clock starts again or jumps by hours: what follows is kept as a segment of its own."
+        findings.add(NOTE, "time_restarted", message, column=column, lines=lines, count=len(starts) - 1)
+    if len(starts) > MOST_SEGMENTS:
+        message = (
+            f"The clock starts again more than {MOST_SEGMENTS} times: is this the time column? "
+            'Name the right one with `--column "NAME=time:ms"`.'
+        )
+        findings.add(FILE, "time_unusable", message, column=column, lines=lines)
+    return tuple(starts)
+
+
+_MESSAGES = {
+    "time_duplicate": "The time stamp repeats the one before it; the row is left out.",
+    "time_backwards": "The time stamp lies before the one above it; the row is left out.",
+    "time_spike": "The time stamp lies far from those before and after it; the row is left out.",
+}
+
+
+def _walk(stamps: list[float], normal_step: float) -> tuple[dict[str, list[int]], list[int]]:
+    """Go through stamps one by one; returns the faulty positions by rule and the positions where segments start."""
+    faults: dict[str, list[int]] = {}
+    starts = [0]
+    last = stamps[0]
+    end = len(stamps) - 1
+
+    def fault(rule: str, position: int) -> None:
+        faults.setdefault(rule, []).append(position)
+
+    for position in range(1, end + 1):
+        stamp = stamps[position]
+        step = stamp - last
+        following = stamps[position + 1] if position < end else None
+        if step == 0:
+            fault("time_duplicate", position)
+        elif step > 0:
+            if step > normal_step and following is not None and last < following < stamp:
+                fault("time_spike", position)  # the next row goes on from before it
+                continue
+            if step > JUMP_S:
+                if following is None:
+                    fault("time_spike", position)
+                    continue
+                starts.append(position)
+            last = stamp
+        elif step < -RESTART_S and following is not None and 0 < following - stamp < RESTART_S:
+            starts.append(position)
+            last = stamp
+        else:
+            fault("time_spike" if step < -RESTART_S else "time_backwards", position)
+    return faults, starts

@@ -1,0 +1,159 @@
+"""From header cells to channels: names, units, declarations, profiles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from data_schema.vocabulary import CHANNELS
+from ingest.channels.synonyms import channel_kind, channel_of
+from ingest.model import ChannelData, ColumnDeclaration, Declarations, Profile, ReadFile
+from ingest.read import read_file
+from ingest.tables.header_cells import parse_header
+from tests.ingest.synthetic import text
+
+
+def log(header: str, value: str = "0.25", n: int = 50) -> bytes:
+    return text(f"time [ms],{header}", [f"{3 * k},{value}" for k in range(n)])
+
+
+def read(header: str, value: str = "0.25", declared: Declarations | None = None) -> ReadFile:
+    return read_file(log(header, value), declared or Declarations())
+
+
+def channel(result: ReadFile) -> ChannelData:
+    assert not result.refused, result.findings
+    return result.parts[0].channels[0]
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit", "stored"),
+    [
+        ("height [m]", "body_height", "m", 0.25),
+        ("height [cm]", "body_height", "cm", 0.0025),
+        ("height (mm)", "body_height", "mm", 0.00025),
+        ("height_mm", "body_height", "mm", 0.00025),
+        ("height_m", "body_height", "m", 0.25),
+        ("Body Height / mm", "body_height", "mm", 0.00025),
+        ("stringPot [in]", "body_height", "in", 0.00635),
+        ("legLength [m]", "leg_length", "m", 0.25),
+        ("leg_velocity_m_s", "leg_velocity", "m/s", 0.25),
+        ("leg_vel [mm/s]", "leg_velocity", "mm/s", 0.00025),
+        ("Vbat [mV]", "battery_voltage", "mV", 0.00025),
+        ("batteryVoltage_mV", "battery_voltage", "mV", 0.00025),
+        ("int temp [°C]", "temperature_internal", "degC", 0.25),
+        ("k_gain", "k_gain", None, 0.25),
+        ("state", "controller_state", None, 0.25),
+        ("Fz [kN]", "force_z", "kN", 250.0),
+        ("Mx [N.mm]", "moment_x", "N*mm", 0.00025),
+        ("mAh", "charge", "mAh", 0.25),
+    ],
+)
+def test_known_columns_become_channels_in_stored_units(header: str, name: str, unit: str | None, stored: float) -> None:
+    data = channel(read(header))
+    assert (data.name, data.source_unit, data.source_name) == (name, unit, header)
+    assert data.unit == CHANNELS[name].unit
+    assert data.values == pytest.approx(np.full(50, stored))
+    assert data.values == pytest.approx(data.sign * (data.scale * 0.25 + data.offset))
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("leftEncoder", "left_encoder", None),
+        ("z [m]", "z", "m"),
+        ("voltage", "voltage", None),
+        ("status_s", "status_s", None),
+        ("wheel speed [rpm]", "wheel_speed", "rpm"),
+        ("q0 (rad)", "q0", "rad"),
+        ("=cmd|x", "cmd_x", None),
+        ("???", "column_2", None),
+    ],
+)
+def test_unknown_columns_keep_their_own_name_and_no_invented_unit(header: str, name: str, unit: str | None) -> None:
+    result = read(header)
+    data = channel(result)
+    assert (data.name, data.unit, data.scale) == (name, unit, 1.0)
+    assert "unknown_column" in {finding.rule for finding in result.findings}
+
+
+def test_a_known_quantity_without_unit_is_asked_for() -> None:
+    result = read("height")
+    (finding,) = [finding for finding in result.findings if finding.rule == "unit_missing"]
+    assert result.refused
+    assert '--column "height=body_height:m"' in finding.message
+
+
+def test_a_time_without_unit_names_flag_and_profile() -> None:
+    result = read_file(text("time,k_gain", [f"{k},4" for k in range(50)]), Declarations())
+    (finding,) = [finding for finding in result.findings if finding.rule == "time_unit_missing"]
+    assert "--unit time=ms" in finding.message
+    assert 'time = { column = "time", unit = "ms" }' in finding.message
+
+
+def test_a_missing_rate_names_the_flag() -> None:
+    result = read_file(text("height [m]", ["0.4"] * 50), Declarations())
+    (finding,) = [finding for finding in result.findings if finding.rule == "rate_missing"]
+    assert "--rate 300" in finding.message
+
+
+def test_a_declaration_names_unit_channel_and_sign() -> None:
+    declared = Declarations(columns={"h": ColumnDeclaration("body_height", "mm", -1)})
+    data = channel(read("h", "-250", declared))
+    assert (data.name, data.unit, data.source_unit, data.sign) == ("body_height", "m", "mm", -1)
+    assert data.values == pytest.approx(np.full(50, 0.25))
+
+
+def test_a_unit_alone_can_be_declared_for_any_column_the_time_included() -> None:
+    data = text("time,height", [f"{3 * k},250" for k in range(50)])
+    declared = Declarations(columns={"time": ColumnDeclaration(unit="ms"), "height": ColumnDeclaration(unit="mm")})
+    result = read_file(data, declared)
+    assert channel(result).values == pytest.approx(np.full(50, 0.25))
+    assert result.parts[0].rate_hz == pytest.approx(1000 / 3)
+
+
+SERIAL = Profile(
+    "serial", ("t0", "h"), time_column="t0", time_unit="us", columns={"h": ColumnDeclaration("body_height", "mm")}
+)
+
+
+def test_a_profile_is_recognised_by_column_names_and_the_command_line_stands_above_it() -> None:
+    data = text("t0,h", [f"{3333 * k},250" for k in range(50)])
+    result = read_file(data, Declarations(profiles=(SERIAL,)))
+    assert channel(result).values == pytest.approx(np.full(50, 0.25))
+    assert result.parts[0].rate_hz == pytest.approx(300.03, rel=1e-4)
+    over = Declarations(profiles=(SERIAL,), columns={"h": ColumnDeclaration("foot_height", "cm")})
+    assert channel(read_file(data, over)).name == "foot_height"
+    assert channel(read_file(data, over)).values == pytest.approx(np.full(50, 2.5))
+
+
+def test_profiles_that_fit_equally_well_are_ambiguous() -> None:
+    other = Profile("other", ("h", "t0"))
+    result = read_file(text("t0,h", [f"{k},250" for k in range(50)]), Declarations(profiles=(SERIAL, other)))
+    (finding,) = [finding for finding in result.findings if finding.rule == "profile_ambiguous"]
+    assert "'serial' and 'other'" in finding.message
+
+
+def test_the_rate_of_a_profile_serves_files_without_time() -> None:
+    profile = Profile("bare", ("h",), rate_hz=300.0, columns={"h": ColumnDeclaration("body_height", "mm")})
+    (part,) = read_file(text("h", ["250"] * 50), Declarations(profiles=(profile,))).parts
+    assert part.rate_hz == 300.0
+
+
+def test_a_declared_column_that_is_absent_is_noted_with_the_nearest() -> None:
+    result = read("leftEncoder", declared=Declarations(columns={"leftEncodr": ColumnDeclaration(unit="1")}))
+    (finding,) = [finding for finding in result.findings if finding.rule == "declared_column_absent"]
+    assert "'leftEncoder'" in finding.message
+
+
+def test_every_known_channel_is_recognised_under_its_own_name() -> None:
+    for name in CHANNELS:
+        assert channel_of(name) == name
+        assert channel_kind(name) == name
+    assert channel_of("Fz2") == "force_z_2"
+    assert channel_kind("force_z_2") == "force_z"
+
+
+def test_a_word_in_brackets_that_is_no_unit_stays_in_the_name() -> None:
+    assert parse_header("height (filtered)").unit is None
+    assert parse_header("height [counts]").unit == "counts"

@@ -1,0 +1,71 @@
+"""Encodings, and facts in the lines above a table."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ingest.findings import FindingCollector
+from ingest.model import Declarations
+from ingest.read import read_file
+from ingest.tables.preamble import read_preamble
+from ingest.text.source import is_text, open_text
+from tests.ingest.synthetic import robot_log, robot_rows, text
+
+
+@given(st.text(st.characters(blacklist_categories=["Cs", "Cc"])))
+def test_text_is_read_as_it_was_written_in_every_marked_encoding(words: str) -> None:
+    for mark, encoding in ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be")):
+        source = open_text(mark + words.encode(encoding), "cp1252", FindingCollector())
+        assert source.decode(source.data[source.start :]) == words
+
+
+def test_the_page_is_declared_and_never_guessed() -> None:
+    content = "Częstotliwość akwizycji: 100,00".encode("cp1250")
+    polish = open_text(content, "cp1250", FindingCollector())
+    assert polish.decode(content) == "Częstotliwość akwizycji: 100,00"
+    western = open_text(content, "cp1252", FindingCollector())
+    assert western.encoding == "cp1252"
+
+
+def test_text_is_not_copied() -> None:
+    data = robot_log()
+    assert open_text(data, "cp1252", FindingCollector()).data is data
+
+
+def test_binary_is_not_taken_for_text() -> None:
+    assert not is_text(bytes(range(256)) * 8)
+    assert is_text(robot_log() + b"\0" * 512)
+
+
+@pytest.mark.parametrize(
+    ("line", "rate"),
+    [
+        ("# Rate: 300 Hz", 300.0),
+        ("SampleRate=450.000000", 450.0),
+        ("Rate (Hz):\t1000.000000", 1000.0),
+        ("sampling frequency 1 kHz", 1000.0),
+        ("Acquisition rate: 100,00", 100.0),
+        ("baud rate: 115200 Hz", None),
+        ("heart rate: 60 Hz", None),
+        ("success rate: 75", None),
+        ("rate: 0 Hz", None),
+    ],
+)
+def test_a_rate_is_found_where_hertz_or_sampling_is_said(line: str, rate: float | None) -> None:
+    assert read_preamble(["title", line]).rate_hz == rate
+
+
+def test_the_start_of_a_recording_is_read_with_its_zone() -> None:
+    data = b"# recorded: 2021-06-05 14:30:00\n" + robot_log()
+    (part,) = read_file(data, Declarations(time_zone="America/New_York")).parts
+    assert (part.start_utc, part.start_original) == ("2021-06-05T18:30:00.000000Z", "2021-06-05 14:30:00")
+
+
+def test_the_rate_in_the_header_serves_a_file_without_time() -> None:
+    heights = [row.split(",")[1] for row in robot_rows(50)]
+    for header in ("height [m]", "height\nm"):
+        (part,) = read_file(b"# rate: 333 Hz\n" + text(header, heights), Declarations()).parts
+        assert part.rate_hz == 333.0
+        assert part.channels[0].name == "body_height"

@@ -1,0 +1,69 @@
+"""Clock times and instants: zones, summer time, epochs, midnight."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from data_schema.errors import UsageError
+from ingest.findings import FindingCollector
+from ingest.timebase.clock import clock_seconds, epoch_utc, filetime_utc, to_utc
+
+NEW_YORK = "America/New_York"
+
+
+@pytest.mark.parametrize(
+    ("text", "zone", "instant"),
+    [
+        ("2021-06-05 14:30", NEW_YORK, "2021-06-05T18:30:00.000000Z"),
+        ("2021-01-05T14:30:00.25", NEW_YORK, "2021-01-05T19:30:00.250000Z"),
+        ("2021-06-05T14:30:00+02:00", None, "2021-06-05T12:30:00.000000Z"),
+        ("2021-06-05T14:30:00Z", NEW_YORK, "2021-06-05T14:30:00.000000Z"),
+    ],
+)
+def test_a_time_with_a_zone_is_an_instant(text: str, zone: str | None, instant: str) -> None:
+    findings = FindingCollector()
+    assert to_utc(text, zone, findings) == instant
+    assert findings.findings() == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "zone", "rule"),
+    [
+        ("2021-11-07 01:30", NEW_YORK, "instant_unclear"),  # summer time ends: twice
+        ("2021-03-14 02:30", NEW_YORK, "instant_unclear"),  # summer time begins: never
+        ("2021-06-05 14:30", None, "instant_unknown"),
+        ("03/04/2019 14:30", NEW_YORK, "instant_unknown"),
+        ("yesterday", NEW_YORK, "instant_unknown"),
+    ],
+)
+def test_a_time_that_tells_no_instant_is_kept_as_text(text: str, zone: str | None, rule: str) -> None:
+    findings = FindingCollector()
+    assert to_utc(text, zone, findings) is None
+    assert [finding.rule for finding in findings.findings()] == [rule]
+
+
+def test_a_clock_never_set_is_noted() -> None:
+    findings = FindingCollector()
+    assert to_utc("1980-01-01T03:02:40", NEW_YORK, findings) == "1980-01-01T08:02:40.000000Z"
+    assert [finding.rule for finding in findings.findings()] == ["clock_implausible"]
+
+
+def test_an_unknown_zone_is_a_usage_error() -> None:
+    with pytest.raises(UsageError, match="America/New_York"):
+        to_utc("2021-06-05 14:30", "Pennsylvania", FindingCollector())
+
+
+def test_only_plausible_epochs_are_instants() -> None:
+    assert epoch_utc(1607954342.0) == "2020-12-14T13:59:02.000000Z"
+    assert epoch_utc(39.625) is None
+    assert epoch_utc(1607954342000.0) is None
+    assert filetime_utc(133_500_000_000_000_000) == "2024-01-17T21:20:00.000000Z"
+
+
+def test_times_of_day_run_on_past_midnight() -> None:
+    findings = FindingCollector()
+    seconds = clock_seconds([b"23:59:59.5", b"00:00:00.0", b"0:00:00,5", b"nonsense"], findings)
+    assert np.diff(seconds[:3]).tolist() == [0.5, 0.5]
+    assert np.isnan(seconds[3])
+    assert [finding.rule for finding in findings.findings()] == ["midnight_passed"]

@@ -1,0 +1,88 @@
+"""Rates of quantised clocks, gaps, and comparing rates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ingest.findings import FindingCollector
+from ingest.model import FloatArray, IntArray
+from ingest.timebase.stamps import check_rate, from_rate, from_stamps
+
+
+def stamps(n: int, rate_hz: float) -> FloatArray:
+    """Whole milliseconds, as a microcontroller stamps packets."""
+    return np.asarray(np.floor(np.arange(n) * 1000.0 / rate_hz) / 1000.0, dtype=np.float64)
+
+
+def ordinals(n: int) -> IntArray:
+    return np.arange(n, dtype=np.int64)
+
+
+@pytest.mark.parametrize("rate_hz", [300.0, 333.0, 1000 / 3, 250.0, 204.0, 1000.0])
+def test_whole_milliseconds_still_give_the_rate(rate_hz: float) -> None:
+    seconds = stamps(216_000, rate_hz)
+    axis = from_stamps(seconds, ordinals(len(seconds)))
+    assert axis.rate_hz == pytest.approx(rate_hz, rel=1e-5)
+    assert axis.gaps == ()
+
+
+@given(st.sampled_from([300.0, 1000 / 3]), st.sets(st.integers(5, 994), max_size=12))
+def test_every_dropped_packet_is_in_a_gap(rate_hz: float, dropped: set[int]) -> None:
+    seconds = np.delete(stamps(1000, rate_hz), sorted(dropped))
+    axis = from_stamps(seconds, ordinals(len(seconds)))
+    assert sum(gap.samples_missing for gap in axis.gaps) == len(dropped)
+    assert all(gap.kind == "dropped" and gap.samples_expected == gap.samples_missing for gap in axis.gaps)
+    for gap in axis.gaps:
+        inside = [k for k in dropped if gap.start_s < stamps(1000, rate_hz)[k] < gap.start_s + gap.length_s]
+        assert len(inside) == gap.samples_missing
+    assert axis.rate_hz == pytest.approx(rate_hz, rel=2e-3)
+
+
+def test_a_long_hole_is_a_pause_and_left_out_of_the_rate() -> None:
+    seconds = np.concatenate([stamps(3000, 300.0), 25.0 + stamps(3000, 300.0)])
+    axis = from_stamps(seconds, ordinals(6000))
+    (gap,) = axis.gaps
+    assert gap.kind == "pause"
+    assert gap.length_s == pytest.approx(25.0 - seconds[2999])
+    assert gap.samples_missing == pytest.approx(300 * gap.length_s, abs=2)
+    assert axis.rate_hz == pytest.approx(300.0, rel=1e-3)
+
+
+def test_a_late_sample_that_is_made_up_for_is_no_gap() -> None:
+    seconds = np.arange(1000, dtype=np.float64) * 0.005
+    seconds[500] += 0.0045  # steps of 9.5 and 0.5 ms instead of 5 and 5
+    assert from_stamps(seconds, ordinals(1000)).gaps == ()
+
+
+def test_rejected_rows_leave_a_gap_of_that_kind() -> None:
+    keep = np.delete(np.arange(300), [100, 101])
+    (gap,) = from_stamps(stamps(300, 300.0)[keep], keep.astype(np.int64)).gaps
+    assert (gap.kind, gap.samples_missing) == ("rejected", 2)
+
+
+def test_one_sample_has_no_rate() -> None:
+    axis = from_stamps(np.array([5.0]), ordinals(1))
+    assert axis.rate_hz is None
+    assert axis.time_s.tolist() == [0.0]
+
+
+def test_sample_numbers_show_what_was_dropped() -> None:
+    counts = np.array([7, 8, 9, 13, 14], dtype=np.int64)
+    axis = from_rate(counts, ordinals(5), 500.0)
+    assert axis.time_s == pytest.approx([0.0, 0.002, 0.004, 0.012, 0.014])
+    (gap,) = axis.gaps
+    assert (gap.kind, gap.samples_missing) == ("dropped", 3)
+
+
+@pytest.mark.parametrize(
+    ("stated", "rule"),
+    [(300.0, None), (301.4, None), (303.0, "rate_differs"), (286.0, "rate_differs"), (330.0, "rate_contradicts")],
+)
+def test_rates_apart_are_noted_or_refused(stated: float, rule: str | None) -> None:
+    findings = FindingCollector()
+    check_rate(300.0, stated, "the file's header", findings)
+    assert [finding.rule for finding in findings.findings()] == ([rule] if rule else [])
+    assert findings.refuse is (rule == "rate_contradicts")
