@@ -44,7 +44,7 @@ def _run_steps(flow: Flow, quantity: Quantity) -> tuple[Step, ...]:
 def _jump_steps(flow: Flow) -> tuple[Step, ...]:
     return (
         Step("jumps made", flow.jumps_made),
-        Step("jumps detected", flow.jumps_detected),
+        Step("stances detected", flow.jumps_detected),
         Step("jumps analysed", flow.jumps_analysed, tuple(_reasons(flow.jumps_excluded))),
     )
 

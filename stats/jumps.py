@@ -41,7 +41,7 @@ class Jump:
     curvature_m_s2: float | Undefined
     """Downward acceleration fitted around the apex: a self-check, near the gravity that acts on the robot."""
     gap_touched: bool
-    """Whether samples are missing between touchdown and the end of the flight that was looked at."""
+    """Whether samples are missing from shortly before lift-off to shortly after landing, or to the catch."""
     flags: tuple[str, ...]
     """What a person should know about this jump; the words are `stats.jumps.FLAGS`."""
 

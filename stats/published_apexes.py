@@ -18,10 +18,10 @@ from stats.jumps import Jump
 from stats.stance import (
     StanceParameters,
     find_hops,
+    gap_in_flight,
     jump_without_apex,
     landing,
     liftoff_from_leg,
-    touches_gap,
 )
 
 
@@ -63,7 +63,7 @@ def published_jumps(
     jumps = []
     for number, hop in enumerate(hops, start=1):
         if isinstance(hop.apex, Undefined):
-            jumps.append(jump_without_apex(number, hop, hop.apex.reason, signal, gaps))
+            jumps.append(jump_without_apex(number, hop, hop.apex.reason, signal, gaps, parameters.stance))
             continue
         end_s = float(signal.time_s[min(hop.fallen, signal.time_s.size - 1)])
         first, last = np.searchsorted(time_s, [signal.time_s[hop.end], end_s]).tolist()
@@ -72,7 +72,7 @@ def published_jumps(
         smooth = _moving_average(body_height_m[first : last + 1 + width // 2], width)
         if not np.isfinite(smooth).any():
             reason = f"fewer than {width} samples in a row after this stance"
-            jumps.append(jump_without_apex(number, hop, reason, signal, gaps))
+            jumps.append(jump_without_apex(number, hop, reason, signal, gaps, parameters.stance))
             continue
         highest = int(np.argmax(np.where(np.isfinite(smooth), smooth, -np.inf)))
         apex_s = float(np.mean(time_s[first + highest : first + highest + width]))
@@ -84,8 +84,8 @@ def published_jumps(
         landing_s, extrapolated = landing(
             apex_s, height_m, parameters.stance.gravity_m_s2, following, rest_length_m, parameters.stance
         )
-        begin_s = liftoff_s if isinstance(hop.touchdown_s, Undefined) else hop.touchdown_s
-        seen_s = end_s if extrapolated or isinstance(landing_s, Undefined) else landing_s
+        if isinstance(landing_s, float) and not extrapolated:
+            end_s = landing_s + parameters.stance.gap_margin_s
         jumps.append(
             Jump(
                 number=number,
@@ -97,7 +97,7 @@ def published_jumps(
                 flight_time_s=landing_s if isinstance(landing_s, Undefined) else landing_s - liftoff_s,
                 samples_used=width,
                 curvature_m_s2=Undefined("the published rule fits no curvature"),
-                gap_touched=touches_gap(gaps, begin_s, seen_s),
+                gap_touched=gap_in_flight(gaps, signal, hop, liftoff_s, end_s, parameters.stance),
                 flags=("landing_extrapolated",) if extrapolated else (),
             )
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from data_schema.vocabulary import Undefined
-from stats.cleaning import Floats, clean_signal
+from stats.cleaning import CleanSignal, Floats, clean_signal
 from stats.flight_window import FlightWindowParameters
 from stats.flights import Flight, departures, fit_flights
 from stats.jumps import Jump
@@ -13,10 +13,10 @@ from stats.stance import (
     Hop,
     StanceParameters,
     find_hops,
+    gap_in_flight,
     jump_without_apex,
     landing,
     liftoff_from_leg,
-    touches_gap,
 )
 
 
@@ -76,10 +76,10 @@ def robust_jumps(
     jumps = []
     for row, (hop, flight) in enumerate(zip(hops, flights, strict=True)):
         if isinstance(flight, Undefined):
-            jumps.append(jump_without_apex(row + 1, hop, flight.reason, signal, gaps))
+            jumps.append(jump_without_apex(row + 1, hop, flight.reason, signal, gaps, stance))
         else:
             following = hops[row + 1] if row + 1 < len(hops) else None
-            jumps.append(_jump(row + 1, hop, following, liftoffs[row], flight, gaps, rest_length_m, parameters))
+            jumps.append(_jump(row + 1, hop, following, liftoffs[row], flight, signal, gaps, rest_length_m, parameters))
     return tuple(jumps)
 
 
@@ -108,6 +108,7 @@ def _jump(
     following: Hop | None,
     liftoff_s: float | Undefined,
     flight: Flight,
+    signal: CleanSignal,
     gaps: Floats,
     rest_length_m: float,
     parameters: RobustParameters,
@@ -126,8 +127,9 @@ def _jump(
     flight_time_s: float | Undefined = Undefined("lift-off or landing is not known")
     if isinstance(landing_s, float) and isinstance(liftoff_s, float):
         flight_time_s = landing_s - liftoff_s
-    begin_s = hop.touchdown_s if isinstance(hop.touchdown_s, float) else flight.left_s
-    end_s = flight.right_s if extrapolated or isinstance(landing_s, Undefined) else landing_s
+    end_s = flight.right_s
+    if isinstance(landing_s, float) and not extrapolated:
+        end_s = landing_s + parameters.stance.gap_margin_s
     return Jump(
         number=number,
         touchdown_s=hop.touchdown_s,
@@ -138,6 +140,6 @@ def _jump(
         flight_time_s=flight_time_s,
         samples_used=flight.before + flight.after,
         curvature_m_s2=flight.curvature_m_s2,
-        gap_touched=touches_gap(gaps, begin_s, end_s),
+        gap_touched=gap_in_flight(gaps, signal, hop, liftoff_s, end_s, parameters.stance),
         flags=tuple(flag for flag, raised in flags.items() if raised),
     )

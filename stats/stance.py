@@ -32,6 +32,8 @@ class StanceParameters:
     """Window of the average in which the first maximum is looked for."""
     leg_tolerance_m: float = 0.001
     """The leg has its flight length again when it is this close to it (about 1 ms before it is)."""
+    gap_margin_s: float = 0.02
+    """Samples missing this close to lift-off or landing count too: those moments are read off the samples around."""
     gravity_m_s2: float = 9.80665
     """Acceleration expected in flight (standard gravity, CGPM 1901)."""
 
@@ -170,11 +172,31 @@ def touches_gap(gaps: Floats, begin_s: float, end_s: float) -> bool:
     return bool(np.any((gaps[:, 0] < end_s) & (gaps[:, 0] + gaps[:, 1] > begin_s)))
 
 
-def jump_without_apex(number: int, hop: Hop, reason: str, signal: CleanSignal, gaps: Floats) -> Jump:
+def gap_in_flight(
+    gaps: Floats,
+    signal: CleanSignal,
+    hop: Hop,
+    liftoff_s: float | Undefined,
+    end_s: float,
+    parameters: StanceParameters,
+) -> bool:
+    """Say whether samples are missing from shortly before lift-off to `end_s`: what height and flight time rest on.
+
+    Where the lift-off is not known, the body's rise through the rest length stands for it. A gap while the leg stood on
+    the ground moves neither.
+    """
+    rose_s = float(signal.time_s[min(hop.end, signal.time_s.size - 1)])
+    begin_s = rose_s if isinstance(liftoff_s, Undefined) else liftoff_s
+    return touches_gap(gaps, begin_s - parameters.gap_margin_s, end_s)
+
+
+def jump_without_apex(
+    number: int, hop: Hop, reason: str, signal: CleanSignal, gaps: Floats, parameters: StanceParameters
+) -> Jump:
     """Return the row of a stance that no flight was found after; missing samples are named beside the reason."""
-    begin_s = float(signal.time_s[hop.begin]) if isinstance(hop.touchdown_s, Undefined) else hop.touchdown_s
+    none_s = Undefined(reason)
     end_s = float(signal.time_s[min(hop.fallen, signal.time_s.size - 1)])
-    gap_touched = touches_gap(gaps, begin_s, end_s)
+    gap_touched = gap_in_flight(gaps, signal, hop, none_s, end_s, parameters)
     none = Undefined(f"{reason} (samples are missing here)" if gap_touched else reason)
     return Jump(
         number=number,

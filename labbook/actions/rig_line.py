@@ -9,10 +9,10 @@ from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
 from data_schema.vocabulary import GapKind, Undefined
 from ingest.model import ReadFile
-from labbook.analysis.detections import Detections, rest_length_m
+from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import drain_lines
-from labbook.analysis.run_apexes import usable_logs
+from labbook.analysis.run_apexes import jumps_found_in_run
 from labbook.analysis.run_energy import usable_charge
 from labbook.statements.importing import PreparedImport
 from stats.energy import joules_per_jump
@@ -23,6 +23,8 @@ LIMIT_SDS = 3.0
 """Control limits lie three standard deviations from the mean of the condition's earlier runs (Shewhart 1931)."""
 LIMITS_FROM_RUNS = 5
 """Fewer earlier runs than this give no limits: their standard deviation is too uncertain."""
+_RIG_GAPS = (GapKind.DROPPED, GapKind.HELD)
+"""The gaps that say something of the radio or the sensor: a pause was made, and rejected rows are findings."""
 
 Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 
@@ -57,13 +59,12 @@ def _line(
 
 def _jumps(run: RunRow, detections: Detections, evidence: Evidence) -> str:
     """Count the jumps of a run over all its logs in the book: where it was started again, some may have come before."""
-    logs = usable_logs(run, evidence.logs.get(run.uid, []))
-    if isinstance(logs, str):
-        return f"its jumps do not count ({logs})"
-    length_m = rest_length_m(detections.connection, run.robot_uid)
-    found = detections.of({run.uid: logs}, evidence.configuration.protocol.detector, length_m)[run.uid]
-    count = sum(len(detection.jumps) for detection in found)
-    where = "" if len(logs) == 1 else f" in {len(logs)} logs"
+    logs = evidence.logs.get(run.uid, [])
+    count = jumps_found_in_run(detections, run, logs, evidence.configuration.protocol.detector)
+    if isinstance(count, str):
+        return f"its jumps do not count ({count})"
+    several = len({log.sha256 for log in logs})
+    where = "" if several == 1 else f" in {several} logs"
     return f"{count} of {run.jumps_made} jumps found{where}{_mismatch(count, run.jumps_made)}"
 
 
@@ -74,9 +75,13 @@ def _mismatch(found: int, made: int) -> str:
 
 
 def _gaps(logs: Sequence[ReadFile]) -> str:
-    dropped = [gap for log in logs for part in log.parts for gap in part.gaps if gap.kind is GapKind.DROPPED]
-    missing = sum(gap.samples_missing for gap in dropped)
-    return f"{len(dropped)} gap{'' if len(dropped) == 1 else 's'} ({missing} samples)" if dropped else "no gaps"
+    gaps = [gap for log in logs for part in log.parts for gap in part.gaps if gap.kind in _RIG_GAPS]
+    if not gaps:
+        return "no gaps"
+    missing = sum(gap.samples_missing for gap in gaps)
+    held = sum(gap.samples_missing for gap in gaps if gap.kind is GapKind.HELD)
+    said = f", {held} of them held" if held else ""
+    return f"{len(gaps)} gap{'' if len(gaps) == 1 else 's'} ({missing} samples{said})"
 
 
 def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str:

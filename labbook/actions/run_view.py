@@ -16,6 +16,10 @@ from data_schema.queries.history import HistoryRow, NoteRow, RunFileRow, files_o
 from data_schema.queries.run_results import standing_number
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_of, signals_of_runs
+from data_schema.vocabulary import FileRole
+from labbook.analysis.detecting import BODY_HEIGHT
+from labbook.analysis.detections import Detections
+from labbook.analysis.run_apexes import jumps_found_in_run
 from labbook.book.naming import run_named
 from labbook.config.parsing import Configuration
 
@@ -27,21 +31,27 @@ _DONE = {"declare": "declared", "correct": "corrected", "void": "declared void"}
 
 @dataclass(frozen=True, slots=True)
 class RunView:
-    """A run with all that belongs to it."""
+    """A run with all that belongs to it.
+
+    `jumps_found` are the flights with an apex in its logs; None where it has no log, or they do not count, with why.
+    """
 
     run: RunRow
     files: tuple[RunFileRow, ...]
     signals: tuple[tuple[SignalRow, tuple[GapRow, ...]], ...]
     charges: tuple[ChargeOfRun, ...]
     notes: tuple[NoteRow, ...]
+    jumps_found: int | None
+    jumps_do_not_count: str | None
     history: tuple[HistoryRow, ...]
     history_in_words: tuple[str, ...]
     joules_per_jump: float | None
     mean_apex_height_m: float | None
 
 
-def run_view(connection: sa.Connection, configuration: Configuration, name: str) -> RunView:
+def run_view(detections: Detections, configuration: Configuration, name: str) -> RunView:
     """Collect what belongs to a run; its numbers are those of the newest report that still stand."""
+    connection = detections.connection
     run = run_named(connection, name)
     history = tuple(history_of(connection, run.uid))
     protocol = configuration.protocol
@@ -55,12 +65,16 @@ def run_view(connection: sa.Connection, configuration: Configuration, name: str)
     joules = standing_number(connection, "run_energy", canonical({"run": name}), "joules_per_jump")
     apex = standing_number(connection, "run_apexes", canonical(as_protocol), "apex_height")
     signals = signals_of_runs(connection, run_uid=run.uid)
+    logs = [signal for signal in signals if signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels]
+    found = jumps_found_in_run(detections, run, logs, protocol.detector) if logs else None
     return RunView(
         run=run,
         files=tuple(files_of_run(connection, run.uid)),
         signals=tuple((signal, gaps_of(connection, signal.uid)) for signal in signals),
         charges=tuple(charges_of_run(connection, run.uid)),
         notes=tuple(notes_of(connection, run.uid)),
+        jumps_found=found if isinstance(found, int) else None,
+        jumps_do_not_count=found if isinstance(found, str) else None,
         history=history,
         history_in_words=tuple(_in_words(connection, item) for item in history),
         joules_per_jump=None if joules is None else joules[0],
@@ -75,7 +89,7 @@ def view_lines(view: RunView) -> list[str]:
         f"run {run.name} ({run.kind}, {run.state}) on {run.day}, position {run.position_in_day}",
         f"  condition: {run.condition_key or 'none'}{' (control)' if run.is_control else ''}",
         f"  robot {run.robot}, battery {run.battery}, {run.starts} start{'' if run.starts == 1 else 's'}, "
-        f"{run.jumps_made} jumps made",
+        f"{run.jumps_made} jumps made{_found(view)}",
         f"  started {run.started_utc or 'unknown'}, duration "
         f"{'unknown' if run.duration_s is None else f'{run.duration_s:g} s'}",
     ]
@@ -103,6 +117,12 @@ def view_lines(view: RunView) -> list[str]:
     for words in view.history_in_words:
         lines += textwrap.wrap(words, WIDTH, initial_indent="  ", subsequent_indent="    ")
     return lines
+
+
+def _found(view: RunView) -> str:
+    if view.jumps_do_not_count is not None:
+        return f", none counted in its logs ({view.jumps_do_not_count})"
+    return "" if view.jumps_found is None else f", {view.jumps_found} found"
 
 
 def _in_words(connection: sa.Connection, item: HistoryRow) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.journal import canonical
+from data_schema.queries.detections import JumpRow
 from data_schema.queries.signals import GapRow
 from data_schema.vocabulary import GapKind, Undefined
 from ingest.model import Gap, SignalPart
@@ -56,6 +57,15 @@ def detect(log: Log, algorithm: str, rest_length_m: float) -> Detection:
         detector=algorithm,
     )
     return Detection(algorithm, version(algorithm), settings(algorithm, rest_length_m), log.gaps, found)
+
+
+def jumps_found(jumps: Iterable[Jump | JumpRow]) -> int:
+    """Count the flights with an apex, which are set beside the jumps made.
+
+    A stance without one is no jump found: the last landing was not jumped from, and of a jump whose apex was lost, or
+    that misfired, nothing can be measured.
+    """
+    return sum(jump.undefined_reason is None for jump in jumps)
 
 
 def version(algorithm: str) -> int:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from data_schema.queries.results import InputRow, ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
+from labbook.analysis.detecting import jumps_found
 from labbook.analysis.detections import Detections, rest_length_m
 from labbook.analysis.facts import decision_input, run_input, signal_input
 from labbook.analysis.gathering import Evidence
@@ -17,7 +18,7 @@ from labbook.analysis.judging import Judgement, Rules, judge
 from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
 from stats.summary import describe
 
-ALGORITHM = Algorithm("run_apexes", 14)
+ALGORITHM = Algorithm("run_apexes", 15)
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +67,16 @@ def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...]
     if all(log.start_utc is not None for log in distinct):
         return tuple(sorted(distinct, key=lambda log: log.start_utc or ""))
     return tuple(sorted(distinct, key=lambda log: _in_number_order(log.file_name)))
+
+
+def jumps_found_in_run(detections: Detections, run: RunRow, logs: Sequence[SignalRow], detector: str) -> int | str:
+    """Count the jumps found of a run over all its `logs` with a body height, or say why they do not count."""
+    usable = usable_logs(run, logs)
+    if isinstance(usable, str):
+        return usable
+    length_m = rest_length_m(detections.connection, run.robot_uid)
+    found = detections.of({run.uid: usable}, detector, length_m)[run.uid]
+    return sum(jumps_found(detection.jumps) for detection in found)
 
 
 def _in_number_order(name: str) -> list[tuple[str, int]]:
@@ -119,11 +130,12 @@ def _outcome(judgement: Judgement) -> Outcome:
     counted = judgement.counted
     heights = [jump.apex_height_m for jump in counted if jump.apex_height_m is not None]
     about = describe(heights)
+    found = jumps_found(item.jump for item in judgement.jumps)
     excluded = Counter(item.excluded for item in judgement.jumps if item.excluded is not None)
     return Outcome(
         (
             NewNumber("apex_height", about.mean, "m", about.se, n=about.n),
-            NewNumber("jumps_found", float(len(judgement.jumps)), "1", n=len(judgement.jumps)),
+            NewNumber("jumps_found", float(found), "1", n=found),
         ),
         {"heights_m": heights, "excluded": dict(sorted(excluded.items())), "waiting": len(judgement.waiting)},
     )

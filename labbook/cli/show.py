@@ -20,8 +20,9 @@ def show(
     Example: labbook show r017
     """
     from labbook.actions.run_view import run_view, view_lines
+    from labbook.analysis.detections import Detections
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        found = run_view(connection, opened_book.configuration, run)
+        found = run_view(Detections(connection, opened_book.store), opened_book.configuration, run)
     emit(found, view_lines(found), as_json)

@@ -14,7 +14,7 @@ from data_schema.queries.people import config_in_force
 from data_schema.queries.results import mark_stale
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.model import Finding, ReadFile, SignalPart
-from labbook.analysis.detecting import detection_rows
+from labbook.analysis.detecting import detection_rows, jumps_found
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.assigning import assign_file
 from labbook.statements.findings import finding_values
@@ -173,7 +173,7 @@ def _jumps_mismatch(scene: Scene, run_uid: str, done: PreparedImport) -> list[di
     A run that was started again may have more logs to come: fewer jumps in one of them mean nothing yet.
     """
     run = read_fact(scene.connection, "run", run_uid, ["name", "kind", "jumps_made", "starts"])
-    found = [len(part.detection.found.jumps) for part in done.parts if part.detection is not None]
+    found = [jumps_found(part.detection.found.jumps) for part in done.parts if part.detection is not None]
     more_to_come = run["starts"] > 1 and sum(found) < run["jumps_made"]
     if run["kind"] != RunKind.JUMPS or not found or sum(found) == run["jumps_made"] or more_to_come:
         return []

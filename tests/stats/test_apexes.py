@@ -140,11 +140,12 @@ def test_touchdown_and_liftoff(bed_log):
         assert jump.flags == () or "landing_extrapolated" in jump.flags
 
 
-def test_a_jump_that_touches_a_gap_is_marked_and_no_other(bed_log):
+def test_a_jump_whose_flight_touches_a_gap_is_marked_and_no_other(bed_log):
+    """A gap while the leg stood on the ground was counted too, and cost jumps whose height and flight are whole."""
     log = bed_log(6)
     height = measured(log)
-    # In flight, in stance, and on the clamp, which is no jump.
-    holes = [log.apex_s[1] - 0.04, log.touchdown_s[3] + 0.1, log.apex_s[4] + 1.5]
+    # In flight, early in stance, over the lift-off, and on the clamp, which is no jump.
+    holes = [log.apex_s[1] - 0.04, log.touchdown_s[2] + 0.1, log.liftoff_s[3] - 0.03, log.apex_s[4] + 1.5]
     kept = np.ones(log.time_s.size, dtype=bool)
     for hole in holes:
         kept &= (log.time_s < hole) | (log.time_s > hole + 0.02)
@@ -154,9 +155,28 @@ def test_a_jump_that_touches_a_gap_is_marked_and_no_other(bed_log):
         )
         assert [jump.gap_touched for jump in found.jumps] == [False, True, False, True, False, False]
         assert len(found.with_apex) == 6
+        assert abs(height_errors(found, log)[2]) < 0.002
     stated = jumps_of(log, height, gaps=[[hole, 0.02] for hole in holes])
     assert [jump.gap_touched for jump in stated.jumps] == [False, True, False, True, False, False]
     assert not any(jump.gap_touched for jump in jumps_of(log, height, gaps=()).jumps)
+
+
+@pytest.mark.parametrize("leg", [True, False])
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_gaps_from_shortly_before_liftoff_to_shortly_after_landing_count(emulator_log, detector, leg):
+    log = emulator_log(4)
+    whole = jumps_of(log, leg=leg, detector=detector)
+    jump, following = whole.jumps[1:3]
+
+    def marked(at_s):
+        found = jumps_of(log, gaps=[[at_s, 0.005]], leg=leg, detector=detector)
+        return [each.number for each in found.jumps if each.gap_touched]
+
+    assert marked(jump.liftoff_s - 0.06) == []
+    assert marked(jump.liftoff_s - 0.012) == [2]
+    assert marked(jump.apex_s) == [2]
+    assert marked(following.touchdown_s + 0.005) == [2]
+    assert marked(following.touchdown_s + 0.05) == []
 
 
 def test_an_apex_inside_a_gap_is_undefined_and_says_why(bed_log):
