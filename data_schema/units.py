@@ -41,6 +41,15 @@ def _registry() -> Any:
     return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
 
 
+def is_unit(text: str) -> bool:
+    """Tell whether the units library knows a unit."""
+    try:
+        _registry().Unit(_SPELLINGS.get(text, text))
+    except Exception:  # pint raises a dozen unrelated types for bad unit text
+        return False
+    return True
+
+
 @functools.cache
 def conversion(source: str, target: str) -> tuple[float, float]:
     """Return `(scale, offset)` so that `stored = scale * value + offset`.

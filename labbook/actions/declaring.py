@@ -9,6 +9,7 @@ import typer
 
 from data_schema.errors import UsageError
 from labbook.actions.ingesting import FileOutcome
+from labbook.config.channels import channel_meant, check_unit
 
 
 def declared_options(
@@ -38,9 +39,13 @@ def declared_options(
     for text in columns:
         name, channel = _pair("--column", text, "h=body_height:mm")
         channel, _colon, unit = channel.partition(":")
+        channel = channel_meant(channel)
+        if unit:
+            check_unit(unit, channel)
         declared[name] = {"channel": channel, "unit": unit or None}
     for text in units:
         name, unit = _pair("--unit", text, "time=ms")
+        check_unit(unit, None)
         declared.setdefault(name, {"channel": None})["unit"] = unit
     if declared:
         options["columns"] = declared

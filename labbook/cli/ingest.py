@@ -23,7 +23,11 @@ def ingest(
     ] = None,
     column: Annotated[
         list[str] | None,
-        typer.Option("--column", metavar="COLUMN=CHANNEL[:UNIT]", help='What a column holds: "h=body_height:mm".'),
+        typer.Option(
+            "--column",
+            metavar="COLUMN=CHANNEL[:UNIT]",
+            help='What a column holds: "h=body_height:mm" (`labbook channels`), or "i=own.coil_current:A".',
+        ),
     ] = None,
     encoding: Annotated[str | None, typer.Option("--encoding", help="The page of text that is not UTF-8.")] = None,
     decimal: Annotated[str | None, typer.Option("--decimal", help="The decimal sign, . or ,")] = None,

@@ -20,6 +20,7 @@ from data_schema.errors import LabbookError
 from labbook.cli import (
     analysis,
     assign,
+    channels,
     charge,
     check,
     compare,
@@ -46,6 +47,7 @@ looking again and again at all that was imported."""
 COMMANDS = (
     init,
     ingest,
+    channels,
     report,
     compare,
     plan,

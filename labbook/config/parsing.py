@@ -13,9 +13,10 @@ import zoneinfo
 from collections.abc import Mapping
 from pathlib import Path
 
-from data_schema.errors import InputRefused, unknown_name
+from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.vocabulary import StudyKind
 from labbook.config.analysis import read_analysis
+from labbook.config.channels import channel_meant, check_unit
 from labbook.config.factors import read_factors, read_gains
 from labbook.config.model import (
     BatterySettings,
@@ -41,7 +42,8 @@ __all__ = ["Configuration", "parse_configuration", "template"]
 def parse_configuration(text: str, source: str, folder: Path | None = None) -> Configuration:
     """Read a configuration; `source` names the file in messages.
 
-    `folder`: where the file of a scene of one's own is looked for; None for a text that is kept with it.
+    `folder`: where the file of a scene of one's own is looked for; None for a text that is kept with it and was in
+    force: the channels that its profiles name stand, also where they would be refused now.
     Raises `InputRefused` with one sentence a fault, all faults at once.
     """
     faults: list[str] = []
@@ -60,7 +62,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         batteries={name: _battery(table) for name, table in top.tables("batteries")},
         instruments={name: _instrument(table) for name, table in top.tables("instruments")},
         files=_files(top.table("files")),
-        profiles={name: _profile(table) for name, table in top.tables("profiles")},
+        profiles={name: _profile(table, in_force=folder is None) for name, table in top.tables("profiles")},
         simulation=simulation,
         analysis=read_analysis(top),
         database_url=_database(top.table("database")),
@@ -177,7 +179,7 @@ def _files(table: TableReader) -> FileSettings:
     return FileSettings(pattern)
 
 
-def _profile(table: TableReader) -> ProfileSettings:
+def _profile(table: TableReader, *, in_force: bool) -> ProfileSettings:
     recognise = table.items("recognise", "column names")
     if not recognise or not all(isinstance(name, str) and is_plain(name) for name in recognise):
         table.fault("recognise", f"{recognise!r} names no column: list one or more that only this logger has.")
@@ -189,7 +191,7 @@ def _profile(table: TableReader) -> ProfileSettings:
         below.finish()
         if rate_hz is not None:
             table.fault("rate_hz", "stands beside a time column: leave one of the two out.")
-    columns = {name: _profile_column(below) for name, below in table.tables("columns")}
+    columns = {name: _profile_column(below, in_force) for name, below in table.tables("columns")}
     channels = [column.channel for column in columns.values() if column.channel]
     for channel in sorted({channel for channel in channels if channels.count(channel) > 1}):
         table.fault("columns", f"{channel!r} is the channel of several columns: name each channel once.")
@@ -197,13 +199,22 @@ def _profile(table: TableReader) -> ProfileSettings:
     return ProfileSettings(tuple(recognise), rate_hz, time, columns)
 
 
-def _profile_column(table: TableReader) -> ProfileColumn:
+def _profile_column(table: TableReader, in_force: bool) -> ProfileColumn:
     sign = table.number("sign", 1.0)
     if abs(sign) != 1.0:
         table.fault("sign", f"{sign:g} is no sign: write 1, or -1 to turn the column round.")
-    column = ProfileColumn(table.optional_text("channel"), table.optional_text("unit"), -1 if sign < 0 else 1)
+    channel, unit = table.optional_text("channel"), table.optional_text("unit")
+    key = "channel"
+    try:
+        channel = channel_meant(channel) if channel else channel
+        key = "unit"
+        if unit and not in_force:
+            check_unit(unit, channel)
+    except UsageError as error:
+        if not in_force:
+            table.fault(key, str(error))
     table.finish()
-    return column
+    return ProfileColumn(channel, unit, -1 if sign < 0 else 1)
 
 
 def _database(table: TableReader) -> str | None:

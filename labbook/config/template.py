@@ -117,7 +117,7 @@ run_pattern = '^(?P<run>r\\d+)'
 #[profiles.serial_logger]
 #recognise = ["time", "leftEncoder"]
 #time = { column = "time", unit = "ms" }
-#columns = { leftEncoder = { channel = "left_encoder", unit = "1" }, h = { channel = "body_height", unit = "mm" } }
+#columns = { leftEncoder = { channel = "own.left_encoder", unit = "1" }, h = { channel = "body_height", unit = "mm" } }
 
 # A database that several people share, and the folder that they all reach.
 #[database]

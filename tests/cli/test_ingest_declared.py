@@ -85,7 +85,7 @@ def test_profile_of_the_book_reads_a_foreign_logger(fresh: SmallBook, tmp_path: 
 recognise = ["tick", "left"]
 time = { column = "tick", unit = "ms" }
 [profiles.serial_logger.columns]
-left = { channel = "left_encoder", unit = "1" }
+left = { channel = "own.left_encoder", unit = "1" }
 hgt = { channel = "body_height", unit = "mm", sign = -1 }
 """
     with fresh.toml.open("a") as toml:

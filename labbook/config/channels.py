@@ -1,0 +1,50 @@
+"""What a declared column may hold: a channel that labbook knows, the time, or a quantity of one's own; and its unit."""
+
+from __future__ import annotations
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.vocabulary import CHANNELS
+
+TIME = "time"
+OWN = "own."
+"""Before a name that is no channel: `own.motor_current` is kept as `motor_current` and feeds no result."""
+_WHERE = "`labbook channels` lists all; a quantity of your own is written own.NAME."
+
+
+def channel_meant(text: str) -> str:
+    """Return the channel that a declaration names, `own.` taken off.
+
+    Raises `UnknownName` with the nearest for what is no channel, `UsageError` for an own name that is none.
+    """
+    from ingest.channels.synonyms import channel_kind  # here, for every command reads a configuration
+
+    if text.startswith(OWN):
+        name = text.removeprefix(OWN)
+        if not name.strip() or name == TIME or channel_kind(name) is not None:
+            why = f"{name} is a channel, write {name}" if name.strip() else f"write for example {OWN}motor_current"
+            raise UsageError(f"{text!r} is no name of your own: {why}.")
+        return name
+    if text != TIME and channel_kind(text) is None:
+        raise unknown_name("channel", text, [TIME, *CHANNELS], _WHERE)
+    return text
+
+
+def check_unit(unit: str, channel: str | None) -> None:
+    """Raise `UsageError` for a unit that is none, or that `channel` cannot have; without one any unit will do."""
+    from data_schema import units
+    from ingest.channels.factors import factor
+    from ingest.channels.synonyms import channel_kind
+    from ingest.findings import FindingCollector
+    from ingest.tables.header_cells import is_unit, normal_unit
+
+    kind = None if channel is None else channel_kind(channel)
+    written = normal_unit(unit) or unit
+    if kind is not None:
+        findings = FindingCollector()
+        factor(kind, written, CHANNELS[kind].unit, findings)
+        if findings.refuse:
+            example = CHANNELS[kind].unit
+            raise UsageError(f"{unit!r} is no unit of {channel}: give one of its quantity, for example {example!r}.")
+        return
+    if not is_unit(written) and not units.is_unit(written):
+        raise UsageError(f"{unit!r} is no unit: give one such as ms, mm, m/s, N, V or 1 for none.")

@@ -1,0 +1,74 @@
+"""What a column may be declared as: a channel or the nearest one is named, and a quantity of one's own is marked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from data_schema.vocabulary import CHANNELS
+from labbook.config.parsing import parse_configuration
+from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.helpers.books import SmallBook, small_toml
+
+PROFILE = '\n[profiles.logger]\nrecognise = ["z"]\ncolumns = { z = { channel = "%s", unit = "%s" } }\n'
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> Path:
+    path = tmp_path / "foreign.csv"
+    path.write_text("t [ms],z,left\n" + "".join(f"{3 * i},{420 + i % 7},{i}\n" for i in range(300)))
+    return path
+
+
+def test_all_channels_are_listed_with_unit_and_meaning(tmp_path: Path) -> None:
+    listed = {row["name"]: row for row in good(labbook("channels", "--json", at=tmp_path)).json}
+    assert {name: (row["unit"], row["meaning"]) for name, row in listed.items() if name in CHANNELS} == {
+        name: (kind.unit, kind.meaning) for name, kind in CHANNELS.items()
+    }
+    shown = good(labbook("channels", at=tmp_path)).out
+    assert all(name in shown for name in [*CHANNELS, "own.NAME"])
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        (("--column", "z=body_hieght:mm"), ["'body_hieght'", "'body_height'", "`labbook channels`"]),
+        (("--column", "z=CHANNEL:UNIT"), ["'CHANNEL'", "`labbook channels`", "own.NAME"]),
+        (("--column", "z=body_height:UNIT"), ["'UNIT'", "'m'"]),
+        (("--column", "z=body_height:kg"), ["'kg'", "'m'"]),
+        (("--column", "z=own.pot:UNIT"), ["'UNIT'"]),
+        (("--column", "z=own.body_height:mm"), ["own.body_height", "write body_height"]),
+        (("--unit", "z=UNIT"), ["'UNIT'"]),
+    ],
+)
+def test_a_flag_with_a_name_that_is_none_is_refused_with_the_nearest(
+    fresh: SmallBook, log: Path, said: tuple[str, str], words: list[str]
+) -> None:
+    """It was imported, with a channel `body_hieght` that nothing uses."""
+    with unchanged(fresh.folder):
+        refused(labbook("ingest", log, *said, at=fresh.folder), 2, *words)
+
+
+@pytest.mark.parametrize(("channel", "unit"), [("body_hieght", "mm"), ("CHANNEL", "mm"), ("body_height", "UNIT")])
+def test_a_profile_with_a_name_that_is_none_is_refused_with_its_place(
+    fresh: SmallBook, log: Path, channel: str, unit: str
+) -> None:
+    with fresh.toml.open("a") as toml:
+        toml.write(PROFILE % (channel, unit))
+    with unchanged(fresh.folder):
+        refused(labbook("ingest", log, at=fresh.folder), 2, "labbook.toml", "profiles.logger.columns.z")
+
+
+def test_a_quantity_of_ones_own_is_marked_by_flag_and_profile(fresh: SmallBook, log: Path) -> None:
+    with fresh.toml.open("a") as toml:
+        toml.write(PROFILE % ("own.pot", "mm"))
+    good(labbook("ingest", log, "--column", "left=own.encoder:1", at=fresh.folder))
+    assert rows(fresh.folder, "SELECT name, unit FROM channel ORDER BY position") == [("pot", "mm"), ("encoder", "1")]
+
+
+def test_a_profile_that_was_in_force_is_read_as_it_stood() -> None:
+    """Books were made with own names without `own.`; a rebuild reads the configuration from their journal."""
+    text = small_toml() + PROFILE % ("pot", "grains")
+    column = parse_configuration(text, "the book's configuration").profiles["logger"].columns["z"]
+    assert (column.channel, column.unit) == ("pot", "grains")
