@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from data_schema.queries.runs import RunRow
@@ -29,9 +30,22 @@ _RIG_GAPS = (GapKind.DROPPED, GapKind.HELD)
 Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 
 
+@dataclass(frozen=True, slots=True)
+class RigLine:
+    """What is said of a run; `jumps_off` is by how many the jumps found differ from those made.
+
+    `outside`: its joules are out of their control limits.
+    """
+
+    text: str
+    jumps_off: int = 0
+    logs_do_not_count: bool = False
+    outside: bool = False
+
+
 def rig_lines(
     detections: Detections, files: Mapping[str, Sequence[PreparedImport]], evidence: Evidence
-) -> dict[str, str]:
+) -> dict[str, RigLine]:
     """Say of every run how many jumps and gaps it has and whether its joules are in control, by its name.
 
     `files` has what one command read for each run, logs and charges, told in one line; the book may hold more of a run.
@@ -46,26 +60,29 @@ def rig_lines(
 
 def _line(
     run: RunRow, detections: Detections, files: Sequence[PreparedImport], evidence: Evidence, drains: Lines
-) -> str:
+) -> RigLine:
     parts = [f"run {run.name}:"]
+    found: int | str = run.jumps_made
     if any(stored.detection is not None for prepared in files for stored in prepared.parts):
-        parts.append(f"{_jumps(run, detections, evidence)},")
+        in_book = evidence.logs.get(run.uid, [])
+        found = jumps_found_in_run(detections, run, in_book, evidence.configuration.protocol.detector)
+        parts.append(f"{_jumps(run, found, in_book)},")
     logs = [prepared.read for prepared in files if prepared.parts]
     if logs:
         parts.append(f"{_gaps(logs)}{_where(files, evidence.logs.get(run.uid, []))},")
-    parts.append(_joules(run, evidence, drains))
-    return " ".join(parts)
+    joules, outside = _joules(run, evidence, drains)
+    if isinstance(found, str):
+        return RigLine(" ".join([*parts, joules]), logs_do_not_count=True, outside=outside)
+    return RigLine(" ".join([*parts, joules]), abs(found - run.jumps_made), outside=outside)
 
 
-def _jumps(run: RunRow, detections: Detections, evidence: Evidence) -> str:
-    """Count the jumps of a run over all its logs in the book: where it was started again, some may have come before."""
-    logs = evidence.logs.get(run.uid, [])
-    count = jumps_found_in_run(detections, run, logs, evidence.configuration.protocol.detector)
-    if isinstance(count, str):
-        return f"its jumps do not count ({count})"
+def _jumps(run: RunRow, found: int | str, logs: Sequence[SignalRow]) -> str:
+    """Say how many jumps all logs of a run in the book have: where it was started again, some may have come before."""
+    if isinstance(found, str):
+        return f"its jumps do not count ({found})"
     several = len({log.sha256 for log in logs})
     where = "" if several == 1 else f" in {several} logs"
-    return f"{count} of {run.jumps_made} jumps found{where}{_mismatch(count, run.jumps_made)}"
+    return f"{found} of {run.jumps_made} jumps found{where}{_mismatch(found, run.jumps_made)}"
 
 
 def _mismatch(found: int, made: int) -> str:
@@ -91,10 +108,11 @@ def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str
     return " in the log just read" if sum(bool(prepared.parts) for prepared in files) == 1 else " in the logs just read"
 
 
-def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> str:
+def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> tuple[str, bool]:
+    """Say a run's joules a jump beside those of its condition before, and whether they are out of the limits."""
     joules = _joules_of(run, evidence, drains)
     if isinstance(joules, str):
-        return f"joules unknown: {joules}"
+        return f"joules unknown: {joules}", False
     now = (run.day, run.position_in_day)
     earlier = [
         value
@@ -104,14 +122,15 @@ def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> str:
         if not isinstance(value, str)
     ]
     if not earlier:
-        return f"{joules:.1f} J a jump, the first of its condition"
+        return f"{joules:.1f} J a jump, the first of its condition", False
     about = describe(earlier)
     if about.n < LIMITS_FROM_RUNS or isinstance(about.mean, Undefined) or isinstance(about.sd, Undefined):
         runs = "run" if about.n == 1 else "runs"
-        return f"{joules:.1f} J a jump, n = {about.n} {runs} so far, no limits yet"
+        return f"{joules:.1f} J a jump, n = {about.n} {runs} so far, no limits yet", False
     low, high = about.mean - LIMIT_SDS * about.sd, about.mean + LIMIT_SDS * about.sd
-    verdict = "within" if low <= joules <= high else "OUTSIDE"
-    return f"{joules:.1f} J a jump, {verdict} the control limits {low:.1f} to {high:.1f} J (n = {about.n})"
+    outside = not low <= joules <= high
+    verdict = "OUTSIDE" if outside else "within"
+    return f"{joules:.1f} J a jump, {verdict} the control limits {low:.1f} to {high:.1f} J (n = {about.n})", outside
 
 
 def _joules_of(run: RunRow, evidence: Evidence, drains: Lines) -> float | str:

@@ -1,6 +1,5 @@
 """`labbook ingest`: take instruments' files into the book."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -32,6 +31,7 @@ def ingest(
     encoding: Annotated[str | None, typer.Option("--encoding", help="The page of text that is not UTF-8.")] = None,
     decimal: Annotated[str | None, typer.Option("--decimal", help="The decimal sign, . or ,")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Read and check; store nothing.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Of many files, list also those in order.")] = False,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
@@ -39,6 +39,7 @@ def ingest(
     """Ingest files: a byte-exact copy, its samples and charges, and everything that the checks found.
 
     The same bytes again change nothing. A refused file stores nothing but its findings; then the exit code is 2.
+    Of many files the sum comes first, then what needs attention, worst first, then the rest.
 
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007
     """
@@ -51,12 +52,17 @@ def ingest(
         ingest_file_or_refuse,
         without_samples,
     )
+    from labbook.actions.missing_height import MissingHeight, missing_heights
+    from labbook.actions.rig_line import RigLine
     from labbook.book.desk import new_uid
     from labbook.book.opening import opened
-    from labbook.cli.ingest_lines import outcome_json, outcome_lines, rig_lines_of, summary_line
+    from labbook.cli.ingest_lines import outcome_json, rig_lines_of
+    from labbook.cli.ingest_summary import Batch, batch_lines
 
     options = declared_options(rate, unit or [], column or [], encoding, decimal)
     outcomes: list[FileOutcome] = []
+    rig: list[list[RigLine]] = []
+    heights: list[MissingHeight | None] = []
     with opened(book) as opened_book:
         if not dry_run:
             opened_book.speaker(person)
@@ -65,8 +71,7 @@ def ingest(
         take = ingest_file_or_refuse if many else ingest_file
         batch = new_uid() if many else None
         try:
-            # on a terminal the lines themselves show how far it is
-            with progress("ingesting", len(files), shown=many and (as_json or not sys.stdout.isatty())) as step:
+            with progress("ingesting", len(files), shown=many) as step:
                 for path in files:
                     outcome = take(opened_book, path, IngestRequest(run, options, dry_run, person, batch))
                     if asking() and not as_json and not many:
@@ -74,16 +79,15 @@ def ingest(
                         if said is not None:
                             outcome = take(opened_book, path, IngestRequest(run, said, dry_run, person))
                     outcomes.append(without_samples(outcome))
-                    if not as_json:
-                        emit(None, outcome_lines(outcome, run), as_json=False)
                     step(path.name)
             rig = rig_lines_of(opened_book, outcomes)
-            if not as_json:
-                emit(None, [f"  {line}" for of_file in rig for line in of_file], as_json=False)
-        finally:
+            heights = missing_heights(opened_book, outcomes)
+        finally:  # what was finished is told, also where Ctrl-C or a full disk ended the rest
             if outcomes and not as_json:
-                emit(None, [summary_line(outcomes, dry_run)], as_json=False)
+                n = len(outcomes)
+                done = Batch(outcomes, rig or [[]] * n, heights or [None] * n, run, dry_run)
+                emit(None, batch_lines(done, verbose=verbose), as_json=False)
     if as_json:
-        emit([outcome_json(*both) for both in zip(outcomes, rig, strict=True)], [], as_json=True)
+        emit([outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)], [], as_json=True)
     if any(outcome.status == "refused" for outcome in outcomes):
         raise typer.Exit(2)

@@ -8,39 +8,60 @@ from typing import Any
 
 from data_schema.queries.imports import FirstImport
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import IngestStatus
+from data_schema.vocabulary import IngestStatus, Severity
 from ingest.model import Finding
 from labbook.actions.ingesting import FileOutcome
-from labbook.actions.rig_line import rig_lines
+from labbook.actions.missing_height import MissingHeight, missing_height_lines
+from labbook.actions.rig_line import RigLine, rig_lines
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence, gather
 from labbook.analysis.run_apexes import usable_logs
 from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
 
+_MOST_COLUMNS = 8
 
-def outcome_lines(outcome: FileOutcome, run: str | None) -> list[str]:
-    """Return the lines for people: what became of the file that was to belong to `run`, and its findings."""
+
+def outcome_lines(outcome: FileOutcome, run: str | None, missing: MissingHeight | None = None) -> list[str]:
+    """Return the lines for people: what became of the file that was to belong to `run`, and its findings.
+
+    `missing` is said before all else: the log has no body height.
+    """
+    if outcome.first is not None:
+        restored = ["  raw copy restored: the book's own was missing or damaged."] if outcome.raw_restored else []
+        return [_head(outcome), *restored, *_run_not_heeded(outcome.first, run)]
+    loud = [] if missing is None else missing_height_lines(outcome.path, missing)
+    findings = () if outcome.read is None else outcome.read.findings
+    return [*loud, _head(outcome), *(f"  {line}" for line in _finding_lines(findings))]
+
+
+def file_line(outcome: FileOutcome) -> str:
+    """Return the one line that is enough where nothing needs attention: what was read, and the rules of its remarks."""
+    if outcome.first is not None:
+        return _head(outcome) + (" Raw copy restored." if outcome.raw_restored else "")
+    assert outcome.read is not None  # noqa: S101 - only duplicates are not read
+    rules = Counter(finding.rule for finding in outcome.read.findings)
+    noted = ", ".join(rule if count == 1 else f"{count} {rule}" for rule, count in rules.items())
+    return _head(outcome) + (f" Noted: {noted}." if noted else "")
+
+
+def _head(outcome: FileOutcome) -> str:
     if outcome.first is not None:
         first = outcome.first
         runs = f" for run {', '.join(first.runs)}" if first.runs else ""
-        line = f"{outcome.path}: imported before{runs}, as {first.original_name} by {first.person} on {first.at_utc}."
-        restored = ["  raw copy restored: the book's own was missing or damaged."] if outcome.raw_restored else []
-        return [line, *restored, *_run_not_heeded(first, run)]
+        return f"{outcome.path}: imported before{runs}, as {first.original_name} by {first.person} on {first.at_utc}."
     read = outcome.read
     assert read is not None  # noqa: S101 - only duplicates are not read
     if outcome.status is IngestStatus.REFUSED:
-        head = f"{outcome.path}: refused ({read.format}), nothing stored:"
-        return [head, *(f"  {_finding(finding)}" for finding in read.findings)]
+        return f"{outcome.path}: refused ({read.format}), nothing stored:"
     where = f"run {', '.join(outcome.runs)}" if outcome.runs else "no run yet (`labbook runs inbox`)"
     if outcome.runs and outcome.prepared is None:
         where = f"would belong to {where}"
     rejected = f", {read.rows_rejected} rejected" if read.rows_rejected else ""
-    head = f"{outcome.path}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}."
-    return [head, *(f"  {_finding(finding)}" for finding in read.findings)]
+    return f"{outcome.path}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}."
 
 
-def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[str]]:
+def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLine]]:
     """Return how the runs of each file do, when all files are stored: the book is gathered once for all of them.
 
     A run that several files belong to, a log and a charge, is told once, with the last of them.
@@ -52,7 +73,7 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[str]]
             for name in outcome.runs:
                 files.setdefault(name, []).append(outcome.prepared)
                 last[name] = place
-    found: list[list[str]] = [[] for _outcome in outcomes]
+    found: list[list[RigLine]] = [[] for _outcome in outcomes]
     if not files:
         return found
     with book.reading() as connection:
@@ -65,17 +86,18 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[str]]
     return found
 
 
-def _logs_too_many(run: RunRow, evidence: Evidence) -> list[str]:
+def _logs_too_many(run: RunRow, evidence: Evidence) -> list[RigLine]:
     """Say that a run has logs that do not count, for there are more of them than it had starts."""
     logs = evidence.logs.get(run.uid, ())
     why = usable_logs(run, logs) if logs else ()
     if not isinstance(why, str):
         return []
-    return [
+    text = (
         f"look again: run {run.name} has {why}, so none of them counts: take one off with "
         f"`labbook assign FILE none --why ...`, or say how often the run was started with "
         f"`labbook correct {run.name} starts=N --why ...`."
-    ]
+    )
+    return [RigLine(text, logs_do_not_count=True)]
 
 
 def _run_not_heeded(first: FirstImport, run: str | None) -> list[str]:
@@ -88,8 +110,8 @@ def _run_not_heeded(first: FirstImport, run: str | None) -> list[str]:
     return [f"  --run {run} was not heeded, for the file belongs to run {', '.join(first.runs)}: {move}."]
 
 
-def outcome_json(outcome: FileOutcome, rig: Sequence[str]) -> dict[str, Any]:
-    """Return the record for programs; `rig` says how the file's runs do."""
+def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingHeight | None) -> dict[str, Any]:
+    """Return the record for programs; `rig` says how the file's runs do, `missing` what a log lacks for jumps."""
     read = outcome.read
     return {
         "file": outcome.path,
@@ -108,27 +130,35 @@ def outcome_json(outcome: FileOutcome, rig: Sequence[str]) -> dict[str, Any]:
         "findings": [_finding_json(finding) for finding in (read.findings if read else ())],
         "first_import": outcome.first,
         "raw_restored": outcome.raw_restored,
-        "rig": list(rig),
+        "rig": [line.text for line in rig],
+        "missing_body_height": missing,
     }
 
 
-def summary_line(outcomes: Sequence[FileOutcome], dry_run: bool) -> str:
-    """Return the one line that sums up a batch."""
-    counts = Counter(outcome.status for outcome in outcomes)
-    imported = "would be imported" if dry_run else "imported"
-    return (
-        f"{len(outcomes)} file{'' if len(outcomes) == 1 else 's'}: {counts[IngestStatus.IMPORTED]} {imported}, "
-        f"{counts[IngestStatus.DUPLICATE]} there already, {counts[IngestStatus.REFUSED]} refused."
-    )
+def _finding_lines(findings: Sequence[Finding]) -> list[str]:
+    """Return a line for each rule: what several columns or rows have in common is said once, with the first message.
+
+    Of what refuses a file every message stands, for each names what to do.
+    """
+    by_rule: dict[object, list[Finding]] = {}
+    for finding in findings:
+        alike = finding if finding.severity is Severity.FILE else (finding.severity, finding.rule)
+        by_rule.setdefault(alike, []).append(finding)
+    return [_finding_line(same) for same in by_rule.values()]
 
 
-def _finding(finding: Finding) -> str:
-    line = "" if finding.line is None else f"line {finding.line}"
-    if finding.count > 1 and line:
-        line += f" and {finding.count - 1} more"
-    column = "" if finding.column is None else f"column {finding.column!r}"
-    place = f" ({', '.join(filter(None, (column, line)))})" if column or line else ""
-    return f"{finding.severity}: {finding.rule}{place}: {finding.message}"
+def _finding_line(same: Sequence[Finding]) -> str:
+    first = same[0]
+    columns = list(dict.fromkeys(repr(finding.column) for finding in same if finding.column is not None))
+    more = f" and {len(columns) - _MOST_COLUMNS} more" if len(columns) > _MOST_COLUMNS else ""
+    column = f"column{'' if len(columns) == 1 else 's'} {', '.join(columns[:_MOST_COLUMNS])}{more}" if columns else ""
+    line = "" if first.line is None else f"line {first.line}"
+    count = sum(finding.count for finding in same)
+    if count > 1 and line:
+        line += f" and {count - 1} more"
+    times = f"{len(same)} times" if len(same) > max(1, len(columns)) else ""
+    place = ", ".join(filter(None, (column, line, times)))
+    return f"{first.severity}: {first.rule}{f' ({place})' if place else ''}: {first.message}"
 
 
 def _finding_json(finding: Finding) -> dict[str, Any]:

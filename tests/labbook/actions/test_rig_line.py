@@ -36,7 +36,7 @@ def ingest(book: Book, folder: Path, content: bytes) -> tuple[FileOutcome, str]:
     outcome = ingest_file(book, path, IngestRequest(run=RUN, person=ADA))
     assert outcome.status == "imported", outcome
     ((line,),) = rig_lines_of(book, [outcome])
-    return outcome, line
+    return outcome, line.text
 
 
 def found_not_made(outcome: FileOutcome) -> list[str]:

@@ -123,9 +123,9 @@ def test_the_line_at_the_rig_counts_the_jumps_of_all_logs(made: SmallBook, book:
     second_file.write_bytes(second)
     outcome = ingest_file(book, second_file, IngestRequest(run=RUN, person=ADA))
     ((line, again),) = rig_lines_of(book, [outcome])
-    assert "its jumps do not count (2 log files with a body height and 1 start)" in line
-    assert again.startswith("look again: ")
+    assert "its jumps do not count (2 log files with a body height and 1 start)" in line.text
+    assert again.text.startswith("look again: ")
     with book.desk(ADA) as desk:
         correct(book, desk, RUN, ["starts=2"], "power button pressed")
     ((line,),) = rig_lines_of(book, [outcome])
-    assert "3 of 3 jumps found in 2 logs, no gaps in the log just read," in line
+    assert "3 of 3 jumps found in 2 logs, no gaps in the log just read," in line.text

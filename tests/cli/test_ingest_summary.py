@@ -1,0 +1,91 @@
+"""What a person reads of a batch: the sum, then what needs attention, worst first; a missing body height is loud."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import good, labbook, rows
+from tests.helpers.books import SmallBook
+from tests.helpers.hopping_log import apex_s, hopping_log
+
+
+@pytest.fixture
+def foreign(tmp_path: Path) -> Path:
+    """A home-made logger's file whose height has a name of its own."""
+    path = tmp_path / "log 1.csv"
+    path.write_text(
+        "t [ms],legLen,pot_raw,motor\n" + "".join(f"{3 * i},{i % 9},{420 + i % 7},{i % 5}\n" for i in range(300))
+    )
+    return path
+
+
+def test_a_log_without_body_height_says_so_first_with_the_ready_command(stated: SmallBook, foreign: Path) -> None:
+    """It was imported with three remarks on unknown columns, and the run had no apexes without a word."""
+    answer = good(labbook("ingest", foreign, "--run", "r001", "--unit", "legLen=mm", "--dry-run", at=stated.folder))
+    _summary, first, columns, how = answer.out.splitlines()[:4]
+    assert "NO body_height" in first
+    assert all(repr(name) in columns for name in ("legLen", "pot_raw", "motor"))
+    assert "`labbook channels`" in how
+    (item,) = good(labbook("ingest", foreign, "--unit", "legLen=mm", "--dry-run", "--json", at=stated.folder)).json
+    command = item["missing_body_height"]["command"]
+    assert command in how
+    words = [word.replace(":UNIT", ":mm") for word in shlex.split(command)[1:]]
+    assert words[-1] == "pot_raw=body_height:mm"
+    good(labbook(*words, "--unit", "legLen=mm", "--run", "r001", at=stated.folder))
+    assert ("body_height",) in rows(stated.folder, "SELECT name FROM channel")
+
+
+def test_the_nearest_channel_of_each_column_is_named(stated: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "typed.csv"
+    path.write_text("t [ms],body_hieght [mm]\n" + "".join(f"{3 * i},{420 + i % 7}\n" for i in range(300)))
+    out = good(labbook("ingest", path, "--dry-run", at=stated.folder)).out
+    assert "nearest channel body_height" in out
+    assert "body_hieght [mm]=body_height:mm" in out
+
+
+def test_a_log_of_an_idle_run_needs_no_body_height(stated: SmallBook, foreign: Path) -> None:
+    said = good(labbook("ingest", foreign, "--run", "r007", "--unit", "legLen=mm", "--dry-run", at=stated.folder))
+    assert "NO body_height" not in said.out
+
+
+def test_the_sum_comes_first_then_what_needs_attention_worst_first(
+    stated: SmallBook, foreign: Path, tmp_path: Path
+) -> None:
+    folder = tmp_path / "batch"
+    folder.mkdir()
+    for run, jumps, lost in (("r001", 3, 1), ("r002", 6, 0), ("r003", 3, 0)):  # 3 are made in each
+        gap = [(apex_s(2) - 0.1, apex_s(2) + 0.1)][:lost]
+        (folder / f"{run}.csv").write_bytes(hopping_log(jumps, lost_s=gap))
+    (folder / "photo.jpg").write_bytes(b"\xff\xd8\xff\xe0" + bytes(range(256)) * 4)
+    (folder / "x.csv").write_bytes(foreign.read_bytes().replace(b"legLen", b"left"))
+    answer = labbook("ingest", folder, at=stated.folder)
+    assert answer.code == 2
+    lines = answer.out.splitlines()
+    assert lines[0] == "5 files: 4 imported, 0 there already, 1 refused."
+    marks = ["photo.jpg: refused", "NO body_height", "6 of 3 jumps found", "2 of 3 jumps found", "3 of 3 jumps found"]
+    places = [next(place for place, line in enumerate(lines) if mark in line) for mark in marks]
+    assert places == sorted(places)
+    assert lines.index("the others:") < places[-1]
+
+
+def test_many_files_that_are_fine_are_counted_and_listed_on_demand(stated: SmallBook) -> None:
+    """It was one line for each of hundreds of files, with what mattered between them."""
+    folders = [stated.instruments / name for name in ("logs", "charger")]
+    good(labbook("ingest", *folders, at=stated.folder))
+    again = good(labbook("ingest", *folders, at=stated.folder)).out.splitlines()
+    assert again[0] == "14 files: 0 imported, 14 there already, 0 refused."
+    assert len(again) == 2
+    every = good(labbook("ingest", *folders, "--verbose", at=stated.folder)).out.splitlines()
+    assert len(every) == 15
+    assert len(good(labbook("ingest", *folders, "--json", at=stated.folder)).json) == 14
+
+
+def test_a_remark_that_several_columns_share_is_one_line(fresh: SmallBook, foreign: Path) -> None:
+    """It was a line for each unknown column."""
+    out = good(labbook("ingest", foreign, "--unit", "legLen=mm", at=fresh.folder)).out
+    (line,) = [line for line in out.splitlines() if "unknown_column" in line]
+    assert "'pot_raw'" in line
+    assert "'motor'" in line
