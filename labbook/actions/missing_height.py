@@ -54,8 +54,12 @@ def missing_height_lines(path: str, missing: MissingHeight) -> list[str]:
     return [
         f"{path}: NO {BODY_HEIGHT}: no jump can be found in this log.",
         f"  its columns: {', '.join(columns)}{f' and {more} more' if more else ''}.",
-        f"  say which one it is: `{missing.command}` (`labbook channels` lists all channels).",
+        f"  say which one it is{_unit(missing)}: `{missing.command}` (`labbook channels` lists all channels).",
     ]
+
+
+def _unit(missing: MissingHeight) -> str:
+    return ", UNIT being the file's, such as mm" if "UNIT" in missing.command else ""
 
 
 def _is_log_without_height(outcome: FileOutcome) -> bool:

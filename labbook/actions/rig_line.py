@@ -110,7 +110,7 @@ def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str
 
 def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> tuple[str, bool]:
     """Say a run's joules a jump beside those of its condition before, and whether they are out of the limits."""
-    joules = _joules_of(run, evidence, drains)
+    joules = joules_of(run, evidence, drains)
     if isinstance(joules, str):
         return f"joules unknown: {joules}", False
     now = (run.day, run.position_in_day)
@@ -118,7 +118,7 @@ def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> tuple[str, bool]:
         value
         for other in evidence.runs
         if other.condition_key == run.condition_key and (other.day, other.position_in_day) < now
-        for value in [_joules_of(other, evidence, drains)]
+        for value in [joules_of(other, evidence, drains)]
         if not isinstance(value, str)
     ]
     if not earlier:
@@ -133,7 +133,8 @@ def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> tuple[str, bool]:
     return f"{joules:.1f} J a jump, {verdict} the control limits {low:.1f} to {high:.1f} J (n = {about.n})", outside
 
 
-def _joules_of(run: RunRow, evidence: Evidence, drains: Lines) -> float | str:
+def joules_of(run: RunRow, evidence: Evidence, drains: Lines) -> float | str:
+    """Return a run's joules a jump, or why there are none."""
     charge = usable_charge(run, evidence.charges.get(run.uid, []))
     if isinstance(charge, str):
         return charge

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import datetime
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from zoneinfo import ZoneInfo
-
-import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_by_run
@@ -18,7 +16,10 @@ from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
+from labbook.actions.without_numbers import without_apexes, without_joules
 from labbook.analysis.detecting import BODY_HEIGHT
+from labbook.analysis.detections import Detections
+from labbook.analysis.gathering import gather
 from labbook.analysis.run_apexes import usable_logs
 from labbook.config.parsing import Configuration
 from labbook.presenting.planned import HOW_TO_DECIDE
@@ -28,7 +29,8 @@ from labbook.presenting.planned import HOW_TO_DECIDE
 class ToDo:
     """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days.
 
-    `logs_do_not_count` says why, by run, though the run has logs. `analysis_undecided`: nothing is decided about the
+    `logs_do_not_count` says why, by run, though the run has logs with a body height; `no_joules` and `no_apexes` say of
+    every run of jumps that lacks a number why it does. `analysis_undecided`: nothing is decided about the
     analysis, and nothing measured yet.
     """
 
@@ -40,13 +42,16 @@ class ToDo:
     charge_without_log: tuple[str, ...]
     neither: tuple[str, ...]
     logs_do_not_count: Mapping[str, str]
+    no_joules: Mapping[str, str]
+    no_apexes: Mapping[str, str]
     checks_not_made: tuple[str, ...]
     inbox: int
     analysis_undecided: bool
 
 
-def to_do(connection: sa.Connection, configuration: Configuration, day: str | None) -> ToDo:
+def to_do(detections: Detections, configuration: Configuration, day: str | None) -> ToDo:
     """Compare the day's runs with what they should have; without `day`, today in the study's time zone."""
+    connection = detections.connection
     date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
     runs = [run for run in list_runs(connection) if run.day == date.isoformat() and run.state is not RunState.VOID]
     charged = set(charges_by_run(connection))
@@ -62,6 +67,8 @@ def to_do(connection: sa.Connection, configuration: Configuration, day: str | No
             if _needs_log(run) and ((run.uid in logs), (run.uid in charged)) == (has_log, has_charge)
         )
 
+    jumped = [run for run in runs if _needs_log(run)]
+    evidence = gather(connection, configuration, None) if jumped else None
     idle_uncharged = tuple(run.name for run in runs if run.kind is RunKind.IDLE and run.uid not in charged)
     return ToDo(
         day=date.isoformat(),
@@ -78,6 +85,8 @@ def to_do(connection: sa.Connection, configuration: Configuration, day: str | No
             for said in [_why_not(run, logs[run.uid])]
             if said is not None
         },
+        no_joules={} if evidence is None else without_joules(evidence, jumped),
+        no_apexes={} if evidence is None else without_apexes(detections, evidence, jumped, logs),
         checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
         inbox=len(inbox(connection)),
         analysis_undecided=configuration.analysis is None and first_measurement(connection) is None,
@@ -97,9 +106,10 @@ def to_do_lines(found: ToDo) -> list[str]:
     ):
         if names:
             lines.append(f"{what} ({len(names)}): {_listed(names)}")
-    for why in dict.fromkeys(found.logs_do_not_count.values()):
-        those = [name for name, said in found.logs_do_not_count.items() if said == why]
-        lines.append(f"logs that do not count ({why}): {_listed(those)}")
+    lines += _by_reason("logs that do not count", found.logs_do_not_count, ())
+    uncharged, unlogged = {*found.log_without_charge, *found.neither}, {*found.charge_without_log, *found.neither}
+    lines += _by_reason("no joules", found.no_joules, uncharged)
+    lines += _by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
     if found.inbox:
         lines.append(f"in the inbox: {found.inbox} (`labbook runs inbox`)")
     if found.analysis_undecided:
@@ -107,12 +117,22 @@ def to_do_lines(found: ToDo) -> list[str]:
     return lines if len(lines) > 1 else [*lines, "nothing is missing."]
 
 
+def _by_reason(what: str, reasons: Mapping[str, str], named: Collection[str]) -> list[str]:
+    """Say it in a line for each reason; runs that a line above has `named` are left out."""
+    by_reason: dict[str, list[str]] = {}
+    for name, why in reasons.items():
+        if name not in named:
+            by_reason.setdefault(why, []).append(name)
+    return [f"{what} ({why}): {_listed(names)}" for why, names in by_reason.items()]
+
+
 def _listed(names: Sequence[str]) -> str:
     return ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
 
 
 def _why_not(run: RunRow, logs: Sequence[SignalRow]) -> str | None:
-    usable = usable_logs(run, [log for log in logs if BODY_HEIGHT in log.channels])
+    heights = [log for log in logs if BODY_HEIGHT in log.channels]
+    usable = usable_logs(run, heights) if heights else None
     return usable if isinstance(usable, str) else None
 
 

@@ -19,13 +19,16 @@ def today(
 ) -> None:
     """List what a day still needs: logs without charge, charges without log, logs that do not count, checks not made.
 
+    Runs of jumps without joules or without apex heights are named with the reason, a line for each.
+
     Planned runs that were not made are listed of all plans and days, for a plan's days are not bound to dates.
 
     Example: labbook today
     """
     from labbook.actions.to_do import to_do, to_do_lines
+    from labbook.analysis.detections import Detections
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
-        found = to_do(connection, opened_book.configuration, day)
+        found = to_do(Detections(connection, opened_book.store), opened_book.configuration, day)
     emit(found, to_do_lines(found), as_json)

@@ -1,0 +1,40 @@
+"""`labbook today` names every run without joules or apexes and why; it said "nothing is missing" of a log unread."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.cli.shell import good, labbook
+from tests.helpers.books import SmallBook
+from tests.helpers.hopping_log import apex_s, hopping_log
+
+DAY = ("today", "--day", "2021-06-14")
+
+
+def test_runs_without_numbers_are_named_with_the_reason(stated: SmallBook, tmp_path: Path) -> None:
+    no_height = "t [ms],pot\n" + "".join(f"{3 * i},{420 + i % 7}\n" for i in range(300))
+    lost = [(apex_s(number) - 0.03, apex_s(number) + 0.03) for number in (1, 2, 3)]
+    for run, content in {
+        "r001": no_height.encode(),
+        "r002": no_height.replace("pot", "wire").encode(),
+        "r003": hopping_log(3, lost_s=lost),
+        "r004": hopping_log(3),
+    }.items():
+        path = tmp_path / f"{run}.csv"
+        path.write_bytes(content)
+        good(labbook("ingest", path, at=stated.folder))
+    good(labbook("ingest", stated.instruments / "charger", at=stated.folder))
+    good(labbook("correct", "r004", "jumps_made=0", "--why", "a misprint", at=stated.folder))
+    lines = good(labbook(*DAY, at=stated.folder)).out.splitlines()
+    (height,) = [line for line in lines if "body_height" in line]
+    assert height.startswith("no apexes (")
+    assert height.endswith(": r001, r002")
+    (gaps,) = [line for line in lines if "touches a gap" in line]
+    assert gaps.endswith(": r003")
+    (joules,) = [line for line in lines if line.startswith("no joules")]
+    assert joules.endswith(": r004")
+    found = good(labbook(*DAY, "--json", at=stated.folder)).json
+    assert list(found["no_joules"]) == ["r004"]
+    assert list(found["no_apexes"]) == ["r001", "r002", "r003", "r005", "r006"]
+    assert found["no_apexes"]["r005"] == "no log"
+    assert not any(line.startswith("no apexes (no log)") for line in lines)  # "charge without log" names them
