@@ -163,7 +163,8 @@ class Declarations:
 
     `encoding` is the page of text that is neither marked by a byte order mark nor valid UTF-8; `time_zone` the zone of
     clock times without one (None: such times stay without an instant); `decimal_sign` settles `1,234`; `format` and
-    `instrument` name what the file would otherwise be recognised as by its content.
+    `instrument` name what the file would otherwise be recognised as by its content. `override_units` lets declared
+    units stand against those of the header.
     """
 
     rate_hz: float | None = None
@@ -176,6 +177,7 @@ class Declarations:
     decimal_sign: str | None = None
     format: str | None = None
     instrument: str | None = None
+    override_units: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.declared import column_declaration
-from ingest.channels.factors import factor
+from ingest.channels.factors import factor, same_unit
 from ingest.channels.synonyms import TIME_NAMES, UNIT_OF_NAME, channel_kind, channel_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import Declarations
-from ingest.tables.header_cells import clean_name, normal_unit, parse_header, squash
+from ingest.tables.header_cells import clean_name, is_unit, normal_unit, parse_header, squash
 from ingest.tables.table import CellKind, Table
 
 TIME = "time"
@@ -79,7 +79,7 @@ def plan_columns(
     table: Table, declared: Declarations, findings: FindingCollector, convention: Convention = NO_CONVENTION
 ) -> Plan:
     """Decide what each column becomes; every column without a unit that needs one is reported."""
-    columns = [_column(position, name, table, declared) for position, name in enumerate(table.names)]
+    columns = [_column(position, name, table, declared, findings) for position, name in enumerate(table.names)]
     time = _time_plan(columns, convention, findings)
     planned = []
     for column in columns:
@@ -99,7 +99,7 @@ def plan_columns(
     return Plan(time, _distinct(planned, findings))
 
 
-def _column(position: int, name: str, table: Table, declared: Declarations) -> _Column:
+def _column(position: int, name: str, table: Table, declared: Declarations, findings: FindingCollector) -> _Column:
     cell = parse_header(name)
     said = column_declaration(declared, name, cell.base)
     base, unit = cell.base, cell.unit
@@ -109,13 +109,24 @@ def _column(position: int, name: str, table: Table, declared: Declarations) -> _
     unit = unit or (normal_unit(row_unit) if row_unit else None) or UNIT_OF_NAME.get(squash(base))
     channel = TIME if squash(base) in TIME_NAMES else channel_of(base)
     sign = 1
+    own, stated = unit, None
     if said is not None:
-        channel, unit, sign = said.channel or channel, (said.unit and normal_unit(said.unit)) or unit, said.sign
+        stated = normal_unit(said.unit) if said.unit else None
+        channel, unit, sign = said.channel or channel, stated or unit, said.sign
     if declared.time_column is not None:
         is_time = declared.time_column in (name, base)
         channel = TIME if is_time else None if channel == TIME else channel
     if channel == TIME and declared.time_unit is not None:
-        unit = normal_unit(declared.time_unit)
+        unit = stated = normal_unit(declared.time_unit)
+    if own and stated and not declared.override_units and is_unit(own) and not same_unit(own, stated):
+        findings.add(
+            FILE,
+            "unit_contradicts",
+            f"The header of column {name!r} says {own} and {stated} is declared: leave the declaration out, "
+            "or say `--override-units` if the header is wrong.",
+            column=name,
+            value=own,
+        )
     return _Column(position, name, base, channel, unit, sign, table.kinds[position])
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from data_schema.errors import InputRefused
 from data_schema.units import conversion
 from ingest.findings import FILE, FindingCollector
@@ -30,3 +32,14 @@ def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> t
     except InputRefused as error:
         findings.add(FILE, "unit_not_convertible", f"Column {column!r}: {error}", column=column, value=unit)
         return 1.0, 0.0
+
+
+def same_unit(one: str, other: str) -> bool:
+    """Whether two spellings mean one unit."""
+    if one == other:
+        return True
+    try:
+        scale, offset = conversion(one, other)
+    except InputRefused:
+        return False
+    return math.isclose(scale, 1.0) and offset == 0.0

@@ -21,6 +21,7 @@ WIDEST = 4096
 
 _UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _UNCLEAR_POINT = re.compile(rb"[+-]?[1-9]\d{0,2}\.\d{3}")
+_BELOW_THOUSAND = re.compile(rb"[+-]?\d{1,3}")
 _LONG_INTEGER = re.compile(rb"[+-]?\d{16,18}")
 
 
@@ -126,19 +127,38 @@ def _decimal_sign(split: Split, declared: Declarations, findings: FindingCollect
     commas = [cell for cell in cells if COMMA_NUMBER.fullmatch(cell)]
     points = [cell for cell in cells if b"." in cell and NUMBER.fullmatch(cell)]
     if not commas or len(points) > len(commas):
-        if split.delimiter == b";" and points and not commas and all(map(_UNCLEAR_POINT.fullmatch, points)):
+        grouped = None if commas or split.delimiter == b"," else _thousands_point(split, points)
+        if grouped is not None:
+            _refuse_unclear(grouped, findings)
+        elif split.delimiter == b";" and points and not commas and all(map(_UNCLEAR_POINT.fullmatch, points)):
             _note_points(points[0].decode(), findings)
         return b"."
     if not points and all(_UNCLEAR_COMMA.fullmatch(cell) for cell in commas):
-        findings.add(
-            FILE,
-            "decimal_sign_unclear",
-            f"{commas[0].decode()!r} may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`.",
-            value=commas[0].decode(),
-        )
+        _refuse_unclear(commas[0].decode(), findings)
     else:
         findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
     return b","
+
+
+def _thousands_point(split: Split, points: list[bytes]) -> str | None:
+    """Return a number as `1.002` of a column that also holds whole ones, none above 999, if all points are such.
+
+    A program that writes three decimals writes them of every number, one that groups thousands leaves 999 bare.
+    """
+    if not all(map(_UNCLEAR_POINT.fullmatch, points)):
+        return None
+    for column in zip(*(row.cells for row in split.rows), strict=True):
+        pointed = [cell for cell in column if b"." in cell and NUMBER.fullmatch(cell)]
+        whole = [cell for cell in column if _BELOW_THOUSAND.fullmatch(cell)]
+        filled = [cell for cell in column if not is_missing(cell.lower())]
+        if pointed and whole and len(pointed) + len(whole) == len(filled):
+            return pointed[0].decode()
+    return None
+
+
+def _refuse_unclear(number: str, findings: FindingCollector) -> None:
+    message = f"{number!r} may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`."
+    findings.add(FILE, "decimal_sign_unclear", message, value=number)
 
 
 def _note_points(number: str, findings: FindingCollector) -> None:
