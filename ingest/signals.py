@@ -12,6 +12,7 @@ from ingest.channels.checks import held_rows, note_missing, note_still_channels,
 from ingest.channels.columns import NO_CONVENTION, ColumnPlan, Convention, Plan, plan_columns
 from ingest.channels.declared import declarations_for
 from ingest.channels.forces import check_plates, orient
+from ingest.channels.synonyms import is_cop
 from ingest.findings import NOTE, FindingCollector
 from ingest.model import ChannelData, Declarations, FloatArray, Reading, SignalPart
 from ingest.tables.table import Block, CellKind, Table, Wanted
@@ -53,7 +54,9 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
 
 def _wanted(plan: Plan) -> list[Wanted]:
     # Only time stamps need all digits of a long integer; a channel is stored as float64 anyway.
-    wanted = [Wanted(column.position, column.source_name, CellKind.NUMBER) for column in plan.columns]
+    wanted = [
+        Wanted(column.position, column.source_name, CellKind.NUMBER, is_cop(column.channel)) for column in plan.columns
+    ]
     if plan.time is not None:
         wanted.append(Wanted(plan.time.position, plan.time.source_name, plan.time.kind))
     return sorted(wanted, key=lambda column: column.position)

@@ -12,10 +12,13 @@ import numpy as np
 
 from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.synonyms import channel_kind
+from ingest.channels.synonyms import channel_kind, is_cop, plate_of
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap
 from ingest.tables.table import Block
+
+LOADED_N = 20.0
+"""A plate with less on it is unloaded: its centre of pressure, a quotient, means nothing and may be of any size."""
 
 LIMITS_BY_CHANNEL: Mapping[str, tuple[float, float]] = {
     "body_height": (-2.0, 20.0),
@@ -24,7 +27,7 @@ LIMITS_BY_CHANNEL: Mapping[str, tuple[float, float]] = {
     "leg_length": (-0.5, 5.0),
     "leg_velocity": (-200.0, 200.0),
     "body_velocity": (-100.0, 100.0),
-    "cop_x": (-1e3, 1e3),  # meaningless, and large, while unloaded
+    "cop_x": (-1e3, 1e3),
     "cop_y": (-1e3, 1e3),
 }
 """What a leg of tens of centimetres can show, in stored units; generous by a factor of ten and more."""
@@ -51,7 +54,11 @@ _LONGEST_HELD_ROWS = 3
 def out_of_range(
     values: Mapping[int, FloatArray], plans: Sequence[ColumnPlan], block: Block, findings: FindingCollector
 ) -> BoolArray:
-    """Return which rows, shape (n_rows,), hold a value that the channel cannot have."""
+    """Return which rows, shape (n_rows,), hold a value that the channel cannot have.
+
+    The centre of pressure of an unloaded plate can have any, and rejects no row.
+    """
+    forces = {plate_of(plan.channel): plan.position for plan in plans if channel_kind(plan.channel) == "force_z"}
     bad_rows = np.zeros(block.n_rows, dtype=np.bool_)
     for plan in plans:
         kind = channel_kind(plan.channel) or plan.channel
@@ -61,6 +68,9 @@ def out_of_range(
             bad = (stored < low) | (stored > high)
             size = np.abs(stored)
             bad |= (size < _SMALLEST) & (size > 0)
+            if is_cop(plan.channel):
+                force = forces.get(plate_of(plan.channel))
+                bad &= False if force is None else np.abs(values[force]) > LOADED_N
         if bad.any():
             rows = np.flatnonzero(bad)
             unit = f" {plan.unit}" if plan.unit else ""

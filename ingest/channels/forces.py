@@ -8,17 +8,16 @@ these turn the frame by half a turn about x, a proper rotation, so that `cop_x =
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ingest.channels.checks import LOADED_N
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.synonyms import channel_kind
+from ingest.channels.synonyms import channel_kind, plate_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, FloatArray
 
-LOADED_N = 20.0
 FARTHEST_COP_M = 2.0
 COP_AGREES = 0.15
 MOST_DRIFT_N = 5.0
@@ -27,8 +26,6 @@ Z_DOWN_ACTION: Mapping[str, int] = {
     "force_x": -1, "force_y": 1, "force_z": 1, "moment_x": -1, "moment_y": 1, "moment_z": 1, "cop_x": 1, "cop_y": -1,
 }  # fmt: skip
 """From the force on a plate with z down to the reaction on the robot with z up."""
-
-_PLATE = re.compile(r"_(\d+)$")
 
 
 def orient(
@@ -44,8 +41,8 @@ def orient(
     turned round, which is noted.
     """
     oriented = list(plans)
-    for plate in sorted({_plate(plan.channel) for plan in plans if _is_plate(plan)}):
-        members = [index for index, plan in enumerate(oriented) if _is_plate(plan) and _plate(plan.channel) == plate]
+    for plate in sorted({plate_of(plan.channel) for plan in plans if _is_plate(plan)}):
+        members = [index for index, plan in enumerate(oriented) if _is_plate(plan) and plate_of(plan.channel) == plate]
         force = next((oriented[index] for index in members if channel_kind(oriented[index].channel) == "force_z"), None)
         signs = axes
         reason = f"axes: {maker}" if axes else ""
@@ -69,11 +66,11 @@ def check_plates(
 ) -> tuple[ColumnPlan, ...]:
     """Check every plate against itself. A centre of pressure of unstated unit takes the unit and sign that agree."""
     checked = list(plans)
-    for plate in sorted({_plate(plan.channel) for plan in plans if _is_plate(plan)}):
+    for plate in sorted({plate_of(plan.channel) for plan in plans if _is_plate(plan)}):
         index = {
             channel_kind(plan.channel): number
             for number, plan in enumerate(checked)
-            if _is_plate(plan) and _plate(plan.channel) == plate
+            if _is_plate(plan) and plate_of(plan.channel) == plate
         }
         values = {kind: stored[checked[number].position] for kind, number in index.items()}
         if "force_z" not in values:
@@ -134,11 +131,6 @@ def _fit_cop(
 
 def _is_plate(plan: ColumnPlan) -> bool:
     return channel_kind(plan.channel) in Z_DOWN_ACTION
-
-
-def _plate(channel: str) -> int:
-    match = _PLATE.search(channel)
-    return int(match[1]) if match else 1
 
 
 def _loaded_median(force: FloatArray) -> float:

@@ -61,6 +61,7 @@ _WRITTEN_AS = {
     "sequence": "seq, sample, sample number, packet, packet number, frame",
 }
 _PLATED = re.compile(r"(force_[xyz]|moment_[xyz]|cop_[xy])(?:_\d+)?")
+_PLATE = re.compile(r"_(\d+)$")
 _PLATE_NUMBER = re.compile(r"(f[xyz]|m[xyz]|cop[xy]|force[xyz]|moment[xyz])([1-9])")
 
 _CHANNEL_OF = {squash(name): name for name in CHANNELS}
@@ -86,3 +87,14 @@ def channel_kind(channel: str) -> str | None:
     if plated:
         return plated[1]
     return channel if channel in CHANNELS else None
+
+
+def is_cop(channel: str) -> bool:
+    """Whether a channel is a coordinate of a centre of pressure, of any plate."""
+    return (channel_kind(channel) or "").startswith("cop_")
+
+
+def plate_of(channel: str) -> int:
+    """Return the number of the plate that a channel belongs to, 1 where it has none."""
+    match = _PLATE.search(channel)
+    return int(match[1]) if match else 1

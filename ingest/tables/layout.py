@@ -13,7 +13,16 @@ from ingest.model import Declarations
 from ingest.tables.header_cells import strip_comment
 from ingest.tables.header_lines import find_header, report_no_header
 from ingest.tables.table import CellKind
-from ingest.text.cells import COMMA_NUMBER, COMMENT_STARTS, NUMBER, is_clock, is_grouped, is_missing, is_number
+from ingest.text.cells import (
+    COMMA_NUMBER,
+    COMMENT_STARTS,
+    NUMBER,
+    is_clock,
+    is_grouped,
+    is_infinite,
+    is_missing,
+    is_number,
+)
 from ingest.text.delimiters import Row, Split, best_split
 from ingest.text.source import Line, TextSource
 
@@ -112,6 +121,7 @@ def _kind(cells: list[bytes]) -> CellKind:
     filled = [cell for cell in cells if not is_missing(cell.lower())]
     if not filled:
         return CellKind.EMPTY
+    filled = [cell for cell in filled if not is_infinite(cell.lower())] or filled
     if all(_LONG_INTEGER.fullmatch(cell) for cell in filled):
         return CellKind.INTEGER
     if sum(is_number(cell, comma=True) or is_grouped(cell) for cell in filled) * 2 >= len(filled):
@@ -147,7 +157,8 @@ def _thousands_point(split: Split, points: list[bytes]) -> str | None:
     """
     if not all(map(_UNCLEAR_POINT.fullmatch, points)):
         return None
-    for column in zip(*(row.cells for row in split.rows), strict=True):
+    for position in range(split.width):
+        column = [row.cells[position] for row in split.rows]
         pointed = [cell for cell in column if b"." in cell and NUMBER.fullmatch(cell)]
         whole = [cell for cell in column if _BELOW_THOUSAND.fullmatch(cell)]
         filled = [cell for cell in column if not is_missing(cell.lower())]

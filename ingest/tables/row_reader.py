@@ -13,7 +13,17 @@ import numpy as np
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.tables.layout import Layout
 from ingest.tables.table import Block, CellKind, Column, Wanted
-from ingest.text.cells import COMMENT_STARTS, INFINITY, CellFault, is_missing, is_number, parse_cell, split_cells
+from ingest.text.cells import (
+    COMMENT_STARTS,
+    INFINITY,
+    NAN,
+    NOT_FINITE,
+    CellFault,
+    is_missing,
+    is_number,
+    parse_cell,
+    split_cells,
+)
 from ingest.text.logical_lines import logical_line, physical_line
 from ingest.text.source import LONGEST_LINE, TextSource
 
@@ -78,7 +88,9 @@ class _Reader:
         numbers: list[float] = []
         for column, cell in zip(self.numeric, own, strict=True):
             parsed = parse_cell(cell, decimal)
-            if isinstance(parsed, CellFault):
+            if parsed is NOT_FINITE and column.infinite_is_missing:
+                numbers.append(NAN)
+            elif isinstance(parsed, CellFault):
                 self._bad_cell(column, parsed.rule, parsed.message, line, cell)
             else:
                 numbers.append(parsed)

@@ -30,11 +30,15 @@ class CellKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Wanted:
-    """A column to read: its position in the row, its name for findings, what its cells hold."""
+    """A column to read: its position in the row, its name for findings, what its cells hold.
+
+    `infinite_is_missing` for quotients, such as a centre of pressure: without a load they are infinite.
+    """
 
     position: int
     name: str
     kind: CellKind
+    infinite_is_missing: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -60,7 +60,7 @@ def parse_cell(cell: bytes, decimal: bytes) -> float | CellFault:
     folded = cell.lower()
     if is_missing(folded):
         return NAN
-    if folded.lstrip(b"+-") in _INFINITE:
+    if is_infinite(folded):
         return NOT_FINITE
     return GROUPED if _GROUPED.fullmatch(cell) else NOT_A_NUMBER
 
@@ -73,6 +73,11 @@ def _finite(cell: bytes) -> float | CellFault:
 def is_missing(cell: bytes) -> bool:
     """Whether a stripped cell, lower case, is one of the spellings of a missing value."""
     return cell in _MISSING or cell.lstrip(b"+-") in _MISSING or _NAN.fullmatch(cell) is not None
+
+
+def is_infinite(cell: bytes) -> bool:
+    """Whether a stripped cell, lower case, is one of the spellings of infinity."""
+    return cell.lstrip(b"+-") in _INFINITE
 
 
 def is_number(cell: bytes, comma: bool) -> bool:

@@ -160,9 +160,7 @@ def _check_rates(found: Sequence[Recording], sources: TimeSources, findings: Fin
 
 
 def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
-    rate = sources.declared.rate_hz or sources.preamble.rate_hz
-    if sources.declared.rate_hz is not None and sources.preamble.rate_hz is not None:
-        check_rate(sources.preamble.rate_hz, sources.declared.rate_hz, "the declaration", findings)
+    rate = _stated_rate(sources, findings)
     if rate is None:
         findings.add(
             FILE,
@@ -182,6 +180,26 @@ def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: Finding
     utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
     recording = Recording(slice(None) if usable.all() else rows, timebase, utc, start)
     return Recordings(usable, (recording,))
+
+
+def _stated_rate(sources: TimeSources, findings: FindingCollector) -> float | None:
+    """Return the rate that is declared, or else stated above the table, and say which; two that differ are refused."""
+    declared, preamble = sources.declared.rate_hz, sources.preamble
+    line = None if preamble.rate_line is None else repr(preamble.rate_line)
+    if declared is not None:
+        if preamble.rate_hz is not None:
+            where = "the file" if line is None else f"the file's line {line}"
+            check_rate(declared, preamble.rate_hz, where, findings, said="Declared are")
+        findings.add(NOTE, "rate_declared", f"The axis is counted at the declared {declared:g} Hz.")
+        return declared
+    if preamble.other_rate_line is not None:
+        other = repr(preamble.other_rate_line)
+        message = f"The file states two rates, {line} and {other}: say which holds with `--rate`."
+        findings.add(FILE, "rates_contradict", message)
+    elif preamble.rate_hz is not None:
+        message = f"The axis is counted at {preamble.rate_hz:g} Hz, as the file states"
+        findings.add(NOTE, "rate_from_header", f"{message}{'.' if line is None else f' in {line}.'}", value=line)
+    return preamble.rate_hz
 
 
 def _sequence(sources: TimeSources, rows: IntArray) -> IntArray | None:

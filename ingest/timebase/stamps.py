@@ -106,13 +106,22 @@ def _holes(steps: FloatArray, period: float) -> IntArray:
     return np.asarray(long[with_neighbour > 2.5 * period], dtype=np.int64)
 
 
-def check_rate(measured_hz: float, stated_hz: float, where: str, findings: FindingCollector) -> None:
-    """Compare the rate of the time stamps with the one stated: over 0.5 % apart is noted, over 5 % refuses the file."""
+def check_rate(
+    measured_hz: float, stated_hz: float, where: str, findings: FindingCollector, said: str = "The time stamps give"
+) -> None:
+    """Compare a rate with the one stated elsewhere: over 0.5 % apart is noted, over 5 % refuses the file.
+
+    `said` begins the sentence about `measured_hz`, the rate that is used; `where` tells where `stated_hz` stands.
+    """
     apart = abs(measured_hz / stated_hz - 1)
     if apart <= RATE_NOTED:
         return
-    found = f"The time stamps give {measured_hz:.6g} Hz and {where} says {stated_hz:.6g} Hz"
+    found = f"{said} {measured_hz:.6g} Hz and {where} says {stated_hz:.6g} Hz"
     if apart <= RATE_REFUSED:
-        findings.add(NOTE, "rate_differs", f"{found}: the time stamps are used.")
+        findings.add(NOTE, "rate_differs", f"{found}: {measured_hz:.6g} Hz is used.")
     else:
-        findings.add(FILE, "rate_contradicts", f"{found}: correct what is wrong, the time's unit or the rate.")
+        findings.add(
+            FILE,
+            "rate_contradicts",
+            f"{found}: correct what is wrong, the time's unit with `--unit` or the rate with `--rate`.",
+        )

@@ -73,3 +73,77 @@ def test_thousands_points_were_read_as_decimals(delimiter: str) -> None:
 def test_three_decimals_throughout_are_decimals() -> None:
     rows = [f"{3 * k}\t{1 + k / 1000:.3f}" for k in range(200)]
     assert channel(read(text("time [ms]\theight [m]", rows)), "body_height").values[2] == pytest.approx(1.002)
+
+
+HEIGHTS = [f"{0.4 + k % 7 / 100:.3f}" for k in range(60)]
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "Filter frequency: 10 Hz",
+        "cut-off frequency = 6 Hz",
+        "Sampling rate of the display filter: 60 Hz",
+        "Display update rate: 60 Hz",
+        "Baud rate: 115200 Hz",
+        "Low pass frequency 50 Hz",
+        "frequency response: 200 Hz",
+        "Sampling rate: 1,000 Hz",
+    ],
+)
+def test_any_rate_above_the_table_was_taken_for_the_sampling_rate(line: str) -> None:
+    """A filter at 10 Hz made a log of 300 Hz thirty times as long; 1,000 Hz became 1 Hz."""
+    assert finding(read(text(f"# {line}\nheight [m]", HEIGHTS)), "rate_missing")
+
+
+@pytest.mark.parametrize(
+    ("line", "rate_hz"),
+    [
+        ("Cz\xeastotliwo\x9c\xe6 akwizycji: 100,00", 100.0),
+        ("Abtastrate: 100", 100.0),
+        ("Fr\xe9quence d'acquisition (Hz): 100", 100.0),
+        ("Filter: none; sampling rate: 0.1 kHz", 100.0),
+        ("Rate (Hz):\t\t100.000", 100.0),
+    ],
+)
+def test_a_declared_rate_went_before_the_files_own_without_a_word(line: str, rate_hz: float) -> None:
+    """1000 Hz declared for a file of 100 Hz: ten times too fast."""
+    data = f"{line}\nheight [m]\n".encode("latin-1") + "\n".join([*HEIGHTS, ""]).encode()
+    own = read(data)
+    assert own.parts[0].rate_hz == rate_hz
+    assert line[3:10] in finding(own, "rate_from_header").message
+    message = finding(read(data, Declarations(rate_hz=1000.0)), "rate_contradicts").message
+    assert "1000 Hz" in message
+    assert "100 Hz" in message
+    assert finding(read(data, Declarations(rate_hz=101.0)), "rate_differs")
+    assert finding(read(data, Declarations(rate_hz=100.0)), "rate_declared")
+
+
+def test_the_first_of_two_sampling_rates_was_taken() -> None:
+    """A camera at 100 Hz and an analog rate of 1000 Hz: whichever stood first."""
+    data = text("# Sampling rate: 100 Hz\n# Acquisition rate: 1000 Hz\nheight [m]", HEIGHTS)
+    assert "--rate" in finding(read(data), "rates_contradict").message
+
+
+FILETIME = 132_000_000_000_000_000
+
+
+def bertec_sdk(cop: str, n: int = 200) -> bytes:
+    """A log of a program on Bertec's SDK (synthetic): FILETIME stamps, loaded from sample 50 to 149; `cop` unloaded."""
+    names = "Timestamp;Fx1;Fy1;Fz1;Mx1;My1;Mz1;Copx1;Copy1;Copxy1"
+    rows = []
+    for k in range(n):
+        loaded = 50 <= k < 150
+        place = "100.0;-50.0" if loaded else f"{cop};{cop}"
+        fz = 500.0 + k % 3 if loaded else 0.5 * (k % 3 - 1)
+        rows.append(f"{FILETIME + 10_000 * k};1.0;0.5;{fz};{-0.05 * fz};{0.1 * fz};0.0;{place};")
+    return text(names, rows)
+
+
+@pytest.mark.parametrize("cop", ["-11000.5", "2.5e7", "inf", "1.#INF", "nan"])
+def test_the_centre_of_pressure_of_an_unloaded_plate_rejected_rows(cop: str) -> None:
+    """163 of 173 rejected rows of a plate's file were unloaded, their centre of pressure 11 m away."""
+    result = read(bertec_sdk(cop))
+    assert not result.refused
+    assert (result.rows_kept, result.rows_rejected) == (200, 0)
+    assert np.abs(channel(result, "cop_x").values[60:140]) == pytest.approx(np.full(80, 0.1))
