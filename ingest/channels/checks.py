@@ -14,7 +14,7 @@ from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan
 from ingest.channels.synonyms import channel_kind, is_cop, plate_of
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.model import BoolArray, ChannelData, FloatArray, Gap
+from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
 from ingest.tables.table import Block
 
 LOADED_N = 20.0
@@ -48,7 +48,10 @@ _ANYTHING = (-1e18, 1e18)
 _SMALLEST = 1e-30
 """Nonzero values below this are bit patterns of something else."""
 
-_LONGEST_HELD_ROWS = 3
+_FEWEST_HELD_ROWS = 3
+
+CHANCE_HELD = 0.01
+"""A stretch of repeats of which chance gives more than this in a file is no held packet."""
 
 
 def out_of_range(
@@ -149,20 +152,50 @@ def _longest_run(mask: BoolArray) -> int:
 def held_rows(time_s: FloatArray, channels: Sequence[ChannelData]) -> tuple[Gap, ...]:
     """Return stretches in which every channel repeats its value though one of them otherwise always changes.
 
-    That is a logger which writes its last packet again when none arrives. `time_s` has shape (n,).
+    That is a logger which writes its last packet again when none arrives. Coarse steps and little noise repeat by
+    chance too: a stretch counts only if its like is expected less than `CHANCE_HELD` times in the file, given how often
+    each channel repeats at this value. `time_s` has shape (n,).
     """
     if len(time_s) < 10:
         return ()
-    repeats = [channel.values[1:] == channel.values[:-1] for channel in channels]
-    if not repeats or min(np.count_nonzero(repeat) for repeat in repeats) > 0.1 * len(time_s):
+    witnesses = _different([(channel.values, channel.values[1:] == channel.values[:-1]) for channel in channels])
+    if not witnesses or min(np.count_nonzero(repeat) for _, repeat in witnesses) > 0.1 * len(time_s):
         return ()
-    held = np.logical_and.reduce(repeats)
+    held = np.logical_and.reduce([repeat for _, repeat in witnesses])
     edges = np.flatnonzero(np.diff(np.concatenate([[False], held, [False]]).astype(np.int8)))
+    first, stop = edges[::2], edges[1::2]
+    long = stop - first >= _FEWEST_HELD_ROWS
+    first, stop = first[long], stop[long]
+    if not first.size:
+        return ()
+    chance = np.prod([_repeat_rates(*witness, first, stop - first) for witness in witnesses], axis=0)
+    beyond_chance = len(time_s) * chance ** (stop - first) < CHANCE_HELD
     gaps = []
-    for first, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        # Rows first+1 .. stop repeat row first.
-        if stop - first >= _LONGEST_HELD_ROWS:
-            after = min(stop + 1, len(time_s) - 1)
-            length = float(time_s[after] - time_s[first])
-            gaps.append(Gap(float(time_s[first]), length, stop - first, stop - first, GapKind.HELD))
+    for start, end in zip(first[beyond_chance].tolist(), stop[beyond_chance].tolist(), strict=True):
+        # Rows start+1 .. end repeat row start.
+        after = min(end + 1, len(time_s) - 1)
+        length = float(time_s[after] - time_s[start])
+        gaps.append(Gap(float(time_s[start]), length, end - start, end - start, GapKind.HELD))
     return tuple(gaps)
+
+
+def _different(witnesses: Sequence[tuple[FloatArray, BoolArray]]) -> list[tuple[FloatArray, BoolArray]]:
+    """Return the channels without those that repeat at the same rows: one sensor in two columns is one witness."""
+    return list({repeat.tobytes(): (values, repeat) for values, repeat in witnesses}.values())
+
+
+def _repeat_rates(values: FloatArray, repeat: BoolArray, first: IntArray, length: IntArray) -> FloatArray:
+    """Return how often a channel repeats at the value of each stretch, or in the whole file if that is more.
+
+    Shape (n_stretches,). The stretch itself, `length` rows from `first` on, is left out. At rest, and where a motion
+    turns, a coarse sensor repeats more often than on the way.
+    """
+    levels = np.unique(values[np.isfinite(values)])
+    step = float(np.median(np.diff(levels))) if len(levels) > 1 else 0.0
+    order = np.argsort(values[:-1])
+    ordered, counted = values[:-1][order], np.concatenate([[0], np.cumsum(repeat[order])])
+    low = np.searchsorted(ordered, values[first] - 1.5 * step, side="left")
+    high = np.searchsorted(ordered, values[first] + 1.5 * step, side="right")
+    overall = np.count_nonzero(repeat) / len(repeat)
+    rows, repeats = high - low - length, counted[high] - counted[low] - length
+    return np.maximum(overall, (repeats + overall) / (rows + 1.0))

@@ -147,3 +147,35 @@ def test_the_centre_of_pressure_of_an_unloaded_plate_rejected_rows(cop: str) -> 
     assert not result.refused
     assert (result.rows_kept, result.rows_rejected) == (200, 0)
     assert np.abs(channel(result, "cop_x").values[60:140]) == pytest.approx(np.full(80, 0.1))
+
+
+def coarse_log(n: int = 3600) -> list[str]:
+    """Hops of 300 rows, the last 20 of each standing still, seen by sensors of coarse steps and little noise."""
+    noise = np.random.default_rng(5)
+    phase = np.arange(n) % 300
+    hop = np.where(phase < 280, np.sin(phase * np.pi / 140.0), 0.0)
+    height = np.rint(300 + 400 * hop + noise.normal(0, 0.2, n)).astype(int)
+    leg = np.rint(200 + 300 * hop + noise.normal(0, 0.15, n)).astype(int)
+    volts = np.rint(3000 - 300 * hop + noise.normal(0, 0.3, n)).astype(int) * 5
+    return [f"{3 * k},{h},{x},{v}" for k, (h, x, v) in enumerate(zip(height, leg, volts, strict=True))]
+
+
+COARSE_HEADER = "time [ms],height [mm],leg_length [mm],battery_voltage [mV]"
+
+
+def held_gaps(rows: list[str]) -> list[tuple[int, int]]:
+    (part,) = read(text(COARSE_HEADER, rows)).parts
+    return [(round(gap.start_s / 0.003), gap.samples_missing) for gap in part.gaps if gap.kind == "held"]
+
+
+def test_repeats_by_chance_were_held_packets() -> None:
+    """A log of coarse steps had dozens of gaps that were none, and lost most of its jumps to them."""
+    assert held_gaps(coarse_log()) == []
+
+
+def test_packets_that_are_written_again_are_still_found() -> None:
+    rows = coarse_log()
+    for k in range(1331, 1339):
+        rows[k] = f"{3 * k},{rows[1330].split(',', 1)[1]}"
+    (gap,) = held_gaps(rows)
+    assert gap == (1330, 8)
