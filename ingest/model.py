@@ -158,13 +158,22 @@ class Profile:
 
 
 @dataclass(frozen=True, slots=True)
+class RobotFacts:
+    """What is known of a robot: its whole mass, and how far its leg reaches."""
+
+    mass_kg: float
+    reach_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class Declarations:
     """What was said beforehand about files: on the command line first, then in profiles.
 
     `encoding` is the page of text that is neither marked by a byte order mark nor valid UTF-8; `time_zone` the zone of
     clock times without one (None: such times stay without an instant); `decimal_sign` settles `1,234`; `format` and
     `instrument` name what the file would otherwise be recognised as by its content. `override_units` lets declared
-    units stand against those of the header.
+    units stand against those of the header, `complete` a last line without line end whose last number may be cut;
+    `robots` are those that may have been measured, with which forces and heights are compared unless `no_robot_check`.
     """
 
     rate_hz: float | None = None
@@ -178,6 +187,9 @@ class Declarations:
     format: str | None = None
     instrument: str | None = None
     override_units: bool = False
+    complete: bool = False
+    robots: tuple[RobotFacts, ...] = ()
+    no_robot_check: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)

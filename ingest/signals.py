@@ -3,35 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 
 from data_schema.vocabulary import FileRole
 from ingest.channels.checks import held_rows, note_missing, note_still_channels, out_of_range
-from ingest.channels.columns import NO_CONVENTION, ColumnPlan, Convention, Plan, plan_columns
+from ingest.channels.columns import ColumnPlan, Plan, plan_columns
 from ingest.channels.declared import declarations_for
-from ingest.channels.forces import check_plates, orient
+from ingest.channels.forces import check_plates, note_assumed_signs, orient
 from ingest.channels.synonyms import is_cop
 from ingest.findings import NOTE, FindingCollector
+from ingest.instruments import Instrument as Instrument
+from ingest.instruments import instrument_named
 from ingest.model import ChannelData, Declarations, FloatArray, Reading, SignalPart
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, recordings
 
 
-@dataclass(frozen=True, slots=True)
-class Instrument:
-    """What a maker's export adds to the plain reading: name of the part, units, axes, a rate fixed by hardware."""
-
-    part: str = "log"
-    convention: Convention = NO_CONVENTION
-    axes: Mapping[str, int] = field(default_factory=dict)
-    fixed_rate_hz: float | None = None
-
-
 def read_signals(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Reading:
     """Turn a table into one signal part for each recording in it."""
     declared = declarations_for(declared, table.names, findings)
+    if declared.instrument is not None:
+        instrument = instrument_named(declared.instrument)
     plan = plan_columns(table, declared, findings, instrument.convention)
     block = table.read_rows(_wanted(plan))
     role = FileRole.FORCE if any(column.channel == "force_z" for column in plan.columns) else FileRole.LOG
@@ -41,6 +34,8 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     usable = ~out_of_range(stored, plan.columns, block, findings)
     note_missing(stored, plan.columns, block, findings)
     columns = orient(plan.columns, stored, instrument.axes, instrument.convention.maker, findings)
+    if not instrument.evidence:
+        note_assumed_signs(columns, findings)
     columns = check_plates(columns, stored, findings)
     sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz)
     found = recordings(sources, usable, findings)

@@ -198,4 +198,4 @@ def _repeat_rates(values: FloatArray, repeat: BoolArray, first: IntArray, length
     high = np.searchsorted(ordered, values[first] + 1.5 * step, side="right")
     overall = np.count_nonzero(repeat) / len(repeat)
     rows, repeats = high - low - length, counted[high] - counted[low] - length
-    return np.maximum(overall, (repeats + overall) / (rows + 1.0))
+    return np.asarray(np.maximum(overall, (repeats + overall) / (rows + 1.0)), dtype=np.float64)

@@ -61,6 +61,17 @@ def orient(
     return tuple(oriented)
 
 
+def note_assumed_signs(plans: Sequence[ColumnPlan], findings: FindingCollector) -> None:
+    """Say what is assumed of forces whose instrument neither the layout of their file nor a declaration tells."""
+    named = [plan.source_name for plan in plans if _is_plate(plan) and plan.sign == 1]
+    if named:
+        message = (
+            "Nothing tells whose axes these are: stored as written, as the reaction on the robot with z up; if they are "
+            "the force on the plate with z down, say `--instrument action_z_down`, or the maker's name."
+        )
+        findings.add(NOTE, "force_sign_assumed", message, count=len(named), value=", ".join(named))
+
+
 def check_plates(
     plans: Sequence[ColumnPlan], stored: dict[int, FloatArray], findings: FindingCollector
 ) -> tuple[ColumnPlan, ...]:

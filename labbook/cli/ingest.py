@@ -30,6 +30,18 @@ def ingest(
     ] = None,
     encoding: Annotated[str | None, typer.Option("--encoding", help="The page of text that is not UTF-8.")] = None,
     decimal: Annotated[str | None, typer.Option("--decimal", help="The decimal sign, . or ,")] = None,
+    instrument: Annotated[
+        str | None, typer.Option("--instrument", help="Whose axes, signs and units: bertec_acquire, action_z_down, ...")
+    ] = None,
+    override_units: Annotated[
+        bool, typer.Option("--override-units", help="Declared units stand against those of the header.")
+    ] = False,
+    complete: Annotated[
+        bool, typer.Option("--complete", help="The last line is whole, though it has no line end.")
+    ] = False,
+    no_robot_check: Annotated[
+        bool, typer.Option("--no-robot-check", help="Do not compare with the masses and legs of [robots].")
+    ] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Read and check; store nothing.")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", help="Of many files, list also those in order.")] = False,
     book: BookOption = None,
@@ -60,6 +72,13 @@ def ingest(
     from labbook.cli.ingest_summary import Batch, batch_lines
 
     options = declared_options(rate, unit or [], column or [], encoding, decimal)
+    flags = {
+        "instrument": instrument,
+        "override_units": override_units,
+        "complete": complete,
+        "no_robot_check": no_robot_check,
+    }
+    options |= {name: value for name, value in flags.items() if value}
     outcomes: list[FileOutcome] = []
     rig: list[list[RigLine]] = []
     heights: list[MissingHeight | None] = []

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
+from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile, RobotFacts
 from ingest.read import read_file
 from ingest.store import Store
 from labbook.analysis.detecting import Detection, detect_part
@@ -86,4 +86,8 @@ def declarations(configuration: Configuration, options: Mapping[str, Any]) -> De
         )
         for name, profile in configuration.profiles.items()
     )
-    return Declarations(columns=columns, profiles=profiles, time_zone=configuration.study.time_zone, **given)
+    robots = tuple(
+        RobotFacts(robot.body_mass_kg + robot.foot_mass_kg, robot.leg_max_m) for robot in configuration.robots.values()
+    )
+    zone = configuration.study.time_zone
+    return Declarations(columns=columns, profiles=profiles, time_zone=zone, robots=robots, **given)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from data_schema.errors import UsageError
 from ingest.model import ChannelData, ColumnDeclaration, Declarations, Finding, Profile, ReadFile
 from ingest.read import read_file
 from tests.ingest.synthetic import LOG_HEADER, robot_rows, text
@@ -179,3 +180,40 @@ def test_packets_that_are_written_again_are_still_found() -> None:
         rows[k] = f"{3 * k},{rows[1330].split(',', 1)[1]}"
     (gap,) = held_gaps(rows)
     assert gap == (1330, 8)
+
+
+def plate_log(header: str, title: str = "") -> bytes:
+    """Forces of any maker's plate: 4 N forward, a robot's stance of 40 N."""
+    rows = [f"{k},4.0,1.0,{40.0 if k % 100 < 50 else 0.0},2.0,-4.0,0.0" for k in range(400)]
+    return title.encode() + text(header, rows)
+
+
+ANY_PLATE = "time [ms],Fx [N],Fy [N],Fz [N],Mx [N*m],My [N*m],Mz [N*m]"
+
+
+@pytest.mark.parametrize(
+    ("title", "header"),
+    [
+        ("# measured beside the Bertec plate of the other lab\n", ANY_PLATE),
+        ("", ANY_PLATE.replace("time [ms]", "seq").replace("Mx", "Timestamp [ms],Mx", 1)),
+    ],
+    ids=["a word", "columns of any maker"],
+)
+def test_the_word_bertec_turned_signs(title: str, header: str) -> None:
+    """4 N forward became 4 N backward."""
+    data = plate_log(header, title)
+    if "seq" in header:
+        lines = data.decode().splitlines()
+        rows = [row.split(",") for row in lines[1:]]
+        data = text(lines[0], [",".join([*row[:4], row[0], *row[4:]]) for row in rows])
+    result = read(data)
+    assert channel(result, "force_x").values[0] == 4.0
+    assert "--instrument" in finding(result, "force_sign_assumed").message
+
+
+def test_an_instrument_is_declared_and_an_unknown_one_is_refused_with_the_nearest() -> None:
+    result = read(plate_log(ANY_PLATE), Declarations(instrument="bertec_balance"))
+    assert channel(result, "force_x").values[0] == -4.0
+    assert "force_sign_assumed" not in {finding.rule for finding in result.findings}
+    with pytest.raises(UsageError, match="'bertec_acquire'"):
+        read(plate_log(ANY_PLATE), Declarations(instrument="bertec_aquire"))

@@ -1,7 +1,8 @@
 """Text exports of Bertec force plates: Bertec Acquire, and the logs of programs on Bertec's SDK.
 
 Acquire writes `Seq, Timestamp, Sync, Aux` and then, for each plate, `Fx Fy Fz Mx My Mz COPx COPy` and sometimes three
-more columns; a balance plate has `Fz, Mx, My` only. Neither units nor rate are in the file: newtons, newton metres,
+more columns; a balance plate has `Fz, Mx, My` only. This order is the evidence: `Time, Fz, Mx, My, CoPx, CoPy` alone is
+any maker's, and needs `--instrument bertec_balance`. Neither units nor rate are in the file: newtons, newton metres,
 metres and milliseconds are the maker's, kept with each channel as assumed. The origin is the plate's back outer corner,
 x to the left, z down, forces act on the plate.
 
@@ -12,56 +13,49 @@ amplifier's fixed 1000 Hz (AM6800 line), which also tells seconds from milliseco
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from itertools import pairwise
 
-from ingest.channels.columns import Convention
-from ingest.channels.forces import Z_DOWN_ACTION
 from ingest.findings import FindingCollector
 from ingest.formats.format import LAYOUT, Format, Recognition
 from ingest.formats.head import Head
+from ingest.instruments import INSTRUMENTS, Instrument, bertec_sdk
 from ingest.model import Reading
-from ingest.signals import Instrument, read_signals
+from ingest.signals import read_signals
 from ingest.tables.header_cells import parse_header, squash, strip_comment
 from ingest.tables.text_table import text_table
 
-AMPLIFIER_RATE_HZ = 1000.0
-
-_UNITS = {
-    f"{quantity}_{axis}": unit for quantity, unit in (("force", "N"), ("moment", "N*m"), ("cop", "m")) for axis in "xyz"
-}
-_ACQUIRE = Instrument("force", Convention("Bertec Acquire", _UNITS, "ms"), Z_DOWN_ACTION)
-_SDK = {
-    unit: Instrument("force", Convention("Bertec SDK", _UNITS, unit), Z_DOWN_ACTION, AMPLIFIER_RATE_HZ)
-    for unit in ("s", "ms", "filetime", None)
-}
-_BALANCE = Instrument("force", Convention("Bertec balance plate", _UNITS), Z_DOWN_ACTION)
+_EVIDENCE = "columns as Bertec's programs order them"
+_ACQUIRE = dataclasses.replace(INSTRUMENTS["bertec_acquire"], evidence=_EVIDENCE)
+_LEADING = ("seq", "timestamp", "sync", "aux")
+_PLATES = (("fx", "fy", "fz", "mx", "my", "mz"), ("fz", "mx", "my"))
+_NUMBERED = ("fx1", "fy1", "fz1", "mx1", "my1", "mz1")
 _CELLS = re.compile(r"[;,\t]")
 _STAMP = re.compile(r"(?:\d{4}-\d\d-\d\d[^;]*;)?(\d+(?:\.\d+)?);")
 _FILETIME_DIGITS = 18
 
 
-def _header(head: Head) -> frozenset[str]:
-    """Return the names of the first line that has a vertical force and its moments."""
+def _header(head: Head) -> tuple[str, ...]:
+    """Return the names of the first line that has a vertical force and its moments, in their order."""
     for line in head.lines:
         if "fz" not in line.lower():
             continue
-        names = frozenset(squash(parse_header(strip_comment(cell)).base) for cell in _CELLS.split(line))
-        if {"fz", "mx", "my"} <= names or {"fz1", "mx1", "my1"} <= names:
+        names = tuple(squash(parse_header(strip_comment(cell)).base) for cell in _CELLS.split(line))
+        if {"fz", "mx", "my"} <= set(names) or {"fz1", "mx1", "my1"} <= set(names):
             return names
-    return frozenset()
+    return ()
 
 
 def _instrument(head: Head) -> Instrument | None:
+    """Return the instrument that the order of the columns proves; names that any maker gives prove none."""
     names = _header(head)
-    if {"seq", "timestamp"} <= names:
+    if names[:4] == _LEADING and any(names[4 : 4 + len(plate)] == plate for plate in _PLATES):
         return _ACQUIRE
-    if {"timestamp", "copx1", "copxy1"} <= names:
-        return _SDK[_sdk_time_unit(head)]
-    if names == {"time", "fz", "mx", "my", "copx", "copy"}:
-        return _BALANCE
-    titled = any("bertec" in line.lower() for line in head.lines[:20])
-    return _ACQUIRE if names and titled else None
+    names = names[1:] if names[:1] == ("date",) else names
+    if names[:7] == ("timestamp", *_NUMBERED) and "copxy1" in names:
+        return bertec_sdk(_sdk_time_unit(head), _EVIDENCE)
+    return None
 
 
 def _sdk_time_unit(head: Head) -> str | None:
@@ -77,7 +71,7 @@ def _sdk_time_unit(head: Head) -> str | None:
 def _recognise(head: Head) -> Recognition | None:
     if head.source is None or _instrument(head) is None:
         return None
-    return Recognition(LAYOUT, "columns as Bertec's programs order them")
+    return Recognition(LAYOUT, _EVIDENCE)
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:

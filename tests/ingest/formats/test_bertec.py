@@ -101,12 +101,12 @@ def test_drift_of_the_unloaded_plate_is_noted() -> None:
     assert "force_zero_drift" in rules(read(text(",".join(head), [",".join(row) for row in rows])))
 
 
-def test_a_balance_plate_is_read_once_the_unit_of_its_time_is_said() -> None:
+def test_a_balance_plate_is_read_once_its_maker_and_the_unit_of_its_time_are_said() -> None:
     columns = (1, 6, 7, 8, 10, 11)
     head, *rows = [[row[column] for column in columns] for row in table(bertec_acquire())]
     data = text("Time," + ",".join(head[1:]), [",".join(row) for row in rows])
-    assert "time_unit_missing" in rules(read(data))
-    part = only_part(read(data, Declarations(time_unit="ms")))
+    assert {"time_unit_missing", "unit_missing"} <= rules(read(data))
+    part = only_part(read(data, Declarations(time_unit="ms", instrument="bertec_balance")))
     assert set(values(part)) == {"force_z", "moment_x", "moment_y", "cop_x", "cop_y"}
 
 
