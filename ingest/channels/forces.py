@@ -66,8 +66,8 @@ def note_assumed_signs(plans: Sequence[ColumnPlan], findings: FindingCollector) 
     named = [plan.source_name for plan in plans if _is_plate(plan) and plan.sign == 1]
     if named:
         message = (
-            "Nothing tells whose axes these are: stored as written, as the reaction on the robot with z up; if they are "
-            "the force on the plate with z down, say `--instrument action_z_down`, or the maker's name."
+            "Nothing tells whose axes these are: stored as written, as the reaction on the robot with z up; if they "
+            "are the force on the plate with z down, say `--instrument action_z_down`, or the maker's name."
         )
         findings.add(NOTE, "force_sign_assumed", message, count=len(named), value=", ".join(named))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -30,6 +31,7 @@ def find_header(split: Split) -> HeaderLines:
     for row in split.head:
         if row.data_like and len(row.cells) == split.width:
             break
+        row = _without_doubled(row, split)
         if _fits(row, split) and any(row.cells) and not any(is_number(cell, comma=True) for cell in row.cells):
             above.append(row)
     if not above:
@@ -39,6 +41,13 @@ def find_header(split: Split) -> HeaderLines:
     below = [row for row in above if row.line.start > names.line.start]
     units = next((row for row in below if _is_units_row(row.cells)), None)
     return HeaderLines(names, units, _has_trailing(split, names))
+
+
+def _without_doubled(row: Row, split: Split) -> Row:
+    """Return a line with doubled delimiters, which align names by eye, as one of as many cells as the rows have."""
+    filled = [cell for cell in row.cells if cell]
+    doubled = len(filled) == split.width < len(row.cells) and row.cells[0] and row.cells[-1]
+    return dataclasses.replace(row, cells=filled) if doubled else row
 
 
 def _looks_like_names(row: Row) -> tuple[int, bool, bool]:

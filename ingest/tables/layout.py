@@ -23,6 +23,7 @@ from ingest.text.cells import (
     is_missing,
     is_number,
 )
+from ingest.text.debug_lines import debug_line
 from ingest.text.delimiters import Row, Split, best_split
 from ingest.text.source import Line, TextSource
 
@@ -31,6 +32,7 @@ WIDEST = 4096
 _UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _UNCLEAR_POINT = re.compile(rb"[+-]?[1-9]\d{0,2}\.\d{3}")
 _BELOW_THOUSAND = re.compile(rb"[+-]?\d{1,3}")
+_RULE = b" \t\r\v\f-=_+|*"
 _LONG_INTEGER = re.compile(rb"[+-]?\d{16,18}")
 
 
@@ -51,6 +53,10 @@ class Layout:
     data_start: int
     data_line: int
     last_cells: tuple[bytes, ...]
+
+    def is_debug(self, content: bytes) -> bool:
+        """Whether a line is `name: value`, a program's debug output, among rows that begin with a number or a time."""
+        return self.width > 1 and self.kinds[0] is not CellKind.TEXT and debug_line(content) is not None
 
 
 def find_layout(source: TextSource, declared: Declarations, findings: FindingCollector) -> Layout | None:
@@ -105,14 +111,14 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
 
 
 def _first_data_line(split: Split, header: Row | None, units_row: Row | None) -> Line:
-    """Return the first line after header and units that is neither blank nor a comment."""
+    """Return the first line after header and units that is neither blank nor a comment nor a rule of dashes."""
     after = -1
     if header is not None:
         after = (units_row or header).line.start
     for row in split.head:
         content = row.line.content
         comment = content.startswith(COMMENT_STARTS) and not row.data_like
-        if row.line.start > after and content.strip() and not comment and (header is not None or row.data_like):
+        if row.line.start > after and content.strip(_RULE) and not comment and (header is not None or row.data_like):
             return row.line
     return split.rows[0].line
 

@@ -180,6 +180,9 @@ def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
         reader.findings.add(NOTE, "header_repeated", message, lines=[line])
     elif layout.units_cells and _same(cells, layout.units_cells):
         reader.findings.add(NOTE, "units_repeated", "The row of units stands again; it is skipped.", lines=[line])
+    elif layout.is_debug(content):
+        message = "Lines `name: value` stand among the rows: they are skipped and stay in the raw copy only."
+        reader.findings.add(NOTE, "debug_line", message, lines=[line], value=reader.source.decode(content[:60]))
     elif len(cells) != layout.width:
         message = f"A row has more or fewer than {layout.width} cells; it is left out."
         reader.reject("ragged_row", message, line, content)

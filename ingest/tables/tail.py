@@ -27,6 +27,8 @@ def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> 
     if stop <= layout.data_start or source.data[stop - 1 : stop] == b"\n":
         return DataEnd(stop, 0)
     start = max(source.data.rfind(b"\n", layout.data_start, stop) + 1, layout.data_start)
+    if layout.is_debug(source.data[start:stop]):
+        return DataEnd(stop, 0)
     if not _is_cut(source.data[start:stop], layout):
         findings.add(
             NOTE, "no_final_newline", "The last line has no line end; it is as complete as the others and kept."

@@ -11,6 +11,7 @@ from collections import Counter
 from dataclasses import dataclass
 
 from ingest.text.cells import is_clock, is_missing, is_number, split_cells
+from ingest.text.debug_lines import debug_line, is_single_number
 from ingest.text.source import Line
 
 # A single space stands for any run of blanks; last, because blanks also pad other separators.
@@ -47,7 +48,7 @@ def best_split(head: list[Line], further: list[Line]) -> Split | None:
 
     `head` are the first lines of the file, `further` lines from deeper inside.
     """
-    filled = [line for line in [*head, *further] if line.content.strip()]
+    filled = [line for line in [*head, *further] if line.content.strip() and not _is_debug(line)]
     frequent = [sign for sign in CANDIDATES if sum(sign in line.content for line in filled) * 2 >= len(filled)]
     tried = [_split(head, further, delimiter) for delimiter in (*frequent, ONE_COLUMN)]
     possible = [split for split in tried if split.rows]
@@ -64,7 +65,11 @@ def row_of(line: Line, delimiter: bytes) -> Row:
     numbers = sum(is_number(cell, comma=True) or is_clock(cell) for cell in cells)
     empty = sum(is_missing(cell.lower()) for cell in cells)
     share = (numbers + empty) / len(cells) if cells else 0.0
-    return Row(line, cells, numbers > 0 and share >= 0.5, share)
+    return Row(line, cells, numbers > 0 and share >= 0.5 and not _is_debug(line), share)
+
+
+def _is_debug(line: Line) -> bool:
+    return is_single_number(debug_line(line.content))
 
 
 def _split(head: list[Line], further: list[Line], delimiter: bytes) -> Split:

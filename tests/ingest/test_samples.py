@@ -106,3 +106,16 @@ def test_bare_column_is_imported_once_its_name_and_rate_are_said() -> None:
     assert part.rate_hz == 600.0
     assert part.channels[0].values[:2] == pytest.approx([633.21, 628.46])
     assert np.allclose(np.diff(part.time_s), 1 / 600)
+
+
+def test_table_under_a_copyright_preamble_has_its_names() -> None:
+    (part,) = read("robot/Pezzack.txt", Declarations(time_unit="s")).parts
+    assert [channel.name for channel in part.channels] == ["raw", "noisy", "accel"]
+    assert part.rate_hz == pytest.approx(49.75, rel=1e-3)
+
+
+def test_debug_lines_below_a_table_are_counted_and_left_out() -> None:
+    result = read("robot/maxAccel1.csv", Declarations(time_unit="ms"))
+    assert (result.refused, result.rows_read, result.rows_kept) == (False, 51, 51)
+    assert {finding.rule: finding.count for finding in result.findings}["debug_line"] == 23
+    assert result.parts[0].rate_hz == pytest.approx(494, abs=1)
