@@ -22,6 +22,7 @@ class Instrument:
     """What a maker's export adds to the plain reading: name of the part, units, axes, a rate fixed by hardware.
 
     `evidence` tells why the file is taken for this instrument's; without one the signs of forces are only assumed.
+    `steady` says that its values stand still by nature, as a charger's do, and no note is due.
     """
 
     part: str = "log"
@@ -29,6 +30,7 @@ class Instrument:
     axes: Mapping[str, int] = field(default_factory=dict)
     fixed_rate_hz: float | None = None
     evidence: str = ""
+    steady: bool = False
 
 
 _BERTEC_UNITS = {

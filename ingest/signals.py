@@ -13,9 +13,8 @@ from ingest.channels.declared import declarations_for
 from ingest.channels.forces import check_plates, note_assumed_signs, orient
 from ingest.channels.synonyms import is_cop
 from ingest.findings import NOTE, FindingCollector
-from ingest.instruments import Instrument as Instrument
-from ingest.instruments import instrument_named
-from ingest.model import ChannelData, Declarations, FloatArray, Reading, SignalPart
+from ingest.instruments import Instrument, instrument_named
+from ingest.model import ChannelData, Declarations, FloatArray, Gap, Reading, SignalPart
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, recordings
 
@@ -40,7 +39,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz)
     found = recordings(sources, usable, findings)
     parts = [
-        _part(instrument.part, number, recording, columns, stored, findings)
+        _part(instrument, number, recording, columns, stored, findings)
         for number, recording in enumerate(found.recordings, start=1)
     ]
     kept = int(np.count_nonzero(found.keep))
@@ -67,7 +66,7 @@ def _stored(block: Block, plan: ColumnPlan) -> FloatArray:
 
 
 def _part(
-    name: str,
+    instrument: Instrument,
     number: int,
     recording: Recording,
     plans: Sequence[ColumnPlan],
@@ -88,14 +87,16 @@ def _part(
         )
         for plan in plans
     )
-    note_still_channels(channels, findings)
     axis = recording.timebase
-    held = held_rows(axis.time_s, channels)
+    held: tuple[Gap, ...] = ()
+    if not instrument.steady:
+        note_still_channels(channels, findings)
+        held = held_rows(axis.time_s, channels)
     if held:
         message = "All channels repeat for several rows: a logger that writes its last packet again; marked as gaps."
         findings.add(NOTE, "packets_held", message, count=len(held))
     return SignalPart(
-        name if number == 1 else f"{name}_segment_{number}",
+        instrument.part if number == 1 else f"{instrument.part}_segment_{number}",
         axis.time_s,
         axis.rate_hz,
         recording.start_utc,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ingest.formats.chargers import icharger, sheet
+from ingest.formats.chargers import cheali, icharger, icharger_serial, sheet
 from ingest.formats.force_plates import bertec
 from ingest.formats.format import Format
 from ingest.formats.loggers import delimited
@@ -11,6 +11,8 @@ from ingest.formats.recognised import RECOGNISED
 FORMATS: tuple[Format, ...] = (
     *RECOGNISED,
     icharger.FORMAT,
+    icharger_serial.FORMAT,
+    cheali.FORMAT,
     bertec.FORMAT,
     sheet.FORMAT,
     delimited.FORMAT,

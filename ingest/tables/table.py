@@ -123,13 +123,20 @@ def array_table(
     units: Sequence[str | None],
     columns: Sequence[Column],
     preamble: Preamble = NO_PREAMBLE,
+    lines: IntArray | None = None,
+    ordinals: IntArray | None = None,
+    rows_rejected: int = 0,
 ) -> Table:
-    """Return the table of a format that holds arrays: `columns` have shape (n_rows,) each, float64 or int64."""
+    """Return the table of a format that holds arrays: `columns` have shape (n_rows,) each, float64 or int64.
+
+    `lines`, shape (n_rows,), are the lines that the rows stand in and `ordinals` the data rows that they are, those
+    left out counted; without them row follows row. `rows_rejected` were left out while the arrays were made.
+    """
     kinds = tuple(CellKind.INTEGER if column.dtype.kind == "i" else CellKind.NUMBER for column in columns)
     n_rows = len(columns[0]) if columns else 0
 
     def read_rows(wanted: Sequence[Wanted]) -> Block:
         numbers = {column.position: columns[column.position] for column in wanted}
-        return Block(numbers, {}, n_rows, 1, None, 0, None, 0)
+        return Block(numbers, {}, n_rows, 1, lines, 0, ordinals, rows_rejected)
 
     return Table(tuple(names), tuple(units), kinds, preamble, read_rows)

@@ -8,8 +8,9 @@ from __future__ import annotations
 from ingest.findings import FindingCollector
 from ingest.formats.format import ANY_TEXT, Format, Recognition
 from ingest.formats.head import Head
+from ingest.instruments import Instrument
 from ingest.model import Reading
-from ingest.signals import Instrument, read_signals
+from ingest.signals import read_signals
 from ingest.tables.text_table import text_table
 from ingest.text.source import HEAD_BYTES
 

@@ -1,0 +1,168 @@
+"""Procedures of a charger to signals and recharges: what the logs of all makers have in common."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from data_schema.vocabulary import ChargeMode, FileRole
+from ingest.channels.factors import factor
+from ingest.findings import NOTE, FindingCollector
+from ingest.formats.chargers.charge_counter import CountedCharge, charge_row
+from ingest.formats.chargers.records import Procedure
+from ingest.instruments import Instrument
+from ingest.model import BoolArray, ChargeRow, Declarations, FloatArray, Reading, SignalPart
+from ingest.signals import read_signals
+from ingest.tables.table import array_table
+
+CELL_SUM_AGREES = 0.02
+CELLS_APART = 0.01
+"""Of the records, in which the cells may differ from the pack without a note."""
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A field of a record: its position, the channel it holds and the unit it is written in."""
+
+    position: int
+    name: str
+    unit: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What a procedure did: its direction, in which records, shape (n,), and whether that decides the signs.
+
+    `signed` says that the file writes current and counter negative while discharging.
+    """
+
+    mode: ChargeMode
+    active: BoolArray
+    signed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class LogLayout:
+    """Where a maker's records hold what: `fields` include the clock, named time, where there is one; cells follow each
+    other from `first_cell` on. `work` returns None, noted, for a procedure that is no recharge.
+    """
+
+    fields: tuple[Field, ...]
+    first_cell: int
+    n_cells: int
+    work: Callable[[Procedure, FindingCollector], Work | None]
+
+
+def read_procedures(
+    procedures: Sequence[tuple[Procedure, LogLayout]],
+    rows_rejected: int,
+    declared: Declarations,
+    findings: FindingCollector,
+) -> Reading:
+    """Return one signal and at most one recharge of each procedure; `rows_rejected` were left out before."""
+    parts: list[SignalPart] = []
+    charges: list[ChargeRow] = []
+    rows_read = rows_rejected
+    for procedure, layout in procedures:
+        work = layout.work(procedure, findings)
+        reading = _signals(procedure, layout, work, declared, findings)
+        rows_read += reading.rows_read
+        rows_rejected += reading.rows_rejected
+        parts.extend(reading.parts)
+        seconds = _seconds(procedure, layout, reading, findings)
+        if work is not None and seconds is not None:
+            charges.append(charge_row(len(charges) + 1, _counted(procedure, layout, work, seconds, findings), findings))
+    return Reading(_numbered(parts), tuple(charges), rows_read, rows_rejected, FileRole.CHARGE)
+
+
+def _signals(
+    procedure: Procedure, layout: LogLayout, work: Work | None, declared: Declarations, findings: FindingCollector
+) -> Reading:
+    fields = [*layout.fields, *_connected_cells(procedure, layout, findings)]
+    downwards = work is not None and not work.signed and work.mode is ChargeMode.DISCHARGE
+    columns = []
+    for field in fields:
+        values = procedure.column(field.position)
+        # Current and charge are stored negative while discharging, also of chargers that write no sign.
+        columns.append(-np.abs(values) if downwards and field.name in ("current", "charge") else values)
+    table = array_table(
+        [field.name for field in fields],
+        [field.unit for field in fields],
+        columns,
+        lines=procedure.line_numbers(),
+        ordinals=procedure.row_numbers(),
+    )
+    return read_signals(table, declared, findings, Instrument(f"channel_{procedure.channel}", steady=True))
+
+
+def _connected_cells(procedure: Procedure, layout: LogLayout, findings: FindingCollector) -> list[Field]:
+    """Return the cells that ever show a voltage; notes loose leads, and cells that do not add up to the pack."""
+    connected: list[Field] = []
+    total = np.zeros(len(procedure.rows))
+    for cell in range(layout.n_cells):
+        position, name = layout.first_cell + cell, f"cell_{cell + 1}_voltage"
+        millivolts = procedure.column(position)
+        if not millivolts.any():
+            continue
+        connected.append(Field(position, name, "mV"))
+        total += millivolts
+        if not millivolts.all():
+            findings.add(NOTE, "cell_zero", f"Cell {cell + 1} reads 0 V at times: a loose balance lead?", column=name)
+    pack = procedure.column(_field(layout, "battery_voltage").position)
+    apart = np.abs(total - pack) > CELL_SUM_AGREES * np.abs(pack)
+    if connected and np.count_nonzero(apart) > CELLS_APART * len(apart):
+        message = "The cells do not add up to the pack within 2 %: a cell is not connected, or the leads have losses."
+        findings.add(NOTE, "cell_sum", message, count=int(np.count_nonzero(apart)))
+    return connected
+
+
+def _field(layout: LogLayout, name: str) -> Field:
+    return next(field for field in layout.fields if field.name == name)
+
+
+def _seconds(
+    procedure: Procedure, layout: LogLayout, reading: Reading, findings: FindingCollector
+) -> FloatArray | None:
+    """Return elapsed seconds of all records, shape (n,): by the clock, else counted at the rate that was declared."""
+    clock = next((field for field in layout.fields if field.name == "time"), None)
+    if clock is not None:
+        scale, _ = factor(clock.name, clock.unit or "s", "s", findings)
+        return procedure.column(clock.position) * scale
+    rate_hz = reading.parts[0].rate_hz if reading.parts else None
+    return None if rate_hz is None else procedure.row_numbers() / rate_hz
+
+
+def _counted(
+    procedure: Procedure, layout: LogLayout, work: Work, seconds: FloatArray, findings: FindingCollector
+) -> CountedCharge:
+    def stored(name: str, unit: str) -> FloatArray:
+        field = _field(layout, name)
+        scale, _ = factor(name, field.unit or unit, unit, findings)
+        return procedure.column(field.position) * scale
+
+    return CountedCharge(
+        procedure.lines,
+        seconds,
+        stored("current", "A"),
+        stored("charge", "mAh"),
+        stored("battery_voltage", "V"),
+        work.active,
+        work.mode,
+        work.signed,
+    )
+
+
+def _numbered(parts: Sequence[SignalPart]) -> tuple[SignalPart, ...]:
+    """Return the parts named by channel, further ones of a channel numbered through."""
+    seen: Counter[str] = Counter()
+    named = []
+    for part in parts:
+        base = part.part.partition("_segment_")[0]
+        seen[base] += 1
+        name = base if seen[base] == 1 else f"{base}_segment_{seen[base]}"
+        named.append(dataclasses.replace(part, part=name))
+    return tuple(named)
