@@ -6,7 +6,6 @@ was blank; what it contradicts is refused with the `labbook correct` that would 
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -24,6 +23,7 @@ from labbook.book.opening import Book
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet_reader import RunSheetRow, read_run_sheet
+from labbook.plan.sheet_times import to_utc
 
 
 @dataclass
@@ -41,8 +41,14 @@ class RunsImported:
     remarks: list[Remark] = field(default_factory=list)
 
 
-def import_runs(book: Book, desk: Desk, text: str, source: str) -> RunsImported:
-    """State the runs of a sheet; raises with every contradiction at once, nothing being stored."""
+def import_runs(
+    book: Book, desk: Desk, text: str, source: str, *, dates: str | None = None, fold: str | None = None
+) -> RunsImported:
+    """State the runs of a sheet; raises with every contradiction at once, nothing being stored.
+
+    `dates` is the order of dates with slashes, `fold` which reading is meant of local times that the change of clocks
+    repeats or skips; raises `SheetQuestion` where one of them is needed.
+    """
     configuration = book.configuration
     rows = read_run_sheet(
         text,
@@ -50,9 +56,10 @@ def import_runs(book: Book, desk: Desk, text: str, source: str) -> RunsImported:
         source=source,
         batteries=configuration.batteries,
         robots=configuration.robots,
+        dates=dates,
     )
     done = RunsImported()
-    known = _Known(desk, configuration)
+    known = _Known(desk, configuration, fold)
     withdrawn = withdrawn_names(desk.connection)
     planned = {row.name: row.uid for row in planned_runs(desk.connection) if row.run_name is None}
     standing = {run.name: run for run in list_runs(desk.connection)}
@@ -62,7 +69,8 @@ def import_runs(book: Book, desk: Desk, text: str, source: str) -> RunsImported:
         if not row.done:
             (done.withdrawn if row.name in withdrawn else done.not_made).append(row.name)
             continue
-        values = _values(known, row)
+        before = standing.get(row.name)
+        values = _values(known, row, before.started_utc if before else None)
         if row.name in standing:
             _fill_in(desk, known, standing[row.name], row, values, done, contradictions)
             continue
@@ -83,8 +91,8 @@ def import_runs(book: Book, desk: Desk, text: str, source: str) -> RunsImported:
 class _Known:
     """The uids of what rows name, asked for once each; days and conditions come into being with their first run."""
 
-    def __init__(self, desk: Desk, configuration: Configuration) -> None:
-        self.desk, self.configuration = desk, configuration
+    def __init__(self, desk: Desk, configuration: Configuration, fold: str | None) -> None:
+        self.desk, self.configuration, self.fold = desk, configuration, fold
         self.study = study_of(desk.connection)
         self.days = day_uids(desk.connection)
         self.zone = ZoneInfo(self.study.time_zone)
@@ -124,7 +132,9 @@ def plan_factors(configuration: Configuration) -> list[PlanFactor]:
     ]
 
 
-def _values(known: _Known, row: RunSheetRow) -> dict[str, Any]:
+def _values(known: _Known, row: RunSheetRow, standing_utc: str | None) -> dict[str, Any]:
+    what = f"run {row.name} (line {row.line})"
+    started = row.started and to_utc(row.date, row.started, known.zone, known.fold, known_utc=standing_utc, what=what)
     complete = row.duration_s is not None and (row.jumps_made is not None or row.kind is RunKind.IDLE)
     return {
         "study": known.study.uid,
@@ -134,7 +144,7 @@ def _values(known: _Known, row: RunSheetRow) -> dict[str, Any]:
         "robot": known.robot(row.robot or _only("robot", known.configuration.robots, row)),
         "battery": known.battery(row.battery or _only("battery", known.configuration.batteries, row)),
         "position_in_day": row.position,
-        "started_utc": _utc(row.date, row.started, known.zone),
+        "started_utc": started,
         "duration_s": row.duration_s,
         "jumps_made": row.jumps_made or 0,
         "starts": row.starts or 1,
@@ -168,13 +178,6 @@ def _only(kind: str, known: Mapping[str, Any], row: RunSheetRow) -> str:
         f"run {row.name} (line {row.line}) names no {kind} and the book has {len(known)}: write one of "
         f"{', '.join(known) or 'none, so declare one in labbook.toml first'} in its row."
     )
-
-
-def _utc(date: datetime.date, started: datetime.time | None, zone: ZoneInfo) -> str | None:
-    if started is None:
-        return None
-    local = datetime.datetime.combine(date, started, zone)
-    return local.astimezone(datetime.UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 def _fill_in(

@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import codecs
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
-from data_schema.errors import InputRefused
+import typer
+
+from data_schema.errors import InputRefused, UsageError
 from labbook.actions.files_meant import read_bytes
+from labbook.cli.common import asking
+from labbook.plan.sheet_times import SheetQuestion
+
+_Done = TypeVar("_Done")
+USUAL_PAGE = "cp1252"
+"""What spreadsheets of Western Europe and America write where they do not write UTF-8."""
 
 
 def read_text(path: Path, *, marked_utf_16: bool = False) -> str:
@@ -23,3 +33,42 @@ def read_text(path: Path, *, marked_utf_16: bool = False) -> str:
             f"{path} is not UTF-8 text (byte {error.start}){nor}; other pages, such as Windows-1252, are not read: "
             "save it as CSV in UTF-8 and try again."
         ) from error
+
+
+def read_sheet(path: Path, page: str | None) -> tuple[str, str | None]:
+    """Read a sheet by its byte order mark, as UTF-8, or else by its `page`; returns the text and the page if it was it.
+
+    Raises `UsageError` for a page that does not exist, `InputRefused` for text that is not in it.
+    """
+    try:
+        codecs.lookup(page or USUAL_PAGE)
+    except LookupError:
+        raise UsageError(f"--encoding {page!r} is not known: give for example cp1252 or iso8859-15.") from None
+    try:
+        return read_text(path, marked_utf_16=True), None
+    except InputRefused as error:
+        if not isinstance(error.__cause__, UnicodeDecodeError):
+            raise
+    try:
+        return read_bytes(path).decode(page or USUAL_PAGE), page or USUAL_PAGE
+    except UnicodeDecodeError as error:
+        raise InputRefused(
+            f"{path} is neither UTF-8 nor {page or USUAL_PAGE} text (byte {error.start}): name its page with "
+            "--encoding, or save it as CSV in UTF-8."
+        ) from error
+
+
+def answered(attempt: Callable[[dict[str, str | None]], _Done], said: dict[str, str | None], *, ask: bool) -> _Done:
+    """Do what may need a word of the person: at a terminal it is asked for and tried again, elsewhere refused."""
+    while True:
+        try:
+            return attempt(said)
+        except SheetQuestion as question:
+            if not ask or not asking() or said.get(question.option) is not None:
+                raise
+            listed = ", ".join(f"{choice}: {meaning}" for choice, meaning in question.choices.items())
+            typer.echo(f"{question.sentence} ({listed}).", err=True)
+            chosen = ""
+            while chosen not in question.choices:
+                chosen = typer.prompt(" or ".join(question.choices), err=True).strip()
+            said = {**said, question.option: chosen}

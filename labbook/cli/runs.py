@@ -1,13 +1,29 @@
 """`labbook runs`: list, import, inbox."""
 
+import contextlib
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, columns, emit
+from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, columns, emit, plain
 
 app = typer.Typer(no_args_is_help=True)
+
+
+class DateOrder(StrEnum):
+    """The order of a date with slashes."""
+
+    DAY_FIRST = "d/m/y"
+    MONTH_FIRST = "m/d/y"
+
+
+class Fold(StrEnum):
+    """Which reading of a local time: by the offset from UTC before the change of clocks, or after it."""
+
+    FIRST = "first"
+    SECOND = "second"
 
 
 @app.command("list")
@@ -30,6 +46,15 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
 @app.command("import")
 def import_command(
     sheet: Annotated[Path, typer.Argument(help="The run sheet, CSV.")],
+    dates: Annotated[
+        DateOrder | None, typer.Option("--dates", help="How dates with slashes are written, as 03/04/2021.")
+    ] = None,
+    fold: Annotated[
+        Fold | None, typer.Option("--fold", help="Which of a local time that clocks show twice, or skip.")
+    ] = None,
+    encoding: Annotated[
+        str | None, typer.Option("--encoding", help="The page of text that is not UTF-8; else cp1252.")
+    ] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be stated; store nothing.")] = False,
     book: BookOption = None,
     person: AsOption = None,
@@ -37,30 +62,36 @@ def import_command(
 ) -> None:
     """Import a filled-in run sheet; rows that are not filled in yet wait, the same sheet again changes nothing.
 
+    Dates as 2021-06-01 or 1.6.2021, cells between commas, semicolons or tabs, numbers with a decimal point or comma.
+
     Example: labbook runs import runs.csv
     """
     from labbook.actions.remarks import remark_lines
-    from labbook.actions.runs_importing import import_runs
+    from labbook.actions.runs_importing import RunsImported, import_runs
     from labbook.book.desk import DryRun
     from labbook.book.opening import opened
-    from labbook.cli.reading import read_text
+    from labbook.cli.reading import answered, read_sheet
 
-    text = read_text(sheet)
+    text, page = read_sheet(sheet, encoding)
     with opened(book) as opened_book:
-        try:
-            with opened_book.desk(person) as desk:
-                done = import_runs(opened_book, desk, text, str(sheet))
+
+        def attempt(said: dict[str, str | None]) -> RunsImported:
+            done = RunsImported()
+            with contextlib.suppress(DryRun), opened_book.desk(person) as desk:
+                done = import_runs(opened_book, desk, text, str(sheet), **said)
                 if dry_run:
                     raise DryRun
-        except DryRun:
-            pass
+            return done
+
+        done = answered(attempt, {"dates": dates, "fold": fold}, ask=not as_json)
     line = (
         f"{len(done.stated)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
         f"{len(done.not_made)} still to be made{' (dry run: nothing stored)' if dry_run else ''}."
     )
     if done.withdrawn:
         line += f" {len(done.withdrawn)} were planned and are withdrawn."
-    emit(done, [line, *remark_lines(done.remarks)], as_json)
+    read_as = [] if page is None else [f"look again: {sheet} is no UTF-8 text and was read as {page} (`--encoding`)."]
+    emit({**plain(done), "encoding": page or "utf-8"}, [line, *read_as, *remark_lines(done.remarks)], as_json)
 
 
 @app.command("inbox")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import datetime
 import re
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -10,9 +9,8 @@ from typing import Any
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import RunKind
 from labbook.config.tables import is_plain
+from labbook.plan.sheet_times import date_reader, read_clock
 
-_DATE = re.compile(r"[0-9]{4}-[0-9]{2}-[0-9]{2}")
-_CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2}))?")
 _NUMBER = re.compile(r"[+-]?[0-9]{1,15}(?:\.[0-9]{1,15}|,(?![0-9]{3}$)[0-9]{1,15})?")
 
 
@@ -33,28 +31,6 @@ def read_note(cell: str) -> str:
     if not is_plain("".join(cell.split())):
         raise InputRefused(f"{cell!r} has unprintable characters: write plain text.")
     return cell
-
-
-def read_date(cell: str) -> datetime.date:
-    """Read a date; no order of day and month is guessed."""
-    try:
-        if not _DATE.fullmatch(cell):
-            raise ValueError
-        return datetime.date.fromisoformat(cell)
-    except ValueError:
-        raise InputRefused(f"{cell!r} is not a date: write year-month-day, such as 2021-06-01.") from None
-
-
-def read_clock(cell: str) -> datetime.time:
-    """Read a time of day, with or without seconds."""
-    match = _CLOCK.fullmatch(cell)
-    try:
-        if match is None:
-            raise ValueError
-        hour, minute, second = (int(part or 0) for part in match.groups())
-        return datetime.time(hour, minute, second)
-    except ValueError:
-        raise InputRefused(f"{cell!r} is not a time of day: write hours and minutes, such as 14:05.") from None
 
 
 def read_seconds(cell: str) -> float:
@@ -102,7 +78,7 @@ def one_of(what: str, allowed: Iterable[str]) -> Callable[[str], str]:
 
 CELL_READERS: dict[str, Callable[[str], Any]] = {
     "run": read_name,
-    "date": read_date,
+    "date": date_reader(),
     "position": counted_from(1),
     "kind": read_kind,
     "battery": read_name,

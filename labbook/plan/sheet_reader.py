@@ -15,6 +15,7 @@ from data_schema.vocabulary import RunKind
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet import BEFORE_FACTORS
 from labbook.plan.sheet_cells import CELL_READERS, one_of
+from labbook.plan.sheet_times import SheetQuestion, date_reader
 
 MOST_FAULTS_SHOWN = 50
 MOST_COLUMNS_EXPLAINED = 5
@@ -81,11 +82,13 @@ def read_run_sheet(
     source: str = "the run sheet",
     batteries: Collection[str] | None = None,
     robots: Collection[str] | None = None,
+    dates: str | None = None,
 ) -> tuple[RunSheetRow, ...]:
     """Read the rows of a sheet: comma, semicolon or tab between the cells, columns in any order.
 
-    `batteries` and `robots` are the names that exist (None: any). Raises `RunSheetRefused` with every fault, and
-    `InputRefused` where the text is no table at all.
+    `batteries` and `robots` are the names that exist (None: any), `dates` the order of dates with slashes. Raises
+    `RunSheetRefused` with every fault, `InputRefused` where the text is no table at all, and `SheetQuestion` for a date
+    with slashes whose order was not declared.
     """
     if "\0" in text.partition("\n")[0]:
         raise InputRefused(f"{source} is no plain text, a spreadsheet's own file or UTF-16: save it as CSV in UTF-8.")
@@ -94,6 +97,7 @@ def read_run_sheet(
         raise InputRefused(f"{source} is empty: give the sheet that `labbook plan` writes, with its header.")
     readers = {
         **CELL_READERS,
+        "date": date_reader(dates),
         **{factor.name: one_of(f"level of {factor.name}", factor.levels) for factor in factors},
         **({} if batteries is None else {"battery": one_of("battery", batteries)}),
         **({} if robots is None else {"robot": one_of("robot", robots)}),
@@ -175,6 +179,8 @@ def _values(
         if cell and column in readers:
             try:
                 values[column] = readers[column](cell)
+            except SheetQuestion:
+                raise
             except (InputRefused, UsageError) as error:
                 faults.append(RunSheetFault(line, column, cell, str(error)))
     for column, sentence in _contradictions(cells, values.get("kind"), factors):

@@ -10,6 +10,7 @@ import hashlib
 import io
 import json
 import os
+import pty
 import re
 import resource
 import sqlite3
@@ -72,6 +73,36 @@ def process(*words: str | Path, at: Path, **options: Any) -> Answer:
         **options,
     )
     return Answer(done.returncode, done.stdout, done.stderr)
+
+
+def at_a_terminal(*words: str | Path, at: Path, typed: str) -> tuple[int, str, str]:
+    """Give a command with a person at the terminal who types; returns exit code, standard output, what was asked."""
+    person, terminal = pty.openpty()
+    asked = b""
+    with subprocess.Popen(
+        [LABBOOK, *words],
+        cwd=at,
+        env=environment(TERM="dumb"),
+        stdin=terminal,
+        stdout=subprocess.PIPE,
+        stderr=terminal,
+        start_new_session=True,
+    ) as running:
+        os.close(terminal)
+        os.write(person, typed.encode())
+        assert running.stdout is not None
+        out = running.stdout.read().decode()
+        while True:
+            try:
+                piece = os.read(person, 4096)
+            except OSError:  # the terminal is closed
+                break
+            if not piece:
+                break
+            asked += piece
+        code = running.wait(timeout=60)
+    os.close(person)
+    return code, out, asked.decode()
 
 
 def good(answer: Answer) -> Answer:

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import pty
-import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.cli.shell import LABBOOK, environment, good, labbook, rows, unchanged
+from tests.cli.shell import at_a_terminal, good, labbook, rows, unchanged
 from tests.helpers.books import SmallBook
 from tests.ingest.synthetic import robot_rows
 
@@ -104,38 +101,8 @@ def test_profile_of_a_logger_without_time_gives_its_rate(fresh: SmallBook, tmp_p
     assert rate_of(fresh) == 333.0
 
 
-def at_a_terminal(book: SmallBook, path: Path, typed: str) -> tuple[int, str, str]:
-    """Ingest with a person at the terminal who types; returns exit code, standard output, and what was asked."""
-    person, terminal = pty.openpty()
-    asked = b""
-    with subprocess.Popen(
-        [LABBOOK, "ingest", path],
-        cwd=book.folder,
-        env=environment(TERM="dumb"),
-        stdin=terminal,
-        stdout=subprocess.PIPE,
-        stderr=terminal,
-        start_new_session=True,
-    ) as running:
-        os.close(terminal)
-        os.write(person, typed.encode())
-        assert running.stdout is not None
-        out = running.stdout.read().decode()
-        while True:
-            try:
-                piece = os.read(person, 4096)
-            except OSError:  # the terminal is closed
-                break
-            if not piece:
-                break
-            asked += piece
-        code = running.wait(timeout=60)
-    os.close(person)
-    return code, out, asked.decode()
-
-
 def test_at_a_terminal_the_person_is_asked(fresh: SmallBook, tmp_path: Path) -> None:
-    code, out, asked = at_a_terminal(fresh, without_time_unit(tmp_path), "ms\n")
+    code, out, asked = at_a_terminal("ingest", without_time_unit(tmp_path), at=fresh.folder, typed="ms\n")
     assert "unit of time" in asked
     assert code == 0, out
     assert "1 imported" in out
@@ -145,7 +112,7 @@ def test_at_a_terminal_the_person_is_asked(fresh: SmallBook, tmp_path: Path) -> 
 
 
 def test_no_answer_at_a_terminal_stores_nothing(fresh: SmallBook, tmp_path: Path) -> None:
-    code, out, asked = at_a_terminal(fresh, without_time(tmp_path), "\x04")
+    code, out, asked = at_a_terminal("ingest", without_time(tmp_path), at=fresh.folder, typed="\x04")
     assert "samples a second" in asked
     assert code == 2
     assert "labbook: no answer was given" in asked

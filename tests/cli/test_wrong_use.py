@@ -143,11 +143,12 @@ FILES = {
     "folder without files": ("ingest ../empty", "there is no file in ../empty"),
     "no run sheet": ("runs import nope.csv", "nope.csv"),
     "folder as run sheet": ("runs import ../instruments", "is a folder", "name the file in it"),
-    "run sheet not UTF-8": ("runs import ../latin.csv", "is not UTF-8 text (byte 3)", "save it as CSV in UTF-8"),
+    "run sheet in no page": ("runs import ../latin.csv", "neither UTF-8 nor cp1252 text (byte 3)", "--encoding"),
+    "no such page": ("runs import ../latin.csv --encoding utf8000", "--encoding 'utf8000' is not known", "cp1252"),
+    "no order of dates": ("runs import ../latin.csv --dates y/m/d", "--dates", "d/m/y"),
     "run sheet empty": ("runs import ../nothing.csv", "is empty", "labbook plan"),
     "log as run sheet": ("runs import ../instruments/logs/r001.csv", "is no run sheet", "run, date", "labbook plan"),
     "run sheet without runs": ("runs import ../header.csv", "has a header and no run below it"),
-    "run sheet in UTF-16": ("runs import ../utf16.csv", "is not UTF-8 text (byte 0)", "save it as CSV in UTF-8"),
     "run sheet in UTF-16 without mark": ("runs import ../utf16le.csv", "is no plain text", "save it as CSV in UTF-8"),
     "spreadsheet as run sheet": ("runs import ../sheet.xlsx", "is no plain text", "save it as CSV in UTF-8"),
     "pipe as file": ("ingest ../pipe", "is not a regular file"),
@@ -162,11 +163,10 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     above = tmp_path_factory.mktemp("wrong")
     made = small_book(above)
     (above / "empty").mkdir()
-    (above / "latin.csv").write_bytes(b"run\xe9\n")
+    (above / "latin.csv").write_bytes(b"run\x81\n")
     (above / "nothing.csv").touch()
     sheet = (made.instruments / "runs.csv").read_text()
     (above / "header.csv").write_text(sheet.splitlines()[0] + "\n")
-    (above / "utf16.csv").write_text(sheet, encoding="utf-16")
     (above / "utf16le.csv").write_text(sheet, encoding="utf-16-le")
     (above / "sheet.xlsx").write_bytes(b"PK\x03\x04" + bytes(60))
     (made.folder / "new.csv").write_text("t,h\n1,2\n2,3\n")

@@ -13,6 +13,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import RunKind
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet_reader import RunSheetRefused, RunSheetRow, read_run_sheet
+from labbook.plan.sheet_times import SheetQuestion
 
 unhurried = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines differ in speed
 
@@ -100,7 +101,8 @@ def test_columns_stand_in_any_order_and_hand_made_sheets_may_leave_some_out() ->
 @pytest.mark.parametrize(
     ("old", "new", "column", "words"),
     [
-        ("2021-06-01", "1.6.2021", "date", "'1.6.2021' is not a date: write year-month-day"),
+        ("2021-06-01", "1.6.21", "date", "'1.6.21' is not a date: write year-month-day"),
+        ("2021-06-01", "13.13.2021", "date", "is not a date"),
         ("2021-06-01", "2021-02-30", "date", "is not a date"),
         ("2021-06-01", "20210601", "date", "is not a date"),
         ("2021-06-01", "", "date", "the cell is empty"),
@@ -141,7 +143,7 @@ def test_each_fault_has_its_place_and_remedy(old: str, new: str, column: str, wo
 def test_all_faults_of_all_rows_are_reported_at_once() -> None:
     found = faults(
         HEADER.replace("foot", "foott") + ",weather,kind",
-        "r1,1.6.2021,1,jumps,small,300,A,hopper,,,,,,,jumps",
+        "r1,1.6.21,1,jumps,small,300,A,hopper,,,,,,,jumps",
         "r2,2021-06-01,x,jumps,small,350,A,hopper,,,,,,,jumps",
         "r1,2021-06-01,2,jumps,small,300,A,hopper,,,,,,,jumps",
         "r3,2021-06-01,2,jumps,small,300,A,hopper,,,,,,,jumps",
@@ -242,3 +244,25 @@ def test_what_is_no_sheet_of_runs_is_told_in_one_sentence(text: str, words: str)
     with pytest.raises(InputRefused, match=words) as refused:
         read_run_sheet(text, FACTORS, source="runs.csv")
     assert str(refused.value).count("\n") == 0
+
+
+@pytest.mark.parametrize("written", ["2021-06-01", "2021/06/01", "2021-6-1", "1.6.2021", "01.06.2021", "1. 6. 2021"])
+def test_dates_that_can_be_one_day_only_are_read(written: str) -> None:
+    """`d.m.y` was refused."""
+    (row,) = read(HEADER, JUMPS.replace("2021-06-01", written))
+    assert row.date == datetime.date(2021, 6, 1)
+
+
+def test_the_order_of_a_date_with_slashes_is_asked_for() -> None:
+    sheet = [HEADER, JUMPS.replace("2021-06-01", "03/04/2019")]
+    with pytest.raises(SheetQuestion, match=r"--dates d/m/y.*--dates m/d/y"):
+        read(*sheet)
+    assert read(*sheet, dates="d/m/y")[0].date == datetime.date(2019, 4, 3)
+    assert read(*sheet, dates="m/d/y")[0].date == datetime.date(2019, 3, 4)
+    with pytest.raises(RunSheetRefused, match="'31/12/2019' is not a date"):
+        read(HEADER, JUMPS.replace("2021-06-01", "31/12/2019"), dates="m/d/y")
+
+
+def test_a_time_of_day_may_state_its_offset() -> None:
+    (row,) = read(HEADER, JUMPS.replace("9:05", "02:30+02:00"))
+    assert row.started == datetime.time(2, 30, tzinfo=datetime.timezone(datetime.timedelta(hours=2)))

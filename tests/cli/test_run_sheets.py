@@ -1,0 +1,72 @@
+"""Run sheets as spreadsheets of other countries save them: read where they can mean one thing, else asked about."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import at_a_terminal, good, labbook, refused, rows, unchanged
+from tests.helpers.books import SmallBook
+
+HEAD = "run;date;position;kind;foot;k_gain;b_ad_gain;battery;robot;started;duration_s;jumps_made;starts;note\n"
+NOTE = "Füße geölt, 5 °C"
+
+
+def sheet(folder: Path, *, date: str = "14.6.2021", started: str = "9:05", page: str = "utf-8") -> Path:
+    path = folder / "runs.csv"
+    path.write_bytes(f"{HEAD}r1;{date};1;jumps;small;400;0;A;;{started};722,5;3;;{NOTE}\n".encode(page))
+    return path
+
+
+def berlin(book: SmallBook) -> None:
+    """Keep the book where clocks change in March and October."""
+    text = book.toml.read_text()
+    line = next(line for line in text.splitlines() if line.startswith("time_zone"))
+    book.toml.write_text(text.replace(line, 'time_zone = "Europe/Berlin"'))
+
+
+@pytest.mark.parametrize(("page", "said"), [("utf-8", False), ("utf-16", False), ("cp1252", True), ("mac-roman", True)])
+def test_a_german_sheet_is_read_and_its_page_is_said(fresh: SmallBook, tmp_path: Path, page: str, said: bool) -> None:
+    """A sheet in Windows-1252 and a date as 14.6.2021 were refused."""
+    options = ["--encoding", page] if page == "mac-roman" else []
+    done = good(labbook("runs", "import", sheet(tmp_path, page=page), *options, at=fresh.folder))
+    assert done.out.startswith("1 runs stated")
+    assert (f"read as {page}" in done.out) is said
+    assert rows(fresh.folder, "SELECT name, duration_s, date_local FROM run JOIN day ON run.day = day.id") == [
+        ("r1", 722.5, "2021-06-14")
+    ]
+    assert rows(fresh.folder, "SELECT text FROM note") == [(NOTE,)]
+
+
+def test_a_date_with_slashes_is_refused_with_the_flag_and_read_with_it(fresh: SmallBook, tmp_path: Path) -> None:
+    path = sheet(tmp_path, date="03/04/2019")
+    with unchanged(fresh.folder):
+        refused(labbook("runs", "import", path, at=fresh.folder), 2, "'03/04/2019'", "--dates d/m/y", "--dates m/d/y")
+    good(labbook("runs", "import", path, "--dates", "d/m/y", at=fresh.folder))
+    assert rows(fresh.folder, "SELECT date_local FROM day") == [("2019-04-03",)]
+
+
+def test_a_time_that_came_twice_is_refused_with_the_flag_and_asked_about_at_a_terminal(
+    fresh: SmallBook, tmp_path: Path
+) -> None:
+    """The first of the two was stored without a word."""
+    berlin(fresh)
+    path = sheet(tmp_path, date="31.10.2021", started="02:30")
+    with unchanged(fresh.folder):
+        refused(labbook("runs", "import", path, at=fresh.folder), 2, "run r1 (line 2)", "show twice", "`--fold second`")
+    code, out, asked = at_a_terminal("runs", "import", path, at=fresh.folder, typed="perhaps\nsecond\n")
+    assert code == 0, out
+    assert "02:30+01:00" in asked
+    assert rows(fresh.folder, "SELECT started_utc FROM run") == [("2021-10-31T01:30:00Z",)]
+    with unchanged(fresh.folder):  # the book knows which was meant
+        again = good(labbook("runs", "import", path, at=fresh.folder))
+    assert "1 there already" in again.out
+
+
+def test_a_time_that_never_was_is_refused_and_may_state_its_offset(fresh: SmallBook, tmp_path: Path) -> None:
+    berlin(fresh)
+    path = sheet(tmp_path, date="28.3.2021", started="02:30")
+    refused(labbook("runs", "import", path, at=fresh.folder), 2, "skip", "02:30+01:00")
+    good(labbook("runs", "import", sheet(tmp_path, date="28.3.2021", started="02:30+01:00"), at=fresh.folder))
+    assert rows(fresh.folder, "SELECT started_utc FROM run") == [("2021-03-28T01:30:00Z",)]

@@ -1,0 +1,51 @@
+"""Local times to instants: one reading, or a question that names both; never one of two in silence."""
+
+from __future__ import annotations
+
+import datetime
+from zoneinfo import ZoneInfo
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from labbook.plan.sheet_times import FIRST, SECOND, SheetQuestion, read_clock, to_utc
+
+BERLIN = ZoneInfo("Europe/Berlin")
+BACK, FORWARD = datetime.date(2021, 10, 31), datetime.date(2021, 3, 28)
+HALF_PAST_TWO = datetime.time(2, 30)
+
+
+@pytest.mark.parametrize(
+    ("date", "how", "first", "second"),
+    [
+        (BACK, "show twice", "2021-10-31T00:30:00Z", "2021-10-31T01:30:00Z"),
+        (FORWARD, "skip", "2021-03-28T01:30:00Z", "2021-03-28T00:30:00Z"),
+    ],
+)
+def test_a_time_that_clocks_repeat_or_skip_is_asked_about(
+    date: datetime.date, how: str, first: str, second: str
+) -> None:
+    """The first of the two, and a time that never was, were stored without a word."""
+    with pytest.raises(SheetQuestion, match=how) as asked:
+        to_utc(date, HALF_PAST_TWO, BERLIN, what="run r7")
+    assert asked.value.option == "fold"
+    assert str(asked.value).startswith("run r7 started at 02:30")
+    assert to_utc(date, HALF_PAST_TWO, BERLIN, FIRST) == first
+    assert to_utc(date, HALF_PAST_TWO, BERLIN, SECOND) == second
+    for choice, instant in ((FIRST, first), (SECOND, second)):
+        written = asked.value.choices[choice]  # as it may be written into the cell
+        assert to_utc(date, read_clock(written), BERLIN) == instant
+        assert to_utc(date, HALF_PAST_TWO, BERLIN, known_utc=instant) == instant
+
+
+@settings(deadline=None)
+@given(
+    st.integers(631_152_000, 2_051_222_400),
+    st.sampled_from(["Europe/Berlin", "Africa/Johannesburg", "America/New_York", "Australia/Lord_Howe", "UTC"]),
+)
+def test_every_instant_comes_back_from_its_local_time(epoch_s: int, name: str) -> None:
+    moment = datetime.datetime.fromtimestamp(epoch_s, datetime.UTC)
+    local = moment.astimezone(ZoneInfo(name))
+    expected = moment.isoformat().replace("+00:00", "Z")
+    assert to_utc(local.date(), local.time(), ZoneInfo(name), SECOND if local.fold else FIRST) == expected
