@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
+from zoneinfo import ZoneInfo
 
 import sqlalchemy as sa
 
@@ -14,6 +15,7 @@ from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import factors
 from data_schema.vocabulary import Action, RunKind, RunState
 from labbook.actions.corrected_values import date_value, number_value, text_value
+from labbook.actions.sheet_words import MAH, charge_meant, in_columns, words_of
 from labbook.book.desk import Desk, Statement
 from labbook.book.naming import (
     condition_key,
@@ -38,11 +40,20 @@ NO_LEVELS = "levels"
 """`levels=none` takes a run's levels away."""
 
 
-def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why: str) -> dict[str, tuple[Any, Any]]:
-    """State corrections of one row; returns (old, new) by column. Results downstream are marked stale."""
+def correct(
+    book: Book, desk: Desk, target: str, assignments: Sequence[str], why: str, *, fold: str | None = None
+) -> dict[str, tuple[Any, Any]]:
+    """State corrections of one row; returns (old, new) by column. Results downstream are marked stale.
+
+    Words of the run sheet stand for their columns (`labbook.actions.sheet_words`); `fold` settles a local time with two
+    readings. The charge of a run is a row of its own, corrected with it.
+    """
     refuse_empty("--why", why)
-    given = _assignments(assignments)
     kind, uid, run = _target(desk.connection, target)
+    zone = ZoneInfo(study_of(desk.connection).time_zone)
+    said = _assignments(assignments)
+    charged = {MAH: said.pop(MAH)} if run is not None and MAH in said else {}
+    given = in_columns(kind, said, run, zone, fold)
     new: dict[str, Any] = {}
     levels = dict(run.levels) if run else {}
     for name, text in given.items():
@@ -61,12 +72,24 @@ def correct(book: Book, desk: Desk, target: str, assignments: Sequence[str], why
         _refuse_taken_place(desk.connection, run, new)
     if run is not None and "name" in new and not run.planned:
         new |= _planned_as(desk.connection, new["name"])
+    done = _stated(desk, kind, uid, new, why)
+    if run is not None and charged:
+        ((column, text),) = in_columns("charge", charged, None, zone, fold).items()
+        done |= _stated(
+            desk, "charge", charge_meant(desk.connection, run), _column(book, desk, "charge", column, text), why
+        )
+    if not done:
+        raise UsageError(f"{target} says that already: nothing was changed.")
+    return done
+
+
+def _stated(desk: Desk, kind: str, uid: str, new: Mapping[str, Any], why: str) -> dict[str, tuple[Any, Any]]:
+    """State what of `new` a row does not say yet; returns (old, new) by column."""
     old = old_values(desk.connection, kind, uid, new) if new else {}
     changed = {name: value for name, value in new.items() if old[name] != value}
-    if not changed:
-        raise UsageError(f"{target} says that already: nothing was changed.")
     before = {name: old[name] for name in changed}
-    desk.state(Statement(Action.CORRECT, kind, uid, new=changed, old=before, reason=why))
+    if changed:
+        desk.state(Statement(Action.CORRECT, kind, uid, new=changed, old=before, reason=why))
     return {name: (before[name], value) for name, value in changed.items()}
 
 
@@ -208,7 +231,7 @@ def _column(book: Book, desk: Desk, kind: str, name: str, text: str) -> dict[str
     allowed = [column.name for column in table.c if column.name not in fixed]
     if name not in allowed:
         of_study = list(book.configuration.factors) if kind == "run" else []
-        raise unknown_name(f"field of a {kind}", name, [*of_study, *allowed])
+        raise unknown_name(f"field of a {kind}", name, [*of_study, *words_of(kind), *allowed])
     column = table.c[name]
     if name in ("robot", "battery"):
         known: Mapping[str, Any] = getattr(book.configuration, {"battery": "batteries"}.get(name, f"{name}s"))

@@ -1,10 +1,10 @@
 """`labbook correct`: a fact was wrong."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, emit
+from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, emit
 
 
 def register(app: typer.Typer) -> None:
@@ -16,11 +16,15 @@ def correct(
     target: Annotated[str, typer.Argument(help="A run, or study, robot:NAME, battery:NAME, charge:UID.")],
     fields: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE...", help="What it should say.")],
     why: Annotated[str, typer.Option("--why", help="Why the old value was wrong.")],
+    fold: FoldOption = None,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Correct a fact: the old value stays in the journal, and everything that rested on it becomes stale.
+
+    The words of the run sheet stand beside the columns' names: started=09:20 date=2021-06-05 minutes=12 jumps=24
+    position=3 run=NEWNAME, the factors, and mah=812 for the charge of a run. A new date takes the start along.
 
     A run that was idle: kind=idle jumps_made=0 levels=none in one command, for an idle run has neither.
 
@@ -31,14 +35,19 @@ def correct(
     from labbook.actions.remarks import remark_lines, remarks_on
     from labbook.actions.stale import stale_lines
     from labbook.book.opening import opened
+    from labbook.cli.reading import answered
     from labbook.config.places import to_change
 
-    with opened(book) as opened_book, opened_book.desk(person, correcting=True) as desk:
+    with opened(book) as opened_book:
         configuration = opened_book.configuration
-        changed = state_correction(opened_book, desk, target, fields, why)
-        runs = runs_corrected(desk.connection, target, changed)
-        remarks = remarks_on(desk.connection, configuration, runs, changed)
-        stale = desk.stale
+
+        def attempt(said: dict[str, str | None]) -> tuple[Any, Any, Any]:
+            with opened_book.desk(person, correcting=True) as desk:
+                changed = state_correction(opened_book, desk, target, fields, why, fold=said["fold"])
+                runs = runs_corrected(desk.connection, target, changed)
+                return changed, remarks_on(desk.connection, configuration, runs, changed), desk.stale
+
+        changed, remarks, stale = answered(attempt, {"fold": fold}, ask=not as_json)
     in_file = to_change(configuration, target, {name: new for name, (_old, new) in changed.items()})
     lines = [f"{target}: {', '.join(fields)}.", *stale_lines(stale), *in_file, *remark_lines(remarks)]
     data = {"target": target, "changed": changed, "stale": stale, "labbook_toml": in_file, "remarks": remarks}

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, columns, emit, plain
+from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, WhereOption, columns, emit, plain
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -17,13 +17,6 @@ class DateOrder(StrEnum):
 
     DAY_FIRST = "d/m/y"
     MONTH_FIRST = "m/d/y"
-
-
-class Fold(StrEnum):
-    """Which reading of a local time: by the offset from UTC before the change of clocks, or after it."""
-
-    FIRST = "first"
-    SECOND = "second"
 
 
 @app.command("list")
@@ -49,9 +42,7 @@ def import_command(
     dates: Annotated[
         DateOrder | None, typer.Option("--dates", help="How dates with slashes are written, as 03/04/2021.")
     ] = None,
-    fold: Annotated[
-        Fold | None, typer.Option("--fold", help="Which of a local time that clocks show twice, or skip.")
-    ] = None,
+    fold: FoldOption = None,
     encoding: Annotated[
         str | None, typer.Option("--encoding", help="The page of text that is not UTF-8; else cp1252.")
     ] = None,

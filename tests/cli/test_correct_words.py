@@ -1,0 +1,81 @@
+"""`labbook correct` in the words of the run sheet, which were refused as unknown fields."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.helpers.books import SmallBook
+
+RUN = (
+    "SELECT day.date_local, started_utc, duration_s, jumps_made, position_in_day FROM run JOIN day ON run.day = day.id"
+)
+
+
+def correct(book: SmallBook, target: str, *fields: str) -> dict[str, list[object]]:
+    done: dict[str, list[object]] = good(
+        labbook("correct", target, *fields, "--why", "misread", "--json", at=book.folder)
+    ).json["changed"]
+    return done
+
+
+def facts(book: SmallBook, run: str) -> tuple[object, ...]:
+    (found,) = rows(book.folder, f"{RUN} WHERE name = '{run}'")
+    return found
+
+
+def test_words_of_the_sheet_stand_for_their_columns(whole: SmallBook) -> None:
+    day, started, duration_s, _jumps, _position = facts(whole, "r001")
+    assert str(started).startswith(f"{day}T13:30")  # 9:30 by the lab's clock, in New York
+    correct(whole, "r001", "started=09:20", "minutes=12,5", "jumps=4", "position=20")
+    assert duration_s != 750.0
+    assert facts(whole, "r001") == (day, f"{day}T13:20:00Z", 750.0, 4, 20)
+
+
+def test_a_new_date_takes_the_start_along(whole: SmallBook) -> None:
+    _day, started, *rest = facts(whole, "r001")
+    correct(whole, "r001", "date=5.6.2021", "position=1")
+    assert facts(whole, "r001") == ("2021-06-05", f"2021-06-05{str(started)[10:]}", *rest)
+    correct(whole, "r001", "date=2021-06-07", "started=10:00")
+    assert facts(whole, "r001")[:2] == ("2021-06-07", "2021-06-07T14:00:00Z")
+
+
+def test_mah_is_the_charge_of_a_run(whole: SmallBook) -> None:
+    changed = correct(whole, "r001", "mah=812,5", "jumps=4")
+    assert changed["charge_mah"][1] == 812.5
+    assert changed["jumps_made"] == [3, 4]
+    (charge,) = good(labbook("show", "r001", "--json", at=whole.folder)).json["charges"]
+    assert charge["charge_mah"] == 812.5
+    assert correct(whole, f"charge:{charge['uid']}", "mah=800")["charge_mah"] == [812.5, 800.0]
+    with unchanged(whole.folder):
+        refused(labbook("correct", "r001", "mah=800", "--why", "x", at=whole.folder), 2, "says that already")
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        (("startd=09:20",), ["'startd' is not a known field of a run", "'started'"]),
+        (("jumps=4", "jumps_made=5"), ["jumps_made is given twice"]),
+        (("date=03/04/2021",), ["does not say whether the day or the month comes first", "year-month-day"]),
+        (("started=25:00",), ["is not a time of day"]),
+        (("minutes=soon",), ["is not a number of minutes"]),
+        (("mah=much",), ["is not a number"]),
+    ],
+)
+def test_what_is_not_understood_is_refused_with_what_is(
+    whole: SmallBook, fields: tuple[str, ...], said: list[str]
+) -> None:
+    with unchanged(whole.folder):
+        refused(labbook("correct", "r001", *fields, "--why", "x", at=whole.folder), 2, *said)
+
+
+def test_a_run_without_charge_is_told_how_to_state_one(stated: SmallBook) -> None:
+    refused(labbook("correct", "r001", "mah=812", "--why", "x", at=stated.folder), 2, "`labbook charge r001 MAH`")
+
+
+def test_a_start_that_clocks_show_twice_needs_the_flag(whole: SmallBook) -> None:
+    text = ["correct", "r001", "date=2021-11-07", "started=01:30", "--why", "misread"]
+    with unchanged(whole.folder):
+        refused(labbook(*text, at=whole.folder), 2, "show twice", "`--fold first`")
+    good(labbook(*text, "--fold", "second", at=whole.folder))
+    assert facts(whole, "r001")[1] == "2021-11-07T06:30:00Z"
