@@ -9,11 +9,11 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.declared import column_declaration
-from ingest.channels.factors import factor, same_unit
+from ingest.channels.factors import factor, refuse_other_unit
 from ingest.channels.synonyms import TIME_NAMES, UNIT_OF_NAME, channel_kind, channel_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import Declarations
-from ingest.tables.header_cells import clean_name, is_unit, normal_unit, parse_header, squash
+from ingest.tables.header_cells import clean_name, normal_unit, parse_header, squash
 from ingest.tables.table import CellKind, Table
 
 TIME = "time"
@@ -118,15 +118,7 @@ def _column(position: int, name: str, table: Table, declared: Declarations, find
         channel = TIME if is_time else None if channel == TIME else channel
     if channel == TIME and declared.time_unit is not None:
         unit = stated = normal_unit(declared.time_unit)
-    if own and stated and not declared.override_units and is_unit(own) and not same_unit(own, stated):
-        findings.add(
-            FILE,
-            "unit_contradicts",
-            f"The header of column {name!r} says {own} and {stated} is declared: leave the declaration out, "
-            "or say `--override-units` if the header is wrong.",
-            column=name,
-            value=own,
-        )
+    refuse_other_unit(name, own, stated, declared, findings)
     return _Column(position, name, base, channel, unit, sign, table.kinds[position])
 
 

@@ -7,6 +7,8 @@ import math
 from data_schema.errors import InputRefused
 from data_schema.units import conversion
 from ingest.findings import FILE, FindingCollector
+from ingest.model import Declarations
+from ingest.tables.header_cells import is_unit
 
 # The units that logs are full of: the units library, slow to load, is for the others.
 _COMMON = {
@@ -43,3 +45,18 @@ def same_unit(one: str, other: str) -> bool:
     except InputRefused:
         return False
     return math.isclose(scale, 1.0) and offset == 0.0
+
+
+def refuse_other_unit(
+    column: str, own: str | None, stated: str | None, declared: Declarations, findings: FindingCollector
+) -> None:
+    """Refuse a file whose header says another unit of a column than is declared, unless declarations override it."""
+    if own and stated and is_unit(own) and not declared.override_units and not same_unit(own, stated):
+        findings.add(
+            FILE,
+            "unit_contradicts",
+            f"The header of column {column!r} says {own} and {stated} is declared: leave the declaration out, "
+            "or say `--override-units` if the header is wrong.",
+            column=column,
+            value=own,
+        )

@@ -29,7 +29,7 @@ def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> 
     start = max(source.data.rfind(b"\n", layout.data_start, stop) + 1, layout.data_start)
     if layout.is_debug(source.data[start:stop]):
         return DataEnd(stop, 0)
-    if not _is_cut(source.data[start:stop], layout):
+    if not _is_cut(source.data[start:stop], _cell_above(source.data, layout, start), layout):
         findings.add(
             NOTE, "no_final_newline", "The last line has no line end; it is as complete as the others and kept."
         )
@@ -60,8 +60,18 @@ def _without_padding(data: bytes, start: int, findings: FindingCollector) -> int
     return stop
 
 
-def _is_cut(line: bytes, layout: Layout) -> bool:
-    """Whether cells are missing, or the last number has fewer digits than the least of those seen above it."""
+def _cell_above(data: bytes, layout: Layout, start: int) -> bytes | None:
+    """Return the last cell of the line before the one at `start`."""
+    begin = max(data.rfind(b"\n", layout.data_start, start - 1) + 1, layout.data_start)
+    cells = split_cells(data[begin:start].strip(b"\r\n"), layout.delimiter) if begin < start else None
+    return cells[-1] if cells else None
+
+
+def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
+    """Whether cells are missing, or the last number may miss digits: it has fewer than some seen above it.
+
+    A number that repeats the one above it is whole. One row less of a log is no loss, 79 for 799 is a wrong value.
+    """
     cells = split_cells(line, layout.delimiter)
     if cells is None or len(cells) < layout.width:
         return True
@@ -77,6 +87,8 @@ def _is_cut(line: bytes, layout: Layout) -> bool:
     exponents = [len(shape[3]) for shape in above if shape[3] is not None]
     if len(exponents) == len(above) and exponents:
         return last[3] is None or len(last[3]) < min(exponents)
-    if len(decimals) == len(above) and decimals:
-        return last[2] is None or len(last[2]) < min(decimals)
-    return bool(above) and not decimals and len(last[1]) < min(len(shape[1]) for shape in above)
+    if cells[-1] == cell_above:
+        return False
+    if decimals:
+        return len(last[2] or b"") < max(decimals)
+    return bool(above) and len(last[1]) < max(len(shape[1]) for shape in above)

@@ -217,3 +217,59 @@ def test_an_instrument_is_declared_and_an_unknown_one_is_refused_with_the_neares
     assert "force_sign_assumed" not in {finding.rule for finding in result.findings}
     with pytest.raises(UsageError, match="'bertec_acquire'"):
         read(plate_log(ANY_PLATE), Declarations(instrument="bertec_aquire"))
+
+
+def sheet(*lines: str, declared: Declarations | None = None, end: str = "\n") -> ReadFile:
+    return read(("\n".join(lines) + end).encode(), declared)
+
+
+CAPACITIES = ("run,capacity (mAh),charged (mAh)", "r1,6600,461", "r2,6600,470")
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (0, 2, 1)], ids=["capacity first", "charged first"])
+def test_a_packs_capacity_was_what_was_charged(order: tuple[int, ...]) -> None:
+    """6600 mAh for 461 mAh."""
+    lines = [",".join(line.split(",")[place] for place in order) for line in CAPACITIES]
+    assert [charge.charge_mah for charge in sheet(*lines).charges] == [461.0, 470.0]
+
+
+def test_a_capacity_alone_is_asked_about_where_it_never_changes() -> None:
+    message = finding(sheet("run,capacity (mAh)", "r1,6600", "r2,6600"), "charge_unclear").message
+    assert "--column" in message
+    assert not sheet("run,capacity (mAh)", "r1,461", "r2,470").refused
+    declared = Declarations(columns={"capacity": ColumnDeclaration("charge")})
+    assert not sheet("run,capacity (mAh)", "r1,6600", "r2,6600", declared=declared).refused
+
+
+def test_the_first_of_two_charges_was_taken() -> None:
+    lines = ("run,charged (mAh),mAh in", "r1,461,520")
+    assert "'mAh in'" in finding(sheet(*lines), "column_ambiguous").message
+    (charge,) = sheet(*lines, declared=Declarations(columns={"mAh in": ColumnDeclaration("charge", "mAh")})).charges
+    assert charge.charge_mah == 520.0
+
+
+def test_a_declared_unit_of_a_sheet_against_its_header_was_read_as_declared() -> None:
+    """461 mAh became 461 000 mAh."""
+    declared = Declarations(columns={"charged": ColumnDeclaration(unit="Ah")})
+    assert finding(sheet("run,charged (mAh)", "r1,461", declared=declared), "unit_contradicts")
+
+
+def test_a_charge_cut_in_the_last_line_was_taken() -> None:
+    """79 mAh for 799 mAh."""
+    lines = ("run,charged (mAh)", "r1,461", "r2,79")
+    assert "--complete" in finding(sheet(*lines, end=""), "last_cell_cut").message
+    assert not sheet(*lines).refused
+    assert not sheet(*lines, end="", declared=Declarations(complete=True)).refused
+    assert sheet("run,mAh,volts", "r1,461,16.80", "r2,799,16.8", end="").refused
+    assert not sheet("run,mAh,volts", "r1,461,16.80", "r2,799,16.81", end="").refused
+    assert not sheet("run,mAh,pack", "r1,461,A", "r2,799,B", end="").refused
+
+
+def test_a_last_number_of_a_log_that_was_cut_was_taken() -> None:
+    """79 mm for 799 mm in the last row, as there were numbers of two digits above."""
+    heights = [f"{h}" for h in (*range(90, 150), *range(90, 150), *range(780, 800))]
+    data = text("time [ms],height [mm]", [f"{3 * k},{h}" for k, h in enumerate(heights)])
+    assert channel(read(data[:-1]), "body_height").values[-1] == pytest.approx(0.799)
+    cut = read(data[:-2])
+    assert channel(cut, "body_height").values[-1] == pytest.approx(0.798)
+    assert (cut.rows_kept, cut.rows_rejected) == (len(heights) - 1, 1)

@@ -10,16 +10,16 @@ import re
 from collections.abc import Iterator
 
 from data_schema.vocabulary import ChargeMode, FileRole
+from ingest.channels.factors import refuse_other_unit
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.sheet_cells import FACTORS, STORED_UNIT, UNIT_MISSING, Quantity, parse_mode, parse_quantity
 from ingest.formats.chargers.sheet_header import SheetHeader, find_sheet_header
 from ingest.formats.format import NAMES, Format, Recognition
 from ingest.formats.head import Head
-from ingest.model import ChargeRow, Reading
+from ingest.model import ChargeRow, Declarations, Reading
 from ingest.tables.header_cells import squash
 from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, split_cells
 from ingest.text.logical_lines import numbered_lines
-from ingest.text.source import TextSource
 from ingest.timebase.clock import to_utc
 
 _SUMMARIES = frozenset({"total", "totals", "sum", "mean", "average", "summe", "mittel"})
@@ -28,6 +28,7 @@ _NEGATIVE = CellFault(
     "charge_sign",
     "A negative charge in a row that is no discharge: write 'discharge' as its mode; the row is left out.",
 )
+_TAIL = re.compile(r"\D(\d*)$")
 _LEFT_OUT = "the row is left out"
 
 
@@ -44,9 +45,11 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     for name in header.ignored:
         message = "The column is no part of a recharge: it stays in the raw copy only."
         findings.add(NOTE, "column_ignored", message, column=name)
-    rows = list(_rows(head.source, header, findings))
+    _report_columns(header, head.declared, findings)
+    rows = list(_rows(head, header, findings))
     cells = [row for _, row in rows if row is not None]
     _ask_units(header, cells, findings)
+    _refuse_capacity(header, cells, findings)
     decimal = head.declared.decimal_sign or _decimal_sign(header, cells, findings)
     charges: list[ChargeRow] = []
     for line, row in rows:
@@ -60,14 +63,67 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return Reading((), tuple(charges), len(rows), len(rows) - len(charges), FileRole.CHARGE)
 
 
-def _rows(
-    source: TextSource, header: SheetHeader, findings: FindingCollector
-) -> Iterator[tuple[int, list[str] | None]]:
+def _report_columns(header: SheetHeader, declared: Declarations, findings: FindingCollector) -> None:
+    """Refuse two columns that may both be what was measured, and units that contradict each other."""
+    for role, rival in header.rivals.items():
+        column = header.columns[role]
+        message = (
+            f"Columns {column.name!r} and {rival!r} may both be the {role.replace('_', ' ')}: "
+            f'say which with `--column "{column.name}={role}:{column.unit or STORED_UNIT[role]}"`.'
+        )
+        findings.add(FILE, "column_ambiguous", message, column=rival)
+    for column in header.columns.values():
+        refuse_other_unit(column.name, column.header_unit, column.unit, declared, findings)
+
+
+def _refuse_capacity(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> None:
+    """Refuse a lone column `capacity` that is the same in all rows: what packs can hold, not what was charged."""
+    column = header.columns["charge"]
+    if column.is_capacity and len(rows) > 1 and len({row[column.position] for row in rows}) == 1:
+        message = (
+            f"Column {column.name!r} is {rows[0][column.position]} in all rows, as a pack's capacity is: say what was "
+            f'charged with `--column "NAME=charge:mAh"`, or that this is it with `--column "{column.name}=charge"`.'
+        )
+        findings.add(FILE, "charge_unclear", message, column=column.name)
+
+
+def _may_be_cut(cell: str, above: list[str]) -> bool:
+    """Whether digits may be missing at the end of a number: not if as many follow its last sign as in all cells above.
+
+    A whole number may always have had more digits.
+    """
+    if cell[-1:] not in "0123456789.,":
+        return False
+    tails = [_TAIL.search(text) for text in (cell, *above) if text]
+    digits = {None if tail is None else len(tail[1]) for tail in tails}
+    return len(tails) == 1 or None in digits or len(digits) > 1
+
+
+def _judge_last_cell(
+    cell: str, above: list[str], line: int, declared: Declarations, findings: FindingCollector
+) -> None:
+    """Refuse a sheet without a last line end whose last number may be cut: 79 for 799."""
+    if _may_be_cut(cell, above) and not declared.complete:
+        message = (
+            f"The last line has no line end and its last cell {cell!r} may be cut, as when a copy stops: "
+            "end the file with a line end if it is whole, or say `--complete`."
+        )
+        findings.add(FILE, "last_cell_cut", message, lines=[line], value=cell)
+    else:
+        message = "The last line has no line end: check that its last cell is complete."
+        findings.add(NOTE, "no_final_newline", message, lines=[line])
+
+
+def _rows(head: Head, header: SheetHeader, findings: FindingCollector) -> Iterator[tuple[int, list[str] | None]]:
     """Yield line number and cells of every row below the header; None for the cells of a row that is left out."""
+    source = head.source
+    if source is None:
+        return
     width = len(header.cells)
     fewest = width
     unended = source.data[-1:] not in (b"\r", b"\n", b"\x1a")
     below = [row for row in numbered_lines(source.data, source.start) if row[0] > header.line]
+    above: list[str] = []
     for line, content in below:
         raw = split_cells(content.strip(b"\x1a"), header.delimiter)
         if unended and line == below[-1][0] and raw:
@@ -76,8 +132,9 @@ def _rows(
                 findings.add(ROW, "last_line_cut", message, lines=[line], value=source.decode(content[:80]))
                 yield line, None
                 continue
-            message = "The last line has no line end: check that its last cell is complete."
-            findings.add(NOTE, "no_final_newline", message, lines=[line])
+            last = source.decode(raw[-1])
+            _judge_last_cell(last, above if len(raw) == fewest else [], line, head.declared, findings)
+        above += [source.decode(raw[-1])] if raw and len(raw) == fewest else []
         fewest = min(fewest, len(raw) if raw else fewest)
         if raw is None:
             findings.add(ROW, "quote_unbalanced", f"A quote is not closed; {_LEFT_OUT}.", lines=[line])

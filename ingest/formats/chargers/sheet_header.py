@@ -14,7 +14,8 @@ from ingest.text.source import TextSource
 
 _WRITTEN_AS = {
     "run": "run, run name, run id, run no, run number, experiment, exp, trial, test",
-    "charge": "mah, ah, charge, charged, capacity, recharge, mah in, charge in, charged mah, mah charged, mah added",
+    "charge": "mah, ah, charge, charged, capacity, recharge, recharged, mah in, charge in, charged mah, mah charged, "
+    "mah added",
     "duration": "minutes, min, mins, seconds, hours, duration, time, charge time, charging time, recharge time",
     "end_voltage": "end voltage, voltage, final voltage, end v, v end, volts, v",
     "pack": "pack, battery, pack id, battery id, lipo, accu",
@@ -22,6 +23,10 @@ _WRITTEN_AS = {
     "mode": "mode, program",
 }
 _ROLE_OF = {squash(word): role for role, words in _WRITTEN_AS.items() for word in words.split(",")}
+
+# Of two columns of one role the more telling name counts: what was charged, not what the pack can hold.
+_LESS_TELLING = {"mah": 1, "ah": 1, "charge": 1, "capacity": 2, "voltage": 1, "volts": 1, "v": 1}
+_DECLARED = -1
 
 # Names that are units themselves, and the end voltage of labbook's own sheet, which is in volts by definition.
 _UNIT_OF_NAME = {
@@ -34,22 +39,37 @@ _TITLE_LINES = 30
 
 @dataclass(frozen=True, slots=True)
 class SheetColumn:
-    """One role of a recharge: where it stands, how its header is written, in which unit (None: not stated)."""
+    """One role of a recharge: where it stands, how its header is written, in which unit (None: not stated).
+
+    `header_unit` is the header's own unit where another source states one too; `rank` is the less the more telling the
+    name, -1 for a column that is declared.
+    """
 
     position: int
     name: str
     unit: str | None
+    header_unit: str | None = None
+    rank: int = 0
+
+    @property
+    def is_capacity(self) -> bool:
+        """Whether the name may as well be that of what a pack can hold."""
+        return self.rank == _LESS_TELLING["capacity"]
 
 
 @dataclass(frozen=True, slots=True)
 class SheetHeader:
-    """The header line of a sheet: its number, its cells, the columns by role and the names of those without one."""
+    """The header line of a sheet: its number, its cells, the columns by role and the names of those without one.
+
+    `rivals` are the names of further columns by role that have as good a claim.
+    """
 
     delimiter: bytes
     line: int
     cells: tuple[bytes, ...]
     columns: dict[str, SheetColumn]
     ignored: tuple[str, ...]
+    rivals: dict[str, str]
 
 
 def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader | None:
@@ -71,30 +91,35 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
 def _header(
     source: TextSource, number: int, cells: Sequence[bytes], delimiter: bytes, declared: Declarations
 ) -> SheetHeader:
-    columns: dict[str, SheetColumn] = {}
-    ignored = []
-    for position, raw in enumerate(cells):
-        text = strip_comment(source.decode(raw))
-        role, unit = _role(text, declared)
+    found: dict[str, list[SheetColumn]] = {}
+    texts = [strip_comment(source.decode(raw)) for raw in cells]
+    for position, text in enumerate(texts):
+        role, column = _column(position, text, declared)
         # A column `battery [V]` is a voltage over time and no name of a pack.
-        fits = unit is None or unit in FACTORS[role] if role in FACTORS else role is not None and unit is None
-        if role is not None and fits and role not in columns:
-            columns[role] = SheetColumn(position, text, unit)
-        elif text:
-            ignored.append(text)
-    return SheetHeader(delimiter, number, tuple(cells), columns, tuple(ignored))
+        fits = column.unit is None or (role in FACTORS and column.unit in FACTORS[role])
+        if role is not None and fits:
+            found.setdefault(role, []).append(column)
+    columns, rivals = {}, {}
+    for role, candidates in found.items():
+        columns[role] = min(candidates, key=lambda column: column.rank)
+        equal = [column.name for column in candidates if column.rank == columns[role].rank]
+        if role in FACTORS and len(equal) > 1:
+            rivals[role] = equal[1]
+    used = {column.position for column in columns.values()}
+    ignored = tuple(text for position, text in enumerate(texts) if text and position not in used)
+    return SheetHeader(delimiter, number, tuple(cells), columns, ignored, rivals)
 
 
-def _role(text: str, declared: Declarations) -> tuple[str | None, str | None]:
-    """Return role and unit of a header cell, what is declared about it first."""
+def _column(position: int, text: str, declared: Declarations) -> tuple[str | None, SheetColumn]:
+    """Return the role of a header cell, None where it has none, and its column; what is declared stands first."""
     cell = parse_header(text)
     base, unit = cell.base, cell.unit
     if cell.suffix_base is not None and squash(cell.suffix_base) in _ROLE_OF and squash(base) not in _ROLE_OF:
         base, unit = cell.suffix_base, cell.suffix_unit
-    role = _ROLE_OF.get(squash(base))
-    unit = unit or _UNIT_OF_NAME.get(squash(base))
+    role, rank = _ROLE_OF.get(squash(base)), _LESS_TELLING.get(squash(base), 0)
+    unit = header_unit = unit or _UNIT_OF_NAME.get(squash(base))
     said = declared.columns.get(text) or declared.columns.get(cell.base)
     if said is not None:
-        role = said.channel or role
+        role, rank = said.channel or role, _DECLARED if said.channel else rank
         unit = (normal_unit(said.unit) if said.unit else None) or unit
-    return (role if role in _WRITTEN_AS else None), unit
+    return role if role in _WRITTEN_AS else None, SheetColumn(position, text, unit, header_unit, rank)
