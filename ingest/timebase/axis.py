@@ -13,6 +13,7 @@ from ingest.model import BoolArray, Declarations, FloatArray, IntArray
 from ingest.tables.preamble import Preamble
 from ingest.tables.table import Block, CellKind
 from ingest.timebase import clock
+from ingest.timebase.arrivals import burst_starts, from_bursts
 from ingest.timebase.order import Order, put_in_order, unwrap
 from ingest.timebase.stamps import (
     GAP_RULES,
@@ -79,6 +80,9 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     seconds = ticks if time.kind is CellKind.CLOCK else ticks / TICKS_PER_SECOND[time.unit or "s"]
     if sources.fixed_rate_hz is not None and _are_arrival_times(seconds):
         return _from_arrivals(sources, time, seconds, usable, findings)
+    in_bursts = _from_bursts(sources, time, seconds, usable, findings)
+    if in_bursts is not None:
+        return in_bursts
     order = put_in_order(seconds, usable, sources.block, findings, time.source_name)
     found: list[Recording] = []
     ordinals = sources.block.ordinal()
@@ -215,6 +219,28 @@ def _sequence(sources: TimeSources, rows: IntArray) -> IntArray | None:
 def _are_arrival_times(seconds: FloatArray) -> bool:
     """Whether stamps tell when packets came in, not when samples were taken: many are equal."""
     return int(np.count_nonzero(np.diff(seconds) <= 0)) > 0.01 * len(seconds)
+
+
+def _from_bursts(
+    sources: TimeSources, time: TimePlan, seconds: FloatArray, usable: BoolArray, findings: FindingCollector
+) -> Recordings | None:
+    """Return the one recording of stamps that come in bursts, None where they do not."""
+    rows = np.flatnonzero(usable)
+    stamps = seconds[rows]
+    starts = burst_starts(stamps, [values[rows] for values in sources.stored.values()])
+    if starts is None:
+        return None
+    timebase = from_bursts(stamps, sources.block.ordinal()[rows], starts)
+    message = (
+        f"The stamps are arrival stamps, {len(stamps) / len(starts):.3g} samples at once: the rate, "
+        f"{timebase.rate_hz:.6g} Hz, is samples over time, and the axis is even."
+    )
+    findings.add(NOTE, "arrival_times", message, column=time.source_name)
+    _report_gaps(timebase, rows, sources.block, findings)
+    utc, original = _start(sources, time, rows, first=True, findings=findings)
+    recording = Recording(slice(None) if usable.all() else rows, timebase, utc, original)
+    _check_rates([recording], sources, findings)
+    return Recordings(usable, (recording,))
 
 
 def _from_arrivals(

@@ -273,3 +273,47 @@ def test_a_last_number_of_a_log_that_was_cut_was_taken() -> None:
     cut = read(data[:-2])
     assert channel(cut, "body_height").values[-1] == pytest.approx(0.798)
     assert (cut.rows_kept, cut.rows_rejected) == (len(heights) - 1, 1)
+
+
+def in_bursts(n: int, size: int, within_ms: int, lost: tuple[int, int] = (0, 0)) -> bytes:
+    """A log at 100 Hz whose rows come `size` at once, `within_ms` apart; samples `lost` never came."""
+    rows = []
+    noise = np.random.default_rng(7)
+    for k in range(n):
+        height = 0.4 + 0.05 * np.sin(k / 15) + noise.normal(0, 1e-3)
+        stamp = 10 * size * (k // size) + within_ms * (k % size)
+        if not lost[0] <= k < lost[1]:
+            rows.append(f"{stamp},{height:.5f}")
+    return text("time [ms],height [m]", rows)
+
+
+@pytest.mark.parametrize("within_ms", [0, 1])
+@pytest.mark.parametrize("size", [2, 10, 16])
+def test_arrival_stamps_in_bursts_were_sample_times(size: int, within_ms: int) -> None:
+    """Ten samples 1 ms apart and then 91 ms of nothing: 1000 Hz with nine of ten samples missing."""
+    result = read(in_bursts(1600, size, within_ms))
+    assert (result.refused, result.rows_kept) == (False, 1600)
+    (part,) = result.parts
+    assert part.rate_hz == pytest.approx(100.0)
+    assert part.time_s == pytest.approx(np.arange(1600) / 100.0)
+    assert part.gaps == ()
+    assert "arrival stamps" in finding(result, "arrival_times").message
+
+
+@pytest.mark.parametrize("within_ms", [0, 1])
+@pytest.mark.parametrize("lost", [(500, 510), (503, 506), (500, 540)])
+def test_samples_that_never_came_are_still_missing_among_bursts(lost: tuple[int, int], within_ms: int) -> None:
+    (part,) = read(in_bursts(1600, 10, within_ms, lost)).parts
+    assert part.rate_hz == pytest.approx(100.0, rel=1e-3)
+    (gap,) = part.gaps
+    assert gap.samples_missing == lost[1] - lost[0]
+    assert part.time_s[-1] == pytest.approx(15.99, rel=1e-3)
+    assert gap.start_s == pytest.approx(lost[0] / 100, abs=0.1)
+
+
+def test_a_logger_that_records_now_and_then_has_real_holes() -> None:
+    """Ten samples in 10 ms of every 100 ms, the height far on after each hole."""
+    rows = [f"{k},{0.4 + 0.1 * np.sin(k / 30):.5f}" for k in range(16_000) if k % 100 < 10]
+    (part,) = read(text("time [ms],height [m]", rows)).parts
+    assert part.rate_hz == pytest.approx(1000.0, rel=0.01)
+    assert len(part.gaps) == 159

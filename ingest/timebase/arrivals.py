@@ -1,0 +1,95 @@
+"""Stamps in bursts: they tell when packets arrived, ten samples at once, and not when samples were taken.
+
+Between one burst and the next passes the time of the samples in it, so the rate is samples over time and the axis even.
+Samples that were lost are seen from bursts that bring too few for the time that passed.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from data_schema.vocabulary import GapKind
+from ingest.model import FloatArray, IntArray
+from ingest.timebase.stamps import PAUSE_PERIODS, PAUSE_S, Timebase, from_rate
+
+_WITHIN = 0.5
+"""A step below this share of the mean step lies within a burst."""
+_SHORT, _FEWEST_SHORT = 0.25, 0.1
+"""No jitter: so many steps are as short as this share of the mean step."""
+_FEWEST_BURSTS = 10
+_REGULAR, _REGULAR_SHARE = 0.35, 0.7
+_CONTINUOUS = 5.0
+_LONGEST_STEP_S = 3600.0
+
+
+def burst_starts(seconds: FloatArray, channels: Sequence[FloatArray]) -> IntArray | None:
+    """Return the rows at which bursts start, or None where stamps, shape (n,), come one by one.
+
+    Rows of a burst repeat their stamp or follow in a small part of the mean step, and every burst brings about as many
+    samples as fit into the time until the next. A logger that records only now and then leaves the same stamps, but
+    its `channels`, shape (n,) each, jump from burst to burst; rows written twice repeat all their values.
+    """
+    if len(seconds) < 2 * _FEWEST_BURSTS or not np.isfinite(seconds).all():
+        return None
+    steps = np.diff(seconds)
+    if steps.min() < 0 or steps.max() > _LONGEST_STEP_S:
+        return None
+    usual = steps[steps <= PAUSE_S] if (steps <= PAUSE_S).any() else steps
+    mean = float(usual.mean())
+    if np.count_nonzero(steps < _SHORT * mean) < _FEWEST_SHORT * len(steps):
+        return None
+    short = steps < _WITHIN * mean
+    starts = np.concatenate([[0], np.flatnonzero(~short) + 1])
+    if len(starts) < _FEWEST_BURSTS or np.diff(starts).max() < 2:
+        return None
+    period = np.diff(seconds[starts]) / np.diff(starts)
+    near = np.abs(period / np.median(period) - 1) < _REGULAR
+    if np.count_nonzero(near) < _REGULAR_SHARE * len(near) or not _is_continuous(channels, short):
+        return None
+    return np.asarray(starts, dtype=np.int64)
+
+
+def _is_continuous(channels: Sequence[FloatArray], short: np.ndarray) -> bool:
+    """Whether values change within bursts, and from burst to burst not much more than within."""
+    changes = [np.abs(np.diff(values)) for values in channels]
+    moving = [change for change in changes if np.nanmax(change, initial=0.0) > 0]
+    if moving and not any(np.nanmax(change[short], initial=0.0) > 0 for change in moving):
+        return False
+    for change in moving:
+        inside, between = np.nanmean(change[short]), np.nanmean(change[~short])
+        if between > _CONTINUOUS * inside:
+            return False
+    return True
+
+
+def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray) -> Timebase:
+    """Build the even axis of samples that came in bursts.
+
+    `seconds`, shape (n,), are the stamps, `ordinals` number the rows as they stand in the file, `starts` are the rows
+    at which bursts start.
+    """
+    brought = np.diff(ordinals[starts])
+    passed = np.diff(seconds[starts])
+    period = float(np.median(passed / brought))
+    late = passed - brought * period
+    scatter = 1.4826 * float(np.median(np.abs(late - np.median(late))))
+    # A burst that is late and made up for by the next one has lost nothing.
+    following = np.append(late[1:], 0.0)
+    lost = (late > max(0.75 * period, 5 * scatter)) & (following > -0.5 * late)
+    missing = np.where(lost, np.rint(late / period), 0).astype(np.int64)
+    paused = late > max(PAUSE_S, PAUSE_PERIODS * period)
+    recorded = float(passed[~paused].sum())
+    rate = float((brought + missing)[~paused].sum()) / recorded if recorded > 0 else 1 / period
+    counts = ordinals.copy()
+    for start, number in zip(starts[1:][missing > 0].tolist(), missing[missing > 0].tolist(), strict=True):
+        counts[start:] += number
+    even = from_rate(counts, ordinals, rate)
+    longest = max(PAUSE_S, PAUSE_PERIODS / rate)
+    gaps = tuple(
+        dataclasses.replace(gap, kind=GapKind.PAUSE) if gap.kind is GapKind.DROPPED and gap.length_s > longest else gap
+        for gap in even.gaps
+    )
+    return dataclasses.replace(even, gaps=gaps)
