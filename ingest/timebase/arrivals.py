@@ -7,12 +7,12 @@ Samples that were lost are seen from bursts that bring too few for the time that
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
 from data_schema.vocabulary import GapKind
-from ingest.model import FloatArray, IntArray
+from ingest.model import BoolArray, FloatArray, IntArray
 from ingest.timebase.stamps import PAUSE_PERIODS, PAUSE_S, Timebase, from_rate
 
 _WITHIN = 0.5
@@ -25,7 +25,7 @@ _CONTINUOUS = 5.0
 _LONGEST_STEP_S = 3600.0
 
 
-def burst_starts(seconds: FloatArray, channels: Sequence[FloatArray]) -> IntArray | None:
+def burst_starts(seconds: FloatArray, channels: Iterable[FloatArray]) -> IntArray | None:
     """Return the rows at which bursts start, or None where stamps, shape (n,), come one by one.
 
     Rows of a burst repeat their stamp or follow in a small part of the mean step, and every burst brings about as many
@@ -52,17 +52,21 @@ def burst_starts(seconds: FloatArray, channels: Sequence[FloatArray]) -> IntArra
     return np.asarray(starts, dtype=np.int64)
 
 
-def _is_continuous(channels: Sequence[FloatArray], short: np.ndarray) -> bool:
-    """Whether values change within bursts, and from burst to burst not much more than within."""
-    changes = [np.abs(np.diff(values)) for values in channels]
-    moving = [change for change in changes if np.nanmax(change, initial=0.0) > 0]
-    if moving and not any(np.nanmax(change[short], initial=0.0) > 0 for change in moving):
-        return False
-    for change in moving:
-        inside, between = np.nanmean(change[short]), np.nanmean(change[~short])
-        if between > _CONTINUOUS * inside:
-            return False
-    return True
+def _is_continuous(channels: Iterable[FloatArray], within: BoolArray) -> bool:
+    """Whether values change within bursts, and most not much more from burst to burst than within."""
+    moving = moving_within = jumping = 0
+    for values in channels:
+        change = np.abs(np.diff(values))
+        inside, between = _mean(change[within]), _mean(change[~within])
+        moving += inside + between > 0
+        moving_within += inside > 0
+        jumping += 0 < _CONTINUOUS * inside < between
+    return 2 * jumping <= moving_within and (moving_within > 0 or not moving)
+
+
+def _mean(values: FloatArray) -> float:
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if finite.size else 0.0
 
 
 def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray) -> Timebase:

@@ -225,9 +225,9 @@ def _from_bursts(
     sources: TimeSources, time: TimePlan, seconds: FloatArray, usable: BoolArray, findings: FindingCollector
 ) -> Recordings | None:
     """Return the one recording of stamps that come in bursts, None where they do not."""
-    rows = np.flatnonzero(usable)
+    rows = slice(None) if usable.all() else np.flatnonzero(usable)
     stamps = seconds[rows]
-    starts = burst_starts(stamps, [values[rows] for values in sources.stored.values()])
+    starts = burst_starts(stamps, (values[rows] for values in sources.stored.values()))
     if starts is None:
         return None
     timebase = from_bursts(stamps, sources.block.ordinal()[rows], starts)
@@ -238,7 +238,7 @@ def _from_bursts(
     findings.add(NOTE, "arrival_times", message, column=time.source_name)
     _report_gaps(timebase, rows, sources.block, findings)
     utc, original = _start(sources, time, rows, first=True, findings=findings)
-    recording = Recording(slice(None) if usable.all() else rows, timebase, utc, original)
+    recording = Recording(rows, timebase, utc, original)
     _check_rates([recording], sources, findings)
     return Recordings(usable, (recording,))
 
