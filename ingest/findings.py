@@ -55,6 +55,13 @@ class FindingCollector:
         if room > 0:
             entry.lines.extend(int(line) for line in lines[:room])
 
+    def take_over(self, other: FindingCollector) -> None:
+        """Add all that another collector holds."""
+        for (severity, rule, column), entry in other._entries.items():
+            self.add(
+                severity, rule, entry.message, column=column, lines=entry.lines, count=entry.count, value=entry.value
+            )
+
     def __contains__(self, rule: str) -> bool:
         return any(known == rule for _, known, _ in self._entries)
 

@@ -8,6 +8,7 @@ from ingest.formats import FORMATS
 from ingest.formats.format import Format
 from ingest.formats.head import Head, sniff
 from ingest.model import Declarations, ReadFile, Reading
+from ingest.tables.second_header import SecondHeader
 
 MOST_REJECTED = 0.01
 """A file of which a larger share of rows is rejected is refused."""
@@ -29,7 +30,12 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
         if not findings.refuse:
             _report_unknown(head, findings)
     else:
-        reading = chosen.read(head, findings)
+        try:
+            reading = chosen.read(head, findings)
+        except SecondHeader as found:
+            reading = Reading()
+            message = "Another header stands inside the data: export one table a file."
+            findings.add(FILE, "second_header", message, lines=[found.header_line])
         _judge_rows(reading, findings)
     return ReadFile(
         UNKNOWN if chosen is None else chosen.name,

@@ -12,6 +12,7 @@ import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.tables.layout import Layout
+from ingest.tables.second_header import is_header, second_header
 from ingest.tables.table import Block, CellKind, Column, Wanted
 from ingest.text.cells import (
     COMMENT_STARTS,
@@ -45,6 +46,7 @@ class _Reader:
         self.lines: list[int] = []
         self.ordinals: list[int] = []
         self.rejected = 0
+        self.position = 0
 
     def reject(self, rule: str, message: str, line: int, value: bytes) -> None:
         """Count a row that is left out as a whole."""
@@ -130,7 +132,7 @@ def read_lines(
     """Read the lines that start in `span[0]:span[1]`; a quoted cell may run on, at most to `span[2]`.
 
     `line` and `ordinal` number the first line and the first row. Returns the rows, and offset and number of the next
-    line.
+    line. Raises `SecondHeader` where another table begins.
     """
     reader = _Reader(source, layout, wanted, findings)
     first_line, first_ordinal = line, ordinal
@@ -140,6 +142,7 @@ def read_lines(
         if logical.spanned > 1 and not _is_whole_row(logical.content, layout):
             # Two rows with a forgotten quote each are no row with a quoted line end.
             logical = physical_line(source.data, position, stop)
+        reader.position = position
         ordinal += _read_line(reader, logical.content, line, ordinal)
         position = logical.end
         line += logical.spanned
@@ -173,7 +176,8 @@ def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
         return 1
     if len(cells) == layout.width + 1 and not cells[-1]:
         cells.pop()
-    if _is_comment(content, cells, layout):
+    comment = _is_comment(content, cells, layout)
+    if comment and not is_header(reader.source, content, cells, layout):
         reader.findings.add(NOTE, "comment_line", "Comment lines are skipped.", lines=[line])
     elif layout.header_cells and _same(cells, layout.header_cells):
         message = "The header stands again inside the data: pages, or another recording appended; it is skipped."
@@ -183,6 +187,8 @@ def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
     elif layout.is_debug(content):
         message = "Lines `name: value` stand among the rows: they are skipped and stay in the raw copy only."
         reader.findings.add(NOTE, "debug_line", message, lines=[line], value=reader.source.decode(content[:60]))
+    elif is_header(reader.source, content, cells, layout):
+        raise second_header(reader.source, layout, reader.position, line)
     elif len(cells) != layout.width:
         message = f"A row has more or fewer than {layout.width} cells; it is left out."
         reader.reject("ragged_row", message, line, content)

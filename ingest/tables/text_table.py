@@ -9,15 +9,20 @@ from ingest.model import Declarations
 from ingest.tables.layout import find_layout
 from ingest.tables.preamble import read_preamble
 from ingest.tables.rows import read_rows
+from ingest.tables.second_header import check_above
 from ingest.tables.table import Block, Table, Wanted
 from ingest.text.source import TextSource, refuse_long_line
 
 
 def text_table(source: TextSource, declared: Declarations, findings: FindingCollector) -> Table | None:
-    """Find the table in a text, its rows not read yet; None, with a finding of severity file, where there is none."""
+    """Find the table in a text, its rows not read yet; None, with a finding of severity file, where there is none.
+
+    Raises `SecondHeader` where another table stands above it, as its rows do where one follows.
+    """
     layout = None if refuse_long_line(source, findings) else find_layout(source, declared, findings)
     if layout is None:
         return None
+    check_above(source, layout)
 
     def rows(wanted: Sequence[Wanted]) -> Block:
         return read_rows(source, layout, wanted, findings)

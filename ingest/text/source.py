@@ -39,11 +39,15 @@ class Line:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TextSource:
-    """Text as ASCII-compatible bytes: `data[start:]` without byte order mark, `encoding` for the names in it."""
+    """Text as ASCII-compatible bytes: `data[start:]` without byte order mark, `encoding` for the names in it.
+
+    `first_line` is the number of the line at `start`.
+    """
 
     data: bytes
     start: int
     encoding: str
+    first_line: int = 1
 
     def decode(self, content: bytes) -> str:
         """Return text for showing and comparing; a byte that has no meaning becomes U+FFFD."""
@@ -51,7 +55,7 @@ class TextSource:
 
     def head_lines(self, limit: int = 400) -> list[Line]:
         """Return the first whole lines, at most `limit`, within the longest line allowed."""
-        return _join_quoted(self._lines(self.start, 1, limit))
+        return _join_quoted(self._lines(self.start, self.first_line, limit))
 
     def sample_lines(self, fraction: float, limit: int = 20) -> list[Line]:
         """Return whole lines from the given fraction of the file on; their numbers mean nothing."""

@@ -317,3 +317,61 @@ def test_a_logger_that_records_now_and_then_has_real_holes() -> None:
     (part,) = read(text("time [ms],height [m]", rows)).parts
     assert part.rate_hz == pytest.approx(1000.0, rel=0.01)
     assert len(part.gaps) == 159
+
+
+SECOND_HEADERS = {
+    "other units": ("time [ms],height [mm],leg_length [mm],k_gain", "{t},{h:.3f},{x:.3f},400", 1e3),
+    "reordered": ("time [ms],leg_length [m],height [m],k_gain", "{t},{x:.6f},{h:.6f},400", 1.0),
+    "renamed": ("time [ms],foot_height [m],leg_length [m],gain", "{t},{h:.6f},{x:.6f},400", 1.0),
+    "fewer columns": ("time [ms],height [m]", "{t},{h:.6f}", 1.0),
+    "below a title": ("\nSecond trial of the day\n# rate: 100 Hz\ntime [ms],height [mm],leg_length [mm],k_gain",
+                      "{t},{h:.3f},{x:.3f},400", 1e3),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SECOND_HEADERS)
+def test_a_second_table_was_read_under_the_first_header(name: str) -> None:
+    """Millimetres became metres, legs became bodies: only the header's own row was rejected, 1 of 600."""
+    header, row, scale = SECOND_HEADERS[name]
+    second = [row.format(t=10 * k, h=0.3 * scale, x=0.1 * scale) for k in range(300)]
+    result = read(text(LOG_HEADER, ROWS) + text(header, second))
+    assert not result.refused, result.findings
+    assert (result.rows_kept, result.rows_rejected) == (900, 0)
+    assert finding(result, "second_header").line == 602 + header.count("\n")
+    first, other = result.parts
+    assert (first.part, other.part) == ("log", "log_table_2")
+    assert len(first.time_s) == 600
+    assert other.rate_hz == pytest.approx(100.0)
+    values = {channel.name: float(channel.values[5]) for channel in other.channels}
+    assert values["foot_height" if name == "renamed" else "body_height"] == pytest.approx(0.3)
+    assert name == "fewer columns" or values["leg_length"] == pytest.approx(0.1)
+
+
+def test_a_declaration_for_one_of_two_tables_leaves_the_other_alone() -> None:
+    second = [f"{10 * k},{300 + k % 5}" for k in range(300)]
+    declared = Declarations(columns={"h": ColumnDeclaration("foot_height", "mm")})
+    result = read(text(LOG_HEADER, ROWS) + text("time [ms],h", second), declared)
+    assert not result.refused
+    assert "declared_column_absent" not in {finding.rule for finding in result.findings}
+
+
+def test_a_header_of_unknown_names_is_not_a_bad_row() -> None:
+    """The numbers of `p` and `q` became heights."""
+    second = [f"{3 * k},5.0,6.0,7" for k in range(300)]
+    result = read(text(LOG_HEADER, ROWS) + text("n,p,q,r", second))
+    assert result.refused
+    assert finding(result, "second_header").line == 602
+
+
+def test_a_short_table_above_a_longer_one_was_left_out_without_a_word() -> None:
+    short = text("time [s],charge [mAh],current [A]", [f"{k},{k}.5,1.0" for k in range(10)])
+    result = read(short + text(LOG_HEADER, ROWS))
+    assert not result.refused, result.findings
+    assert [(part.part, len(part.time_s)) for part in result.parts] == [("log", 10), ("log_table_2", 600)]
+
+
+def test_lines_of_words_are_still_bad_rows() -> None:
+    rows = [*ROWS[:300], "ERR,ERR,ERR,ERR", *ROWS[300:]]
+    result = read(text(LOG_HEADER, rows))
+    assert (result.rows_kept, result.rows_rejected) == (600, 1)
+    assert "second_header" not in {finding.rule for finding in result.findings}

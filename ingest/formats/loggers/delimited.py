@@ -10,8 +10,7 @@ from ingest.formats.format import ANY_TEXT, Format, Recognition
 from ingest.formats.head import Head
 from ingest.instruments import Instrument
 from ingest.model import Reading
-from ingest.signals import read_signals
-from ingest.tables.text_table import text_table
+from ingest.stacked import read_stacked
 from ingest.text.source import HEAD_BYTES
 
 _LOG = Instrument()
@@ -25,8 +24,7 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    table = None if head.source is None else text_table(head.source, head.declared, findings)
-    return Reading() if table is None else read_signals(table, head.declared, findings, _LOG)
+    return Reading() if head.source is None else read_stacked(head.source, head.declared, findings, _LOG)
 
 
 FORMAT = Format("delimited_log", 5, _recognise, _read)
