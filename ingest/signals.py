@@ -11,6 +11,7 @@ from ingest.channels.checks import held_rows, note_missing, note_still_channels,
 from ingest.channels.columns import ColumnPlan, Plan, plan_columns
 from ingest.channels.declared import declarations_for
 from ingest.channels.forces import check_plates, note_assumed_signs, orient
+from ingest.channels.robot_facts import check_robot
 from ingest.channels.synonyms import is_cop
 from ingest.findings import NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
@@ -36,6 +37,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     if not instrument.evidence:
         note_assumed_signs(columns, findings)
     columns = check_plates(columns, stored, findings)
+    check_robot(columns, stored, usable, declared, findings)
     sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz)
     found = recordings(sources, usable, findings)
     parts = [

@@ -73,6 +73,7 @@ class _Column:
     unit: str | None
     sign: int
     kind: CellKind
+    declared_time: bool
 
 
 def plan_columns(
@@ -80,6 +81,7 @@ def plan_columns(
 ) -> Plan:
     """Decide what each column becomes; every column without a unit that needs one is reported."""
     columns = [_column(position, name, table, declared, findings) for position, name in enumerate(table.names)]
+    _refuse_side_by_side(columns, findings)
     time = _time_plan(columns, convention, findings)
     planned = []
     for column in columns:
@@ -119,7 +121,25 @@ def _column(position: int, name: str, table: Table, declared: Declarations, find
     if channel == TIME and declared.time_unit is not None:
         unit = stated = normal_unit(declared.time_unit)
     refuse_other_unit(name, own, stated, declared, findings)
-    return _Column(position, name, base, channel, unit, sign, table.kinds[position])
+    time_is_said = declared.time_column is not None or (said is not None and said.channel == TIME)
+    return _Column(position, name, base, channel, unit, sign, table.kinds[position], channel == TIME and time_is_said)
+
+
+def _refuse_side_by_side(columns: list[_Column], findings: FindingCollector) -> None:
+    """Refuse columns that an empty one without a name parts into two tables, both with a time or one same channel."""
+    for middle in columns[1:-1]:
+        if middle.name or middle.kind is not CellKind.EMPTY:
+            continue
+        left = {column.channel for column in columns[: middle.position] if column.channel}
+        both = left & {column.channel for column in columns[middle.position + 1 :]}
+        if both:
+            findings.add(
+                FILE,
+                "tables_side_by_side",
+                f"Left and right of the empty column {middle.position + 1} stand two tables, for both have "
+                f"{min(both)}: export one table a file.",
+            )
+            return
 
 
 def _is_known(name: str) -> bool:
@@ -128,8 +148,9 @@ def _is_known(name: str) -> bool:
 
 def _time_plan(columns: list[_Column], convention: Convention, findings: FindingCollector) -> TimePlan | None:
     named = [column for column in columns if column.channel == TIME]
+    named = [column for column in named if column.declared_time] or named
     if len(named) > 1:
-        numeric = [column for column in named if column.kind in (CellKind.NUMBER, CellKind.INTEGER) and column.unit]
+        numeric = [column for column in named if column.kind in (CellKind.NUMBER, CellKind.INTEGER)]
         if len(numeric) != 1:
             listed = ", ".join(repr(column.name) for column in named)
             findings.add(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
-from ingest.model import ChannelData, ColumnDeclaration, Declarations, Finding, Profile, ReadFile
+from ingest.model import ChannelData, ColumnDeclaration, Declarations, Finding, Profile, ReadFile, RobotFacts
 from ingest.read import read_file
 from tests.ingest.synthetic import LOG_HEADER, robot_rows, text
 
@@ -375,3 +377,91 @@ def test_lines_of_words_are_still_bad_rows() -> None:
     result = read(text(LOG_HEADER, rows))
     assert (result.rows_kept, result.rows_rejected) == (600, 1)
     assert "second_header" not in {finding.rule for finding in result.findings}
+
+
+def test_tables_side_by_side_were_one() -> None:
+    """The right one's heights lay on the left one's time, in which they were never measured."""
+    both = [f"{row},,{10 * k},0.3" for k, row in enumerate(ROWS)]
+    result = read(text(f"{LOG_HEADER},,time [ms],height [m]", both))
+    assert finding(result, "tables_side_by_side")
+    without_time = [f"{row},,0.3" for row in ROWS]
+    assert finding(read(text(f"{LOG_HEADER},,height [m]", without_time)), "tables_side_by_side")
+
+
+def test_a_second_time_without_a_unit_was_overlooked_and_a_declaration_decides() -> None:
+    """Which of two times counts was taken from which has a unit."""
+    data = text(f"t,{LOG_HEADER}", [f"{10 * k},{row}" for k, row in enumerate(ROWS)])
+    assert "--column" in finding(read(data), "several_time_columns").message
+    for name, rate_hz in (("t", 100.0), ("time", 300.0)):
+        result = read(data, Declarations(columns={name: ColumnDeclaration("time", "ms")}))
+        assert result.parts[0].rate_hz == pytest.approx(rate_hz, rel=1e-3)
+
+
+HOPPER = RobotFacts(mass_kg=2.0, reach_m=0.3)
+WEIGHT_N = 2.0 * 9.80665
+
+
+def hopping_plate(header: str = ANY_PLATE, scale: float = 1.0, carried: float = 1.0, order: str = "xyz") -> bytes:
+    """Hops of 0.5 s, 0.2 s of them on the plate with a half sine of force whose mean over a hop is the weight."""
+    noise = np.random.default_rng(11)
+    rows = []
+    for k in range(4000):
+        phase = k % 500
+        fz = carried * WEIGHT_N * 2.5 * np.pi / 2 * np.sin(np.pi * phase / 200) if phase < 200 else 0.0
+        force = {"x": 0.1 * fz + noise.normal(0, 0.5) - 3.0, "y": noise.normal(0, 0.5), "z": fz + noise.normal(0, 1.0)}
+        forces = ",".join(f"{scale * force[axis]:.6f}" for axis in order)
+        rows.append(f"{k},{forces},{0.02 * scale * fz:.6f},{-0.01 * scale * fz:.6f},0.0")
+    return text(header, rows)
+
+
+def with_robot(data: bytes, **declared: Any) -> ReadFile:
+    return read(data, Declarations(robots=(HOPPER, RobotFacts(5.0, 0.5)), **declared))
+
+
+def test_kilonewtons_labelled_newtons_were_stored() -> None:
+    """0.02 N for 20 N."""
+    message = finding(with_robot(hopping_plate(scale=1e-3)), "force_weight_implausible").message
+    assert all(part in message for part in ("2 kg", "19.6 N", "--override-units", "--no-robot-check"))
+    said = {"Fz": ColumnDeclaration("force_z", "kN")}
+    result = with_robot(hopping_plate(scale=1e-3), columns=said, override_units=True)
+    assert not result.refused, result.findings
+    assert not with_robot(hopping_plate(scale=1e-3), no_robot_check=True).refused
+
+
+def test_forward_and_vertical_force_exchanged_were_stored() -> None:
+    """The forward force of a hop was the vertical one, a tenth of the weight."""
+    message = finding(with_robot(hopping_plate(order="zyx")), "force_axes_swapped").message
+    assert '--column "Fx [N]=force_z:N" --column "Fz [N]=force_x:N"' in message
+    said = {"Fx [N]": ColumnDeclaration("force_z", "N"), "Fz [N]": ColumnDeclaration("force_x", "N")}
+    moments = {"Mx": ColumnDeclaration("m1", "N*m"), "My": ColumnDeclaration("m2", "N*m")}
+    assert not with_robot(hopping_plate(order="zyx"), columns={**said, **moments}).refused
+
+
+def test_forces_of_a_known_robot_are_right_and_of_one_weighed_badly_noted() -> None:
+    right = with_robot(hopping_plate())
+    assert not {"force_weight_differs", "force_weight_implausible"} & {found.rule for found in right.findings}
+    assert finding(with_robot(hopping_plate(carried=1.5)), "force_weight_differs")
+    empty = text(ANY_PLATE, [f"{k},0,0,{np.sin(k):.3f},0,0,0" for k in range(1000)])
+    assert not with_robot(empty).refused
+
+
+def height_log(unit: str, scale: float, hop_m: float = 0.2) -> bytes:
+    """Hops of 0.2 m, or standing, seen by a sensor with 1 mm of noise."""
+    noise = np.random.default_rng(12).normal(0, 1e-3, 1200)
+    height = 0.3 + hop_m * np.abs(np.sin(np.arange(1200) / 40.0)) + noise * (1 if hop_m else 0.05)
+    rows = [f"{3 * k},{scale * h:.7g}" for k, h in enumerate(height)]
+    return text(f"time [ms],height [{unit}]", rows)
+
+
+def test_metres_labelled_millimetres_were_stored() -> None:
+    """Jumps of 0.2 mm, of which no detector finds any; millimetres labelled centimetres, of 6 m."""
+    message = finding(with_robot(height_log("mm", 1.0)), "height_implausible").message
+    assert all(part in message for part in ("500 mm", "--override-units", "--no-robot-check"))
+    assert not with_robot(height_log("mm", 1.0), no_robot_check=True).refused
+    assert with_robot(height_log("cm", 1e3, hop_m=0.6)).refused
+    for unit, scale in (("m", 1.0), ("mm", 1e3)):
+        assert not with_robot(height_log(unit, scale)).refused
+
+
+def test_a_robot_that_stands_is_plausible() -> None:
+    assert not with_robot(height_log("m", 1.0, hop_m=0.0)).refused

@@ -1,0 +1,150 @@
+"""Forces and heights against what is known of the robots: their weight and the reach of their legs.
+
+Over whole hops the mean vertical force is the weight, whatever the hops are like. A factor of a unit (kN for N), or
+columns exchanged, are far beyond what a robot weighed badly explains.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from data_schema.units import STANDARD_GRAVITY_M_S2
+from ingest.channels.columns import ColumnPlan
+from ingest.channels.synonyms import channel_kind
+from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.model import BoolArray, Declarations, FloatArray, RobotFacts
+
+WEIGHT_AGREES = 0.2
+WEIGHT_REFUSED = 2.0
+"""A mean force that is so many times more or less than the weight is of another unit, or of no robot known."""
+LEAST_MOTION_M = 1e-3
+MOST_MOTION_LEGS = 10.0
+
+_FEWEST_HOPS = 3
+_LOW, _HIGH, _AIRBORNE = 0.3, 0.6, 0.1
+_ABOVE_NOISE = 8.0
+
+
+def check_robot(
+    plans: Sequence[ColumnPlan],
+    stored: Mapping[int, FloatArray],
+    usable: BoolArray,
+    declared: Declarations,
+    findings: FindingCollector,
+) -> None:
+    """Refuse forces and heights that no known robot can have; says nothing where none is known or no hops are seen.
+
+    `stored` holds the columns by position, shape (n_rows,); `usable`, shape (n_rows,), excludes rejected rows.
+    """
+    if not declared.robots or declared.no_robot_check:
+        return
+    _check_forces(plans, stored, usable, declared.robots, findings)
+    for plan in plans:
+        if plan.channel == "body_height":
+            _check_height(stored[plan.position][usable], plan, declared.robots, findings)
+
+
+def _check_forces(
+    plans: Sequence[ColumnPlan],
+    stored: Mapping[int, FloatArray],
+    usable: BoolArray,
+    robots: Sequence[RobotFacts],
+    findings: FindingCollector,
+) -> None:
+    """Compare the vertical force that any plate, or all together, carry over hops with the weights."""
+    vertical = [plan for plan in plans if channel_kind(plan.channel) == "force_z"]
+    if not vertical:
+        return
+    each = [stored[plan.position][usable] for plan in vertical]
+    candidates = [*each, np.sum(each, axis=0)] if len(each) > 1 else each
+    carried = [force for force in map(_carried_n, candidates) if force is not None]
+    weights = [robot.mass_kg * STANDARD_GRAVITY_M_S2 for robot in robots]
+    if _apart(carried, weights) <= WEIGHT_AGREES:
+        return
+    known = " or ".join(f"{robot.mass_kg:g} kg" for robot in robots)
+    name = vertical[0].source_name
+    remedy = "; correct the mass in [robots] of labbook.toml, or say `--no-robot-check` if it is another robot's."
+    for plan in plans:
+        if channel_kind(plan.channel) in ("force_x", "force_y"):
+            sideways = _carried_n(stored[plan.position][usable])
+            if sideways is not None and _apart([sideways], weights) <= WEIGHT_AGREES:
+                findings.add(
+                    FILE,
+                    "force_axes_swapped",
+                    f"Column {plan.source_name!r} carries {sideways:.3g} N over hops, the weight of a robot of "
+                    f"{known}, and {name!r}, the vertical force, does not: are they exchanged? Say "
+                    f'`--column "{plan.source_name}=force_z:N" --column "{name}={plan.channel}:N"`{remedy}',
+                    column=name,
+                )
+                return
+    if not carried:
+        return
+    nearest = min(carried, key=lambda force: _apart([force], weights))
+    found = f"Over hops column {name!r} carries a mean of {nearest:.3g} N, and a robot of {known} weighs "
+    found += " or ".join(f"{weight:.3g} N" for weight in weights)
+    if all(1 / WEIGHT_REFUSED <= nearest / weight <= WEIGHT_REFUSED for weight in weights):
+        findings.add(NOTE, "force_weight_differs", f"{found}: was the robot weighed, the plate tared?", column=name)
+    else:
+        advice = f'is the unit right? Say `--column "{name}=force_z:kN" --override-units`'
+        findings.add(FILE, "force_weight_implausible", f"{found}: {advice}{remedy}", column=name)
+
+
+def _apart(forces: Sequence[float], weights: Sequence[float]) -> float:
+    return min((abs(force / weight - 1) for force in forces for weight in weights), default=np.inf)
+
+
+def _check_height(
+    height_m: FloatArray, plan: ColumnPlan, robots: Sequence[RobotFacts], findings: FindingCollector
+) -> None:
+    finite = height_m[np.isfinite(height_m)]
+    if not finite.size:
+        return
+    low, high = np.percentile(finite, (1.0, 99.0))
+    reach = max(robot.reach_m for robot in robots)
+    too_far = high - low > MOST_MOTION_LEGS * reach
+    if too_far or (high - low < LEAST_MOTION_M and _hops(finite) is not None):
+        findings.add(
+            FILE,
+            "height_implausible",
+            f"Column {plan.source_name!r} moves by {1e3 * (high - low):.3g} mm, and the longest leg in [robots] "
+            f"reaches {1e3 * reach:.3g} mm: is its unit right? Say for example "
+            f'`--column "{plan.source_name}=body_height:m" --override-units`, or `--no-robot-check`.',
+            column=plan.source_name,
+        )
+
+
+def _carried_n(force: FloatArray) -> float | None:
+    """Return the mean force over whole hops, above that of the flights; None where no hops are seen."""
+    finite = force[np.isfinite(force)]
+    if not finite.size:
+        return None
+    if abs(finite.min()) > abs(finite.max()):
+        finite = -finite
+    hops = _hops(finite)
+    if hops is None:
+        return None
+    first, last, low, high = hops
+    cycles = finite[first:last]
+    airborne = cycles < low + _AIRBORNE * (high - low)
+    if np.count_nonzero(airborne) < _AIRBORNE * len(cycles):
+        return None
+    return float(cycles.mean() - np.median(cycles[airborne]))
+
+
+def _hops(values: FloatArray) -> tuple[int, int, float, float] | None:
+    """Return the first and last rise of values that go up and down, and their levels; None where they do not.
+
+    The levels are far apart for the noise, which is the usual step from sample to sample.
+    """
+    if len(values) < 100:
+        return None
+    low, high = (float(level) for level in np.percentile(values, (2.0, 98.0)))
+    noise = float(np.median(np.abs(np.diff(values))))
+    if high - low <= _ABOVE_NOISE * noise or high == low:
+        return None
+    above, below = values > low + _HIGH * (high - low), values < low + _LOW * (high - low)
+    clear = np.flatnonzero(above | below)
+    rises = clear[1:][above[clear][1:] & below[clear][:-1]]
+    return (int(rises[0]), int(rises[-1]), low, high) if len(rises) > _FEWEST_HOPS else None
