@@ -45,18 +45,6 @@ def _is_amti_bsf(head: Head) -> bool:
     return len(head.data) >= 8 and version in (100, 105) and 900 <= header <= 4096
 
 
-_MINITAUR_OLD = re.compile(rb"[\w,]{1,500}\n[cbB?hHiIlLqQfd\d]{1,200}\n\xaa\xbb")
-
-
-def _is_minitaur_old(head: Head) -> bool:
-    """Keys on the first line, a Python struct string on the second, records that begin with AA BB from there on."""
-    return _MINITAUR_OLD.match(head.data) is not None
-
-
-def _is_minitaur(head: Head) -> bool:
-    return head.data.startswith(b"/1/<") or _is_minitaur_old(head)
-
-
 _RUN_SHEET = r"run[,;\t]date[,;\t]position[,;\t]kind\b"
 
 _SIGNATURES = (
@@ -68,7 +56,6 @@ _SIGNATURES = (
     _Signature("image", "an image", _TEXT, _magic(b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*")),
     _Signature("video", "a video", "keep it beside the book", lambda head: head.data[4:8] == b"ftyp"),
     _Signature("mat", "a MATLAB file", "write it as text with `writetable`", _magic(b"MATLAB 5.0", b"\x89HDF")),
-    _Signature("minitaur_log", "a Minitaur binary log", "convert it to text with the maker's reader", _is_minitaur),
     _Signature("amti_bsf", "an AMTI NetForce binary file", "export it from NetForce as text", _is_amti_bsf),
     _Signature("cortex_forces", "a Motion Analysis Cortex force file", _TEXT, _first_line(r"\[Force Data\]")),
     _Signature("bioware", "a Kistler BioWare export", _TEXT, _first_line(r"BioWare\b")),

@@ -20,7 +20,6 @@ BEGINNINGS = {
     "image": b"\x89PNG\r\n\x1a\n" + bytes(60),
     "video": b"\0\0\0\x18ftypmp42" + bytes(60),
     "mat": b"MATLAB 5.0 MAT-file" + bytes(200),
-    "minitaur_log": b"t,r,p,y,mo\nIfffB\n\xaa\xbb" + bytes(200),
     "amti_bsf": struct.pack("<ii", 105, 968) + bytes(1000),
     "cortex_forces": b"[Force Data]\r\nNumberOfForcePlates=1\r\n",
     "bioware": b"BioWare Version 5.3.2.9 Export\r\n",
@@ -44,7 +43,3 @@ def test_it_is_recognised_and_refused_with_what_to_do(name: str) -> None:
     assert finding.rule == "format_not_read"
     assert finding.message.startswith("This is a")
     assert finding.message.count(":") == 1
-
-
-def test_the_second_minitaur_layout() -> None:
-    assert read_file(b"/1/<I30h32B/t1I,pos8h\n\xaa\xbb" + bytes(100), Declarations()).format == "minitaur_log"

@@ -1,0 +1,307 @@
+"""Logs of Ghost Robotics' Minitaur on an OpenLog: a header that describes binary records, then AA BB and a record each.
+
+Old layout: a line of names, a line of a Python `struct` format without byte order, always little-endian and packed.
+New layout (version 1): `/1/<format/name+count+type,...`, in the scales of the maker's SDK. `t` counts milliseconds
+since the robot was switched on; there is no sequence number, so that losses show in `t` only.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ingest.findings import FILE, NOTE, ROW, FindingCollector
+from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.formats.head import Head
+from ingest.formats.loggers.framed_records import SYNC, FramedRecords, find_records, spacing
+from ingest.instruments import Instrument
+from ingest.model import ColumnDeclaration, Declarations, Reading, SignalPart
+from ingest.signals import read_signals
+from ingest.tables.table import Column, Table, array_table
+
+_TYPES = {
+    "b": "i1", "B": "u1", "?": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "l": "<i4", "L": "<u4",
+    "q": "<i8", "Q": "<u8", "f": "<f4", "d": "<f8",
+}  # fmt: skip
+MOST_RECORD_BYTES = 4096
+_LONGEST_HEADER = 8192
+
+_OLD_HEADER = re.compile(rb"([A-Za-z_][\w,]{0,2000})\r?\n([<>=@!]?[A-Za-z?\d]{1,500})\r?\n\Z")
+_NEW_HEADER = re.compile(rb"/(\d{1,4})/(<[^/\n]{0,500})/([^\n]{0,4000}?)/?\r?\n\Z")
+_LATER_HEADER = re.compile(rb"(?:/\d{1,4}/<[ -~]{3,4000}|t,[\w,]{1,2000}\r?\n[A-Za-z?\d]{1,500})\r?\Z")
+_GROUP = re.compile(r"(\d{0,4})([A-Za-z?])")
+_NEW_FIELD = re.compile(r"(\w*?[A-Za-z_])(\d{1,4})([A-Za-z?])")
+
+_SCALES = {
+    "pos": (0.001, "rad"), "torq": (0.001, "N*m"), "eul": (0.001, "rad"), "angVel": (0.001, "rad/s"),
+    "Vbat": (0.001, "V"), "xdot": (0.001, "m/s"), "acc": (0.01, None), "Ibat": (0.01, "A"), "t": (1.0, "ms"),
+}  # fmt: skip
+"""Factor and unit of the maker's SDK; other quantities are counts of nothing known."""
+
+_OLD_UNITS = {"t": "ms", **{f"q{joint}": "rad" for joint in range(8)}}
+_STATES = ("mo", "behavMo")
+_USER_BYTES = "UP"
+_USER_COLUMN = re.compile(r"UP\.(u8|i16|u16|i32|f32)\.(\d{1,4})")
+_USER_TYPES = {"u8": "u1", "i16": "<i2", "u16": "<u2", "i32": "<i4", "f32": "<f4"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Quantity:
+    """A column of the records: its name, unit and factor, and where in the payload which type stands."""
+
+    name: str
+    unit: str | None
+    scale: float
+    offset: int
+    dtype: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Header:
+    """A header and the records behind it: `data[start:]`, payloads of `n_bytes`; user bytes from `user_offset` on."""
+
+    begin: int
+    start: int
+    n_bytes: int
+    quantities: tuple[_Quantity, ...]
+    user_offset: int
+    user_bytes: int
+
+
+class _HeaderFault(Exception):
+    """Why a header cannot be used, in a sentence."""
+
+
+def _recognise(head: Head) -> Recognition | None:
+    first = _header_at(head.data, 0)
+    if first is None:
+        return None
+    return Recognition(SIGNATURE, "a header that describes the binary records behind it")
+
+
+def _header_at(data: bytes, begin: int) -> re.Match[bytes] | None:
+    """Return the header that begins there and is followed by a record, or is all that there is."""
+    window = data[begin : begin + _LONGEST_HEADER]
+    stop = window.find(b"\n" + SYNC)
+    header = window[: stop + 1] if stop >= 0 else window
+    pattern = _NEW_HEADER if window.startswith(b"/") else _OLD_HEADER
+    if stop < 0 and not window.startswith(b"/"):
+        return None  # two lines of words are any text
+    return pattern.fullmatch(header)
+
+
+def _read(head: Head, findings: FindingCollector) -> Reading:
+    try:
+        headers = _headers(head.data)
+    except _HeaderFault as fault:
+        findings.add(FILE, "record_layout_unreadable", str(fault))
+        return Reading()
+    if len(headers) > 1:
+        message = "A header stands again: logging was started anew, and what follows is kept as a part of its own."
+        findings.add(NOTE, "header_repeated", message, count=len(headers) - 1)
+    parts: list[SignalPart] = []
+    rows_read = rows_rejected = 0
+    role = None
+    for number, header in enumerate(headers, start=1):
+        stop = headers[number].begin if number < len(headers) else len(head.data)
+        records = _records(head.data, header, stop, findings)
+        if records is None:
+            continue
+        table = _table(header, records, head.declared, findings)
+        instrument = Instrument("log" if number == 1 else f"log_{number}")
+        reading = read_signals(table, _with_states(head.declared, header), findings, instrument)
+        parts.extend(reading.parts)
+        rows_read += reading.rows_read
+        rows_rejected += reading.rows_rejected
+        role = reading.role
+    return Reading(tuple(parts), (), rows_read, rows_rejected, role)
+
+
+def _headers(data: bytes) -> list[_Header]:
+    """Return all headers of a file: a card that was written on again holds several."""
+    headers = [_parse(data, 0)]
+    position = data.find(b"\n" + SYNC, headers[0].start)
+    while position >= 0:
+        begin = _begin_of_header(data, position, headers)
+        if begin is not None:
+            headers.append(_parse(data, begin))
+        position = data.find(b"\n" + SYNC, position + 1)
+    return headers
+
+
+def _begin_of_header(data: bytes, end: int, known: Sequence[_Header]) -> int | None:
+    """Return where a header that ends in the line end at `end` begins, None where none does."""
+    first = data[: known[0].start]
+    if data[end + 1 - len(first) : end + 1] == first:
+        return end + 1 - len(first)
+    window = data[max(known[-1].start, end - _LONGEST_HEADER) : end]
+    text = _LATER_HEADER.search(window)
+    return None if text is None else end - len(window) + text.start()
+
+
+def _parse(data: bytes, begin: int) -> _Header:
+    found = _header_at(data, begin)
+    if found is None:
+        raise _HeaderFault("The header of the log is cut: copy the file again from the memory card.")
+    texts = [group.decode("latin-1") for group in found.groups()]
+    if len(texts) == 2:
+        names, letters = texts[0].split(","), _letters(texts[1])
+        known = {name: (1.0, _OLD_UNITS.get(name)) for name in names}
+    else:
+        version, layout, fields = texts
+        if version != "1":
+            raise _HeaderFault(f"The log is of version {version} and only version 1 is known: export it as text.")
+        names, types = _new_names(fields)
+        letters = _letters(layout)
+        if types != letters:
+            raise _HeaderFault("The two descriptions of a record in the header contradict each other.")
+        known = {name: _SCALES.get(re.sub(r"\d+\Z", "", name), (1.0, None)) for name in names}
+    if len(names) != len(letters):
+        raise _HeaderFault(f"The header names {len(names)} columns and describes {len(letters)} values of a record.")
+    if len(set(names)) != len(names):
+        raise _HeaderFault("The header names two columns alike.")
+    return _header(begin, begin + len(found[0]), names, letters, known)
+
+
+def _letters(layout: str) -> str:
+    """Return the type letters of a `struct` format, one a value. Raises `_HeaderFault` for what is no such record."""
+    if layout[0] in ">=@!":
+        raise _HeaderFault(f"The records are said to have byte order {layout[0]!r}: only little-endian logs are known.")
+    groups = layout.removeprefix("<")
+    if "".join(count + letter for count, letter in _GROUP.findall(groups)) != groups:
+        raise _HeaderFault(f"{layout[:60]!r} describes no record of numbers.")
+    expanded = []
+    for count, letter in _GROUP.findall(groups):
+        if letter not in _TYPES:
+            allowed = " ".join(_TYPES)
+            raise _HeaderFault(f"A record holds type {letter!r}, which is no number: known are {allowed}.")
+        expanded.append(letter * int(count or 1))
+    letters = "".join(expanded)
+    n_bytes = sum(np.dtype(_TYPES[letter]).itemsize for letter in letters)
+    if not 0 < n_bytes <= MOST_RECORD_BYTES:
+        raise _HeaderFault(f"A record is said to have {n_bytes} bytes: 1 to {MOST_RECORD_BYTES} are allowed.")
+    return letters
+
+
+def _new_names(fields: str) -> tuple[list[str], str]:
+    """Return a name for every value, and the type letters, of `name+count+type,...`."""
+    names: list[str] = []
+    letters = ""
+    for field in fields.split(","):
+        match = _NEW_FIELD.fullmatch(field)
+        if match is None:
+            raise _HeaderFault(f"{field[:40]!r} in the header is no name with count and type.")
+        count = int(match[2])
+        names += [match[1]] if count == 1 else [f"{match[1]}{index}" for index in range(count)]
+        letters += match[3] * count
+    return names, letters
+
+
+def _header(
+    begin: int, start: int, names: Sequence[str], letters: str, known: dict[str, tuple[float, str | None]]
+) -> _Header:
+    quantities: list[_Quantity] = []
+    offset = user_offset = user_bytes = 0
+    for name, letter in zip(names, letters, strict=True):
+        size = np.dtype(_TYPES[letter]).itemsize
+        if re.fullmatch(rf"{_USER_BYTES}\d*", name) and letter == "B":
+            user_offset = user_offset or offset
+            user_bytes += size
+        else:
+            scale, unit = known[name]
+            quantities.append(_Quantity(name, unit, scale, offset, _TYPES[letter]))
+        offset += size
+    return _Header(begin, start, offset, tuple(quantities), user_offset, user_bytes)
+
+
+def _records(data: bytes, header: _Header, stop: int, findings: FindingCollector) -> FramedRecords | None:
+    """Return the records behind a header; what is lost or stands between them is reported."""
+    least = header.n_bytes + len(SYNC)
+    stride = spacing(data, header.start, stop, least)
+    if stride is None:
+        stride = least
+        if stop - header.start >= 2 * least:
+            message = f"The header describes records of {least} bytes and no two AA BB stand that far apart: "
+            message += "no record can be read; copy the file again from the memory card."
+            findings.add(FILE, "records_not_found", message)
+            return None
+    elif stride != least:
+        message = (
+            f"The header describes records of {least} bytes and they stand {stride} apart: the {stride - least} bytes "
+            "behind each stay in the raw copy only."
+        )
+        findings.add(NOTE, "stride_differs", message, value=str(stride))
+    records = find_records(data, header.start, stop, header.n_bytes, stride)
+    if records.records_lost:
+        message = (
+            f"Bytes are missing or foreign: {records.bytes_lost} bytes belong to no whole record of {stride}; "
+            "the records that they cut are left out."
+        )
+        findings.add(ROW, "record_cut", message, count=records.records_lost, value=f"at byte {records.lost_at[0]}")
+    return records
+
+
+def _table(header: _Header, records: FramedRecords, declared: Declarations, findings: FindingCollector) -> Table:
+    quantities = [*header.quantities, *_user_columns(header, declared, findings)]
+    columns = [_column(records, quantity) for quantity in quantities]
+    if any(quantity.scale != 1.0 for quantity in quantities):
+        message = "Scales and units are those of the maker's SDK, version 1; the file does not state them."
+        findings.add(NOTE, "unit_assumed", message)
+    if any(quantity.name == "Ibat" for quantity in quantities):
+        message = "Whether the battery's current is positive while it is drawn is stated nowhere: its sign is kept."
+        findings.add(NOTE, "current_sign_unknown", message, column="Ibat")
+    names = [quantity.name for quantity in quantities]
+    units = [quantity.unit for quantity in quantities]
+    return array_table(names, units, columns, ordinals=records.ordinals, rows_rejected=records.records_lost)
+
+
+def _column(records: FramedRecords, quantity: _Quantity) -> Column:
+    size = np.dtype(quantity.dtype).itemsize
+    raw = np.ascontiguousarray(records.payloads[:, quantity.offset : quantity.offset + size])
+    values = raw.view(quantity.dtype)[:, 0].astype(np.float64)
+    return values if quantity.scale == 1.0 else values * quantity.scale
+
+
+def _user_columns(header: _Header, declared: Declarations, findings: FindingCollector) -> list[_Quantity]:
+    """Return the columns that declarations see in the user bytes: `UP.f32.3` is the fourth float of 4 bytes in them."""
+    if not header.user_bytes:
+        return []
+    message = (
+        f"The {header.user_bytes} user bytes of a record have the layout that the robot's program gave them: they stay "
+        'in the raw copy only; to name them, `--column "UP.f32.0=k_gain:1"` (u8, i16, u16, i32, f32 and its number).'
+    )
+    findings.add(NOTE, "user_bytes", message)
+    found: dict[str, _Quantity] = {}
+    for name in _declared_names(declared):
+        match = _USER_COLUMN.fullmatch(name)
+        if match is None:
+            continue
+        dtype = _USER_TYPES[match[1]]
+        size = np.dtype(dtype).itemsize
+        first = int(match[2]) * size
+        if first + size <= header.user_bytes:
+            found[name] = _Quantity(name, None, 1.0, header.user_offset + first, dtype)
+    return list(found.values())
+
+
+def _declared_names(declared: Declarations) -> list[str]:
+    """Return the columns of which something is declared, directly or in a profile."""
+    return [*declared.columns, *(name for profile in declared.profiles for name in profile.columns)]
+
+
+def _with_states(declared: Declarations, header: _Header) -> Declarations:
+    """Return the declarations with the maker's name of the controller's state, unless somebody said what it is."""
+    said = _declared_names(declared)
+    states = {
+        quantity.name: ColumnDeclaration("controller_state", "1")
+        for quantity in header.quantities
+        if quantity.name in _STATES and quantity.name not in said
+    }
+    return dataclasses.replace(declared, columns={**states, **declared.columns})
+
+
+FORMAT = Format("minitaur_log", 1, _recognise, _read)
