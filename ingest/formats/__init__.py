@@ -5,7 +5,7 @@ from __future__ import annotations
 from ingest.formats.chargers import cheali, icharger, icharger_serial, sheet
 from ingest.formats.force_plates import bertec
 from ingest.formats.format import Format
-from ingest.formats.loggers import delimited, minitaur
+from ingest.formats.loggers import debug_lines, delimited, minitaur
 from ingest.formats.recognised import RECOGNISED
 
 FORMATS: tuple[Format, ...] = (
@@ -14,6 +14,7 @@ FORMATS: tuple[Format, ...] = (
     icharger_serial.FORMAT,
     cheali.FORMAT,
     minitaur.FORMAT,
+    debug_lines.FORMAT,
     bertec.FORMAT,
     sheet.FORMAT,
     delimited.FORMAT,

@@ -1,0 +1,141 @@
+"""Debug output of a robot's program, kept as a log: `motor1: -2957986`, one value a line, the names in turn.
+
+A row is one turn of the names. There is no time unless one of the names is a time, so the rate is declared.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+
+import numpy as np
+
+from ingest.findings import NOTE, ROW, FindingCollector
+from ingest.formats.format import LAYOUT, Format, Recognition
+from ingest.formats.head import Head
+from ingest.instruments import Instrument
+from ingest.model import Reading
+from ingest.signals import read_signals
+from ingest.tables.table import array_table
+from ingest.text.cells import NUMBER
+from ingest.text.debug_lines import debug_line, is_single_number
+from ingest.text.logical_lines import numbered_lines
+from ingest.text.source import TextSource
+
+_LOG = Instrument()
+_FEWEST_LINES = 4
+_MOST_NAMES = 256
+_VALUE = re.compile(rb"([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(\S*)")
+
+
+def _recognise(head: Head) -> Recognition | None:
+    if head.source is None:
+        return None
+    sample = [*head.source.head_lines(60), *head.source.sample_lines(0.5)]
+    lines = [line.content for line in sample if line.content.strip()]
+    values = sum(is_single_number(debug_line(line)) for line in lines)
+    if values < _FEWEST_LINES or values < 0.8 * len(lines):
+        return None
+    return Recognition(LAYOUT, f"{values} of {len(lines)} lines seen are `name: value`")
+
+
+def _read(head: Head, findings: FindingCollector) -> Reading:
+    if head.source is None:
+        return Reading()
+    names, units = _names(head.source)
+    turns = _Turns(names, units, findings)
+    unended = head.source.data[-1:] not in (b"\n", b"\r")
+    last = 0
+    for number, content in numbered_lines(head.source.data, head.source.start):
+        if content.strip(b" \t\0\x1a"):
+            turns.take(number, content)
+            last = number
+    turns.finish(last, unended)
+    table = array_table(
+        [head.source.decode(name) for name in names],
+        [head.source.decode(unit) or None for unit in units],
+        list(np.array(turns.rows, dtype=np.float64).reshape(len(turns.rows), len(names)).T.copy()),
+        lines=np.array(turns.lines, dtype=np.int64),
+        ordinals=np.array(turns.ordinals, dtype=np.int64),
+        rows_rejected=turns.rejected,
+    )
+    return read_signals(table, head.declared, findings, _LOG)
+
+
+def _names(source: TextSource) -> tuple[list[bytes], list[bytes]]:
+    """Return the names in the order of their turn, and their units: those that repeat among the first lines."""
+    found: list[tuple[bytes, bytes]] = []
+    for line in source.head_lines():
+        debug = debug_line(line.content)
+        value = None if debug is None else _VALUE.fullmatch(debug.value)
+        if debug is not None and value is not None:
+            found.append((debug.name, value[2]))
+    counts = Counter(name for name, _ in found)
+    usual = max(counts.values(), default=0)
+    units = {name: unit for name, unit in reversed(found) if 2 * counts[name] > usual}
+    names = list(dict.fromkeys(name for name, _ in found if name in units))[:_MOST_NAMES]
+    return names, [units[name] for name in names]
+
+
+class _Turns:
+    """Collects values into rows, each from the first name to the last; `rejected` counts turns that are broken."""
+
+    def __init__(self, names: list[bytes], units: list[bytes], findings: FindingCollector) -> None:
+        self.names, self.units, self.findings = names, units, findings
+        self.rows: list[list[float]] = []
+        self.lines: list[int] = []
+        self.ordinals: list[int] = []
+        self.rejected = 0
+        self._open: list[float] = []
+        self._skipping = False
+        self._first_line = 0
+
+    def take(self, line: int, content: bytes) -> None:
+        """Take one line that is not blank."""
+        debug = debug_line(content)
+        if debug is None or debug.name not in self.names:
+            message = "Lines that are no `name: value` of the names in turn are skipped."
+            self.findings.add(NOTE, "debug_line", message, lines=[line])
+            return
+        if self._open and debug.name != self.names[len(self._open)]:
+            self._break(line)
+        value = _VALUE.fullmatch(debug.value)
+        position = len(self._open)
+        if debug.name != self.names[position] or value is None or not self._fits(value, position):
+            if not self._skipping:
+                self._break(line)
+            return
+        if not position:
+            self._first_line = line
+        self._skipping = False
+        self._open.append(float(value[1]))
+        if len(self._open) == len(self.names):
+            self.rows.append(self._open)
+            self.lines.append(self._first_line)
+            self.ordinals.append(len(self.rows) + self.rejected)
+            self._open = []
+
+    def _fits(self, value: re.Match[bytes], position: int) -> bool:
+        return NUMBER.fullmatch(value[1]) is not None and value[2] == self.units[position]
+
+    def _break(self, line: int) -> None:
+        message = (
+            f"A turn of {len(self.names)} names is not complete, or holds no number in its unit; the row is left out."
+        )
+        self.findings.add(ROW, "turn_broken", message, lines=[line])
+        self.rejected += 1
+        self._open = []
+        self._skipping = True
+
+    def finish(self, last_line: int, unended: bool) -> None:
+        """Judge the last line, whose number may be cut where it has no line end."""
+        if self._open:
+            self._break(last_line)
+        elif unended and self.rows:
+            message = "The last line has no line end and its number may be cut: the row is left out."
+            self.findings.add(ROW, "last_line_cut", message, lines=[last_line])
+            self.rejected += 1
+            del self.rows[-1], self.lines[-1], self.ordinals[-1]
+
+
+FORMAT = Format("debug_lines", 1, _recognise, _read)
