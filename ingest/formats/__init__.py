@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ingest.formats.chargers import cheali, icharger, icharger_serial, sheet
+from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import bertec
 from ingest.formats.format import Format
 from ingest.formats.loggers import debug_lines, delimited, minitaur
@@ -13,6 +13,8 @@ FORMATS: tuple[Format, ...] = (
     icharger.FORMAT,
     icharger_serial.FORMAT,
     cheali.FORMAT,
+    logview.FORMAT,
+    logview_zero.FORMAT,
     minitaur.FORMAT,
     debug_lines.FORMAT,
     bertec.FORMAT,

@@ -31,11 +31,6 @@ def _first_line(pattern: str) -> Callable[[Head], bool]:
     return lambda head: compiled.match(head.first_line()) is not None
 
 
-def _any_line(pattern: str) -> Callable[[Head], bool]:
-    compiled = re.compile(pattern)
-    return lambda head: any(compiled.match(line) for line in head.lines[:12])
-
-
 def _is_c3d(head: Head) -> bool:
     return len(head.data) >= 512 and head.data[1] == 0x50 and 2 <= head.data[0] <= 0x20 and head.source is None
 
@@ -63,7 +58,6 @@ _SIGNATURES = (
     _Signature("qualisys_tsv", "a Qualisys force file", _TEXT, _first_line(r"NO_OF_SAMPLES\t")),
     _Signature("vicon_csv", "a Vicon Nexus export", _TEXT, _first_line(r"Devices\s*$")),
     _Signature("run_sheet", "a run sheet", "state its runs with `labbook runs import FILE`", _first_line(_RUN_SHEET)),
-    _Signature("logview", "a LogView recording", "export it as CSV with units", _any_line(r"\$[NCTFV]\$;")),
 )  # fmt: skip
 
 

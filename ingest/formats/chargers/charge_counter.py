@@ -29,7 +29,7 @@ LONGEST_INTERVAL = 3.0
 class CountedCharge:
     """One value a record, shape (n,), of a procedure of one direction: elapsed seconds, current and counter as written
     (A, mAh), voltage of the pack, and in which records the charger works. `signed` says that current and counter are
-    negative while it discharges.
+    negative while it discharges; `lines` may be empty.
     """
 
     lines: Sequence[int]
@@ -70,7 +70,7 @@ def _check_counter(counted: CountedCharge, sign: int, findings: FindingCollector
     rises = np.diff(counted.counter_mah)
     back = np.flatnonzero(rises * sign < 0)
     if back.size:
-        lines = [counted.lines[row + 1] for row in back[:21].tolist()]
+        lines = [counted.lines[row + 1] for row in back[:21].tolist()] if counted.lines else []
         findings.add(NOTE, "counter_backwards", "The charge counter runs backwards.", lines=lines)
     seconds = np.diff(counted.seconds)
     current = counted.current_a
@@ -117,7 +117,7 @@ def direction_by_modes(
 
 
 def direction_by_voltage(
-    voltage_v: FloatArray, active: BoolArray, channel: int, findings: FindingCollector
+    voltage_v: FloatArray, active: BoolArray, where: str, findings: FindingCollector
 ) -> ChargeMode | None:
     """Return what a procedure did by the pack's voltage, shape (n,), while current flowed, where the file says neither
     direction nor sign: a charge raises it, a discharge lowers it. None, noted, where it does not show.
@@ -125,14 +125,12 @@ def direction_by_voltage(
     working = voltage_v[active]
     tenth = max(1, len(working) // 10)
     if len(working) < 2:
-        message = f"Channel {channel} neither charges nor discharges: kept as a signal, no recharge is counted."
+        message = f"{where} neither charges nor discharges: kept as a signal, no recharge is counted."
         findings.add(NOTE, "no_recharge", message)
         return None
     first, last = float(np.median(working[:tenth])), float(np.median(working[-tenth:]))
     if abs(last - first) < LEAST_RISE * abs(first):
-        message = (
-            f"The voltage of channel {channel} goes from {first:.4g} to {last:.4g} V and the file says no direction: "
-        )
+        message = f"The voltage of {where} goes from {first:.4g} to {last:.4g} V and the file says no direction: "
         findings.add(NOTE, "no_recharge", message + "kept as a signal, no recharge is counted.")
         return None
     mode = ChargeMode.CHARGE if last > first else ChargeMode.DISCHARGE

@@ -12,7 +12,7 @@ import numpy as np
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.factors import factor
 from ingest.findings import NOTE, FindingCollector
-from ingest.formats.chargers.charge_counter import CountedCharge, charge_row
+from ingest.formats.chargers.charge_counter import CountedCharge, charge_row, direction_by_voltage
 from ingest.formats.chargers.records import Procedure
 from ingest.instruments import Instrument
 from ingest.model import BoolArray, ChargeRow, Declarations, FloatArray, Reading, SignalPart
@@ -154,6 +154,24 @@ def _counted(
         work.mode,
         work.signed,
     )
+
+
+def part_charges(parts: Sequence[SignalPart], findings: FindingCollector) -> tuple[ChargeRow, ...]:
+    """Return the charges of signals that have current, charge and battery_voltage under these names, and no states."""
+    charges: list[ChargeRow] = []
+    for part in parts:
+        values = {channel.name: channel.values for channel in part.channels}
+        if not {"current", "charge", "battery_voltage"} <= values.keys():
+            continue
+        counter, active = values["charge"], np.abs(values["current"]) > 0
+        mode = direction_by_voltage(values["battery_voltage"], active, part.part, findings)
+        if mode is not None:
+            signed = mode is ChargeMode.DISCHARGE and counter[-1] < 0
+            counted = CountedCharge(
+                (), part.time_s, values["current"], counter, values["battery_voltage"], active, mode, bool(signed)
+            )
+            charges.append(charge_row(len(charges) + 1, counted, findings))
+    return tuple(charges)
 
 
 def _numbered(parts: Sequence[SignalPart]) -> tuple[SignalPart, ...]:

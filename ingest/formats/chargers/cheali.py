@@ -39,7 +39,7 @@ def _work(procedure: Procedure, findings: FindingCollector) -> Work | None:
         message = f"The charger stopped channel {procedure.channel} with an error: the charge may not be complete."
         findings.add(NOTE, "charger_error", message)
     active = (states == _RUNNING) & (procedure.column(_CURRENT) > 0)
-    mode = direction_by_voltage(procedure.column(_VOLTAGE) / 1000.0, active, procedure.channel, findings)
+    mode = direction_by_voltage(procedure.column(_VOLTAGE) / 1000.0, active, f"channel_{procedure.channel}", findings)
     return None if mode is None else Work(mode, active, signed=False)
 
 

@@ -27,7 +27,6 @@ BEGINNINGS = {
     "qualisys_tsv": b"NO_OF_SAMPLES\t1000\r\n",
     "vicon_csv": b"Devices\r\n1000\r\n",
     "run_sheet": b"run,date,position,kind,foot,battery,robot,started,duration_s,jumps_made,starts,note\n",
-    "logview": b"$N$;charger\r\n$C$;Temp 1 [C,T]\r\n",
 }
 
 
