@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from data_schema.vocabulary import FileRole
 from ingest.channels.declared import declarations_for
 from ingest.findings import FILE, FindingCollector
 from ingest.formats.chargers.charger_log import part_charges
@@ -28,6 +29,9 @@ from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
 from ingest.tables.table import array_table
 from ingest.text.cells import COMMA_NUMBER, NUMBER
+
+_BATTERY = {"battery_voltage", "current", "charge"}
+"""A recording with one of these is a charger's or of a pack in use, not of a jump."""
 
 
 def _recognise(head: Head) -> Recognition | None:
@@ -87,12 +91,13 @@ def _bare_signals(procedure: Procedure, declared: Declarations, findings: Findin
 def joined(readings: Sequence[Reading], rejected: int, findings: FindingCollector) -> Reading:
     """Return the readings of all recordings of a file as one, with their charges; `rejected` rows belong to none."""
     parts: list[SignalPart] = [part for reading in readings for part in reading.parts]
+    names = {channel.name for part in parts for channel in part.channels}
     return Reading(
         tuple(parts),
         part_charges(parts, findings),
         sum(reading.rows_read for reading in readings) + rejected,
         sum(reading.rows_rejected for reading in readings) + rejected,
-        readings[0].role if readings else None,
+        FileRole.CHARGE if _BATTERY & names else FileRole.LOG,
     )
 
 

@@ -102,6 +102,7 @@ def test_openformat_zero_with_time_and_factors() -> None:
     assert result.parts[0].rate_hz == pytest.approx(1.0)
     assert values(result)["temp"][0] == pytest.approx(10.2)
     assert values(result)["battery_voltage"][-1] == pytest.approx(11.19)
+    assert result.role == "charge"
 
 
 def test_openformat_zero_in_hexadecimal_and_several_recordings() -> None:
