@@ -21,8 +21,9 @@ BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 class Instrument:
     """What a maker's export adds to the plain reading: name of the part, units, axes, a rate fixed by hardware.
 
-    `evidence` tells why the file is taken for this instrument's; without one the signs of forces are only assumed.
-    `steady` says that its values stand still by nature, as a charger's do, and no note is due.
+    `frame` says which axis points up in the file (a key of `channels.axes.AXES`), `axes` the signs of the components
+    after that. `evidence` tells why the file is taken for this instrument's; without one the signs of forces are only
+    assumed. `steady` says that its values stand still by nature, as a charger's do, and no note is due.
     """
 
     part: str = "log"
@@ -31,6 +32,7 @@ class Instrument:
     fixed_rate_hz: float | None = None
     evidence: str = ""
     steady: bool = False
+    frame: str = "z up"
 
 
 _BERTEC_UNITS = {

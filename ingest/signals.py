@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from data_schema.vocabulary import FileRole
+from ingest.channels.axes import turn_axes
 from ingest.channels.checks import held_rows, note_missing, note_still_channels, out_of_range
 from ingest.channels.columns import ColumnPlan, Plan, plan_columns
 from ingest.channels.declared import declarations_for
@@ -24,16 +26,19 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     """Turn a table into one signal part for each recording in it."""
     declared = declarations_for(declared, table.names, findings)
     if declared.instrument is not None:
-        instrument = instrument_named(declared.instrument)
+        instrument = _declared_instrument(declared.instrument, instrument)
     plan = plan_columns(table, declared, findings, instrument.convention)
     block = table.read_rows(_wanted(plan))
-    role = FileRole.FORCE if any(column.channel == "force_z" for column in plan.columns) else FileRole.LOG
     if not block.n_rows or not plan.columns:
-        return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=role)
+        return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=_role(plan.columns))
     stored = {column.position: _stored(block, column) for column in plan.columns}
-    usable = ~out_of_range(stored, plan.columns, block, findings)
-    note_missing(stored, plan.columns, block, findings)
-    columns = orient(plan.columns, stored, instrument.axes, instrument.convention.maker, findings)
+    if declared.axes is not None:
+        instrument = dataclasses.replace(instrument, frame=declared.axes, axes={}, evidence="axes declared")
+    said_by = instrument.convention.maker if declared.axes is None else "declared"
+    columns = turn_axes(plan.columns, stored, instrument.frame, f"{instrument.frame}: {said_by}")
+    usable = ~out_of_range(stored, columns, block, findings)
+    note_missing(stored, columns, block, findings)
+    columns = orient(columns, stored, instrument.axes, instrument.convention.maker, findings)
     if not instrument.evidence:
         note_assumed_signs(columns, findings)
     columns = check_plates(columns, stored, findings)
@@ -45,7 +50,20 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         for number, recording in enumerate(found.recordings, start=1)
     ]
     kept = int(np.count_nonzero(found.keep))
-    return Reading(tuple(parts), (), block.rows_read, block.rows_read - kept, role)
+    return Reading(tuple(parts), (), block.rows_read, block.rows_read - kept, _role(columns))
+
+
+def _declared_instrument(name: str, own: Instrument) -> Instrument:
+    """Return a declared instrument; of a file whose layout tells its own, the part and units stay."""
+    declared = instrument_named(name)
+    if not own.evidence:
+        return declared
+    convention = declared.convention if declared.convention.units else own.convention
+    return dataclasses.replace(declared, part=own.part, convention=convention)
+
+
+def _role(columns: Sequence[ColumnPlan]) -> FileRole:
+    return FileRole.FORCE if any(column.channel == "force_z" for column in columns) else FileRole.LOG
 
 
 def _wanted(plan: Plan) -> list[Wanted]:

@@ -29,6 +29,7 @@ LIMITS_BY_CHANNEL: Mapping[str, tuple[float, float]] = {
     "body_velocity": (-100.0, 100.0),
     "cop_x": (-1e3, 1e3),
     "cop_y": (-1e3, 1e3),
+    "cop_z": (-1e3, 1e3),
 }
 """What a leg of tens of centimetres can show, in stored units; generous by a factor of ten and more."""
 

@@ -109,7 +109,8 @@ def _column(position: int, name: str, table: Table, declared: Declarations, find
         base, unit = cell.suffix_base, cell.suffix_unit
     row_unit = table.units[position]
     unit = unit or (normal_unit(row_unit) if row_unit else None) or UNIT_OF_NAME.get(squash(base))
-    channel = TIME if squash(base) in TIME_NAMES else channel_of(base)
+    own = table.channels[position] if table.channels else None
+    channel = own or (TIME if squash(base) in TIME_NAMES else channel_of(base))
     sign = 1
     own, stated = unit, None
     if said is not None:
@@ -248,7 +249,7 @@ def _distinct(planned: list[ColumnPlan], findings: FindingCollector) -> tuple[Co
                 number += 1
             name = f"{name}_{number}"
             taken.add(name)
-            if not plan.channel.startswith(("force_", "moment_", "cop_")):
+            if not plan.channel.startswith(("force_", "moment_", "free_moment_", "cop_")):
                 findings.add(
                     NOTE,
                     "duplicate_column",

@@ -24,8 +24,12 @@ MOST_DRIFT_N = 5.0
 
 Z_DOWN_ACTION: Mapping[str, int] = {
     "force_x": -1, "force_y": 1, "force_z": 1, "moment_x": -1, "moment_y": 1, "moment_z": 1, "cop_x": 1, "cop_y": -1,
+    "cop_z": -1, "free_moment_x": -1, "free_moment_y": 1, "free_moment_z": 1,
 }  # fmt: skip
 """From the force on a plate with z down to the reaction on the robot with z up."""
+
+Z_UP_REACTION: Mapping[str, int] = dict.fromkeys(Z_DOWN_ACTION, 1)
+"""What is stored already: the reaction on the robot with z up."""
 
 
 def orient(

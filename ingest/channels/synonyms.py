@@ -56,13 +56,15 @@ _WRITTEN_AS = {
     "moment_z": "mz",
     "cop_x": "cx",
     "cop_y": "cy",
+    "cop_z": "cz",
+    "free_moment_z": "tz",
     "sync": "",
     "aux": "",
     "sequence": "seq, sample, sample number, packet, packet number, frame",
 }
-_PLATED = re.compile(r"(force_[xyz]|moment_[xyz]|cop_[xy])(?:_\d+)?")
+_PLATED = re.compile(r"((?:force|moment|free_moment|cop)_[xyz])(?:_\d+)?")
 _PLATE = re.compile(r"_(\d+)$")
-_PLATE_NUMBER = re.compile(r"(f[xyz]|m[xyz]|cop[xy]|force[xyz]|moment[xyz])([1-9])")
+_PLATE_NUMBER = re.compile(r"(f[xyz]|m[xyz]|cop[xyz]|force[xyz]|moment[xyz])([1-9])")
 
 _CHANNEL_OF = {squash(name): name for name in CHANNELS}
 _CHANNEL_OF |= {squash(word): name for name, words in _WRITTEN_AS.items() for word in words.split(",") if word}

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import bertec
+from ingest.formats.chargers import cheali, icharger, icharger_serial, sheet
+from ingest.formats.force_plates import bertec, cortex, opensim
 from ingest.formats.format import Format
 from ingest.formats.loggers import debug_lines, delimited, minitaur
 from ingest.formats.recognised import RECOGNISED
@@ -18,6 +20,8 @@ FORMATS: tuple[Format, ...] = (
     minitaur.FORMAT,
     debug_lines.FORMAT,
     bertec.FORMAT,
+    cortex.FORMAT,
+    opensim.FORMAT,
     sheet.FORMAT,
     delimited.FORMAT,
 )

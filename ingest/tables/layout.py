@@ -6,6 +6,7 @@ Header and data are decided apart: some instruments write a decimal comma above 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ingest.findings import FILE, NOTE, FindingCollector
@@ -102,7 +103,7 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
         units,
         () if header is None else tuple(header.cells),
         () if units_row is None else tuple(units_row.cells),
-        tuple(_kind([cells[column] for cells in rows]) for column in range(width)),
+        tuple(kind_of([cells[column] for cells in rows]) for column in range(width)),
         tuple(source.decode(line.content) for line in above if header is None or line.start != header.line.start),
         first.start,
         first.number,
@@ -123,7 +124,8 @@ def _first_data_line(split: Split, header: Row | None, units_row: Row | None) ->
     return split.rows[0].line
 
 
-def _kind(cells: list[bytes]) -> CellKind:
+def kind_of(cells: Sequence[bytes]) -> CellKind:
+    """Return what the cells of one column hold, judged on a sample of them."""
     filled = [cell for cell in cells if not is_missing(cell.lower())]
     if not filled:
         return CellKind.EMPTY

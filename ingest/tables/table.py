@@ -107,6 +107,9 @@ def _lines(block: Block) -> IntArray:
 class Table:
     """One table of a file. `names`, `units` (None where the header has none) and `kinds` have an entry per column.
 
+    `channels`, where a format fixes what its columns hold, has an entry per column too: the channel, `time`, or None
+    where the name decides.
+
     `read_rows` returns the wanted columns of all rows that can be read; it is called once, when it is known which
     columns are wanted, and reports what it leaves out.
     """
@@ -116,6 +119,7 @@ class Table:
     kinds: tuple[CellKind, ...]
     preamble: Preamble
     read_rows: Callable[[Sequence[Wanted]], Block]
+    channels: tuple[str | None, ...] = ()
 
 
 def array_table(

@@ -62,6 +62,14 @@ class TextSource:
         start = self.start + int((len(self.data) - self.start) * fraction)
         return self._lines(start, 1, limit + 1)[1:]
 
+    def lines_at(self, start: int, number: int, limit: int = 60) -> list[Line]:
+        """Return at most `limit` lines from `data[start:]`, the first of which has the given number."""
+        return self._lines(start, number, limit)
+
+    def section(self, stop: int) -> TextSource:
+        """Return the text up to `data[stop]`, as if the file ended there; lines keep their numbers."""
+        return TextSource(self.data[:stop], self.start, self.encoding)
+
     def _lines(self, start: int, number: int, limit: int) -> list[Line]:
         lines: list[Line] = []
         stop = min(len(self.data), start + LONGEST_LINE)

@@ -1,0 +1,82 @@
+"""OpenSim storage files (.mot, .sto) with ground reactions: `endheader`, then tab-separated columns.
+
+Seconds, newtons, metres and newton metres, y up, forces on the body: OpenSim's conventions, which the file does not
+repeat. Plates are told apart by what stands around `ground_force` in the names; `v` is the force, `p` the point of
+application, `torque` (or `moment`) the free moment there.
+"""
+
+from __future__ import annotations
+
+import re
+
+from ingest.channels.columns import Convention
+from ingest.channels.forces import Z_UP_REACTION
+from ingest.findings import FindingCollector
+from ingest.formats.force_plates.maker_header import (
+    PLATE_UNITS,
+    next_filled,
+    number,
+    plate_channel,
+    read_fixed,
+    refuse_layout,
+)
+from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.formats.head import Head
+from ingest.instruments import Instrument
+from ingest.model import Reading
+from ingest.tables.fixed_table import FixedHeader
+
+_GROUND_FORCES = Instrument(
+    "force", Convention("OpenSim", PLATE_UNITS, "s"), Z_UP_REACTION, evidence="OpenSim", frame="y up"
+)
+_MOTION = Instrument("log", Convention("OpenSim", {}, "s"))
+_ROWS = re.compile(r"\s*(?:nRows|datarows)\s*[= \t]\s*(\d+)\s*")
+_VERSION = re.compile(r"\s*version\s*=\s*(\S+)\s*")
+_VERSIONS = ("1", "2", "3")
+_COLUMN = re.compile(r"(.*?)(?:ground|grf)_?(force|torque|moment)(_?\d*)_?([vpm]?)([xyz])", re.IGNORECASE)
+
+
+def _recognise(head: Head) -> Recognition | None:
+    ends = any(line.strip() == "endheader" for line in head.lines)
+    counts = any(_ROWS.fullmatch(line) for line in head.lines)
+    return Recognition(SIGNATURE, "nRows and endheader, as OpenSim writes") if ends and counts else None
+
+
+def _read(head: Head, findings: FindingCollector) -> Reading:
+    source = head.source
+    if source is None:
+        return Reading()
+    lines = source.head_lines()
+    texts = [source.decode(line.content) for line in lines]
+    end = next((index for index, text in enumerate(texts) if text.strip() == "endheader"), None)
+    names_line = None if end is None else next_filled(source, lines[end])
+    first = None if names_line is None else next_filled(source, names_line)
+    version = next((match[1] for match in map(_VERSION.fullmatch, texts[:end]) if match), _VERSIONS[0])
+    if names_line is None or first is None or version not in _VERSIONS:
+        return refuse_layout("OpenSim", f"a version of {', '.join(_VERSIONS)} and rows below `endheader`", findings)
+    samples = next((number(match[1]) for match in map(_ROWS.fullmatch, texts[:end]) if match), None)
+    names = [name.strip() for name in source.decode(names_line.content).rstrip().split("\t")]
+    channels = _channels(names)
+    instrument = _GROUND_FORCES if any(channels) else _MOTION
+    header = FixedHeader(names, b"\t", first, channels=channels)
+    return read_fixed(source, header, head.declared, findings, instrument, samples)
+
+
+def _channels(names: list[str]) -> list[str | None]:
+    plates: list[str] = []
+    channels: list[str | None] = []
+    for name in names:
+        column = _COLUMN.fullmatch(name)
+        if column is None:
+            channels.append(None)
+            continue
+        plate = (column[1] + column[3]).strip("_").lower()
+        if plate not in plates:
+            plates.append(plate)
+        force = column[2].lower() == "force"
+        quantity = "free_moment" if not force else "cop" if column[4].lower() == "p" else "force"
+        channels.append(plate_channel(quantity, column[5].lower(), plates.index(plate) + 1))
+    return channels
+
+
+FORMAT = Format("opensim", 1, _recognise, _read)

@@ -1,0 +1,85 @@
+"""The table under a header whose form its maker fixes: names, delimiter and first line of data are known beforehand."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ingest.findings import FILE, FindingCollector
+from ingest.model import Declarations
+from ingest.tables.layout import Layout, kind_of
+from ingest.tables.preamble import NO_PREAMBLE, Preamble
+from ingest.tables.rows import read_rows
+from ingest.tables.table import Block, Table, Wanted
+from ingest.text.cells import COMMA_NUMBER, split_cells
+from ingest.text.source import Line, TextSource
+
+
+@dataclass(frozen=True, slots=True)
+class FixedHeader:
+    """What is known of a table before its rows are read.
+
+    `first` is the first line of data; `names`, `units` and `channels` (see `Table`) have an entry per column, the last
+    two may be left out. Cells beyond the last name must be blank in all rows.
+    """
+
+    names: Sequence[str]
+    delimiter: bytes
+    first: Line
+    units: Sequence[str | None] = ()
+    channels: Sequence[str | None] = ()
+    preamble: Preamble = NO_PREAMBLE
+
+
+def fixed_table(
+    source: TextSource, header: FixedHeader, declared: Declarations, findings: FindingCollector
+) -> Table | None:
+    """Return the table below `header`, its rows not read yet; None, with a finding, where rows have another width."""
+    lines = source.lines_at(header.first.start, header.first.number)
+    further = [*source.sample_lines(0.5), *source.sample_lines(0.95)]
+    lines += [line for line in further if line.start >= header.first.start]
+    whole = [line for line in lines if line.ended and line.content.strip()] or [header.first]
+    rows = _usual([split_cells(line.content, header.delimiter) or [b""] for line in whole])
+    width, columns = len(rows[0]), len(header.names)
+    if width < columns or any(cell for row in rows for cell in row[columns:]):
+        message = (
+            f"The header names {columns} columns and the rows have {width} cells: export again so that they agree."
+        )
+        findings.add(FILE, "header_mismatch", message, lines=[header.first.number])
+        return None
+    kinds = tuple(kind_of([row[column] for row in rows]) for column in range(columns))
+    layout = Layout(
+        delimiter=header.delimiter,
+        decimal=_decimal_sign(rows, header.delimiter, declared),
+        width=width,
+        trailing=False,
+        names=tuple(header.names),
+        units=tuple(header.units) or (None,) * columns,
+        header_cells=(),
+        units_cells=(),
+        kinds=kinds,
+        preamble=(),
+        data_start=header.first.start,
+        data_line=header.first.number,
+        last_cells=tuple(row[-1] for row in rows),
+    )
+
+    def read(wanted: Sequence[Wanted]) -> Block:
+        return read_rows(source, layout, wanted, findings)
+
+    return Table(layout.names, layout.units, kinds, header.preamble, read, tuple(header.channels))
+
+
+def _usual(rows: list[list[bytes]]) -> list[list[bytes]]:
+    """Return the rows of the width that most have."""
+    width, _ = Counter(map(len, rows)).most_common(1)[0]
+    return [row for row in rows if len(row) == width]
+
+
+def _decimal_sign(rows: list[list[bytes]], delimiter: bytes, declared: Declarations) -> bytes:
+    """Return the decimal sign of the rows: builds for other countries write a comma."""
+    if declared.decimal_sign is not None:
+        return declared.decimal_sign.encode()
+    comma = delimiter != b"," and any(COMMA_NUMBER.fullmatch(cell) for row in rows for cell in row)
+    return b"," if comma else b"."

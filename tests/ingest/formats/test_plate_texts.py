@@ -1,0 +1,106 @@
+"""Text exports of force plates: one hop in every maker's layout comes out the same; all files synthetic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from ingest.model import Declarations, ReadFile, SignalPart
+from ingest.read import read_file
+from tests.ingest import synthetic_plates as made
+
+WRITERS: dict[str, tuple[Callable[[], bytes], float]] = {
+    "opensim": (made.opensim, 300.0),
+    "cortex_forces": (made.cortex, 450.0),
+}
+COUNTED = ("opensim", "cortex_forces")
+"""Formats whose header says how many samples there are."""
+
+
+def read(data: bytes, declared: Declarations | None = None) -> ReadFile:
+    return read_file(data, declared or Declarations())
+
+
+def values(part: SignalPart) -> dict[str, np.ndarray]:
+    return {channel.name: channel.values for channel in part.channels}
+
+
+def rules(result: ReadFile) -> set[str]:
+    return {finding.rule for finding in result.findings}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_maker_gives_the_same_hops(name: str) -> None:
+    write, rate_hz = WRITERS[name]
+    result = read(write())
+    assert not result.refused, result.findings
+    part = result.parts[0]
+    assert (result.format, result.role) == (name, "force")
+    assert part.rate_hz == pytest.approx(rate_hz, rel=1e-4)
+    assert np.allclose(np.diff(part.time_s), 1 / rate_hz, rtol=0.02)
+    stored, expected = values(part), made.plate(made.hops(len(part.time_s), rate_hz))
+    assert np.allclose(stored["force_z"], expected["force_z"], atol=0.01)
+    loaded = expected["force_z"] > 0
+    for channel in expected.keys() & stored.keys():
+        assert np.allclose(stored[channel][loaded], expected[channel][loaded], atol=0.01), channel
+    units = {channel.name.removesuffix("_2"): channel.unit for channel in part.channels}
+    assert all(units[channel] == "N" for channel in units if channel.startswith("force"))
+    assert all(units[channel] == "m" for channel in units if channel.startswith("cop"))
+    assert all(units[channel] == "N*m" for channel in units if "moment" in channel)
+
+
+@pytest.mark.parametrize("name", COUNTED)
+@pytest.mark.parametrize("share", [0.5, 0.9, 0.999])
+def test_a_file_cut_short_is_refused(name: str, share: float) -> None:
+    data = WRITERS[name][0]()
+    assert read(data[: int(share * len(data))]).refused
+
+
+@pytest.mark.parametrize("name", COUNTED)
+def test_a_row_too_few_or_too_many_contradicts_the_header(name: str) -> None:
+    lines = WRITERS[name][0]().splitlines(keepends=True)
+    for changed in (lines[:-1], [*lines, lines[-1]]):
+        result = read(b"".join(changed))
+        assert result.refused
+        assert rules(result) & {"sample_count_contradicts", "time_duplicate"}
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new"),
+    [("opensim", b"version=1", b"version=9"), ("cortex_forces", b"NumberOfForcePlates=2", b"NumberOfForcePlates=3")],
+)
+def test_a_layout_of_another_version_is_refused_with_a_way_in(name: str, old: bytes, new: bytes) -> None:
+    data = WRITERS[name][0]()
+    assert old in data
+    result = read(data.replace(old, new))
+    assert result.refused
+    assert any("--format delimited_log" in finding.message for finding in result.findings)
+
+
+def test_two_plates_have_channels_of_their_own() -> None:
+    for name in ("opensim", "cortex_forces"):
+        stored = values(read(WRITERS[name][0]()).parts[0])
+        assert {"force_z", "force_z_2", "cop_x_2", "free_moment_z_2"} <= stored.keys()
+
+
+def test_an_opensim_file_without_forces_is_a_log() -> None:
+    rows = "\n".join(f"{n / 100:.2f}\t{n % 7}\t{n % 5}" for n in range(200))
+    data = f"Coordinates\nversion=1\nnRows=200\nnColumns=3\ninDegrees=yes\nendheader\ntime\thip\tknee\n{rows}\n"
+    result = read(data.encode())
+    assert not result.refused
+    assert (result.role, result.parts[0].part) == ("log", "log")
+
+
+def test_cortex_takes_the_vertical_from_points_and_load() -> None:
+    stored = values(read(made.cortex(up="z")).parts[0])
+    assert stored["force_z"].max() == pytest.approx(made.LOAD_N, abs=0.5)
+    assert stored["force_x"].max() == pytest.approx(made.SIDEWAYS_N[0], abs=0.1)
+
+
+def test_cortex_asks_for_the_vertical_where_points_and_load_disagree() -> None:
+    lifted = made.cortex().replace(b"\t0.00\t-50.00\t", b"\t40.00\t-50.00\t")
+    assert "axes_unclear" in rules(read(lifted))
+    stored = values(read(lifted, Declarations(axes="y up")).parts[0])
+    assert stored["force_z"].max() == pytest.approx(made.LOAD_N, abs=0.5)

@@ -1,0 +1,80 @@
+"""Synthetic exports of force plates for tests, written in code: none of these bytes were recorded by a plate.
+
+Every file holds the same hops on one plate or two: 0.4 s of stance under 60 N, with the centre of pressure at
+x = 0.1 m, y = 0.05 m of the stored frame (z up), then 0.6 s of flight. Layouts follow what the programs are known to
+write.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+LOAD_N = 60.0
+COP_M = (0.1, 0.05)
+SIDEWAYS_N = (6.0, -3.0)
+
+
+def hops(n: int, rate_hz: float) -> np.ndarray:
+    """Vertical force of the hops, shape (n,), newtons: a ripple on the load, so that no plate seems dead."""
+    stance = np.arange(n) % round(rate_hz) < 0.4 * rate_hz
+    return np.where(stance, LOAD_N + 0.25 * np.sin(np.arange(n)), 0.0)
+
+
+def plate(fz: np.ndarray) -> dict[str, np.ndarray]:
+    """Force, moment, centre of pressure and free moment of the stored frame, z up, reaction on the robot."""
+    loaded = (fz > 0).astype(float)
+    cop_x, cop_y = COP_M[0] * loaded, COP_M[1] * loaded
+    fx, fy = (side * fz / LOAD_N for side in SIDEWAYS_N)
+    return {
+        "force_x": fx,
+        "force_y": fy,
+        "force_z": fz,
+        "moment_x": cop_y * fz,
+        "moment_y": -cop_x * fz,
+        "moment_z": cop_x * fy - cop_y * fx + 0.01 * fz,
+        "cop_x": cop_x,
+        "cop_y": cop_y,
+        "cop_z": 0 * fz,
+        "free_moment_z": 0.01 * fz,
+    }
+
+
+def table(columns: Sequence[np.ndarray], form: str = "%.4f", delimiter: str = "\t") -> list[str]:
+    """Rows of numbers, all in one form; a negative zero loses its sign."""
+    return [delimiter.join(form % (cell + 0.0) for cell in row) for row in zip(*columns, strict=True)]
+
+
+def y_up(stored: dict[str, np.ndarray], quantity: str) -> list[np.ndarray]:
+    """The x, y, z components of a quantity in a frame with y up."""
+    missing = 0 * stored["force_z"]
+    along = {axis: stored.get(f"{quantity}_{axis}", missing) for axis in "xyz"}
+    return [along["x"], along["z"], -along["y"]]
+
+
+def opensim(n: int = 900, rate_hz: float = 300.0) -> bytes:
+    """An OpenSim .mot of two plates: y up, padded columns, force and point of both plates, then both torques."""
+    stored = plate(hops(n, rate_hz))
+    forces = y_up(stored, "force") + y_up(stored, "cop")
+    names = [f"{foot}_ground_force_{part}{axis}" for foot in ("1", "2") for part in "vp" for axis in "xyz"]
+    names += [f"{foot}_ground_torque_{axis}" for foot in ("1", "2") for axis in "xyz"]
+    columns = [np.arange(n) / rate_hz, *forces, *forces, *y_up(stored, "free_moment"), *y_up(stored, "free_moment")]
+    head = ["hops.mot", "version=1", f"nRows={n}", f"nColumns={len(columns)}", "inDegrees=yes", "endheader"]
+    return ("\n".join([*head, "\t".join(["time", *names]), *table(columns, "%16.8f")]) + "\n").encode()
+
+
+def cortex(n: int = 900, rate_hz: float = 450.0, up: str = "y", plates: int = 2) -> bytes:
+    """A Cortex .forces file: seven columns for each plate, points in millimetres, free moments in N mm."""
+    stored = plate(hops(n, rate_hz))
+    millimetres = {name: 1000 * values for name, values in stored.items() if name.startswith("cop")} | stored
+    millimetres |= {f"cop_{axis}": 1000 * stored[f"cop_{axis}"] for axis in "xyz"}
+    if up == "y":
+        one = [*y_up(stored, "force"), *y_up(millimetres, "cop")]
+    else:
+        one = [stored[f"force_{axis}"] for axis in "xyz"] + [millimetres[f"cop_{axis}"] for axis in "xyz"]
+    columns = [np.arange(1, n + 1), *[*one, 1000 * stored["free_moment_z"]] * plates]
+    names = [f"{name}{number}" for number in range(1, plates + 1) for name in ("FX", "FY", "FZ", "X", "Y", "Z", "MZ")]
+    head = ["[Force Data]", f"NumberOfForcePlates={plates}", f"SampleRate={rate_hz:f}", f"NumberOfSamples={n}"]
+    rows = [f"{row.split(chr(9))[0].split('.')[0]}\t{row.split(chr(9), 1)[1]}" for row in table(columns, "%.2f")]
+    return ("\r\n".join([*head, "\t".join(["#Sample", *names]), *rows]) + "\r\n").encode()
