@@ -5,7 +5,7 @@ from __future__ import annotations
 from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import bertec
 from ingest.formats.chargers import cheali, icharger, icharger_serial, sheet
-from ingest.formats.force_plates import bertec, cortex, opensim
+from ingest.formats.force_plates import bertec, cortex, kistler, opensim
 from ingest.formats.format import Format
 from ingest.formats.loggers import debug_lines, delimited, minitaur
 from ingest.formats.recognised import RECOGNISED
@@ -21,6 +21,8 @@ FORMATS: tuple[Format, ...] = (
     debug_lines.FORMAT,
     bertec.FORMAT,
     cortex.FORMAT,
+    kistler.FORMAT,
+    kistler.CHANNELS_FORMAT,
     opensim.FORMAT,
     sheet.FORMAT,
     delimited.FORMAT,

@@ -78,3 +78,27 @@ def cortex(n: int = 900, rate_hz: float = 450.0, up: str = "y", plates: int = 2)
     head = ["[Force Data]", f"NumberOfForcePlates={plates}", f"SampleRate={rate_hz:f}", f"NumberOfSamples={n}"]
     rows = [f"{row.split(chr(9))[0].split('.')[0]}\t{row.split(chr(9), 1)[1]}" for row in table(columns, "%.2f")]
     return ("\r\n".join([*head, "\t".join(["#Sample", *names]), *rows]) + "\r\n").encode()
+
+
+def bioware(n: int = 1200, rate_hz: float = 1000.0, version: str = "5.3.2.9", decimal: str = ".") -> bytes:
+    """A BioWare export of two plates: metadata by column, names repeated, a row of units."""
+    stored = plate(hops(n, rate_hz))
+    names = ["Fx", "Fy", "Fz", "|Ft|", "Mx", "My", "Mz", "Ax", "Ay"]
+    size = np.sqrt(sum(stored[f"force_{axis}"] ** 2 for axis in "xyz"))
+    one = [*(stored[f"force_{axis}"] for axis in "xyz"), size, *(stored[f"moment_{axis}"] for axis in "xyz")]
+    one += [stored["cop_x"], stored["cop_y"]]
+    units = ["N", "N", "N", "N", "N*m", "N*m", "N*m", "m", "m"]
+
+    def each(key: str, cell: str) -> str:
+        return "\t".join([key, *[cell] * 18])
+
+    head = [
+        *(f"BioWare Version {version} Export", "\t".join(["Device:", *["9281"] * 9, *["9260"] * 9])),
+        *(each("Samples (#):", str(n)), each("Rate (Hz):", f"{rate_hz:f}"), each("Contact period start (#):", "0")),
+        *(each("Contact period end (#):", "9"), each("Contact period start (s):", "0"), each("First sample (s):", "0")),
+        *(each("Normalized force (N):", "0"), each("Normalized length (m):", "0"), "File Information"),
+        *("Date\tJan 01, 1980  03:02:40", "Name\thop", "ID\t1", "Classification\t", "Description\t"),
+        *("\t".join(["abs time (s)", *names * 2]), "\t".join(["", *units * 2])),
+    ]
+    rows = table([np.arange(n) / rate_hz, *one, *one], "%.6f")
+    return "\r\n".join([*head, *(row.replace(".", decimal) for row in rows), ""]).encode()

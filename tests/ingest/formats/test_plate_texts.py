@@ -14,8 +14,9 @@ from tests.ingest import synthetic_plates as made
 WRITERS: dict[str, tuple[Callable[[], bytes], float]] = {
     "opensim": (made.opensim, 300.0),
     "cortex_forces": (made.cortex, 450.0),
+    "bioware": (made.bioware, 1000.0),
 }
-COUNTED = ("opensim", "cortex_forces")
+COUNTED = ("opensim", "cortex_forces", "bioware")
 """Formats whose header says how many samples there are."""
 
 
@@ -69,7 +70,11 @@ def test_a_row_too_few_or_too_many_contradicts_the_header(name: str) -> None:
 
 @pytest.mark.parametrize(
     ("name", "old", "new"),
-    [("opensim", b"version=1", b"version=9"), ("cortex_forces", b"NumberOfForcePlates=2", b"NumberOfForcePlates=3")],
+    [
+        ("opensim", b"version=1", b"version=9"),
+        ("cortex_forces", b"NumberOfForcePlates=2", b"NumberOfForcePlates=3"),
+        ("bioware", b"Version 5.", b"Version 3."),
+    ],
 )
 def test_a_layout_of_another_version_is_refused_with_a_way_in(name: str, old: bytes, new: bytes) -> None:
     data = WRITERS[name][0]()
@@ -80,9 +85,9 @@ def test_a_layout_of_another_version_is_refused_with_a_way_in(name: str, old: by
 
 
 def test_two_plates_have_channels_of_their_own() -> None:
-    for name in ("opensim", "cortex_forces"):
+    for name in ("opensim", "cortex_forces", "bioware"):
         stored = values(read(WRITERS[name][0]()).parts[0])
-        assert {"force_z", "force_z_2", "cop_x_2", "free_moment_z_2"} <= stored.keys()
+        assert {"force_z", "force_x_2", "force_z_2", "cop_x_2"} <= stored.keys()
 
 
 def test_an_opensim_file_without_forces_is_a_log() -> None:
@@ -104,3 +109,40 @@ def test_cortex_asks_for_the_vertical_where_points_and_load_disagree() -> None:
     assert "axes_unclear" in rules(read(lifted))
     stored = values(read(lifted, Declarations(axes="y up")).parts[0])
     assert stored["force_z"].max() == pytest.approx(made.LOAD_N, abs=0.5)
+
+
+def test_bioware_tells_plates_apart_by_their_device_and_takes_no_reset_clock() -> None:
+    # The first plate has its vertical force only: by counting names, Fx of the second would be the first's.
+    lines = made.bioware().decode().split("\r\n")
+    wide = next(index for index, line in enumerate(lines) if line.startswith("abs time"))
+    cut = [0, 3, *range(10, 19)]
+    kept = [
+        "\t".join(line.split("\t")[k] for k in cut) if line.count("\t") == 18 or (index >= wide and line) else line
+        for index, line in enumerate(lines)
+    ]
+    result = read("\r\n".join(kept).encode())
+    assert not result.refused, result.findings
+    stored = values(result.parts[0])
+    assert {"force_z", "force_x_2", "force_z_2"} <= stored.keys()
+    assert "force_x" not in stored
+    assert result.parts[0].start_utc is None
+    assert "clock_implausible" in rules(result)
+
+
+def test_bioware_with_decimal_commas_and_without_the_unit_of_time() -> None:
+    result = read(made.bioware(version="5.6.1.0", decimal=",").replace(b"abs time (s)", b"abs time"))
+    assert not result.refused, result.findings
+    assert result.parts[0].rate_hz == pytest.approx(1000.0)
+    assert values(result.parts[0])["force_z"].max() == pytest.approx(made.LOAD_N, abs=0.5)
+
+
+def test_body_weights_are_no_newtons() -> None:
+    result = read(made.bioware().replace(b"Normalized force (N):\t0", b"Normalized force (N):\t834.2"))
+    assert result.refused
+    assert "values_normalised" in rules(result)
+
+
+def test_a_rate_that_contradicts_the_time_is_refused() -> None:
+    result = read(made.bioware().replace(b"1000.000000", b"500.000000"))
+    assert result.refused
+    assert "rate_contradicts" in rules(result)

@@ -21,7 +21,6 @@ BEGINNINGS = {
     "video": b"\0\0\0\x18ftypmp42" + bytes(60),
     "mat": b"MATLAB 5.0 MAT-file" + bytes(200),
     "amti_bsf": struct.pack("<ii", 105, 968) + bytes(1000),
-    "bioware": b"BioWare Version 5.3.2.9 Export\r\n",
     "forcedecks": b"ForceDecks Raw Data Export,1.0,\r\n",
     "qualisys_tsv": b"NO_OF_SAMPLES\t1000\r\n",
     "vicon_csv": b"Devices\r\n1000\r\n",

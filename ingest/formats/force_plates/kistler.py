@@ -1,0 +1,137 @@
+"""Kistler BioWare text exports: metadata by column, names that repeat for every plate, a row of units.
+
+Plates are told apart by the line `Device:`, positive vertical force is the foot pressing. Normalised exports are body
+weights in columns that say newtons, and are refused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from ingest.channels.columns import Convention
+from ingest.channels.forces import Z_UP_REACTION
+from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.formats.force_plates.maker_header import number, plate_channel, read_fixed, refuse_layout
+from ingest.formats.format import NAMES, SIGNATURE, Format, Recognition
+from ingest.formats.head import Head
+from ingest.instruments import Instrument
+from ingest.model import Reading
+from ingest.signals import read_signals
+from ingest.tables.fixed_table import FixedHeader
+from ingest.tables.header_cells import parse_header, squash
+from ingest.tables.preamble import Preamble
+from ingest.tables.text_table import text_table
+
+_BIOWARE = Instrument("force", Convention("Kistler BioWare", {}, "s"), Z_UP_REACTION, evidence="BioWare")
+_VERSION = re.compile(r"BioWare\b(?:.*?Version\s+(\d+)\.)?")
+_VERSIONS = ("5",)
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_DATE = re.compile(r"([A-Z][a-z]{2})[a-z]* (\d{1,2}), (\d{4})\s+(\d\d:\d\d:\d\d)")
+_FIRST_YEAR = 2000
+_COMPONENT = re.compile(r"(?:fp(\d))?([fmat][xyz])")
+_QUANTITIES = {"f": "force", "m": "moment", "a": "cop", "t": "free_moment"}
+
+_EIGHT_CHANNELS = {"time", *(f"channel{channel}" for channel in range(8))}
+
+
+def _recognise(head: Head) -> Recognition | None:
+    return Recognition(SIGNATURE, "BioWare on the first line") if _VERSION.match(head.first_line()) else None
+
+
+def _read(head: Head, findings: FindingCollector) -> Reading:
+    source = head.source
+    if source is None:
+        return Reading()
+    lines = source.head_lines(60)
+    cells = [[cell.strip() for cell in source.decode(line.content).split("\t")] for line in lines]
+    named = next((index for index, row in enumerate(cells) if row[0].startswith("abs time")), None)
+    version = _VERSION.match(head.first_line())
+    if version is None or (version[1] or _VERSIONS[0]) not in _VERSIONS or named is None or named + 2 >= len(lines):
+        return refuse_layout(
+            "BioWare", f"version {', '.join(_VERSIONS)}, a row `abs time`, a row of units and data", findings
+        )
+    entries = {row[0].rstrip(":"): row for row in cells[:named]}
+    names = cells[named] if cells[named][-1] else cells[named][:-1]
+    rates = {number(cell) for cell in entries.get("Rate (Hz)", [""])[1:] if cell}
+    samples = {number(cell) for cell in entries.get("Samples (#)", [""])[1:] if cell}
+    if len(rates) != 1 or len(samples) != 1:
+        return refuse_layout("BioWare", "one rate and one number of samples for all columns", findings)
+    _refuse_normalised(entries, findings)
+    header = FixedHeader(
+        names,
+        b"\t",
+        lines[named + 2],
+        units=tuple(cell or None for cell in (cells[named + 1] + [""] * len(names))[: len(names)]),
+        channels=_channels(names, entries.get("Device", [])),
+        preamble=Preamble(rates.pop(), _start(entries, findings)),
+    )
+    return read_fixed(source, header, head.declared, findings, _BIOWARE, samples.pop())
+
+
+def _channels(names: Sequence[str], devices: Sequence[str]) -> tuple[str | None, ...]:
+    """Return the channel of each column; its plate follows from its device, its prefix, or how often the name came."""
+    aligned = len(devices) == len(names)
+    plates: list[str] = []
+    seen: Counter[str] = Counter()
+    channels: list[str | None] = ["time"]
+    for position, name in enumerate(names[1:], start=1):
+        component = _COMPONENT.fullmatch(squash(parse_header(name).base)) if "|" not in name else None
+        if component is None:
+            channels.append(None)
+            continue
+        device = devices[position] if aligned else ""
+        if device and device not in plates:
+            plates.append(device)
+        seen[component[2]] += 1
+        plate = plates.index(device) + 1 if device else seen[component[2]]
+        quantity, axis = _QUANTITIES[component[2][0]], component[2][1]
+        channels.append(plate_channel(quantity, axis, int(component[1] or plate)))
+    return tuple(channels)
+
+
+def _refuse_normalised(entries: Mapping[str, Sequence[str]], findings: FindingCollector) -> None:
+    for key in ("Normalized force (N)", "Normalized length (m)"):
+        divisor = next((cell for cell in entries.get(key, [""])[1:] if number(cell)), None)
+        if divisor is not None:
+            message = (
+                f"`{key}` is {divisor}: values were divided by it, and are not in the units that stand above them; "
+            )
+            findings.add(FILE, "values_normalised", message + "export them again without normalisation.", value=divisor)
+
+
+def _start(entries: Mapping[str, Sequence[str]], findings: FindingCollector) -> str | None:
+    """Return the date and time of the recording as ISO-8601; None where the computer's clock had been reset."""
+    written = " ".join(entries.get("Date", [""])[1:]).strip()
+    date = _DATE.fullmatch(written)
+    if date is None or date[1].lower() not in _MONTHS:
+        return None
+    if int(date[3]) < _FIRST_YEAR:
+        message = f"The clock was before the year {_FIRST_YEAR}: it had not been set."
+        findings.add(NOTE, "clock_implausible", message, value=written)
+        return None
+    return f"{date[3]}-{_MONTHS.index(date[1].lower()) + 1:02}-{int(date[2]):02} {date[4]}"
+
+
+def _recognise_channels(head: Head) -> Recognition | None:
+    named = head.source is not None and any(
+        {squash(parse_header(cell).base) for cell in line.split("\t")} == _EIGHT_CHANNELS for line in head.lines[:40]
+    )
+    return Recognition(NAMES, "columns Channel 0 to Channel 7") if named else None
+
+
+def _read_channels(head: Head, findings: FindingCollector) -> Reading:
+    table = None if head.source is None else text_table(head.source, head.declared, findings)
+    if table is None:
+        return Reading()
+    message = (
+        "Eight raw channels, as the amplifier of a Kistler plate gives in volts: these are no forces, which need the "
+        "plate's ranges and sensitivities; export forces from BioWare."
+    )
+    findings.add(NOTE, "raw_channels", message)
+    return read_signals(table, head.declared, findings, Instrument())
+
+
+FORMAT = Format("bioware", 1, _recognise, _read)
+CHANNELS_FORMAT = Format("kistler_channels", 1, _recognise_channels, _read_channels)
