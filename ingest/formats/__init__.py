@@ -5,7 +5,7 @@ from __future__ import annotations
 from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import bertec
 from ingest.formats.chargers import cheali, icharger, icharger_serial, sheet
-from ingest.formats.force_plates import bertec, cortex, kistler, opensim
+from ingest.formats.force_plates import bertec, cortex, kistler, opensim, vicon
 from ingest.formats.format import Format
 from ingest.formats.loggers import debug_lines, delimited, minitaur
 from ingest.formats.recognised import RECOGNISED
@@ -24,6 +24,7 @@ FORMATS: tuple[Format, ...] = (
     kistler.FORMAT,
     kistler.CHANNELS_FORMAT,
     opensim.FORMAT,
+    vicon.FORMAT,
     sheet.FORMAT,
     delimited.FORMAT,
 )

@@ -54,7 +54,6 @@ _SIGNATURES = (
     _Signature("amti_bsf", "an AMTI NetForce binary file", "export it from NetForce as text", _is_amti_bsf),
     _Signature("forcedecks", "a VALD ForceDecks export", _TEXT, _first_line(r"ForceDecks Raw")),
     _Signature("qualisys_tsv", "a Qualisys force file", _TEXT, _first_line(r"NO_OF_SAMPLES\t")),
-    _Signature("vicon_csv", "a Vicon Nexus export", _TEXT, _first_line(r"Devices\s*$")),
     _Signature("run_sheet", "a run sheet", "state its runs with `labbook runs import FILE`", _first_line(_RUN_SHEET)),
 )  # fmt: skip
 

@@ -102,3 +102,29 @@ def bioware(n: int = 1200, rate_hz: float = 1000.0, version: str = "5.3.2.9", de
     ]
     rows = table([np.arange(n) / rate_hz, *one, *one], "%.6f")
     return "\r\n".join([*head, *(row.replace(".", decimal) for row in rows), ""]).encode()
+
+
+def vicon(n: int = 1000, rate_hz: float = 1000.0, per_frame: int = 10, padded: bool = True) -> bytes:
+    """A Nexus export: two plates under Devices, two markers under Trajectories, perhaps padded with commas."""
+    stored = plate(hops(n, rate_hz))
+    blank, frames = "", np.arange(n) // per_frame + 1
+    devices, columns, units, data = [], [], [], [frames, np.arange(n) % per_frame]
+    for number in ("#1", "#2"):
+        for what, letter, quantity, unit, scale in (
+            ("Force", "F", "force", "N", 1),
+            ("Moment", "M", "moment", "N.mm", 1000),
+            ("CoP", "C", "cop", "mm", 1000),
+        ):
+            devices += [f"Imported Bertec Force Plate {number} - {what}", blank, blank]
+            columns += [f"{letter}{axis}" for axis in "xyz"]
+            units += [unit] * 3
+            data += [scale * stored[f"{quantity}_{axis}"] for axis in "xyz"]
+    lines = ["Devices", f"{rate_hz:g}", ",".join([blank, blank, *devices]), ",".join(["Frame", "Sub Frame", *columns])]
+    lines += [",".join([blank, blank, *units])]
+    lines += [row.replace(".0000,", ",", 2) for row in table(data, "%.4f", ",")]
+    lines += ["", "Trajectories", f"{rate_hz / per_frame:g}", ",,Robot:HIP,,,Robot:TOE,,"]
+    lines += ["Frame,Sub Frame,X,Y,Z,X,Y,Z", ",,mm,mm,mm,mm,mm,mm"]
+    lines += [f"{frame},0,1,2,{400 + frame % 9},1,2,{frame % 7}" for frame in range(1, n // per_frame + 1)]
+    if padded:
+        lines = [line + "," * (20 - line.count(",")) for line in lines]
+    return ("\r\n".join(lines) + "\r\n").encode()

@@ -15,6 +15,7 @@ WRITERS: dict[str, tuple[Callable[[], bytes], float]] = {
     "opensim": (made.opensim, 300.0),
     "cortex_forces": (made.cortex, 450.0),
     "bioware": (made.bioware, 1000.0),
+    "vicon_csv": (made.vicon, 1000.0),
 }
 COUNTED = ("opensim", "cortex_forces", "bioware")
 """Formats whose header says how many samples there are."""
@@ -85,7 +86,7 @@ def test_a_layout_of_another_version_is_refused_with_a_way_in(name: str, old: by
 
 
 def test_two_plates_have_channels_of_their_own() -> None:
-    for name in ("opensim", "cortex_forces", "bioware"):
+    for name in ("opensim", "cortex_forces", "bioware", "vicon_csv"):
         stored = values(read(WRITERS[name][0]()).parts[0])
         assert {"force_z", "force_x_2", "force_z_2", "cop_x_2"} <= stored.keys()
 
@@ -146,3 +147,37 @@ def test_a_rate_that_contradicts_the_time_is_refused() -> None:
     result = read(made.bioware().replace(b"1000.000000", b"500.000000"))
     assert result.refused
     assert "rate_contradicts" in rules(result)
+
+
+@pytest.mark.parametrize("padded", [True, False])
+def test_every_section_of_nexus_is_a_part_at_its_own_rate(padded: bool) -> None:
+    result = read(made.vicon(padded=padded))
+    assert not result.refused, result.findings
+    assert [(part.part, part.rate_hz) for part in result.parts] == [("devices", 1000.0), ("trajectories", 100.0)]
+    marker = values(result.parts[1])
+    assert {"robot_hip_z", "robot_toe_z"} <= marker.keys()
+    assert marker["robot_hip_z"][:3] == pytest.approx([401, 402, 403])
+    assert result.rows_kept == 1100
+
+
+def test_a_frame_that_nexus_left_out_is_a_gap() -> None:
+    lines = made.vicon().splitlines(keepends=True)
+    part = read(b"".join(line for line in lines if not line.startswith(b"7,"))).parts[0]
+    (gap,) = part.gaps
+    assert (gap.samples_missing, gap.start_s) == (10, pytest.approx(0.059))
+
+
+def test_a_last_frame_without_all_its_samples_is_a_file_cut_short() -> None:
+    lines = made.vicon().splitlines(keepends=True)
+    end = next(index for index, line in enumerate(lines) if line.startswith(b"100,9,"))
+    result = read(b"".join(lines[:end]))
+    assert result.refused
+    assert "frame_incomplete" in rules(result)
+
+
+def test_sections_of_one_trial_must_agree() -> None:
+    lines = made.vicon().splitlines(keepends=True)
+    assert "frames_contradict" in rules(read(b"".join(lines[:-5])))
+    assert "rate_contradicts" in rules(read(made.vicon().replace(b"\r\n100,,", b"\r\n200,,")))
+    disordered = [*lines[:20], *lines[30:40], *lines[20:30], *lines[40:]]
+    assert "frames_disordered" in rules(read(b"".join(disordered)))

@@ -23,7 +23,6 @@ BEGINNINGS = {
     "amti_bsf": struct.pack("<ii", 105, 968) + bytes(1000),
     "forcedecks": b"ForceDecks Raw Data Export,1.0,\r\n",
     "qualisys_tsv": b"NO_OF_SAMPLES\t1000\r\n",
-    "vicon_csv": b"Devices\r\n1000\r\n",
     "run_sheet": b"run,date,position,kind,foot,battery,robot,started,duration_s,jumps_made,starts,note\n",
 }
 
