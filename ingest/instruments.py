@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from data_schema.errors import unknown_name
 from ingest.channels.columns import NO_CONVENTION, Convention
-from ingest.channels.forces import Z_DOWN_ACTION
+from ingest.channels.forces import Z_DOWN_ACTION, Z_UP_REACTION
 
 BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 
@@ -35,14 +35,17 @@ class Instrument:
     frame: str = "z up"
 
 
-_BERTEC_UNITS = {
-    f"{quantity}_{axis}": unit for quantity, unit in (("force", "N"), ("moment", "N*m"), ("cop", "m")) for axis in "xyz"
+PLATE_UNITS: Mapping[str, str] = {
+    f"{quantity}_{axis}": unit
+    for quantity, unit in (("force", "N"), ("moment", "N*m"), ("free_moment", "N*m"), ("cop", "m"))
+    for axis in "xyz"
 }
+"""Forces, moments and points of application in SI, for makers that write them so."""
 
 
 def bertec_sdk(time_unit: str | None, evidence: str) -> Instrument:
     """Return the instrument of programs on Bertec's SDK, whose stamps are in `time_unit`."""
-    convention = Convention("Bertec SDK", _BERTEC_UNITS, time_unit)
+    convention = Convention("Bertec SDK", PLATE_UNITS, time_unit)
     return Instrument("force", convention, Z_DOWN_ACTION, BERTEC_AMPLIFIER_RATE_HZ, evidence)
 
 
@@ -50,11 +53,14 @@ _DECLARED = "it is declared"
 
 INSTRUMENTS: Mapping[str, Instrument] = {
     "bertec_acquire": Instrument(
-        "force", Convention("Bertec Acquire", _BERTEC_UNITS, "ms"), Z_DOWN_ACTION, None, _DECLARED
+        "force", Convention("Bertec Acquire", PLATE_UNITS, "ms"), Z_DOWN_ACTION, None, _DECLARED
     ),
     "bertec_sdk": bertec_sdk(None, _DECLARED),
     "bertec_balance": Instrument(
-        "force", Convention("Bertec balance plate", _BERTEC_UNITS), Z_DOWN_ACTION, None, _DECLARED
+        "force", Convention("Bertec balance plate", PLATE_UNITS), Z_DOWN_ACTION, None, _DECLARED
+    ),
+    "amti": Instrument(
+        "force", Convention("AMTI NetForce", PLATE_UNITS), Z_UP_REACTION, evidence=_DECLARED, frame="z down"
     ),
     "reaction_z_up": Instrument(part="force", evidence=_DECLARED),
     "action_z_down": Instrument("force", Convention("axes z down", {}), Z_DOWN_ACTION, None, _DECLARED),

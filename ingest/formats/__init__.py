@@ -5,7 +5,17 @@ from __future__ import annotations
 from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import bertec
 from ingest.formats.chargers import cheali, icharger, icharger_serial, sheet
-from ingest.formats.force_plates import bertec, cortex, kistler, opensim, vicon
+from ingest.formats.force_plates import (
+    amti,
+    bertec,
+    cortex,
+    forcedecks,
+    kistler,
+    opensim,
+    pasco,
+    qualisys,
+    vicon,
+)
 from ingest.formats.format import Format
 from ingest.formats.loggers import debug_lines, delimited, minitaur
 from ingest.formats.recognised import RECOGNISED
@@ -19,11 +29,15 @@ FORMATS: tuple[Format, ...] = (
     logview_zero.FORMAT,
     minitaur.FORMAT,
     debug_lines.FORMAT,
+    amti.FORMAT,
     bertec.FORMAT,
     cortex.FORMAT,
+    forcedecks.FORMAT,
     kistler.FORMAT,
     kistler.CHANNELS_FORMAT,
     opensim.FORMAT,
+    pasco.FORMAT,
+    qualisys.FORMAT,
     vicon.FORMAT,
     sheet.FORMAT,
     delimited.FORMAT,

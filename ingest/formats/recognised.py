@@ -52,8 +52,6 @@ _SIGNATURES = (
     _Signature("video", "a video", "keep it beside the book", lambda head: head.data[4:8] == b"ftyp"),
     _Signature("mat", "a MATLAB file", "write it as text with `writetable`", _magic(b"MATLAB 5.0", b"\x89HDF")),
     _Signature("amti_bsf", "an AMTI NetForce binary file", "export it from NetForce as text", _is_amti_bsf),
-    _Signature("forcedecks", "a VALD ForceDecks export", _TEXT, _first_line(r"ForceDecks Raw")),
-    _Signature("qualisys_tsv", "a Qualisys force file", _TEXT, _first_line(r"NO_OF_SAMPLES\t")),
     _Signature("run_sheet", "a run sheet", "state its runs with `labbook runs import FILE`", _first_line(_RUN_SHEET)),
 )  # fmt: skip
 

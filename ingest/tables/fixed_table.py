@@ -51,7 +51,7 @@ def fixed_table(
     kinds = tuple(kind_of([row[column] for row in rows]) for column in range(columns))
     layout = Layout(
         delimiter=header.delimiter,
-        decimal=_decimal_sign(rows, header.delimiter, declared),
+        decimal=_decimal_sign(rows, declared),
         width=width,
         trailing=False,
         names=tuple(header.names),
@@ -77,9 +77,9 @@ def _usual(rows: list[list[bytes]]) -> list[list[bytes]]:
     return [row for row in rows if len(row) == width]
 
 
-def _decimal_sign(rows: list[list[bytes]], delimiter: bytes, declared: Declarations) -> bytes:
-    """Return the decimal sign of the rows: builds for other countries write a comma."""
+def _decimal_sign(rows: list[list[bytes]], declared: Declarations) -> bytes:
+    """Return the decimal sign of the rows: builds for other countries write a comma, quoted where it also delimits."""
     if declared.decimal_sign is not None:
         return declared.decimal_sign.encode()
-    comma = delimiter != b"," and any(COMMA_NUMBER.fullmatch(cell) for row in rows for cell in row)
+    comma = any(COMMA_NUMBER.fullmatch(cell) for row in rows for cell in row)
     return b"," if comma else b"."

@@ -128,3 +128,63 @@ def vicon(n: int = 1000, rate_hz: float = 1000.0, per_frame: int = 10, padded: b
     if padded:
         lines = [line + "," * (20 - line.count(",")) for line in lines]
     return ("\r\n".join(lines) + "\r\n").encode()
+
+
+def forcedecks(n: int = 1000, rate_hz: float = 500.0, version: str = "1.0") -> bytes:
+    """A ForceDecks export: commas at the end of the metadata and not of the rows, the tare taken off already."""
+    fz = hops(n, rate_hz)
+    head = [f"ForceDecks Raw Data Export,{version},", "Weight (Kg),12.2,", f"Frequency,{rate_hz:g},"]
+    head += ["Recording Date,2026-03-02T10:11:12.1234567,", 'Data Source,"Synthetic, no plate; none",']
+    head += ["Analysis Date,2026-03-03,", "AthleteId,00000000-0000-0000-0000-000000000000,"]
+    head += ["Tare,-12.5,7.25" if version.startswith("1") else "Z Tare,-18602.7,", ",,", "Time,Left,Right"]
+    return "\r\n".join([*head, *table([np.arange(n) / rate_hz, fz, fz], "%.4f", ","), ""]).encode()
+
+
+def pasco(n: int = 1000, rate_hz: float = 1000.0, second: int = 600) -> bytes:
+    """A Capstone export of two runs, the second shorter: quoted decimal commas, a date to the minute."""
+    names = ["Date and Time", "Time (s)", "Normal Force (N)", "Force Beam 1 (N)"]
+    fz = hops(n, rate_hz)
+
+    def quoted(number: float, decimals: int) -> str:
+        return f'"{number:.{decimals}f}"'.replace(".", ",")
+
+    rows = []
+    for row in range(n):
+        cells = ["02/03/2026 10:11", quoted(row / rate_hz, 3), quoted(fz[row], 4), quoted(fz[row] / 4, 4)]
+        rows.append(",".join([*cells, *(cells if row < second else [""] * 4)]))
+    return "\r\n".join([",".join(["Run #1"] * 4 + ["Run #2"] * 4), ",".join(names * 2), *rows, ""]).encode()
+
+
+def qualisys(n: int = 1000, rate_hz: float = 500.0, longer: bool = True, up: str = "z down") -> bytes:
+    """A QTM export of one plate in its own frame, of which the corners tell whether its third axis points down."""
+    stored = plate(hops(n, rate_hz))
+    # On a plate whose z axis points down, what is stored turns half a turn about x, and acts on the plate.
+    signs = {"force": (-1, 1, 1), "moment": (-1, 1, 1), "cop": (1, -1, -1)} if up == "z down" else {}
+    data = [
+        sign * (1000 if quantity == "cop" else 1) * stored[f"{quantity}_{axis}"]
+        for quantity in ("force", "moment", "cop")
+        for axis, sign in zip("xyz", signs.get(quantity, (1, 1, 1)), strict=True)
+    ]
+    y_side = -1 if up == "z down" else 1
+    head = [f"NO_OF_SAMPLES\t{n}", f"FREQUENCY\t{rate_hz:g}", "TIME_STAMP\t2026-03-02, 10:11:12.123\t7001.5"]
+    head += ["FIRST_SAMPLE\t1", "DESCRIPTION\tForce data in local (force plate) coordinates", "DATA_INCLUDED\tForce"]
+    head += ["FORCE_PLATE_TYPE\tBertec", "FORCE_PLATE_MODEL\tSynthetic", "FORCE_PLATE_NAME\tBERTEC 3"]
+    for x_name, x in (("POSX", 300), ("NEGX", -300)):
+        for y_name, y in (("POSY", 200), ("NEGY", -200)):
+            place = zip("XYZ", (x, y * y_side, 0), strict=True)
+            head += [f"FORCE_PLATE_CORNER_{x_name}_{y_name}_{axis}\t{value}" for axis, value in place]
+    head += ["FORCE_PLATE_LENGTH\t600", "FORCE_PLATE_WIDTH\t400", *(f"FORCE_PLATE_OFFSET_{axis}\t0" for axis in "XYZ")]
+    if longer:
+        data = [np.arange(1, n + 1), np.arange(n) / rate_hz, *data]
+    return "\r\n".join([*head, *table(data, "%.6f"), ""]).encode()
+
+
+def amti(n: int = 300, rate_hz: float = 100.0, plates: int = 2, header: bool = True) -> bytes:
+    """A NetForce export with the header of a Polish program in cp1250, or none; force on a plate with z down."""
+    stored = plate(hops(n, rate_hz))
+    signs = zip(("force", "moment") * 3, "xxyyzz", (-1, -1, 1, 1, 1, 1), strict=True)
+    one = {f"{quantity}_{axis}": sign * stored[f"{quantity}_{axis}"] for quantity, axis, sign in signs}
+    data = [one[f"{quantity}_{axis}"] for quantity in ("force", "moment") for axis in "xyz"] * plates
+    head = ["Nazwa profilu: hop", "Nazwa protokołu: hop", f"Częstotliwość akwizycji: {rate_hz:.2f}".replace(".", ",")]
+    lines = [*([*head, "Zoffset: 0,170202"] if header else []), *table(data, "%.6f", " , "), ""]
+    return "\r\n".join(lines).encode("cp1250")

@@ -7,23 +7,16 @@ from collections.abc import Mapping, Sequence
 
 from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, FindingCollector
-from ingest.instruments import Instrument
+from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Declarations, Reading
 from ingest.signals import read_signals
 from ingest.tables.fixed_table import FixedHeader, fixed_table
 from ingest.text.source import Line, TextSource
 
-PLATE_UNITS: Mapping[str, str] = {
-    f"{quantity}_{axis}": unit
-    for quantity, unit in (("force", "N"), ("moment", "N*m"), ("free_moment", "N*m"), ("cop", "m"))
-    for axis in "xyz"
-}
-"""Forces, moments and points of application in SI, for makers that write them so."""
-
 MILLIMETRE_UNITS: Mapping[str, str] = {
     kind: {"N*m": "N*mm", "m": "mm"}.get(unit, unit) for kind, unit in PLATE_UNITS.items()
 }
-"""The same for makers that write newton millimetres and millimetres."""
+"""For makers that write newton millimetres and millimetres."""
 
 _NUMBER = re.compile(r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?")
 

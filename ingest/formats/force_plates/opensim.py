@@ -13,7 +13,6 @@ from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
 from ingest.findings import FindingCollector
 from ingest.formats.force_plates.maker_header import (
-    PLATE_UNITS,
     next_filled,
     number,
     plate_channel,
@@ -22,7 +21,7 @@ from ingest.formats.force_plates.maker_header import (
 )
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
-from ingest.instruments import Instrument
+from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
 from ingest.tables.fixed_table import FixedHeader
 

@@ -16,8 +16,12 @@ WRITERS: dict[str, tuple[Callable[[], bytes], float]] = {
     "cortex_forces": (made.cortex, 450.0),
     "bioware": (made.bioware, 1000.0),
     "vicon_csv": (made.vicon, 1000.0),
+    "forcedecks": (made.forcedecks, 500.0),
+    "pasco": (made.pasco, 1000.0),
+    "qualisys_tsv": (made.qualisys, 500.0),
+    "amti_text": (made.amti, 100.0),
 }
-COUNTED = ("opensim", "cortex_forces", "bioware")
+COUNTED = ("opensim", "cortex_forces", "bioware", "qualisys_tsv")
 """Formats whose header says how many samples there are."""
 
 
@@ -75,6 +79,8 @@ def test_a_row_too_few_or_too_many_contradicts_the_header(name: str) -> None:
         ("opensim", b"version=1", b"version=9"),
         ("cortex_forces", b"NumberOfForcePlates=2", b"NumberOfForcePlates=3"),
         ("bioware", b"Version 5.", b"Version 3."),
+        ("forcedecks", b"Export,1.0", b"Export,7.0"),
+        ("qualisys_tsv", b"FREQUENCY\t500", b"FREQUENCY\t-"),
     ],
 )
 def test_a_layout_of_another_version_is_refused_with_a_way_in(name: str, old: bytes, new: bytes) -> None:
@@ -181,3 +187,76 @@ def test_sections_of_one_trial_must_agree() -> None:
     assert "rate_contradicts" in rules(read(made.vicon().replace(b"\r\n100,,", b"\r\n200,,")))
     disordered = [*lines[:20], *lines[30:40], *lines[20:30], *lines[40:]]
     assert "frames_disordered" in rules(read(b"".join(disordered)))
+
+
+def test_the_tare_of_forcedecks_is_not_taken_off_again() -> None:
+    for version in ("1.0", "2.0"):
+        result = read(made.forcedecks(version=version), Declarations(time_zone="UTC"))
+        (part,) = result.parts
+        stored = values(part)
+        assert stored.keys() == {"force_z", "force_z_2"}
+        weight = stored["force_z"][:100].mean() + stored["force_z_2"][:100].mean()
+        assert weight == pytest.approx(2 * made.LOAD_N, rel=1e-3)
+        assert part.start_utc == "2026-03-02T10:11:12.123456Z"
+        assert "tare_applied" in rules(result)
+
+
+def test_forcedecks_with_another_rate_than_its_stamps_is_refused() -> None:
+    assert "rate_contradicts" in rules(read(made.forcedecks().replace(b"Frequency,500", b"Frequency,1000")))
+
+
+def test_runs_side_by_side_are_parts_of_their_own_length() -> None:
+    result = read(made.pasco())
+    assert [(part.part, len(part.time_s)) for part in result.parts] == [("run_1", 1000), ("run_2", 600)]
+    for part in result.parts:
+        assert part.rate_hz == pytest.approx(1000.0)
+        assert values(part)["force_beam_1"][0] == pytest.approx(15.0, abs=0.1)
+        assert part.start_original in ("0 s", "02/03/2026 10:11")
+    assert "value_missing" not in rules(result)
+    assert result.rows_kept == 1600
+
+
+@pytest.mark.parametrize("longer", [True, False])
+@pytest.mark.parametrize("up", ["z up", "z down"])
+def test_qualisys_takes_the_frame_of_the_plate_from_its_corners(up: str, longer: bool) -> None:
+    result = read(made.qualisys(up=up, longer=longer), Declarations(time_zone="UTC"))
+    assert not result.refused, result.findings
+    stored, expected = values(result.parts[0]), made.plate(made.hops(1000, 500.0))
+    for channel in ("force_x", "force_y", "moment_x", "moment_y", "cop_x", "cop_y"):
+        assert np.allclose(stored[channel], expected[channel], atol=1e-3), channel
+    assert result.parts[0].rate_hz == pytest.approx(500.0)
+    named = "\t".join(["SAMPLE", "TIME", *(f"Force_{axis}" for axis in "XYZ"), *"MMM", "COP_X", "COP_Y", "COP_Z"])
+    lines = made.qualisys(up=up).decode().split("\r\n")
+    assert values(read("\r\n".join([*lines[:26], named, *lines[26:]]).encode()).parts[0]).keys() >= {
+        "cop_x",
+        "moment_z",
+    }
+
+
+def test_qualisys_without_corners_asks_which_axis_is_vertical() -> None:
+    lines = made.qualisys().split(b"\r\n")
+    data = b"\r\n".join(line for line in lines if b"CORNER" not in line)
+    assert "axes_unclear" in rules(read(data))
+    assert not read(data, Declarations(axes="z down")).refused
+
+
+def test_netforce_without_a_header_is_read_once_instrument_and_rate_are_said() -> None:
+    data = made.amti(header=False)
+    assert read(data).refused
+    assert "rate_missing" in rules(read(data, Declarations(instrument="amti")))
+    result = read(data, Declarations(instrument="amti", rate_hz=100.0))
+    assert (result.format, result.refused) == ("amti_text", False)
+    assert {"force_z", "moment_y_2"} <= values(result.parts[0]).keys()
+
+
+def test_a_rate_that_contradicts_the_foreign_header_is_refused() -> None:
+    assert "rate_contradicts" in rules(read(made.amti(), Declarations(rate_hz=1000.0)))
+
+
+def test_a_force_that_is_negative_under_load_is_a_reaction_on_a_plate_with_z_down() -> None:
+    head, rows = made.amti(plates=1).split(b"0,170202\r\n")
+    turned = [",".join(f"{-float(cell):.6f}" for cell in row.split(",")) for row in rows.decode().split("\r\n") if row]
+    result = read(head + b"0,170202\r\n" + ("\r\n".join(turned) + "\r\n").encode())
+    stored, expected = values(result.parts[0]), made.plate(made.hops(300, 100.0))
+    for channel in ("force_x", "force_y", "force_z", "moment_x"):
+        assert np.allclose(stored[channel], expected[channel], atol=1e-3), channel

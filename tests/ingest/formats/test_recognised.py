@@ -21,8 +21,6 @@ BEGINNINGS = {
     "video": b"\0\0\0\x18ftypmp42" + bytes(60),
     "mat": b"MATLAB 5.0 MAT-file" + bytes(200),
     "amti_bsf": struct.pack("<ii", 105, 968) + bytes(1000),
-    "forcedecks": b"ForceDecks Raw Data Export,1.0,\r\n",
-    "qualisys_tsv": b"NO_OF_SAMPLES\t1000\r\n",
     "run_sheet": b"run,date,position,kind,foot,battery,robot,started,duration_s,jumps_made,starts,note\n",
 }
 

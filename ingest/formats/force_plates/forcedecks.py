@@ -1,0 +1,61 @@
+"""VALD ForceDecks raw exports: a block of metadata, then `Time,Left,Right` of two plates in seconds and newtons.
+
+The tare that stands in the metadata is already taken off: left and right add up to the weight of who stands on them.
+"""
+
+from __future__ import annotations
+
+import re
+
+from ingest.channels.columns import Convention
+from ingest.channels.forces import Z_UP_REACTION
+from ingest.findings import NOTE, FindingCollector
+from ingest.formats.force_plates.maker_header import number, read_fixed, refuse_layout
+from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.formats.head import Head
+from ingest.instruments import Instrument
+from ingest.model import Reading
+from ingest.tables.fixed_table import FixedHeader
+from ingest.tables.header_cells import squash
+from ingest.tables.preamble import Preamble
+from ingest.text.cells import split_cells
+
+_FORCEDECKS = Instrument(
+    "force", Convention("VALD ForceDecks", {"force_z": "N"}, "s"), Z_UP_REACTION, evidence="ForceDecks"
+)
+_TITLE = re.compile(r"ForceDecks Raw Data Export\s*,\s*(\d+)")
+_VERSIONS = ("1", "2")
+_CHANNELS = {"time": "time", "left": "force_z", "zleft": "force_z", "right": "force_z_2", "zright": "force_z_2"}
+
+
+def _recognise(head: Head) -> Recognition | None:
+    named = head.first_line().startswith("ForceDecks Raw Data Export")
+    return Recognition(SIGNATURE, "ForceDecks Raw Data Export") if named else None
+
+
+def _read(head: Head, findings: FindingCollector) -> Reading:
+    source = head.source
+    if source is None:
+        return Reading()
+    lines = source.head_lines(60)
+    cells = [[source.decode(cell) for cell in split_cells(line.content, b",") or [b""]] for line in lines]
+    named = next((index for index, row in enumerate(cells) if row[0] == "Time"), None)
+    version = _TITLE.match(head.first_line())
+    if named is None or named + 1 == len(lines) or version is None or version[1] not in _VERSIONS:
+        return refuse_layout(
+            "ForceDecks", f"version {' or '.join(_VERSIONS)} and rows below `Time,Left,Right`", findings
+        )
+    names = [name for name in cells[named] if name]
+    channels = tuple(_CHANNELS.get(squash(name)) for name in names)
+    if "force_z" not in channels or "force_z_2" not in channels:
+        return refuse_layout("ForceDecks", "columns Left and Right", findings)
+    entries = {row[0]: row[1] for row in cells[:named] if len(row) > 1}
+    if any("tare" in key.lower() for key in entries):
+        message = "The tare of the header is already taken off the forces: it is not subtracted again."
+        findings.add(NOTE, "tare_applied", message)
+    preamble = Preamble(number(entries.get("Frequency")), entries.get("Recording Date") or None)
+    header = FixedHeader(names, b",", lines[named + 1], channels=channels, preamble=preamble)
+    return read_fixed(source, header, head.declared, findings, _FORCEDECKS)
+
+
+FORMAT = Format("forcedecks", 1, _recognise, _read)

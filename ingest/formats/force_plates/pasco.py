@@ -1,0 +1,111 @@
+"""PASCO Capstone exports: a row of run names above a row of names with units; further runs stand to the right.
+
+Numbers may be quoted with a decimal comma. Runs differ in length: the cells below the end of a shorter one are blank.
+The date tells the minute only, so times are the elapsed seconds of each run.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from ingest.channels.columns import Convention
+from ingest.channels.forces import Z_UP_REACTION
+from ingest.findings import FindingCollector
+from ingest.formats.force_plates.maker_header import joined
+from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.formats.head import Head
+from ingest.instruments import Instrument
+from ingest.model import Reading
+from ingest.signals import read_signals
+from ingest.tables.fixed_table import FixedHeader, fixed_table
+from ingest.tables.header_cells import clean_name, parse_header, squash
+from ingest.tables.preamble import Preamble
+from ingest.tables.table import Block, CellKind, Table, Wanted
+from ingest.text.cells import split_cells
+from ingest.text.source import TextSource
+
+_PASCO = Convention("PASCO", {})
+_RUN = re.compile(r"Run #\d+")
+_DELIMITERS = (b",", b";", b"\t")
+_CHANNELS = {"time": "time", "normalforce": "force_z", "dateandtime": "date_and_time"}
+
+
+def _recognise(head: Head) -> Recognition | None:
+    runs = _run_names(head.source)
+    return Recognition(SIGNATURE, f"{runs[0]!r} above every column") if runs else None
+
+
+def _run_names(source: TextSource | None) -> list[str]:
+    """Return the run above every column; none where the first line is no row of them."""
+    lines = [] if source is None else source.head_lines(2)
+    if source is None or len(lines) < 2:
+        return []
+    for delimiter in _DELIMITERS:
+        cells = [source.decode(cell) for cell in split_cells(lines[0].content, delimiter) or []]
+        width = len([cell for cell in split_cells(lines[1].content, delimiter) or [] if cell])
+        if width > 1 and len(cells) >= width and all(map(_RUN.fullmatch, cells[:width])):
+            return cells[:width]
+    return []
+
+
+def _read(head: Head, findings: FindingCollector) -> Reading:
+    source = head.source
+    runs = _run_names(source)
+    lines = [] if source is None else source.head_lines(3)
+    if source is None or not runs or len(lines) < 3:
+        return Reading()
+    delimiter = next(sign for sign in _DELIMITERS if len(split_cells(lines[0].content, sign) or []) >= len(runs))
+    names = [source.decode(cell) for cell in (split_cells(lines[1].content, delimiter) or [])[: len(runs)]]
+    table = fixed_table(source, FixedHeader(names, delimiter, lines[2]), head.declared, findings)
+    if table is None:
+        return Reading()
+    numeric = [position for position, kind in enumerate(table.kinds) if kind is CellKind.NUMBER]
+    block = table.read_rows([Wanted(position, names[position], CellKind.NUMBER) for position in numeric])
+    first = [source.decode(cell) for cell in split_cells(lines[2].content, delimiter) or []]
+    readings = []
+    for run in dict.fromkeys(runs):
+        columns = [position for position, name in enumerate(runs) if name == run]
+        part = _run_table(table, block, columns, first)
+        readings.append(
+            read_signals(
+                part, head.declared, findings, Instrument(clean_name(run), _PASCO, Z_UP_REACTION, evidence="PASCO")
+            )
+        )
+        block = dataclasses.replace(block, rows_rejected=0)  # a rejected line is counted once
+    return joined(readings)
+
+
+def _run_table(table: Table, block: Block, columns: Sequence[int], first: Sequence[str]) -> Table:
+    """Return the columns of one run as a table of their own, without the blank rows below its end."""
+    numeric = [position for position in columns if position in block.numbers]
+    filled = [np.flatnonzero(~np.isnan(block.numbers[position])) for position in numeric]
+    stop = max((int(rows[-1]) + 1 for rows in filled if rows.size), default=0)
+    run = dataclasses.replace(
+        block,
+        numbers={
+            place: block.numbers[position][:stop] for place, position in enumerate(columns) if position in numeric
+        },
+        n_rows=stop,
+        lines=None if block.lines is None else block.lines[:stop],
+        ordinals=None if block.ordinals is None else block.ordinals[:stop],
+    )
+    names = tuple(table.names[position] for position in columns)
+    known = [_CHANNELS.get(squash(parse_header(name).base)) for name in names]
+    date = next(
+        (first[column] for column, channel in zip(columns, known, strict=True) if channel == "date_and_time"), ""
+    )
+    return Table(
+        names,
+        (None,) * len(names),
+        tuple(table.kinds[position] for position in columns),
+        Preamble(None, date or None),
+        lambda _wanted: run,
+        tuple(known),
+    )
+
+
+FORMAT = Format("pasco", 1, _recognise, _read)
