@@ -171,10 +171,11 @@ class Declarations:
 
     `encoding` is the page of text that is neither marked by a byte order mark nor valid UTF-8; `time_zone` the zone of
     clock times without one (None: such times stay without an instant); `decimal_sign` settles `1,234`; `format` and
-    `instrument` name what the file would otherwise be recognised as by its content; `axes` says which
-    axis of its forces points up, a key of `channels.axes.AXES`. `override_units` lets declared
-    units stand against those of the header, `complete` a last line without line end whose last number may be cut;
-    `robots` are those that may have been measured, with which forces and heights are compared unless `no_robot_check`.
+    `instrument` name what the file would otherwise be recognised as by its content; `axes` says which axis of its
+    forces points up, a key of `channels.axes.AXES`, and channels are then declared by the file's own axes.
+    `override_units` lets declared units stand against those of the header, `complete` a last line without line end
+    whose last number may be cut; `robots` are those that may have been measured, with which forces and heights are
+    compared unless `no_robot_check`.
     """
 
     rate_hz: float | None = None

@@ -91,6 +91,8 @@ def check_plates(
         if "force_z" not in values:
             continue
         force_column = checked[index["force_z"]].source_name
+        if _is_y_up(values, force_column, findings):
+            continue
         _check_axes(values, force_column, findings)
         _check_drift(values["force_z"], force_column, findings)
         loaded = np.abs(values["force_z"]) > LOADED_N
@@ -165,6 +167,22 @@ def _check_axes(values: Mapping[str | None, FloatArray], column: str, findings: 
         if sideways > LOADED_N and sideways > 1.5 * vertical:
             message = f"{axis} carries more load than force_z: are the columns swapped?"
             findings.add(NOTE, "force_axes_suspect", message, column=column)
+
+
+def _is_y_up(values: Mapping[str | None, FloatArray], column: str, findings: FindingCollector) -> bool:
+    """Refuse a plate with its load along y and its points of application in the plane y = 0: there y points up."""
+    if not {"force_y", "cop_y", "cop_z"} <= values.keys():
+        return False
+    in_plane = np.ptp(values["cop_y"]) == 0 and np.ptp(values["cop_z"]) > 0
+    load, beside = abs(_loaded_median(values["force_y"])), abs(_loaded_median(values["force_z"]))
+    if not in_plane or load < LOADED_N or load < beside:
+        return False
+    message = (
+        "The load is along y and the points of application lie in one plane across it, so y points up, not z: "
+        'say it with `axes = "y up"` in a [profiles.NAME] table of labbook.toml.'
+    )
+    findings.add(FILE, "axes_contradict", message, column=column)
+    return True
 
 
 def _check_drift(force: FloatArray, column: str, findings: FindingCollector) -> None:

@@ -50,7 +50,7 @@ _WRITTEN_AS = {
     "temperature_external": "ext temp, t ext, external temperature",
     "force_x": "fx",
     "force_y": "fy",
-    "force_z": "fz",
+    "force_z": "fz, grf v, grf z, v grf, vertical grf, vertical ground reaction force",
     "moment_x": "mx",
     "moment_y": "my",
     "moment_z": "mz",

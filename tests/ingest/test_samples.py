@@ -119,3 +119,42 @@ def test_debug_lines_below_a_table_are_counted_and_left_out() -> None:
     assert (result.refused, result.rows_read, result.rows_kept) == (False, 51, 51)
     assert {finding.rule: finding.count for finding in result.findings}["debug_line"] == 23
     assert result.parts[0].rate_hz == pytest.approx(494, abs=1)
+
+
+def channels_of(result: ReadFile, part: int = 0) -> dict[str, np.ndarray]:
+    return {channel.name: channel.values for channel in result.parts[part].channels}
+
+
+def test_opensim_ground_reactions_have_z_up() -> None:
+    result = read("force/grf_run.mot")
+    stored = channels_of(result)
+    assert result.parts[0].rate_hz == pytest.approx(300.0)
+    assert (stored["force_z"].max(), stored["force_z_2"].max()) == pytest.approx((1751.20, 1623.05), abs=0.01)
+    assert stored["force_y"].min() == pytest.approx(-26.128, abs=1e-3)  # written as 26.128 along z
+
+
+def test_cortex_plates_have_z_up_and_metres() -> None:
+    stored = channels_of(read("force/walk1.forces"))
+    loads = [stored[f"force_z_{plate}"].max() for plate in (3, 4, 5, 6)]
+    assert loads == pytest.approx([836.15, 816.02, 802.34, 850.84])
+    assert stored["cop_x_3"].max() == pytest.approx(1.75245)
+    assert stored["free_moment_z_5"].max() == pytest.approx(19.20537)
+
+
+def test_nexus_devices_are_counted_by_frame_and_sub_frame() -> None:
+    result = read("force/analogs.csv")
+    (part,) = result.parts
+    assert (part.part, part.rate_hz, len(part.time_s), part.gaps) == ("devices", 2000.0, 11_600, ())
+    assert channels_of(result)["imported_analog_emg_voltage_1"][0] == pytest.approx(-0.0220516)
+
+
+def test_gait_table_with_y_up_needs_its_axes() -> None:
+    columns = {f"F{axis}": ColumnDeclaration(f"force_{axis}", "N") for axis in "xyz"}
+    columns |= {f"COP{axis}": ColumnDeclaration(f"cop_{axis}", "mm") for axis in "xyz"}
+    columns["My"] = ColumnDeclaration("free_moment_y", "N*mm")
+    name = "force/BiomecII2018_gait_n.txt"
+    assert read(name, Declarations(time_unit="s", columns=columns)).refused
+    result = read(name, Declarations(time_unit="s", columns=columns, axes="y up"))
+    assert not result.refused
+    assert channels_of(result)["force_z"].max() == pytest.approx(773.44)
+    assert result.parts[0].rate_hz == pytest.approx(150.0, rel=1e-3)

@@ -152,3 +152,21 @@ def test_arrival_times_of_another_rate_are_refused() -> None:
     result = read(sdk(lambda number: str(first + (number - number % 8) * 20_000), 1.0))
     assert result.refused
     assert "rate_contradicts" in rules(result)
+
+
+def test_sdk_log_with_a_byte_order_mark_and_a_leading_date() -> None:
+    head, *rows = sdk(lambda number: f"{number / 1000:.3f}", 1.0).decode().split("\r\n")
+    dated = [f"Date;{head}", *(f"2026-03-02 10:11:12.123;{row}" for row in rows)]
+    result = read(b"\xef\xbb\xbf" + "\r\n".join(dated).encode())
+    assert result.format == "bertec_text"
+    assert only_part(result).rate_hz == pytest.approx(1000.0)
+    assert {"force_z", "force_z_2", "cop_x_2"} <= values(only_part(result)).keys()
+
+
+def test_three_further_columns_a_plate_do_not_shift_the_second() -> None:
+    head, *rows = table(bertec_acquire(plates=2))
+    wider = [[*row[:12], "0.1", "0.2", "0.3", *row[12:], "0.4", "0.5", "0.6"] for row in rows]
+    names = [*head[:12], "COPxy", "Sway", "Load", *head[12:], "COPxy", "Sway", "Load"]
+    stored = values(only_part(read(text(",".join(names), [",".join(row) for row in wider]))))
+    assert np.median(stored["force_z_2"][:400]) == pytest.approx(60.0, abs=0.5)
+    assert np.median(stored["moment_x_2"][:400]) == pytest.approx(-3.0, abs=0.1)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ingest.model import Declarations, ReadFile, SignalPart
+from ingest.model import ColumnDeclaration, Declarations, ReadFile, SignalPart
 from ingest.read import read_file
 from tests.ingest import synthetic_plates as made
 
@@ -260,3 +260,63 @@ def test_a_force_that_is_negative_under_load_is_a_reaction_on_a_plate_with_z_dow
     stored, expected = values(result.parts[0]), made.plate(made.hops(300, 100.0))
     for channel in ("force_x", "force_y", "force_z", "moment_x"):
         assert np.allclose(stored[channel], expected[channel], atol=1e-3), channel
+
+
+GAIT_UNITS = {
+    **{f"F{axis}": ColumnDeclaration(f"force_{axis}", "N") for axis in "xyz"},
+    **{f"COP{axis}": ColumnDeclaration(f"cop_{axis}", "mm") for axis in "xyz"},
+    "My": ColumnDeclaration("free_moment_y", "N*mm"),
+}
+
+
+def gait(n: int = 400, rate_hz: float = 150.0) -> bytes:
+    """A table of one plate with y up and no units, as laboratories of gait keep them."""
+    stored = made.plate(made.hops(n, rate_hz))
+    data = [np.arange(n) / rate_hz, *made.y_up(stored, "force")]
+    data += [1000 * values for values in (*made.y_up(stored, "cop"), stored["free_moment_z"])]
+    return "\n".join(["Time\tFx\tFy\tFz\tCOPx\tCOPy\tCOPz\tMy", *made.table(data), ""]).encode()
+
+
+def test_a_table_with_y_up_is_never_read_as_if_z_were() -> None:
+    # Read with z up it would have had sideways forces of 3 N for the load of 60 N, and a note.
+    assert rules(read(gait())) >= {"time_unit_missing", "unit_missing", "axes_contradict"}
+    assert "axes_contradict" in rules(read(gait(), Declarations(time_unit="s", columns=GAIT_UNITS)))
+    result = read(gait(), Declarations(time_unit="s", columns=GAIT_UNITS, axes="y up"))
+    assert not result.refused, result.findings
+    stored, expected = values(result.parts[0]), made.plate(made.hops(400, 150.0))
+    for channel in ("force_x", "force_y", "force_z", "cop_x", "cop_y", "cop_z", "free_moment_z"):
+        assert np.allclose(stored[channel], expected[channel], atol=1e-3), channel
+    force = next(channel for channel in result.parts[0].channels if channel.name == "force_y")
+    assert (force.source_name, force.sign, force.assumed) == ("Fz", -1, ("y up: declared",))
+
+
+@pytest.mark.parametrize(
+    ("header", "columns"),
+    [
+        ("", {"1": ColumnDeclaration("force_z", "N"), "2": ColumnDeclaration("force_z_2", "N")}),
+        ("fp1,fp2", {"fp1": ColumnDeclaration("force_z", "N"), "fp2": ColumnDeclaration("force_z_2", "N")}),
+        ("#Sample,GRFv", {"GRFv": ColumnDeclaration(unit="N")}),
+        ("# vertical ground reaction\n#Sample,GRFv", {"GRFv": ColumnDeclaration(unit="N")}),
+    ],
+)
+def test_bare_columns_are_read_once_rate_and_units_are_said(header: str, columns: dict[str, ColumnDeclaration]) -> None:
+    fz = made.hops(600, 600.0)
+    first = np.arange(1, 601) if "Sample" in header else fz
+    rows = [f"{a:.0f},{b:.3f}" if "Sample" in header else f"{a:.3f},{b:.3f}" for a, b in zip(first, fz, strict=True)]
+    data = "\n".join([*([header] if header else []), *rows, ""]).encode()
+    assert rules(read(data)) & {"rate_missing", "header_missing"}
+    assert read(data, Declarations(columns=columns)).refused
+    result = read(data, Declarations(columns=columns, rate_hz=600.0))
+    assert not result.refused, result.findings
+    assert values(result.parts[0])["force_z"] == pytest.approx(fz, abs=1e-3)
+    assert result.parts[0].rate_hz == 600.0
+
+
+def test_raw_amplifier_channels_are_said_to_be_no_forces() -> None:
+    rows = [
+        f"{n / 100:.6f}\t" + "\t".join(f"{0.01 * (n % 7) + channel:.6f}" for channel in range(8)) for n in range(300)
+    ]
+    result = read("\n".join(["Time (s)\t" + "\t".join(f"Channel {n}" for n in range(8)), *rows, ""]).encode())
+    assert (result.format, result.role, result.refused) == ("kistler_channels", "log", False)
+    assert "raw_channels" in rules(result)
+    assert {channel.unit for channel in result.parts[0].channels} == {None}
