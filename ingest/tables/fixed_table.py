@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ingest.findings import FILE, FindingCollector
+from ingest.findings import FILE, ROW, FindingCollector
 from ingest.model import Declarations
 from ingest.tables.layout import Layout, kind_of
 from ingest.tables.preamble import NO_PREAMBLE, Preamble
@@ -62,13 +63,31 @@ def fixed_table(
         preamble=(),
         data_start=header.first.start,
         data_line=header.first.number,
-        last_cells=tuple(row[-1] for row in rows),
+        last_cells=tuple(row[-1] for row in rows) if header.first.ended else (),
     )
 
+    unsure = None if declared.complete else _unsure_end(source, layout)
+
     def read(wanted: Sequence[Wanted]) -> Block:
-        return read_rows(source, layout, wanted, findings)
+        if unsure is None:
+            return read_rows(source, layout, wanted, findings)
+        message = "The last line has no line end and its last number may go on; it is left out: "
+        message += "say `--complete` if it is whole."
+        findings.add(ROW, "last_line_cut", message, value=source.decode(source.data[unsure:][:80]))
+        block = read_rows(source.section(unsure), layout, wanted, findings)
+        return dataclasses.replace(block, rows_rejected=block.rows_rejected + 1)
 
     return Table(layout.names, layout.units, kinds, header.preamble, read, tuple(header.channels))
+
+
+def _unsure_end(source: TextSource, layout: Layout) -> int | None:
+    """Return where a last line without line end starts, if numbers in its last column differ in decimals; else None."""
+    decimals = {len(cell.rpartition(layout.decimal)[2]) if layout.decimal in cell else 0 for cell in layout.last_cells}
+    ended = source.data[-4096:].rstrip(b"\0\x1a")[-1:] in (b"\n", b"\r")
+    same = len(decimals) == 1 and decimals != {0}
+    if ended or same or not any(layout.last_cells):
+        return None
+    return max(source.data.rfind(b"\n") + 1, layout.data_start)
 
 
 def _usual(rows: list[list[bytes]]) -> list[list[bytes]]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 
 from ingest.findings import FindingCollector
-from ingest.formats.force_plates.maker_header import number, plate_channel, read_fixed, refuse_layout
+from ingest.formats.force_plates.maker_header import plate_channel, positive, read_fixed, refuse_layout
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
 from ingest.instruments import INSTRUMENTS
@@ -59,7 +59,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         for plate in range(1, width // len(_COMPONENTS) + 1)
         for component in _COMPONENTS
     ]
-    rate = next((number(match[1]) for match in map(_RATE.match, head.lines[:first]) if match), None)
+    rate = next((positive(match[1]) for match in map(_RATE.match, head.lines[:first]) if match), None)
     names = [str(position + 1) for position in range(width)]
     header = FixedHeader(names, b",", line, channels=channels, preamble=Preamble(rate, None))
     return read_fixed(head.source, header, head.declared, findings, INSTRUMENTS[INSTRUMENT])

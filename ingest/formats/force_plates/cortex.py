@@ -21,6 +21,7 @@ from ingest.formats.force_plates.maker_header import (
     check_count,
     number,
     plate_channel,
+    positive,
     refuse_layout,
 )
 from ingest.formats.format import SIGNATURE, Format, Recognition
@@ -50,7 +51,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     texts = [source.decode(line.content) for line in lines]
     entries = {match[1]: match[2] for match in map(_ENTRY.fullmatch, texts) if match}
     plates, samples = number(entries.get("NumberOfForcePlates")), number(entries.get("NumberOfSamples"))
-    rate = number(entries.get("SampleRate"))
+    rate = positive(entries.get("SampleRate"))
     named = next((index for index, text in enumerate(texts) if text.startswith("#Sample")), None)
     if plates is None or samples is None or not rate or named is None or named + 1 == len(lines):
         return refuse_layout("Cortex", "number of plates, rate, number of samples and a line `#Sample`", findings)

@@ -10,7 +10,7 @@ import re
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
 from ingest.findings import NOTE, FindingCollector
-from ingest.formats.force_plates.maker_header import number, read_fixed, refuse_layout
+from ingest.formats.force_plates.maker_header import positive, read_fixed, refuse_layout
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
 from ingest.instruments import Instrument
@@ -53,7 +53,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     if any("tare" in key.lower() for key in entries):
         message = "The tare of the header is already taken off the forces: it is not subtracted again."
         findings.add(NOTE, "tare_applied", message)
-    preamble = Preamble(number(entries.get("Frequency")), entries.get("Recording Date") or None)
+    preamble = Preamble(positive(entries.get("Frequency")), entries.get("Recording Date") or None)
     header = FixedHeader(names, b",", lines[named + 1], channels=channels, preamble=preamble)
     return read_fixed(source, header, head.declared, findings, _FORCEDECKS)
 

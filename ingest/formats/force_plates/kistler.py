@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.force_plates.maker_header import number, plate_channel, read_fixed, refuse_layout
+from ingest.formats.force_plates.maker_header import number, plate_channel, positive, read_fixed, refuse_layout
 from ingest.formats.format import NAMES, SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
 from ingest.instruments import Instrument
@@ -54,9 +54,9 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         )
     entries = {row[0].rstrip(":"): row for row in cells[:named]}
     names = cells[named] if cells[named][-1] else cells[named][:-1]
-    rates = {number(cell) for cell in entries.get("Rate (Hz)", [""])[1:] if cell}
+    rates = {positive(cell) for cell in entries.get("Rate (Hz)", [""])[1:] if cell}
     samples = {number(cell) for cell in entries.get("Samples (#)", [""])[1:] if cell}
-    if len(rates) != 1 or len(samples) != 1:
+    if len(rates) != 1 or None in rates or len(samples) != 1:
         return refuse_layout("BioWare", "one rate and one number of samples for all columns", findings)
     _refuse_normalised(entries, findings)
     header = FixedHeader(

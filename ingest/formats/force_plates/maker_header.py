@@ -32,6 +32,12 @@ def number(text: str | None) -> float | None:
     return float(found[0].replace(",", ".")) if found else None
 
 
+def positive(text: str | None) -> float | None:
+    """Return the number of a rate, None where there is none above zero."""
+    value = number(text)
+    return value if value is not None and value > 0 else None
+
+
 def next_filled(source: TextSource, line: Line) -> Line | None:
     """Return the next line after `line` that is not blank, None at the end of the file."""
     return next((after for after in source.lines_at(line.start, line.number, 20)[1:] if after.content.strip()), None)

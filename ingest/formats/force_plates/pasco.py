@@ -65,7 +65,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         return Reading()
     numeric = [position for position, kind in enumerate(table.kinds) if kind is CellKind.NUMBER]
     block = table.read_rows([Wanted(position, names[position], CellKind.NUMBER) for position in numeric])
-    first = [source.decode(cell) for cell in split_cells(lines[2].content, delimiter) or []]
+    first = [source.decode(cell) for cell in split_cells(lines[2].content, delimiter) or []] + [""] * len(runs)
     readings = []
     for run in dict.fromkeys(runs):
         columns = [position for position, name in enumerate(runs) if name == run]

@@ -15,7 +15,7 @@ import numpy as np
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.force_plates.maker_header import number, read_fixed, refuse_layout
+from ingest.formats.force_plates.maker_header import number, positive, read_fixed, refuse_layout
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
 from ingest.instruments import PLATE_UNITS, Instrument
@@ -51,7 +51,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     names = [cell.strip() for cell in texts[start].split("\t")] if start < len(lines) else []
     if names and number(names[0]) is None:
         start += 1
-    rate, samples = number(entries.get("FREQUENCY")), number(entries.get("NO_OF_SAMPLES"))
+    rate, samples = positive(entries.get("FREQUENCY")), number(entries.get("NO_OF_SAMPLES"))
     width = len(texts[start].rstrip("\t").split("\t")) if start < len(lines) else 0
     channels = _COMPONENTS if width == len(_COMPONENTS) else (*_COUNTERS, *_COMPONENTS)
     if not rate or samples is None or width != len(channels):

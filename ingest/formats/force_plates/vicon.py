@@ -17,7 +17,7 @@ import numpy as np
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.force_plates.maker_header import joined, number, plate_channel, refuse_layout
+from ingest.formats.force_plates.maker_header import joined, plate_channel, positive, refuse_layout
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
 from ingest.instruments import Instrument
@@ -108,7 +108,7 @@ def _table(head: Head, section: _Section, title: str, spans: list[_Span], findin
         for line in section.lines[:_HEADER_LINES]
     ]
     names = _without_blank_end(cells[3])
-    rate = number(cells[1][0])
+    rate = positive(cells[1][0])
     if names[:2] != ["Frame", "Sub Frame"] or not rate:
         return None
     groups, units = (row + [""] * len(names) for row in (cells[2], cells[4]))

@@ -320,3 +320,11 @@ def test_raw_amplifier_channels_are_said_to_be_no_forces() -> None:
     assert (result.format, result.role, result.refused) == ("kistler_channels", "log", False)
     assert "raw_channels" in rules(result)
     assert {channel.unit for channel in result.parts[0].channels} == {None}
+
+
+def test_a_last_number_that_may_go_on_is_not_taken() -> None:
+    whole = made.opensim().decode().replace(".00000000", "")
+    assert not read(whole.encode()).refused
+    result = read(whole.encode().rstrip())
+    assert {"last_line_cut", "sample_count_contradicts"} <= rules(result)
+    assert not read(whole.encode().rstrip(), Declarations(complete=True)).refused
