@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
-from ingest.formats.force_plates import bertec
-from ingest.formats.chargers import cheali, icharger, icharger_serial, sheet
 from ingest.formats.force_plates import (
     amti,
     bertec,
