@@ -6,6 +6,7 @@ from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, 
 from ingest.formats.force_plates import (
     amti,
     bertec,
+    c3d,
     cortex,
     forcedecks,
     kistler,
@@ -37,6 +38,7 @@ FORMATS: tuple[Format, ...] = (
     pasco.FORMAT,
     qualisys.FORMAT,
     vicon.FORMAT,
+    c3d.FORMAT,
     sheet.FORMAT,
     delimited.FORMAT,
 )

@@ -31,10 +31,6 @@ def _first_line(pattern: str) -> Callable[[Head], bool]:
     return lambda head: compiled.match(head.first_line()) is not None
 
 
-def _is_c3d(head: Head) -> bool:
-    return len(head.data) >= 512 and head.data[1] == 0x50 and 2 <= head.data[0] <= 0x20 and head.source is None
-
-
 def _is_amti_bsf(head: Head) -> bool:
     version, header = (int.from_bytes(head.data[start : start + 4], "little") for start in (0, 4))
     return len(head.data) >= 8 and version in (100, 105) and 900 <= header <= 4096
@@ -43,7 +39,6 @@ def _is_amti_bsf(head: Head) -> bool:
 _RUN_SHEET = r"run[,;\t]date[,;\t]position[,;\t]kind\b"
 
 _SIGNATURES = (
-    _Signature("c3d", "a C3D motion file", "export its force plates as text, one sample a line", _is_c3d),
     _Signature("xlsx", "an Excel workbook or zip archive", "save as CSV, or unpack", _magic(b"PK\3\4", b"PK\5\6")),
     _Signature("xls", "an old Excel workbook", "save each sheet as CSV", _magic(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")),
     _Signature("gzip", "a gzip archive", "unpack it first", _magic(b"\x1f\x8b")),

@@ -12,7 +12,6 @@ from ingest.model import Declarations
 from ingest.read import read_file
 
 BEGINNINGS = {
-    "c3d": b"\x02\x50" + bytes(510),
     "xlsx": b"PK\x03\x04" + bytes(60),
     "xls": b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(60),
     "gzip": gzip.compress(b"time,height\n"),

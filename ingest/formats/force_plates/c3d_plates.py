@@ -1,0 +1,146 @@
+"""Force platforms of a C3D file, types 1 to 4: from analog channels to the ground reaction with z up.
+
+The channels give the reaction on the subject in the platform's own axes, z down. The corners say where these lie in the
+room: x from corner 2 to corner 1, y from corner 4 to corner 1. Moments are about the middle of the surface, so that
+`-moment_y / force_z` and `moment_x / force_z` are where the force acts, seen from there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ingest.formats.force_plates.c3d_sections import C3dSections
+from ingest.model import FloatArray
+from ingest.tables.header_cells import squash
+
+CHANNELS_OF_TYPE = {1: 6, 2: 6, 3: 8, 4: 6}
+
+_FORCES = {"n": 1.0, "nt": 1.0, "newton": 1.0, "newtons": 1.0, "kn": 1e3, "lbf": 4.4482216152605}
+_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+_LENGTHS |= dict.fromkeys(("mete", "meter", "meters", "metre", "metres"), 1.0)
+_MOMENTS = {
+    force + length: newtons * metres for force, newtons in _FORCES.items() for length, metres in _LENGTHS.items()
+}
+_DOWN_TO_UP = np.diag([1.0, -1.0, -1.0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plate:
+    """Reaction on the subject: `force_n` and `moment_nm` of shape (n_samples, 3), z up.
+
+    `channels` are the analog channels it was made of; `assumed` names what is not stated in the file.
+    """
+
+    channels: tuple[int, ...]
+    force_n: FloatArray
+    moment_nm: FloatArray
+    units_stated: bool
+
+
+def length_factor(sections: C3dSections) -> float:
+    """Return metres per unit of length of points, corners and origins; millimetres where none is stated."""
+    stated = sections.texts("POINT:UNITS")
+    return _LENGTHS.get(squash(stated[0]), 1e-3) if stated else 1e-3
+
+
+def plate(sections: C3dSections, number: int, analogs: FloatArray, units: list[str]) -> Plate | None:
+    """Return platform `number` (from 0), None for a type other than 1 to 4 or where a parameter of it is missing.
+
+    `analogs` has shape (n_samples, n_analogs) in the units of the file, `units` one for each.
+    """
+    types = sections.numbers("FORCE_PLATFORM:TYPE")
+    kind = int(types[number]) if number < types.size else 0
+    channels = _channels(sections, number, CHANNELS_OF_TYPE.get(kind, 0), len(units))
+    matrix = _matrix(sections, number) if kind == 4 else np.eye(6)
+    if channels is None or matrix is None:
+        return None
+    metres = length_factor(sections)
+    stated = [squash(units[channel]) for channel in channels]
+    newtons = _FORCES.get(stated[0])
+    lever = _MOMENTS.get(stated[5]) if kind in (2, 4) else metres * (newtons or 1.0)
+    factor = np.array([newtons or 1.0] * 3 + [lever or metres * (newtons or 1.0)] * 3)
+    origin = _origin(sections, number) * metres
+    raw = analogs[:, list(channels)]
+    if kind == 3:
+        values = _of_four_sensors(raw, *(origin[:2] / metres)) * factor
+        origin = origin * np.array([0.0, 0.0, 1.0])
+    elif kind == 1:
+        values = _of_point(raw) * factor
+        origin = origin * 0.0
+    else:
+        values = raw @ matrix.T * factor
+    force, moment = values[:, :3], values[:, 3:]
+    turn = _to_room(sections, number)
+    return Plate(
+        channels, force @ turn.T, (moment + np.cross(force, origin)) @ turn.T, newtons is not None and lever is not None
+    )
+
+
+def _channels(sections: C3dSections, number: int, count: int, n_analogs: int) -> tuple[int, ...] | None:
+    found = sections.parameters.get("FORCE_PLATFORM:CHANNEL")
+    if found is None or not count or len(found.shape) != 2 or found.shape[0] < count or number >= found.shape[1]:
+        return None
+    column = found.numbers.reshape(found.shape, order="F")[:count, number]
+    channels = tuple(int(channel) - 1 for channel in column)
+    return channels if all(0 <= channel < n_analogs for channel in channels) else None
+
+
+def _matrix(sections: C3dSections, number: int) -> FloatArray | None:
+    """Return the calibration of a type 4 platform, shape (6, 6)."""
+    found = sections.parameters.get("FORCE_PLATFORM:CAL_MATRIX")
+    if found is None or len(found.shape) != 3 or found.shape[:2] != (6, 6) or number >= found.shape[2]:
+        return None
+    matrix = found.numbers.reshape(found.shape, order="F")[:, :, number]
+    by_row = "BYROW" in sections.texts("FORCE_PLATFORM:MATRIX_STORE")
+    return matrix.T if by_row else matrix
+
+
+def _origin(sections: C3dSections, number: int) -> FloatArray:
+    """Return the vector to the sensors' origin; it lies below the surface, some files write it the other way round."""
+    origins = sections.numbers("FORCE_PLATFORM:ORIGIN")[3 * number : 3 * number + 3]
+    origin = origins if origins.size == 3 else np.zeros(3)
+    return -origin if origin[2] > 0 else origin
+
+
+def _of_four_sensors(raw: FloatArray, across: float, along: float) -> FloatArray:
+    """Return forces and moments, shape (n, 6), of Kistler's channels Fx12, Fx34, Fy14, Fy23, Fz1 to Fz4."""
+    x12, x34, y14, y23, z1, z2, z3, z4 = raw.T
+    return np.column_stack(
+        [
+            x12 + x34,
+            y14 + y23,
+            z1 + z2 + z3 + z4,
+            along * (z1 + z2 - z3 - z4),
+            across * (z2 + z3 - z1 - z4),
+            along * (x34 - x12) + across * (y14 - y23),
+        ]
+    )
+
+
+def _of_point(raw: FloatArray) -> FloatArray:
+    """Return forces and moments, shape (n, 6), of Fx, Fy, Fz, the point where they act and the free moment."""
+    fx, fy, fz, x, y, free = raw.T
+    return np.column_stack([fx, fy, fz, y * fz, -x * fz, free + x * fy - y * fx])
+
+
+def _to_room(sections: C3dSections, number: int) -> FloatArray:
+    """Return the rotation, shape (3, 3), from the platform's axes to those of the room with z up.
+
+    Where the platform lies in another plane of the room than x and y, the axes are exchanged in turn until z is
+    across it; without corners the platform is turned over about its x axis.
+    """
+    corners = sections.numbers("FORCE_PLATFORM:CORNERS")[12 * number : 12 * number + 12]
+    if corners.size < 12:
+        return _DOWN_TO_UP
+    first, second, _, fourth = corners.reshape(4, 3)
+    normal = np.cross(first - second, first - fourth)
+    size = float(np.linalg.norm(normal))
+    if not np.isfinite(size) or size == 0:
+        return _DOWN_TO_UP
+    x = (first - second) / np.linalg.norm(first - second)
+    z = normal / size
+    turn = np.column_stack([x, np.cross(z, x), z])
+    across = int(np.abs(z).argmax())
+    return np.roll(turn, 2 - across, axis=0)

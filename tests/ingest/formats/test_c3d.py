@@ -1,0 +1,180 @@
+"""C3D files: encodings agree with each other and with ezc3d; what is cut or contradicts itself is refused."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import ezc3d
+import numpy as np
+import pytest
+
+from ingest.model import Declarations, ReadFile, SignalPart
+from ingest.read import read_file
+from tests.ingest.synthetic_c3d import c3d_bytes, platform
+
+SAMPLES = Path(__file__).parents[4] / "shared" / "samples" / "c3d"
+AXES = ("x", "y", "z")
+
+needs_samples = pytest.mark.skipif(
+    not SAMPLES.is_dir(), reason="the sample files lie beside the project: ../shared/samples"
+)
+
+
+def read(data: bytes, **declared: object) -> ReadFile:
+    return read_file(data, Declarations(**declared))  # type: ignore[arg-type]
+
+
+def vector(part: SignalPart, quantity: str, plate: int) -> np.ndarray:
+    channels = {channel.name: channel.values for channel in part.channels}
+    suffix = "" if plate == 1 else f"_{plate}"
+    return np.array([channels[f"{quantity}_{axis}{suffix}"] for axis in AXES])
+
+
+def check_against_ezc3d(result: ReadFile, path: Path) -> None:
+    part = result.parts[0]
+    plates = ezc3d.c3d(str(path), extract_forceplat_data=True)["data"]["platform"]
+    for number, plate in enumerate(plates, start=1):
+        assert np.abs(vector(part, "force", number) - plate["force"]).max() < 1e-3
+        assert np.abs(vector(part, "moment", number) - plate["moment"] / 1000).max() < 1e-3
+
+
+@needs_samples
+@pytest.mark.parametrize("name", ["pc_int", "dec_real", "Gait", "Qualisys"])
+def test_platforms_agree_with_ezc3d(name: str) -> None:
+    path = SAMPLES / f"{name}.c3d"
+    result = read(path.read_bytes())
+    assert (result.refused, result.role) == (False, "force")
+    check_against_ezc3d(result, path)
+
+
+@needs_samples
+def test_three_encodings_of_one_trial_agree() -> None:
+    intel, dec, sgi = (read((SAMPLES / f"{name}.c3d").read_bytes()) for name in ("pc_int", "dec_real", "sgi_int"))
+    for other in (dec, sgi):
+        for part, same in zip(intel.parts, other.parts, strict=True):
+            assert (part.part, part.rate_hz) == (same.part, same.rate_hz)
+            for channel, again in zip(part.channels, same.channels, strict=True):
+                assert channel.name == again.name
+                step = 3e-4 if part.part == "markers" else 1e-3  # half a marker's step is 0.14 mm
+                assert np.allclose(channel.values, again.values, rtol=0, atol=step, equal_nan=True)
+    assert np.abs(vector(intel.parts[0], "force", 1)[2]).max() == pytest.approx(815.51, abs=0.01)
+
+
+@needs_samples
+@pytest.mark.parametrize("share", [0.99, 0.8, 0.5, 0.2])
+def test_a_cut_file_is_refused(share: float) -> None:
+    data = (SAMPLES / "Gait.c3d").read_bytes()
+    result = read(data[: int(share * len(data))])
+    assert result.refused
+    assert not result.parts
+
+
+@needs_samples
+def test_a_damaged_parameter_section_is_refused_with_its_place() -> None:
+    (finding,) = read((SAMPLES / "bad_parameter_section.c3d").read_bytes()).findings
+    assert "byte 5574" in finding.message
+
+
+def forces(n: int = 40) -> np.ndarray:
+    noise = np.random.default_rng(4).normal(0, 1, (n, 8))
+    noise[:, 2] -= 400
+    noise[:, 4:] -= 100
+    return noise
+
+
+@pytest.mark.parametrize("kind", [2, 3, 4])
+def test_every_type_of_platform_agrees_with_ezc3d(kind: int, tmp_path: Path) -> None:
+    matrix = np.eye(6) + np.random.default_rng(1).normal(0, 0.01, (6, 6))
+    path = tmp_path / "plate.c3d"
+    path.write_bytes(c3d_bytes(forces(), platform(kind, matrix)))
+    check_against_ezc3d(read(path.read_bytes()), path)
+
+
+def test_a_platform_that_gives_the_point_of_force_has_moments_that_agree() -> None:
+    analog = forces()
+    analog[:, 3], analog[:, 4] = 30.0, -40.0  # mm, in axes of which z points down
+    force, moment = (vector(read(c3d_bytes(analog, platform(1))).parts[0], name, 1) for name in ("force", "moment"))
+    assert (force[2] > 300).all()
+    assert -moment[1] / force[2] == pytest.approx(-0.040)  # the platform's y lies along the room's x
+    assert moment[0] / force[2] == pytest.approx(0.030)
+
+
+@pytest.mark.parametrize(
+    ("unit", "moment", "newtons", "newton_metres"),
+    [("N", "Nmm", 400.0, 1.0), ("nt", "ntmm", 400.0, 1.0), ("kN", "Nm", 400e3, 1e3), ("Newtons", "N.m", 400.0, 1e3)],
+)
+def test_units_of_platforms(unit: str, moment: str, newtons: float, newton_metres: float) -> None:
+    analog = np.tile([0.0, 0.0, -400.0, 0.0, 0.0, 1000.0, 0.0, 0.0], (40, 1))
+    data = c3d_bytes(analog, platform(2), units=[unit] * 3 + [moment] * 3 + ["V"] * 2)
+    result = read(data)
+    if newtons > 1e5:
+        assert result.refused
+        return
+    (part,) = (part for part in result.parts if part.part == "force")
+    assert vector(part, "force", 1)[2] == pytest.approx(newtons)
+    assert np.abs(vector(part, "moment", 1)[2]) == pytest.approx(newton_metres)
+
+
+def test_units_that_are_none_of_a_force_are_assumed_and_said() -> None:
+    result = read(c3d_bytes(forces(), platform(2), units=["V"] * 8))
+    assert "unit_assumed" in {finding.rule for finding in result.findings}
+    assert result.parts[0].channels[0].assumed
+
+
+@pytest.mark.parametrize("offset", [0, -100, 100])
+def test_integers_are_read_with_their_own_offset(offset: int) -> None:
+    analog = np.rint(forces())
+    whole = read(c3d_bytes(analog, platform(2), integers=True, offset=offset))
+    assert vector(whole.parts[0], "force", 1)[2] == pytest.approx(-analog[:, 2])
+
+
+def test_integers_of_an_unsigned_converter_with_an_offset_beyond_32767() -> None:
+    analog = np.rint(forces())
+    data = c3d_bytes(analog, platform(2), integers=True, offset=40000, unsigned=True)
+    assert vector(read(data).parts[0], "force", 1)[2] == pytest.approx(-analog[:, 2])
+
+
+def test_a_room_with_y_up_has_the_load_along_z() -> None:
+    data = c3d_bytes(forces(), platform(2, up="y"))
+    assert (vector(read(data).parts[0], "force", 1)[2] > 300).all()
+
+
+def test_a_file_without_a_rate_asks_for_it() -> None:
+    data = c3d_bytes(forces(), platform(2), rate_hz=0.0)
+    assert "rate_missing" in {finding.rule for finding in read(data).findings}
+    assert read(data, rate_hz=500.0).parts[0].rate_hz == 500.0
+
+
+def test_a_platform_of_another_type_leaves_its_raw_channels() -> None:
+    result = read(c3d_bytes(forces(), platform(21)))
+    assert "plate_not_known" in {finding.rule for finding in result.findings}
+    assert {part.part for part in result.parts} == {"analog", "markers"}
+
+
+@pytest.mark.parametrize(
+    ("at", "what"), [(3, "points"), (5, "analog"), (9, "frames"), (17, "begin"), (21, "rate"), (523, "step")]
+)
+def test_what_the_header_says_against_the_parameters_is_refused(at: int, what: str) -> None:
+    data = bytearray(c3d_bytes(forces(), platform(2)))
+    data[at] ^= 0x55
+    assert read(bytes(data)).refused, what
+
+
+def test_no_cut_and_no_flipped_byte_crashes() -> None:
+    whole = c3d_bytes(forces(8), platform(4, np.eye(6)))
+    assert not read(whole).refused
+    for cut in range(0, len(whole) - 512, len(whole) // 20):
+        assert read(whole[:cut]).refused
+    noise = np.random.default_rng(5)
+    for _ in range(150):
+        data = bytearray(whole)
+        data[int(noise.integers(len(whole)))] = int(noise.integers(256))
+        assert read(bytes(data)).format in ("c3d", "unknown", "delimited_log")
+
+
+def test_big_endian_words_in_a_file_that_says_intel_are_refused() -> None:
+    data = bytearray(c3d_bytes(forces(), platform(2)))
+    for word in range(1, 12):
+        data[2 * word : 2 * word + 2] = struct.pack(">H", *struct.unpack("<H", data[2 * word : 2 * word + 2]))
+    assert read(bytes(data)).refused
