@@ -5,6 +5,7 @@ from __future__ import annotations
 from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import (
     amti,
+    amti_bsf,
     bertec,
     c3d,
     cortex,
@@ -29,6 +30,7 @@ FORMATS: tuple[Format, ...] = (
     minitaur.FORMAT,
     debug_lines.FORMAT,
     amti.FORMAT,
+    amti_bsf.FORMAT,
     bertec.FORMAT,
     cortex.FORMAT,
     forcedecks.FORMAT,

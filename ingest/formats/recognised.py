@@ -31,11 +31,6 @@ def _first_line(pattern: str) -> Callable[[Head], bool]:
     return lambda head: compiled.match(head.first_line()) is not None
 
 
-def _is_amti_bsf(head: Head) -> bool:
-    version, header = (int.from_bytes(head.data[start : start + 4], "little") for start in (0, 4))
-    return len(head.data) >= 8 and version in (100, 105) and 900 <= header <= 4096
-
-
 _RUN_SHEET = r"run[,;\t]date[,;\t]position[,;\t]kind\b"
 
 _SIGNATURES = (
@@ -46,7 +41,6 @@ _SIGNATURES = (
     _Signature("image", "an image", _TEXT, _magic(b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*")),
     _Signature("video", "a video", "keep it beside the book", lambda head: head.data[4:8] == b"ftyp"),
     _Signature("mat", "a MATLAB file", "write it as text with `writetable`", _magic(b"MATLAB 5.0", b"\x89HDF")),
-    _Signature("amti_bsf", "an AMTI NetForce binary file", "export it from NetForce as text", _is_amti_bsf),
     _Signature("run_sheet", "a run sheet", "state its runs with `labbook runs import FILE`", _first_line(_RUN_SHEET)),
 )  # fmt: skip
 

@@ -16,9 +16,9 @@ from ingest.formats.force_plates.c3d_plates import Plate, length_factor, plate
 from ingest.formats.force_plates.c3d_sections import SGI, C3dDamagedError, C3dSections, read_sections
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
+from ingest.instruments import Instrument
 from ingest.model import FloatArray, Reading
 from ingest.several import NamedTable, read_several
-from ingest.signals import Instrument
 from ingest.tables.preamble import Preamble
 from ingest.tables.table import array_table
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import struct
 
 import pytest
 
@@ -19,7 +18,6 @@ BEGINNINGS = {
     "image": b"\x89PNG\r\n\x1a\n" + bytes(60),
     "video": b"\0\0\0\x18ftypmp42" + bytes(60),
     "mat": b"MATLAB 5.0 MAT-file" + bytes(200),
-    "amti_bsf": struct.pack("<ii", 105, 968) + bytes(1000),
     "run_sheet": b"run,date,position,kind,foot,battery,robot,started,duration_s,jumps_made,starts,note\n",
 }
 
