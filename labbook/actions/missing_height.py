@@ -7,7 +7,6 @@ import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from data_schema.errors import nearest
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import CHANNELS, FileRole, IngestStatus, RunKind
 from ingest.channels.synonyms import channel_kind
@@ -21,6 +20,10 @@ _LIKE_HEIGHT = ("bodyheight", "height", "hgt", "bodyz", "z", "h", "pot", "string
 _LENGTHS = ("m", "cm", "mm", "um", "in", "ft")
 _WITHOUT_UNIT = (None, "1")
 _MOST_COLUMNS = 12
+_CLOSE = 0.7
+"""A name this alike may be the channel misspelt; less alike it only shares letters with it."""
+_QUOTED = set('"$`\\!')
+"""What a shell reads within double quotes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,12 +82,18 @@ def _missing(outcome: FileOutcome) -> MissingHeight:
     columns = tuple(
         (name, "", None)
         if channel_kind(channel.name) is not None and squash(name) == squash(channel.name)
-        else (name, channel.name, None if channel_kind(channel.name) else nearest(channel.name, CHANNELS))
+        else (name, channel.name, None if channel_kind(channel.name) else _nearest(channel.name))
         for name, channel in channels.items()
     )
     name, unit = _likeliest(list(channels.values()))
-    column = shlex.quote(f"{name}={BODY_HEIGHT}:{unit}")
-    return MissingHeight(columns, f"labbook ingest {shlex.quote(outcome.path)} --column {column}")
+    column = f"{name}={BODY_HEIGHT}:{unit}"
+    quoted = shlex.quote(column) if set(column) & _QUOTED else f'"{column}"'
+    return MissingHeight(columns, f"labbook ingest {shlex.quote(outcome.path)} --column {quoted}")
+
+
+def _nearest(name: str) -> str | None:
+    close = difflib.get_close_matches(name, CHANNELS, n=1, cutoff=_CLOSE)
+    return close[0] if close else None
 
 
 def _likeliest(channels: Sequence[ChannelData]) -> tuple[str, str]:

@@ -22,16 +22,20 @@ from labbook.statements.importing import PreparedImport
 _MOST_COLUMNS = 8
 
 
-def outcome_lines(outcome: FileOutcome, run: str | None, missing: MissingHeight | None = None) -> list[str]:
+def outcome_lines(
+    outcome: FileOutcome, run: str | None, missing: MissingHeight | None = None, *, remarks: bool = True
+) -> list[str]:
     """Return the lines for people: what became of the file that was to belong to `run`, and its findings.
 
-    `missing` is said before all else: the log has no body height.
+    `missing` is said before all else: the log has no body height. Without `remarks` only findings that refuse the file
+    or leave rows out are told.
     """
     if outcome.first is not None:
         restored = ["  raw copy restored: the book's own was missing or damaged."] if outcome.raw_restored else []
         return [_head(outcome), *restored, *_run_not_heeded(outcome.first, run)]
     loud = [] if missing is None else missing_height_lines(outcome.path, missing)
-    findings = () if outcome.read is None else outcome.read.findings
+    found = () if outcome.read is None else outcome.read.findings
+    findings = [finding for finding in found if remarks or finding.severity is not Severity.NOTE]
     return [*loud, _head(outcome), *(f"  {line}" for line in _finding_lines(findings))]
 
 

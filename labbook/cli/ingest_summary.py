@@ -77,7 +77,7 @@ def summary_line(outcomes: Sequence[FileOutcome], dry_run: bool) -> str:
 def _sorted(batch: Batch) -> _Sorted:
     found = _Sorted()
     for outcome, of_file, missing in zip(batch.outcomes, batch.rig, batch.heights, strict=True):
-        full = outcome_lines(outcome, batch.run, missing)
+        full = outcome_lines(outcome, batch.run, missing, remarks=outcome.status is not IngestStatus.REFUSED)
         concern = _concern(outcome, missing, batch.run)
         if concern is not None:
             found.attention.append((concern, full))

@@ -19,6 +19,7 @@ IN_ORDER = {
         {"stated", "filled_in", "unchanged", "not_made", "remarks"},
     ),
     "ingest": ("ingest ../instruments/logs", {"status", "format", "runs", "sha256", "findings", "channels"}),
+    "channels": ("channels", {"name", "unit", "meaning"}),
     "charge": ("charge r001 112", {"run", "charge", "charge_mah"}),
     "runs list": ("runs list", {"name", "state", "levels", "day"}),
     "runs inbox": ("runs inbox", set()),
