@@ -1,4 +1,4 @@
-"""What a declared column may hold: a channel that labbook knows, the time, or a quantity of one's own; and its unit."""
+"""What a declared column may hold: a channel, time, a part of a charger sheet, or one's own quantity; and its unit."""
 
 from __future__ import annotations
 
@@ -8,6 +8,16 @@ from data_schema.vocabulary import CHANNELS
 TIME = "time"
 OWN = "own."
 """Before a name that is no channel: `own.motor_current` is kept as `motor_current` and feeds no result."""
+SHEET_COLUMNS = {
+    "run": "name of the run that was recharged after",
+    "charge": "charge that was put back, in mAh or Ah",
+    "duration": "how long the recharge took, in min, s or h",
+    "end_voltage": "voltage of the pack in the end, in V",
+    "pack": "name of the pack",
+    "ended": "when the recharge ended",
+    "mode": "charge or discharge",
+}
+"""What the columns of a charger sheet can be declared as."""
 _WHERE = "`labbook channels` lists all; a quantity of your own is written own.NAME."
 
 
@@ -24,8 +34,8 @@ def channel_meant(text: str) -> str:
             why = f"{name} is a channel, write {name}" if name.strip() else f"write for example {OWN}motor_current"
             raise UsageError(f"{text!r} is no name of your own: {why}.")
         return name
-    if text != TIME and channel_kind(text) is None:
-        raise unknown_name("channel", text, [TIME, *CHANNELS], _WHERE)
+    if text not in (TIME, *SHEET_COLUMNS) and channel_kind(text) is None:
+        raise unknown_name("channel", text, {TIME: 0, **CHANNELS, **SHEET_COLUMNS}, _WHERE)
     return text
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.vocabulary import CHANNELS
+from ingest.formats.chargers import sheet_header
 from labbook.config.parsing import parse_configuration
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook, small_toml
@@ -22,12 +23,14 @@ def log(tmp_path: Path) -> Path:
 
 
 def test_all_channels_are_listed_with_unit_and_meaning(tmp_path: Path) -> None:
-    listed = {row["name"]: row for row in good(labbook("channels", "--json", at=tmp_path)).json}
+    answer = good(labbook("channels", "--json", at=tmp_path)).json
+    listed = {row["name"]: row for row in answer if row["of"] == "log"}
     assert {name: (row["unit"], row["meaning"]) for name, row in listed.items() if name in CHANNELS} == {
         name: (kind.unit, kind.meaning) for name, kind in CHANNELS.items()
     }
     shown = good(labbook("channels", at=tmp_path)).out
     assert all(name in shown for name in [*CHANNELS, "own.NAME"])
+    assert {row["name"] for row in answer if row["of"] == "charger sheet"} == set(sheet_header._WRITTEN_AS)
 
 
 @pytest.mark.parametrize(
@@ -72,3 +75,13 @@ def test_a_profile_that_was_in_force_is_read_as_it_stood() -> None:
     text = small_toml() + PROFILE % ("pot", "grains")
     column = parse_configuration(text, "the book's configuration").profiles["logger"].columns["z"]
     assert (column.channel, column.unit) == ("pot", "grains")
+
+
+def test_columns_of_a_charger_sheet_are_declared_by_their_part(stated: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "laden.csv"
+    path.write_text("Lauf;geladen;Dauer [min];Akku\nr001;112;14;A\n")
+    said = [f"--column={word}" for word in ("Lauf=run", "geladen=charge:mAh", "Dauer=duration", "Akku=pack")]
+    good(labbook("ingest", path, *said, at=stated.folder))
+    assert rows(stated.folder, "SELECT charge_mah, duration_s, stated_run, stated_pack FROM charge") == [
+        (112.0, 840.0, "r001", "A")
+    ]
