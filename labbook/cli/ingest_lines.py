@@ -20,6 +20,8 @@ from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
 
 _MOST_COLUMNS = 8
+_CONTRADICTIONS = ("charge_contradicts",)
+"""Rules of notes that wait for a person's word."""
 
 
 def outcome_lines(
@@ -27,29 +29,44 @@ def outcome_lines(
 ) -> list[str]:
     """Return the lines for people: what became of the file that was to belong to `run`, and its findings.
 
-    `missing` is said before all else: the log has no body height. Without `remarks` only findings that refuse the file
-    or leave rows out are told.
+    `missing` is said before all else: the log has no body height. Without `remarks` only findings that a person must
+    act on are told.
     """
     if outcome.first is not None:
         restored = ["  raw copy restored: the book's own was missing or damaged."] if outcome.raw_restored else []
-        return [_head(outcome), *restored, *_run_not_heeded(outcome.first, run)]
+        return [file_head(outcome), *restored, *_run_not_heeded(outcome.first, run)]
     loud = [] if missing is None else missing_height_lines(outcome.path, missing)
     found = () if outcome.read is None else outcome.read.findings
-    findings = [finding for finding in found if remarks or finding.severity is not Severity.NOTE]
-    return [*loud, _head(outcome), *(f"  {line}" for line in _finding_lines(findings))]
+    findings = [finding for finding in found if remarks or not _is_remark(finding)]
+    return [*loud, file_head(outcome), *(f"  {line}" for line in _finding_lines(findings))]
 
 
 def file_line(outcome: FileOutcome) -> str:
     """Return the one line that is enough where nothing needs attention: what was read, and the rules of its remarks."""
     if outcome.first is not None:
-        return _head(outcome) + (" Raw copy restored." if outcome.raw_restored else "")
-    assert outcome.read is not None  # noqa: S101 - only duplicates are not read
-    rules = Counter(finding.rule for finding in outcome.read.findings)
-    noted = ", ".join(rule if count == 1 else f"{count} {rule}" for rule, count in rules.items())
-    return _head(outcome) + (f" Noted: {noted}." if noted else "")
+        return file_head(outcome) + (" Raw copy restored." if outcome.raw_restored else "")
+    noted = noted_in(outcome)
+    return file_head(outcome) + (f" Noted: {noted}." if noted else "")
 
 
-def _head(outcome: FileOutcome) -> str:
+def noted_in(outcome: FileOutcome) -> str:
+    """Return the rules of a file's remarks, each with how often it was found; empty where there are none."""
+    found = () if outcome.read is None else outcome.read.findings
+    rules = Counter(finding.rule for finding in found if _is_remark(finding))
+    return ", ".join(rule if count == 1 else f"{count} {rule}" for rule, count in rules.items())
+
+
+def needs_a_person(finding: Finding) -> bool:
+    """Whether a finding calls for somebody though the file was imported: rows left out, charges that contradict."""
+    return finding.severity is Severity.ROW or finding.rule in _CONTRADICTIONS
+
+
+def _is_remark(finding: Finding) -> bool:
+    return finding.severity is Severity.NOTE and finding.rule not in _CONTRADICTIONS
+
+
+def file_head(outcome: FileOutcome) -> str:
+    """Return what became of a file, in one line."""
     if outcome.first is not None:
         first = outcome.first
         runs = f" for run {', '.join(first.runs)}" if first.runs else ""

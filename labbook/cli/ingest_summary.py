@@ -6,15 +6,14 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from data_schema.vocabulary import IngestStatus, Severity
+from data_schema.vocabulary import IngestStatus
 from labbook.actions.ingesting import FileOutcome
 from labbook.actions.missing_height import MissingHeight
 from labbook.actions.rig_line import RigLine
-from labbook.cli.ingest_lines import file_line, outcome_lines
+from labbook.cli.ingest_lines import file_head, file_line, needs_a_person, noted_in, outcome_lines
 
 MOST_LISTED = 12
 """More files or runs than this with nothing to say about them are counted, not listed: a day at the rig has fewer."""
-_OF_RUNS = ("charge_contradicts",)
 _REFUSED, _NO_HEIGHT, _JUMPS, _LOGS, _ROWS, _NO_RUN, _LIMITS = range(7)
 """What needs attention, gravest first."""
 
@@ -30,9 +29,19 @@ class Batch:
     dry_run: bool
 
 
+@dataclass(frozen=True, slots=True)
+class _Concern:
+    """What needs attention: how grave it is, its lines, and of a file what is the same of others that ail alike."""
+
+    rank: tuple[int, int]
+    lines: list[str]
+    path: str = ""
+    alike: tuple[str, ...] = ()
+
+
 @dataclass(slots=True)
 class _Sorted:
-    attention: list[tuple[tuple[int, int], list[str]]] = field(default_factory=list)
+    attention: list[_Concern] = field(default_factory=list)
     noted: list[str] = field(default_factory=list)
     fine: list[str] = field(default_factory=list)
     fine_runs: list[str] = field(default_factory=list)
@@ -50,7 +59,7 @@ def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
         rig = sorted((line for of_file in batch.rig for line in of_file), key=_of_run)
         return [summary, *full, *(f"  {line.text}" for line in rig)]
     found = _sorted(batch)
-    attention = [line for _rank, lines in sorted(found.attention, key=lambda item: item[0]) for line in lines]
+    attention = _worst_first(found.attention)
     if attention:
         attention.insert(0, f"look at these first ({len(found.attention)}):")
         if found.noted or found.fine or found.fine_runs:
@@ -77,10 +86,13 @@ def summary_line(outcomes: Sequence[FileOutcome], dry_run: bool) -> str:
 def _sorted(batch: Batch) -> _Sorted:
     found = _Sorted()
     for outcome, of_file, missing in zip(batch.outcomes, batch.rig, batch.heights, strict=True):
-        full = outcome_lines(outcome, batch.run, missing, remarks=outcome.status is not IngestStatus.REFUSED)
         concern = _concern(outcome, missing, batch.run)
         if concern is not None:
-            found.attention.append((concern, full))
+            lines = outcome_lines(outcome, batch.run, missing, remarks=False)
+            alike = tuple(line.replace(outcome.path, "") for line in lines if line != file_head(outcome))
+            noted = "" if outcome.status is IngestStatus.REFUSED else noted_in(outcome)
+            lines += [f"  noted: {noted}."] if noted else []
+            found.attention.append(_Concern(concern, lines, outcome.path, alike))
         elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored:
             found.noted.append(file_line(outcome))
         else:
@@ -90,8 +102,22 @@ def _sorted(batch: Batch) -> _Sorted:
             if rank[0] > _LIMITS:
                 found.fine_runs.append(f"  {line.text}")
             else:
-                found.attention.append((rank, [f"  {line.text}"]))
+                found.attention.append(_Concern(rank, [f"  {line.text}"]))
     return found
+
+
+def _worst_first(concerns: Sequence[_Concern]) -> list[str]:
+    """Return the lines of all, the gravest first; of files that ail alike the first is told, and the others named."""
+    groups: dict[object, list[_Concern]] = {}
+    for place, concern in sorted(enumerate(concerns), key=lambda item: item[1].rank):
+        groups.setdefault((concern.rank, concern.alike) if concern.alike else place, []).append(concern)
+    lines = []
+    for first, *others in groups.values():
+        lines += first.lines
+        if others:
+            more = f" and {len(others) - MOST_LISTED} more" if len(others) > MOST_LISTED else ""
+            lines.append(f"  the same of: {', '.join(other.path for other in others[:MOST_LISTED])}{more}.")
+    return lines
 
 
 def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | None) -> tuple[int, int] | None:
@@ -101,10 +127,8 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
         return _REFUSED, 0
     if missing is not None:
         return _NO_HEIGHT, 0
-    if read is not None and (read.rows_rejected or any(finding.severity is Severity.ROW for finding in read.findings)):
+    if read is not None and (read.rows_rejected or any(map(needs_a_person, read.findings))):
         return _ROWS, -read.rows_rejected
-    if read is not None and any(finding.rule in _OF_RUNS for finding in read.findings):
-        return _ROWS, 0
     not_heeded = outcome.first is not None and run is not None and run not in outcome.first.runs
     return (_NO_RUN, 0) if not_heeded or (read is not None and not outcome.runs) else None
 

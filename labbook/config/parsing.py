@@ -188,6 +188,11 @@ def _profile(table: TableReader, *, in_force: bool) -> ProfileSettings:
     if table.value("time") is not None:
         below = table.table("time")
         time = TimeColumn(below.text("column"), below.optional_text("unit"))
+        try:
+            if time.unit and not in_force:
+                check_unit(time.unit, None)
+        except UsageError as error:
+            below.fault("unit", str(error))
         below.finish()
         if rate_hz is not None:
             table.fault("rate_hz", "stands beside a time column: leave one of the two out.")

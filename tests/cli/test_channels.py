@@ -63,6 +63,12 @@ def test_a_profile_with_a_name_that_is_none_is_refused_with_its_place(
         refused(labbook("ingest", log, at=fresh.folder), 2, "labbook.toml", "profiles.logger.columns.z")
 
 
+def test_a_time_unit_of_a_profile_that_is_none_is_refused(fresh: SmallBook, log: Path) -> None:
+    with fresh.toml.open("a") as toml:
+        toml.write('\n[profiles.logger]\nrecognise = ["z"]\ntime = { column = "t", unit = "UNIT" }\n')
+    refused(labbook("ingest", log, at=fresh.folder), 2, "profiles.logger.time.unit", "'UNIT' is no unit")
+
+
 def test_a_quantity_of_ones_own_is_marked_by_flag_and_profile(fresh: SmallBook, log: Path) -> None:
     with fresh.toml.open("a") as toml:
         toml.write(PROFILE % ("own.pot", "mm"))

@@ -71,6 +71,24 @@ def test_the_sum_comes_first_then_what_needs_attention_worst_first(
     assert lines.index("the others:") < places[-1]
 
 
+def test_files_that_ail_alike_are_told_once(stated: SmallBook, foreign: Path, tmp_path: Path) -> None:
+    """It was the same findings again for each of a new user's logs."""
+    folder = tmp_path / "logger"
+    folder.mkdir()
+    for number in range(20):
+        text = foreign.read_text().replace("legLen", "left") + f"{900 + number},1,421,1\n"
+        (folder / f"log{number:02}.csv").write_text(text)
+        (folder / f"bad{number:02}.csv").write_text(text.replace("t [ms]", "t"))
+    answer = labbook("ingest", folder, at=stated.folder)
+    assert answer.code == 2
+    lines = answer.out.splitlines()
+    assert lines[0] == "40 files: 20 imported, 0 there already, 20 refused."
+    assert len(lines) < 20
+    assert sum("NO body_height" in line for line in lines) == 1
+    assert sum("time_unit_missing" in line for line in lines) == 1
+    assert sum("the same of" in line and line.endswith("and 7 more.") for line in lines) == 2
+
+
 def test_many_files_that_are_fine_are_counted_and_listed_on_demand(stated: SmallBook) -> None:
     """It was one line for each of hundreds of files, with what mattered between them."""
     folders = [stated.instruments / name for name in ("logs", "charger")]
