@@ -28,7 +28,7 @@ _TRIAL_LENGTH_S, _RATE_HZ, _CHANNELS = 164, 212, 32
 
 _SIZES = range(900, 4097)
 _COMPONENTS = tuple(f"{quantity}_{axis}" for quantity in ("force", "moment") for axis in "xyz")
-_INSTRUMENT = Instrument("force", Convention("AMTI", {}), Z_DOWN_ACTION)
+_INSTRUMENT = Instrument("force", Convention("AMTI", {}), Z_DOWN_ACTION, evidence="AMTI")
 
 
 def _recognise(head: Head) -> Recognition | None:

@@ -119,7 +119,7 @@ def _analog_table(sections: C3dSections, analogs: FloatArray, findings: FindingC
             columns.append(np.ascontiguousarray(analogs[:, channel]))
     preamble = Preamble((sections.point_rate_hz * sections.ratio) or None, None)
     table = array_table(names, column_units, columns, preamble)
-    return NamedTable(table, Instrument("force" if plates else "analog", _CONVENTION))
+    return NamedTable(table, Instrument("force" if plates else "analog", _CONVENTION, evidence="C3D"))
 
 
 def _plates(sections: C3dSections, analogs: FloatArray, units: list[str], findings: FindingCollector) -> list[Plate]:
