@@ -12,7 +12,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from data_schema.vocabulary import GapKind
-from ingest.model import BoolArray, FloatArray, IntArray
+from ingest.model import FloatArray, IntArray
 from ingest.timebase.stamps import PAUSE_PERIODS, PAUSE_S, Timebase, from_rate
 
 _WITHIN = 0.5
@@ -25,12 +25,11 @@ _CONTINUOUS = 5.0
 _LONGEST_STEP_S = 3600.0
 
 
-def burst_starts(seconds: FloatArray, channels: Iterable[FloatArray]) -> IntArray | None:
+def burst_starts(seconds: FloatArray) -> IntArray | None:
     """Return the rows at which bursts start, or None where stamps, shape (n,), come one by one.
 
     Rows of a burst repeat their stamp or follow in a small part of the mean step, and every burst brings about as many
-    samples as fit into the time until the next. A logger that records only now and then leaves the same stamps, but
-    its `channels`, shape (n,) each, jump from burst to burst; rows written twice repeat all their values.
+    samples as fit into the time until the next.
     """
     if len(seconds) < 2 * _FEWEST_BURSTS or not np.isfinite(seconds).all():
         return None
@@ -41,21 +40,32 @@ def burst_starts(seconds: FloatArray, channels: Iterable[FloatArray]) -> IntArra
     mean = float(usual.mean())
     if np.count_nonzero(steps < _SHORT * mean) < _FEWEST_SHORT * len(steps):
         return None
-    short = steps < _WITHIN * mean
-    starts = np.concatenate([[0], np.flatnonzero(~short) + 1])
+    starts = np.concatenate([[0], np.flatnonzero(steps >= _WITHIN * mean) + 1])
     if len(starts) < _FEWEST_BURSTS or np.diff(starts).max() < 2:
         return None
     period = np.diff(seconds[starts]) / np.diff(starts)
     near = np.abs(period / np.median(period) - 1) < _REGULAR
-    if np.count_nonzero(near) < _REGULAR_SHARE * len(near) or not _is_continuous(channels, short):
-        return None
-    return np.asarray(starts, dtype=np.int64)
+    return np.asarray(starts, dtype=np.int64) if np.count_nonzero(near) >= _REGULAR_SHARE * len(near) else None
 
 
-def _is_continuous(channels: Iterable[FloatArray], within: BoolArray) -> bool:
-    """Whether values change within bursts, and most not much more from burst to burst than within."""
+def rate_within(seconds: FloatArray, starts: IntArray) -> float | None:
+    """Return the rate, in hertz, at which rows follow each other within bursts; None where they share their stamps."""
+    within = np.ones(len(seconds) - 1, dtype=np.bool_)
+    within[starts[1:] - 1] = False
+    step = float(np.median(np.diff(seconds)[within]))
+    return 1 / step if step > 0 else None
+
+
+def are_continuous(channels: Iterable[FloatArray], starts: IntArray) -> bool:
+    """Whether values, shape (n,) each, change within bursts, and most not much more from burst to burst than within.
+
+    A logger that records only now and then leaves the stamps of bursts, but its channels jump from one to the next;
+    rows that are written twice repeat all their values.
+    """
     moving = moving_within = jumping = 0
     for values in channels:
+        within = np.ones(len(values) - 1, dtype=np.bool_)
+        within[starts[1:] - 1] = False
         change = np.abs(np.diff(values))
         inside, between = _mean(change[within]), _mean(change[~within])
         moving += inside + between > 0
@@ -69,13 +79,14 @@ def _mean(values: FloatArray) -> float:
     return float(finite.mean()) if finite.size else 0.0
 
 
-def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray) -> Timebase:
+def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray, numbers: IntArray | None = None) -> Timebase:
     """Build the even axis of samples that came in bursts.
 
     `seconds`, shape (n,), are the stamps, `ordinals` number the rows as they stand in the file, `starts` are the rows
-    at which bursts start.
+    at which bursts start, `numbers` the instrument's own numbers of the samples, where it has them.
     """
-    brought = np.diff(ordinals[starts])
+    counts = (ordinals if numbers is None else numbers).copy()
+    brought = np.diff(counts[starts])
     passed = np.diff(seconds[starts])
     period = float(np.median(passed / brought))
     late = passed - brought * period
@@ -87,7 +98,6 @@ def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray) -> Ti
     paused = late > max(PAUSE_S, PAUSE_PERIODS * period)
     recorded = float(passed[~paused].sum())
     rate = float((brought + missing)[~paused].sum()) / recorded if recorded > 0 else 1 / period
-    counts = ordinals.copy()
     for start, number in zip(starts[1:][missing > 0].tolist(), missing[missing > 0].tolist(), strict=True):
         counts[start:] += number
     even = from_rate(counts, ordinals, rate)

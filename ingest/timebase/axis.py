@@ -13,10 +13,11 @@ from ingest.model import BoolArray, Declarations, FloatArray, IntArray
 from ingest.tables.preamble import Preamble
 from ingest.tables.table import Block, CellKind
 from ingest.timebase import clock
-from ingest.timebase.arrivals import burst_starts, from_bursts
+from ingest.timebase.arrivals import are_continuous, burst_starts, from_bursts, rate_within
 from ingest.timebase.order import Order, put_in_order, unwrap
 from ingest.timebase.stamps import (
     GAP_RULES,
+    RATE_REFUSED,
     TICKS_PER_SECOND,
     Timebase,
     check_rate,
@@ -206,7 +207,7 @@ def _stated_rate(sources: TimeSources, findings: FindingCollector) -> float | No
     return preamble.rate_hz
 
 
-def _sequence(sources: TimeSources, rows: IntArray) -> IntArray | None:
+def _sequence(sources: TimeSources, rows: IntArray | slice) -> IntArray | None:
     """Return the instrument's own sample numbers of the rows, where it has them and they count up."""
     for column in sources.plan.columns:
         if column.channel == "sequence":
@@ -227,10 +228,15 @@ def _from_bursts(
     """Return the one recording of stamps that come in bursts, None where they do not."""
     rows = slice(None) if usable.all() else np.flatnonzero(usable)
     stamps = seconds[rows]
-    starts = burst_starts(stamps, (values[rows] for values in sources.stored.values()))
+    starts = burst_starts(stamps)
     if starts is None:
         return None
-    timebase = from_bursts(stamps, sources.block.ordinal()[rows], starts)
+    timebase = from_bursts(stamps, sources.block.ordinal()[rows], starts, _sequence(sources, rows))
+    stated = sources.declared.rate_hz or sources.preamble.rate_hz
+    if not _near(timebase.rate_hz, stated):
+        channels = (values[rows] for values in sources.stored.values())
+        if _near(rate_within(stamps, starts), stated) or not are_continuous(channels, starts):
+            return None  # recorded now and then: the holes are real
     message = (
         f"The stamps are arrival stamps, {len(stamps) / len(starts):.3g} samples at once: the rate, "
         f"{timebase.rate_hz:.6g} Hz, is samples over time, and the axis is even."
@@ -241,6 +247,10 @@ def _from_bursts(
     recording = Recording(rows, timebase, utc, original)
     _check_rates([recording], sources, findings)
     return Recordings(usable, (recording,))
+
+
+def _near(rate_hz: float | None, stated_hz: float | None) -> bool:
+    return rate_hz is not None and stated_hz is not None and abs(rate_hz / stated_hz - 1) <= RATE_REFUSED
 
 
 def _from_arrivals(

@@ -465,3 +465,30 @@ def test_metres_labelled_millimetres_were_stored() -> None:
 
 def test_a_robot_that_stands_is_plausible() -> None:
     assert not with_robot(height_log("m", 1.0, hop_m=0.0)).refused
+
+
+def test_the_columns_of_a_second_header_of_a_sheet_were_those_of_the_first() -> None:
+    """12 minutes became 12 mAh, at the cost of one row of 201."""
+    first = [f"r{k},461,12" for k in range(100)]
+    second = [f"r{100 + k},12,461" for k in range(100)]
+    result = sheet("run,mAh,minutes", *first, "run,minutes,mAh", *second)
+    assert finding(result, "second_header").line == 102
+    assert not sheet("run,mAh,minutes", *first, "run,mAh,minutes", *first).refused
+
+
+def test_a_stated_rate_tells_bursts_from_holes() -> None:
+    """White noise looks the same in bursts and in holes."""
+    noise = np.random.default_rng(8).normal(0.4, 0.01, 1600)
+    rows = [f"{100 * (k // 10) + k % 10},{h:.5f}" for k, h in enumerate(noise)]
+    header = "time [ms],height [m]"
+    for rate_hz, gaps in ((100.0, 0), (1000.0, 159)):
+        (part,) = read(text(f"# Sampling rate: {rate_hz:g} Hz\n{header}", rows)).parts
+        assert part.rate_hz == pytest.approx(rate_hz, rel=0.02)
+        assert len(part.gaps) == gaps
+
+
+def test_an_instruments_own_numbers_tell_what_was_lost_among_bursts() -> None:
+    rows = [f"{k},{100 * (k // 10)},{0.4 + 0.05 * np.sin(k / 15):.5f}" for k in range(1600) if k not in (503, 504)]
+    (part,) = read(text("seq,time [ms],height [m]", rows)).parts
+    (gap,) = part.gaps
+    assert (gap.samples_missing, gap.start_s) == (2, pytest.approx(5.02))

@@ -13,7 +13,7 @@ from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.factors import refuse_other_unit
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.sheet_cells import FACTORS, STORED_UNIT, UNIT_MISSING, Quantity, parse_mode, parse_quantity
-from ingest.formats.chargers.sheet_header import SheetHeader, find_sheet_header
+from ingest.formats.chargers.sheet_header import SheetHeader, find_sheet_header, is_sheet_header
 from ingest.formats.format import NAMES, Format, Recognition
 from ingest.formats.head import Head
 from ingest.model import ChargeRow, Declarations, Reading
@@ -151,6 +151,13 @@ def _rows(head: Head, header: SheetHeader, findings: FindingCollector) -> Iterat
             )
             findings.add(ROW, "ragged_row", message, lines=[line], value=source.decode(content[:80]))
             yield line, None
+        elif (
+            raw
+            and tuple(raw) != header.cells[: len(raw)]
+            and is_sheet_header(source, raw, header.delimiter, head.declared)
+        ):
+            message = "Another header stands among the rows, with other columns: keep one header a sheet."
+            findings.add(FILE, "second_header", message, lines=[line], value=source.decode(content[:60]))
         elif raw and not _is_no_row(raw, line, header, findings):
             cells = [source.decode(cell) for cell in raw]
             yield line, cells + [""] * (width - len(cells))

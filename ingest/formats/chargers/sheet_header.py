@@ -80,12 +80,19 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
             for delimiter in CANDIDATES[:-1]
             if delimiter in line.content and (cells := split_cells(line.content, delimiter))
         ]
-        fitting = [
-            header for header in headers if "charge" in header.columns and header.columns.keys() & {"run", "pack"}
-        ]
+        fitting = [header for header in headers if _is_header(header)]
         if fitting:
             return max(fitting, key=lambda header: len(header.columns))
     return None
+
+
+def is_sheet_header(source: TextSource, cells: Sequence[bytes], delimiter: bytes, declared: Declarations) -> bool:
+    """Whether a line is the header of a sheet."""
+    return _is_header(_header(source, 0, cells, delimiter, declared))
+
+
+def _is_header(header: SheetHeader) -> bool:
+    return "charge" in header.columns and bool(header.columns.keys() & {"run", "pack"})
 
 
 def _header(
