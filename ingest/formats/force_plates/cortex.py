@@ -34,7 +34,7 @@ from ingest.tables.preamble import Preamble
 from ingest.tables.table import Block, CellKind, Wanted
 
 _CORTEX = Instrument("force", Convention("Motion Analysis Cortex", MILLIMETRE_UNITS), Z_UP_REACTION, evidence="Cortex")
-_ENTRY = re.compile(r"\s*(\w+)\s*=\s*(\S+)\s*")
+_ENTRY = re.compile(r"\s*(\w+)\s*=\s*(\S.*?)\s*")
 _COLUMN = re.compile(r"(F?[XYZ]|MZ)(\d+)")
 _PER_PLATE = 7
 

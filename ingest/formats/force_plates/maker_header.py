@@ -18,7 +18,8 @@ MILLIMETRE_UNITS: Mapping[str, str] = {
 }
 """For makers that write newton millimetres and millimetres."""
 
-_NUMBER = re.compile(r"[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(r"([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?:Hz)?")
+_GROUPED = re.compile(r"[1-9]\d{0,2},\d{3}")
 
 
 def plate_channel(quantity: str, axis: str, plate: int) -> str:
@@ -27,9 +28,14 @@ def plate_channel(quantity: str, axis: str, plate: int) -> str:
 
 
 def number(text: str | None) -> float | None:
-    """Return the first number in a header's value, its decimal sign a point or a comma; None where there is none."""
-    found = _NUMBER.search(text or "")
-    return float(found[0].replace(",", ".")) if found else None
+    """Return the number that a header's value is, its decimal sign a point or a comma; None where it is none.
+
+    `1,000` is none either: it may be one or a thousand.
+    """
+    found = _NUMBER.fullmatch((text or "").strip())
+    if found is None or _GROUPED.fullmatch(found[1]):
+        return None
+    return float(found[1].replace(",", "."))
 
 
 def positive(text: str | None) -> float | None:

@@ -328,3 +328,10 @@ def test_a_last_number_that_may_go_on_is_not_taken() -> None:
     result = read(whole.encode().rstrip())
     assert {"last_line_cut", "sample_count_contradicts"} <= rules(result)
     assert not read(whole.encode().rstrip(), Declarations(complete=True)).refused
+
+
+@pytest.mark.parametrize("rate", [b"1,000", b"45 0", b"-450", b"0", b"4500000000 kHz"])
+def test_a_rate_that_is_no_plain_number_is_never_half_read(rate: bytes) -> None:
+    result = read(made.cortex().replace(b"SampleRate=450.000000", b"SampleRate=" + rate))
+    assert result.refused
+    assert "layout_unknown" in rules(result)
