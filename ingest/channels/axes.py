@@ -6,6 +6,7 @@ import dataclasses
 import re
 from collections.abc import Mapping, Sequence
 
+from data_schema.errors import unknown_name
 from ingest.channels.columns import ColumnPlan
 from ingest.model import FloatArray
 
@@ -28,8 +29,10 @@ def turn_axes(
     """Return the plans with forces, moments and centres of pressure named by the stored axes.
 
     `frame` is a key of `AXES`. Components whose sign changes are turned round in `stored` (by position); `reason` is
-    noted with every component that is renamed or turned round.
+    noted with every component that is renamed or turned round. Raises `UsageError` for a frame that is not known.
     """
+    if frame not in AXES:
+        raise unknown_name("frame of forces", frame, AXES)
     axes = AXES[frame]
     turned = []
     for plan in plans:

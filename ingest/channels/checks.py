@@ -112,18 +112,25 @@ def note_still_channels(channels: Sequence[ChannelData], findings: FindingCollec
         values = channel.values
         if len(values) < 10 or _is_setting(channel):
             continue
-        same = np.count_nonzero(values[1:] == values[:-1])
+        repeats = values[1:] == values[:-1]
+        same = np.count_nonzero(repeats)
+        held = np.count_nonzero(repeats & (values[1:] != 0)) if _is_of_plate(channel) else same
         if same == len(values) - 1:
             message = f"The channel is {values[0]:g} throughout: a setting, or a sensor that was off."
             findings.add(NOTE, "channel_constant", message, column=channel.source_name)
-        elif same > 0.5 * len(values) and len(np.unique(values[1:][values[1:] != values[:-1]])) > 20:
+        elif held > 0.5 * len(values) and len(np.unique(values[1:][values[1:] != values[:-1]])) > 20:
             message = (
-                f"{100 * same / len(values):.0f} % of the values repeat the one before: "
+                f"{100 * held / len(values):.0f} % of the values repeat the one before: "
                 "the sensor is slower than the log or holds its value; a repeat is no sign of rest."
             )
             findings.add(NOTE, "channel_held", message, column=channel.source_name)
         else:
             _note_flat_tops(channel, findings)
+
+
+def _is_of_plate(channel: ChannelData) -> bool:
+    """Many programs write zeros while nothing stands on the plate."""
+    return (channel_kind(channel.name) or "").startswith(("force_", "moment_", "free_moment_", "cop_"))
 
 
 def _is_setting(channel: ChannelData) -> bool:

@@ -31,18 +31,22 @@ Z_DOWN_ACTION: Mapping[str, int] = {
 Z_UP_REACTION: Mapping[str, int] = dict.fromkeys(Z_DOWN_ACTION, 1)
 """What is stored already: the reaction on the robot with z up."""
 
+ACTION: Mapping[str, int] = {kind: 1 if kind.startswith("cop") else -1 for kind in Z_DOWN_ACTION}
+"""From the force on a plate to the reaction on the robot, the axes as they are."""
+
 
 def orient(
     plans: Sequence[ColumnPlan],
     stored: dict[int, FloatArray],
     axes: Mapping[str, int],
     maker: str,
+    frame: str,
     findings: FindingCollector,
 ) -> tuple[ColumnPlan, ...]:
     """Return the plans with their final signs, and apply these to `stored` (by position, signs declared applied).
 
-    `axes` are the maker's signs. A plate whose load comes out negative reports with the opposite sign throughout: it is
-    turned round, which is noted.
+    `axes` are the maker's signs, `frame` is that from which `stored` was turned to z up. A plate whose load comes out
+    negative reports with the opposite sign throughout: it is turned round, which is noted.
     """
     oriented = list(plans)
     for plate in sorted({plate_of(plan.channel) for plan in plans if _is_plate(plan)}):
@@ -50,9 +54,12 @@ def orient(
         force = next((oriented[index] for index in members if channel_kind(oriented[index].channel) == "force_z"), None)
         signs = axes
         reason = f"axes: {maker}" if axes else ""
-        if force is not None and _loaded_median(stored[force.position]) < -LOADED_N:
-            signs = {kind: 1 if kind.startswith("cop") else -1 for kind in Z_DOWN_ACTION}
+        if force is not None and _loaded_median(stored[force.position]) * axes.get("force_z", 1) < -LOADED_N:
+            signs = ACTION
             reason = "sign: the load was negative, so the file tells the force on the plate with z up"
+            if frame != "z up":
+                signs = {kind: sign * axes.get(kind, 1) for kind, sign in ACTION.items()}
+                reason = f"sign: the load was negative with {frame}, so the sign is the opposite"
             message = "The load on the plate is negative: all its forces and moments are stored with the opposite sign."
             findings.add(NOTE, "force_sign_flipped", message, column=force.source_name)
         for index in members:

@@ -16,10 +16,10 @@ COP_M = (0.1, 0.05)
 SIDEWAYS_N = (6.0, -3.0)
 
 
-def hops(n: int, rate_hz: float) -> np.ndarray:
+def hops(n: int, rate_hz: float, load_n: float = LOAD_N) -> np.ndarray:
     """Vertical force of the hops, shape (n,), newtons: a ripple on the load, so that no plate seems dead."""
     stance = np.arange(n) % round(rate_hz) < 0.4 * rate_hz
-    return np.where(stance, LOAD_N + 0.25 * np.sin(np.arange(n)), 0.0)
+    return np.where(stance, load_n + 0.25 * np.sin(np.arange(n)), 0.0)
 
 
 def plate(fz: np.ndarray) -> dict[str, np.ndarray]:
@@ -155,9 +155,11 @@ def pasco(n: int = 1000, rate_hz: float = 1000.0, second: int = 600) -> bytes:
     return "\r\n".join([",".join(["Run #1"] * 4 + ["Run #2"] * 4), ",".join(names * 2), *rows, ""]).encode()
 
 
-def qualisys(n: int = 1000, rate_hz: float = 500.0, longer: bool = True, up: str = "z down") -> bytes:
+def qualisys(
+    n: int = 1000, rate_hz: float = 500.0, longer: bool = True, up: str = "z down", load_n: float = LOAD_N
+) -> bytes:
     """A QTM export of one plate in its own frame, of which the corners tell whether its third axis points down."""
-    stored = plate(hops(n, rate_hz))
+    stored = plate(hops(n, rate_hz, load_n))
     # On a plate whose z axis points down, what is stored turns half a turn about x, and acts on the plate.
     signs = {"force": (-1, 1, 1), "moment": (-1, 1, 1), "cop": (1, -1, -1)} if up == "z down" else {}
     data = [
@@ -179,9 +181,9 @@ def qualisys(n: int = 1000, rate_hz: float = 500.0, longer: bool = True, up: str
     return "\r\n".join([*head, *table(data, "%.6f"), ""]).encode()
 
 
-def amti(n: int = 300, rate_hz: float = 100.0, plates: int = 2, header: bool = True) -> bytes:
+def amti(n: int = 300, rate_hz: float = 100.0, plates: int = 2, header: bool = True, load_n: float = LOAD_N) -> bytes:
     """A NetForce export with the header of a Polish program in cp1250, or none; force on a plate with z down."""
-    stored = plate(hops(n, rate_hz))
+    stored = plate(hops(n, rate_hz, load_n))
     signs = zip(("force", "moment") * 3, "xxyyzz", (-1, -1, 1, 1, 1, 1), strict=True)
     one = {f"{quantity}_{axis}": sign * stored[f"{quantity}_{axis}"] for quantity, axis, sign in signs}
     data = [one[f"{quantity}_{axis}"] for quantity in ("force", "moment") for axis in "xyz"] * plates

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from data_schema.errors import UsageError
 from ingest.model import ColumnDeclaration, Declarations, ReadFile, SignalPart
 from ingest.read import read_file
 from tests.ingest import synthetic_plates as made
@@ -335,3 +336,20 @@ def test_a_rate_that_is_no_plain_number_is_never_half_read(rate: bytes) -> None:
     result = read(made.cortex().replace(b"SampleRate=450.000000", b"SampleRate=" + rate))
     assert result.refused
     assert "layout_unknown" in rules(result)
+
+
+def test_a_plate_that_carries_little_has_the_sign_of_its_maker() -> None:
+    for name, data in (("amti_text", made.amti(load_n=9.0)), ("qualisys_tsv", made.qualisys(load_n=9.0))):
+        result = read(data)
+        assert result.format == name
+        assert "force_sign_flipped" not in rules(result)
+        assert values(result.parts[0])["force_z"].max() == pytest.approx(9.0, abs=0.5)
+
+
+def test_zeros_of_an_unloaded_plate_are_no_held_sensor() -> None:
+    assert "channel_held" not in rules(read(made.forcedecks()))
+
+
+def test_an_unknown_frame_is_refused_with_the_nearest() -> None:
+    with pytest.raises(UsageError, match="y up"):
+        read(made.opensim(), Declarations(axes="y upp"))
