@@ -130,7 +130,7 @@ def _fit_cop(
     if np.count_nonzero(far) < 10:
         return plan
     ratio = float(np.nanmedian(stored[plan.position][loaded][far] / expected[far]))
-    own_unit = bool(plan.assumed)
+    own_unit = any(sentence.startswith("unit ") for sentence in plan.assumed)
     for scale, sign in ((1.0, 1), (1.0, -1), (1e-3, 1), (1e-3, -1)):
         agrees = abs(ratio * scale * sign - 1) < COP_AGREES
         if agrees and (scale, sign) == (1.0, 1):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,6 +16,8 @@ from ingest.tables.rows import read_rows
 from ingest.tables.table import Block, Table, Wanted
 from ingest.text.cells import COMMA_NUMBER, split_cells
 from ingest.text.source import Line, TextSource
+
+_UNCLEAR = re.compile(rb"[+-]?[1-9]\d{0,2},\d{3}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +55,7 @@ def fixed_table(
     kinds = tuple(kind_of([row[column] for row in rows]) for column in range(columns))
     layout = Layout(
         delimiter=header.delimiter,
-        decimal=_decimal_sign(rows, declared),
+        decimal=_decimal_sign(rows, declared, findings),
         width=width,
         trailing=False,
         names=tuple(header.names),
@@ -96,9 +99,13 @@ def _usual(rows: list[list[bytes]]) -> list[list[bytes]]:
     return [row for row in rows if len(row) == width]
 
 
-def _decimal_sign(rows: list[list[bytes]], declared: Declarations) -> bytes:
+def _decimal_sign(rows: list[list[bytes]], declared: Declarations, findings: FindingCollector) -> bytes:
     """Return the decimal sign of the rows: builds for other countries write a comma, quoted where it also delimits."""
     if declared.decimal_sign is not None:
         return declared.decimal_sign.encode()
-    comma = any(COMMA_NUMBER.fullmatch(cell) for row in rows for cell in row)
-    return b"," if comma else b"."
+    commas = [cell for row in rows for cell in row if COMMA_NUMBER.fullmatch(cell)]
+    if commas and all(map(_UNCLEAR.fullmatch, commas)):
+        shown = commas[0].decode()
+        message = f"{shown!r} may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`."
+        findings.add(FILE, "decimal_sign_unclear", message, value=shown)
+    return b"," if commas else b"."

@@ -353,3 +353,20 @@ def test_zeros_of_an_unloaded_plate_are_no_held_sensor() -> None:
 def test_an_unknown_frame_is_refused_with_the_nearest() -> None:
     with pytest.raises(UsageError, match="y up"):
         read(made.opensim(), Declarations(axes="y upp"))
+
+
+def test_a_centre_of_pressure_with_a_unit_is_not_fitted_to_the_moments() -> None:
+    # Written in mm of the laboratory, far from the plate's middle: it stays, and is said to disagree.
+    lines = made.vicon().decode().split("\r\n")
+    moved = [line.replace(",100.0000,50.0000,", ",-100.0000,50.0000,") for line in lines]
+    result = read("\r\n".join(moved).encode())
+    stored = values(result.parts[0])
+    assert stored["cop_x"][:100] == pytest.approx(-0.1)
+    assert "cop_disagrees" in rules(result)
+
+
+def test_a_comma_that_may_be_a_thousand_is_asked_about() -> None:
+    rows = [f'"{n},{500 + n % 7}","{2 + n % 5},{100 + n % 9}"' for n in range(1, 300)]
+    data = "\r\n".join(["Run #1,Run #1", "Time (s),Normal Force (N)", *rows, ""]).encode()
+    assert "decimal_sign_unclear" in rules(read(data))
+    assert "decimal_sign_unclear" not in rules(read(data, Declarations(decimal_sign=",")))
