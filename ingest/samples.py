@@ -12,9 +12,12 @@ import pyarrow.parquet as pq
 
 from data_schema.errors import BookDamaged
 from ingest.model import ChannelData, SignalPart
+from ingest.spool.columns import let_go, row_blocks
 from ingest.tables.arrow_columns import to_arrow, to_numpy
 
 _PICKED = 1 << 12
+_GROUP_ROWS = 1 << 20
+"""Rows of a group of the Parquet file."""
 
 
 def signal_sha256(part: SignalPart) -> str:
@@ -26,16 +29,20 @@ def signal_sha256(part: SignalPart) -> str:
 def write_samples(part: SignalPart, handle: pa.NativeFile) -> None:
     """Write each column in the encoding that suits it; measured in docs/performance.md."""
     columns = {"time [s]": part.time_s, **{_column_name(channel): channel.values for channel in part.channels}}
-    table = pa.table([to_arrow(values) for values in columns.values()], list(columns))
     steady = [name for name, values in columns.items() if _rises(values)]
-    pq.write_table(
-        table,
+    repeating = [name for name, values in columns.items() if name not in steady and _repeats(values)]
+    with pq.ParquetWriter(
         handle,
+        pa.schema([(name, pa.float64()) for name in columns]),
         compression="zstd",
-        use_dictionary=[name for name, values in columns.items() if name not in steady and _repeats(values)],
+        use_dictionary=repeating,
         use_byte_stream_split=steady,
         write_page_checksum=True,
-    )
+    ) as writer:
+        for start in range(0, max(1, part.time_s.size), _GROUP_ROWS):
+            rows = slice(start, start + _GROUP_ROWS)
+            writer.write_table(pa.table([to_arrow(values[rows]) for values in columns.values()], list(columns)))
+            let_go(*columns.values())
 
 
 def read_samples(path: Path, channels: Sequence[str]) -> dict[str, np.ndarray]:
@@ -70,7 +77,8 @@ def _sha256(names: Sequence[str], columns: Iterable[np.ndarray]) -> str:
     """Hash the names of the channels, then every value of the time and of the channels in order."""
     digest = hashlib.sha256("\n".join(names).encode())
     for values in columns:
-        digest.update(np.ascontiguousarray(values, dtype="<f8").data)
+        for rows in row_blocks(values):
+            digest.update(np.ascontiguousarray(values[rows], dtype="<f8").data)
     return digest.hexdigest()
 
 
@@ -80,7 +88,9 @@ def _column_name(channel: ChannelData) -> str:
 
 def _rises(values: np.ndarray) -> bool:
     """Time and counters: their bytes, one stream each, hardly change from sample to sample."""
-    return values.size > 1 and bool(np.all(values[1:] > values[:-1]))
+    rising = values.size > 1 and bool(np.all(values[1:] > values[:-1]))
+    let_go(values)
+    return rising
 
 
 def _repeats(values: np.ndarray) -> bool:
@@ -88,6 +98,7 @@ def _repeats(values: np.ndarray) -> bool:
 
     Where as many as half of all n values differ, m of them picked evenly hold about m^2 / n repeats.
     """
-    picked = values[:: max(1, values.size // _PICKED)]
+    picked = values[:: max(1, values.size // _PICKED)].copy()
+    let_go(values)
     share = picked.size / values.size if values.size else 1.0
     return np.unique(picked).size < picked.size * max(0.5, 1.0 - share)

@@ -18,6 +18,7 @@ from ingest.channels.synonyms import is_cop
 from ingest.findings import NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
 from ingest.model import ChannelData, Declarations, FloatArray, Gap, Reading, SignalPart
+from ingest.spool.columns import by_blocks, take
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, recordings
 
@@ -81,8 +82,8 @@ def _stored(block: Block, plan: ColumnPlan) -> FloatArray:
     values: FloatArray = np.asarray(block.numbers[plan.position], dtype=np.float64)
     scale, offset = plan.sign * plan.scale, plan.sign * plan.offset
     if scale != 1.0:
-        values = values * scale
-    return values + offset if offset != 0.0 else values
+        values = by_blocks(values, lambda block: block * scale)
+    return by_blocks(values, lambda block: block + offset) if offset != 0.0 else values
 
 
 def _part(
@@ -103,7 +104,7 @@ def _part(
             plan.offset,
             plan.sign,
             plan.assumed,
-            stored[plan.position][recording.rows],
+            take(stored[plan.position], recording.rows),
         )
         for plan in plans
     )

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from data_schema.disk import sync
 from data_schema.errors import BookDamaged
+from ingest.spool.mapped_bytes import LARGE_BYTES, blocks, map_and_hash, mapped, read_and_hash
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,24 +40,40 @@ class Store:
         import pyarrow as pa
 
         path = f"raw/{sha256[:2]}/{sha256}.zst"
-        if not (self.root / path).exists():
+        if (self.root / path).exists():
+            return path
+        if mapped(data) is not None:
+            self._write(path, lambda handle: _compress_blocks(data, handle))
+        else:
             compressed = pa.Codec("zstd", compression_level=RAW_COMPRESSION_LEVEL).compress(data)
             self._write(path, lambda handle: handle.write(memoryview(compressed)))
         return path
 
+    def read_and_hash(self, path: Path) -> tuple[bytes, str]:
+        """Return the bytes of any file and their SHA-256, read once; those of a large file are mapped, not in memory.
+
+        Raises `OSError` where the file cannot be read.
+        """
+        return read_and_hash(path, self.root)
+
     def raw(self, store_path: str, sha256: str) -> bytes:
-        """Return the kept bytes; raises `BookDamaged` when they are missing or no longer what was kept."""
+        """Return the kept bytes, mapped where they are many; raises `BookDamaged` when they are missing or no longer
+        what was kept."""
         import pyarrow as pa
 
         try:
             with pa.input_stream(str(self.root / store_path), compression="zstd") as stream:
-                data: bytes = stream.read()
+                first = stream.read(LARGE_BYTES + 1)
+                if len(first) > LARGE_BYTES:
+                    data, found = map_and_hash(first, stream, self.root)
+                else:
+                    data, found = first, hashlib.sha256(first).hexdigest()
         except (OSError, pa.ArrowInvalid) as error:
             raise BookDamaged(
                 f"the raw copy {store_path} cannot be read ({error}): restore it from a backup, or ingest the original "
                 "file again."
             ) from error
-        if hashlib.sha256(data).hexdigest() != sha256:
+        if found != sha256:
             raise BookDamaged(
                 f"the raw copy {store_path} was changed after it was kept: restore it from a backup, or remove it and "
                 "ingest the original file again."
@@ -127,3 +144,11 @@ class Store:
             temporary.unlink(missing_ok=True)
             raise
         sync(target.parent)
+
+
+def _compress_blocks(data: bytes, handle: pa.NativeFile) -> None:
+    import pyarrow as pa
+
+    with pa.CompressedOutputStream(handle, "zstd") as stream:
+        for block in blocks(data, 0, len(data)):
+            stream.write(block)

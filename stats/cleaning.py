@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from data_schema.errors import InputRefused
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
+_BLOCK_ROWS = 1 << 15
 _SCALE_SAMPLES = 20_000
 """Noise and sampling interval are medians over about this many places, however long the log."""
 
@@ -80,7 +82,7 @@ def clean_signal(
 
     noise_sd_m = _noise_sd(height)
     coarse = running_median_of_five(height)
-    good = np.abs(height - coarse) <= max(parameters.spike_min_m, 6.0 * noise_sd_m)
+    good = _within(height, coarse, max(parameters.spike_min_m, 6.0 * noise_sd_m))
     # The ends of a log have no median of their own.
     good[:2] = good[-2:] = True
     time_s, height, leg = _keep(good, time_s, height, leg)
@@ -130,14 +132,28 @@ def running_median_of_five(values: Floats) -> Floats:
     """Return the centred running median of five, shape (n,); the two values at each end repeat their neighbour."""
     if values.size < 5:
         return values.copy()
-    a, b, c, d, e = (values[k : values.size - 4 + k] for k in range(5))
-    # Ten comparisons instead of a sort: the median of five is that of e and two middle bounds of the other four.
-    low = np.maximum(np.minimum(a, b), np.minimum(c, d))
-    high = np.minimum(np.maximum(a, b), np.maximum(c, d))
     median = np.empty_like(values)
-    median[2:-2] = np.maximum(np.minimum(low, high), np.minimum(np.maximum(low, high), e))
+    for rows in _blocks(values.size - 4):
+        a, b, c, d, e = (values[rows.start + k : rows.stop + k] for k in range(5))
+        # Ten comparisons instead of a sort: the median of five is that of e and two middle bounds of the other four.
+        low = np.maximum(np.minimum(a, b), np.minimum(c, d))
+        high = np.minimum(np.maximum(a, b), np.maximum(c, d))
+        median[rows.start + 2 : rows.stop + 2] = np.maximum(np.minimum(low, high), np.minimum(np.maximum(low, high), e))
     median[:2], median[-2:] = median[2], median[-3]
     return median
+
+
+def _within(values: Floats, other: Floats, distance: float) -> Bools:
+    """Return where two arrays of shape (n,) are at most `distance` apart."""
+    close = np.empty(values.size, dtype=np.bool_)
+    for rows in _blocks(values.size):
+        close[rows] = np.abs(values[rows] - other[rows]) <= distance
+    return close
+
+
+def _blocks(n: int) -> Iterator[slice]:
+    """Yield slices of n rows that fit the processor's cache: a long log then needs no arrays of its length beside."""
+    return (slice(start, min(start + _BLOCK_ROWS, n)) for start in range(0, n, _BLOCK_ROWS))
 
 
 def _keep(mask: Bools, time_s: Floats, height_m: Floats, leg_m: Floats | None) -> tuple[Floats, Floats, Floats | None]:
@@ -161,13 +177,14 @@ def _between_opposite_steps(
 ) -> Bools:
     """Mark samples between a step that no body can make and the step back."""
     marked = np.zeros(height_m.size, dtype=np.bool_)
-    change = height_m[1:] - height_m[:-1]
     allowed = parameters.spike_min_m + 8.5 * noise_sd_m
     # Few steps pass the first test; only those are compared with their own time difference.
-    steps = np.flatnonzero(np.abs(change) > allowed)
-    steps = steps[np.abs(change[steps]) > allowed + parameters.speed_max_m_s * (time_s[steps + 1] - time_s[steps])]
-    for begin, end in itertools.pairwise(steps.tolist()):
-        opposite = change[begin] * change[end] < 0.0
+    steps = np.flatnonzero(~_within(height_m[1:], height_m[:-1], allowed))
+    change = height_m[steps + 1] - height_m[steps]
+    large = np.abs(change) > allowed + parameters.speed_max_m_s * (time_s[steps + 1] - time_s[steps])
+    steps, change = steps[large], change[large]
+    for number, (begin, end) in enumerate(itertools.pairwise(steps.tolist())):
+        opposite = change[number] * change[number + 1] < 0.0
         if opposite and not marked[begin] and time_s[end] - time_s[begin] <= parameters.dropout_max_s:
             marked[begin + 1 : end + 1] = True
     return marked

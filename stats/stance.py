@@ -96,7 +96,8 @@ def liftoff_from_leg(
     extended = np.flatnonzero(signal.leg_m[shortest : hop.apex + 1] >= level)
     if extended.size == 0 or extended[0] == 0:
         return Undefined("the leg did not return to its flight length")
-    return _crossing(signal.time_s, signal.leg_m - level, shortest + int(extended[0]))
+    after = shortest + int(extended[0])
+    return _crossing(signal.time_s[after - 1 :], signal.leg_m[after - 1 : after + 1] - level, 1)
 
 
 def _rising_edges(mask: Bools) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

@@ -7,6 +7,7 @@ look healthy by chance (seen in logs of the UCT hopping leg: 2.2e35 m beside pla
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from hashlib import sha256
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from ingest.channels.columns import ColumnPlan
 from ingest.channels.synonyms import channel_kind, is_cop, plate_of
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
+from ingest.spool.columns import let_go, row_blocks
 from ingest.tables.table import Block
 
 LOADED_N = 20.0
@@ -68,13 +70,12 @@ def out_of_range(
         kind = channel_kind(plan.channel) or plan.channel
         low, high = LIMITS_BY_CHANNEL.get(kind) or LIMITS_BY_UNIT.get(plan.unit, _ANYTHING)
         stored = values[plan.position]
-        with np.errstate(invalid="ignore"):
-            bad = (stored < low) | (stored > high)
-            size = np.abs(stored)
-            bad |= (size < _SMALLEST) & (size > 0)
-            if is_cop(plan.channel):
-                force = forces.get(plate_of(plan.channel))
-                bad &= False if force is None else np.abs(values[force]) > LOADED_N
+        bad = np.zeros(block.n_rows, dtype=np.bool_)
+        for piece in row_blocks(stored):
+            bad[piece] = _impossible(stored[piece], low, high)
+        if is_cop(plan.channel):
+            force = forces.get(plate_of(plan.channel))
+            bad &= False if force is None else np.abs(values[force]) > LOADED_N
         if bad.any():
             rows = np.flatnonzero(bad)
             unit = f" {plan.unit}" if plan.unit else ""
@@ -92,12 +93,21 @@ def out_of_range(
     return bad_rows
 
 
+def _impossible(values: FloatArray, low: float, high: float) -> BoolArray:
+    with np.errstate(invalid="ignore"):
+        size = np.abs(values)
+        found: BoolArray = (values < low) | (values > high) | ((size < _SMALLEST) & (size > 0))
+        return found
+
+
 def note_missing(
     values: Mapping[int, FloatArray], plans: Sequence[ColumnPlan], block: Block, findings: FindingCollector
 ) -> None:
     """Report cells without a value, which stay in the signal as NaN."""
     for plan in plans:
-        missing = np.isnan(values[plan.position])
+        stored = values[plan.position]
+        missing = np.isnan(stored)
+        let_go(stored)
         if missing.any():
             rows = np.flatnonzero(missing)
             message = "Cells are blank or not-a-number: the samples stay, without this value."
@@ -126,6 +136,7 @@ def note_still_channels(channels: Sequence[ChannelData], findings: FindingCollec
             findings.add(NOTE, "channel_held", message, column=channel.source_name)
         else:
             _note_flat_tops(channel, findings)
+        let_go(values)
 
 
 def _is_of_plate(channel: ChannelData) -> bool:
@@ -166,7 +177,7 @@ def held_rows(time_s: FloatArray, channels: Sequence[ChannelData]) -> tuple[Gap,
     """
     if len(time_s) < 10:
         return ()
-    witnesses = _different([(channel.values, channel.values[1:] == channel.values[:-1]) for channel in channels])
+    witnesses = _different([(channel.values, _repeats(channel.values)) for channel in channels])
     if not witnesses or min(np.count_nonzero(repeat) for _, repeat in witnesses) > 0.1 * len(time_s):
         return ()
     held = np.logical_and.reduce([repeat for _, repeat in witnesses])
@@ -189,7 +200,7 @@ def held_rows(time_s: FloatArray, channels: Sequence[ChannelData]) -> tuple[Gap,
 
 def _different(witnesses: Sequence[tuple[FloatArray, BoolArray]]) -> list[tuple[FloatArray, BoolArray]]:
     """Return the channels without those that repeat at the same rows: one sensor in two columns is one witness."""
-    return list({repeat.tobytes(): (values, repeat) for values, repeat in witnesses}.values())
+    return list({sha256(repeat.data).digest(): (values, repeat) for values, repeat in witnesses}.values())
 
 
 def _repeat_rates(values: FloatArray, repeat: BoolArray, first: IntArray, length: IntArray) -> FloatArray:
@@ -207,3 +218,10 @@ def _repeat_rates(values: FloatArray, repeat: BoolArray, first: IntArray, length
     overall = np.count_nonzero(repeat) / len(repeat)
     rows, repeats = high - low - length, counted[high] - counted[low] - length
     return np.asarray(np.maximum(overall, (repeats + overall) / (rows + 1.0)), dtype=np.float64)
+
+
+def _repeats(values: FloatArray) -> BoolArray:
+    """Return which values, from the second on, equal the one before."""
+    same: BoolArray = values[1:] == values[:-1]
+    let_go(values)
+    return same

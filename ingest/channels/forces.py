@@ -8,6 +8,7 @@ these turn the frame by half a turn about x, a proper rotation, so that `cop_x =
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -17,6 +18,7 @@ from ingest.channels.columns import ColumnPlan
 from ingest.channels.synonyms import channel_kind, plate_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, FloatArray
+from ingest.spool.columns import by_blocks
 
 FARTHEST_COP_M = 2.0
 COP_AGREES = 0.15
@@ -66,7 +68,7 @@ def orient(
             plan = oriented[index]
             sign = signs.get(channel_kind(plan.channel) or "", 1)
             if sign == -1:
-                stored[plan.position] = -stored[plan.position]
+                stored[plan.position] = by_blocks(stored[plan.position], np.negative)
             assumed = (*plan.assumed, reason) if reason else plan.assumed
             oriented[index] = dataclasses.replace(plan, sign=plan.sign * sign, assumed=assumed)
     return tuple(oriented)
@@ -136,7 +138,7 @@ def _fit_cop(
         if agrees and (scale, sign) == (1.0, 1):
             return plan
         if agrees and own_unit:
-            stored[plan.position] = stored[plan.position] * (scale * sign)
+            stored[plan.position] = by_blocks(stored[plan.position], functools.partial(np.multiply, scale * sign))
             unit = "mm" if scale == 1e-3 else "m"
             reason = f"unit {unit} and sign {sign:+d}: agree with moments over force"
             message = (

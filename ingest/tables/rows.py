@@ -3,7 +3,7 @@
 The fast route hands the bytes, uncopied, to pyarrow's CSV parser. A block counts as clean when every cell is a finite
 number or a missing value and there are as many rows as lines; both routes then give identical values, both
 converting decimals with correct rounding. A block that is not clean is cut into pieces, so that one bad line costs
-one piece.
+one piece. The rows of a large file are read in blocks, and their columns lie in temporary files.
 """
 
 from __future__ import annotations
@@ -14,39 +14,52 @@ from collections.abc import Sequence
 import numpy as np
 
 from ingest.findings import FindingCollector
+from ingest.spool.mapped_bytes import let_go, mapped
+from ingest.tables.joining import joiner
 from ingest.tables.layout import Layout
 from ingest.tables.row_reader import read_lines
-from ingest.tables.table import Block, CellKind, Column, Wanted, join
+from ingest.tables.table import Block, CellKind, Column, Wanted
 from ingest.tables.tail import data_end
 from ingest.text.source import TextSource
 
 PIECE_BYTES = 1 << 18
+BLOCK_BYTES = 1 << 24
+"""What is tried at once of a large file."""
 
 
 def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], findings: FindingCollector) -> Block:
     """Return the wanted columns of all rows that can be read; what cannot be is reported and left out."""
     end = data_end(source, layout, findings)
-    block = _read_clean(source, layout, wanted, layout.data_start, end.stop, layout.data_line, 0)
-    if block is None:
-        block = _read_pieces(source, layout, wanted, end.stop, findings)
+    large = mapped(source.data)
+    rows = joiner(None if large is None else large.folder)
+    tried_bytes = end.stop - layout.data_start if large is None else BLOCK_BYTES
+    start, line, ordinal = layout.data_start, layout.data_line, 0
+    while start < end.stop or not rows.filled:
+        stop = _block_end(source, start, tried_bytes, end.stop)
+        block = _read_clean(source, layout, wanted, start, stop, line, ordinal)
+        if block is not None:
+            let_go(source.data, start, stop)
+            rows.add(block)
+            start, line, ordinal = stop, line + block.n_rows, ordinal + block.rows_read
+            continue
+        while start < stop or not rows.filled:
+            piece_start, piece_end = start, _block_end(source, start, PIECE_BYTES, end.stop)
+            block = _read_clean(source, layout, wanted, start, piece_end, line, ordinal)
+            if block is not None:
+                start, line = piece_end, line + block.n_rows
+            else:
+                span = (start, piece_end, end.stop)
+                block, start, line = read_lines(source, layout, wanted, span, line, ordinal, findings)
+            let_go(source.data, piece_start, start)
+            ordinal += block.rows_read
+            rows.add(block)
+    block = rows.joined()
     return dataclasses.replace(block, rows_rejected=block.rows_rejected + end.rows_rejected)
 
 
-def _read_pieces(
-    source: TextSource, layout: Layout, wanted: Sequence[Wanted], stop: int, findings: FindingCollector
-) -> Block:
-    blocks: list[Block] = []
-    start, line, ordinal = layout.data_start, layout.data_line, 0
-    while start < stop or not blocks:
-        piece_end = source.data.find(b"\n", min(start + PIECE_BYTES, stop), stop) + 1 or stop
-        block = _read_clean(source, layout, wanted, start, piece_end, line, ordinal)
-        if block is not None:
-            start, line = piece_end, line + block.n_rows
-        else:
-            block, start, line = read_lines(source, layout, wanted, (start, piece_end, stop), line, ordinal, findings)
-        ordinal += block.rows_read
-        blocks.append(block)
-    return join(blocks)
+def _block_end(source: TextSource, start: int, n_bytes: int, stop: int) -> int:
+    """Return the end of the line in which a block of `n_bytes` from `start` ends."""
+    return source.data.find(b"\n", min(start + n_bytes, stop), stop) + 1 or stop
 
 
 def _read_clean(

@@ -76,33 +76,6 @@ class Block:
         return self.ordinals
 
 
-def join(blocks: Sequence[Block]) -> Block:
-    """Return the blocks of one table, in order, as one block."""
-    first = blocks[0]
-    if len(blocks) == 1:
-        return first
-    numbers = {position: np.concatenate([block.numbers[position] for block in blocks]) for position in first.numbers}
-    clocks = {position: [cell for block in blocks for cell in block.clocks[position]] for position in first.clocks}
-    lines = np.concatenate([_lines(block) for block in blocks])
-    ordinals = np.concatenate([block.ordinal() for block in blocks])
-    return Block(
-        numbers,
-        clocks,
-        len(lines),
-        first.first_line,
-        lines,
-        first.first_ordinal,
-        ordinals,
-        sum(block.rows_rejected for block in blocks),
-    )
-
-
-def _lines(block: Block) -> IntArray:
-    if block.lines is None:
-        return np.arange(block.first_line, block.first_line + block.n_rows, dtype=np.int64)
-    return block.lines
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
     """One table of a file. `names`, `units` (None where the header has none) and `kinds` have an entry per column.

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from data_schema.errors import UsageError
 from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.spool.mapped_bytes import blocks
 
 HEAD_BYTES = 65_536
 LONGEST_LINE = 1 << 20
@@ -155,10 +156,9 @@ def _without_mark(data: bytes, page: str, findings: FindingCollector) -> TextSou
 
 def _is_utf8(data: bytes) -> bool:
     decoder = codecs.getincrementaldecoder("utf-8")("strict")
-    view = memoryview(data)
     try:
-        for start in range(0, len(data), LONGEST_LINE):
-            decoder.decode(view[start : start + LONGEST_LINE])
+        for block in blocks(data, 0, len(data)):
+            decoder.decode(block)
         decoder.decode(b"", final=True)
     except UnicodeDecodeError:
         return False

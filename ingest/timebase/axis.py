@@ -10,6 +10,7 @@ import numpy as np
 from ingest.channels.columns import Plan, TimePlan
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, IntArray
+from ingest.spool.columns import by_blocks, take
 from ingest.tables.preamble import Preamble
 from ingest.tables.table import Block, CellKind
 from ingest.timebase import clock
@@ -78,7 +79,8 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
             findings.add(FILE, "time_unit_unknown", message, column=time.source_name, value=time.unit)
         order = put_in_order(ticks, usable, sources.block, findings, time.source_name)
         return Recordings(order.keep, ())
-    seconds = ticks if time.kind is CellKind.CLOCK else ticks / TICKS_PER_SECOND[time.unit or "s"]
+    per_second = TICKS_PER_SECOND[time.unit or "s"]
+    seconds = ticks if time.kind is CellKind.CLOCK else by_blocks(ticks, lambda block: block / per_second)
     if sources.fixed_rate_hz is not None and _are_arrival_times(seconds):
         return _from_arrivals(sources, time, seconds, usable, findings)
     in_bursts = _from_bursts(sources, time, seconds, usable, findings)
@@ -88,7 +90,7 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     found: list[Recording] = []
     ordinals = sources.block.ordinal()
     for rows in _segments(order):
-        timebase = from_stamps(seconds[rows], ordinals[rows])
+        timebase = from_stamps(take(seconds, rows), take(ordinals, rows))
         _report_gaps(timebase, rows, sources.block, findings)
         utc, original = _start(sources, time, rows, first=not found, findings=findings)
         found.append(Recording(rows, timebase, utc, original))

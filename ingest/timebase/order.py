@@ -65,7 +65,7 @@ def put_in_order(
     steps = np.diff(stamps)
     if not ((steps <= 0).any() or (steps > JUMP_S).any()):
         return Order(keep, (int(rows[0]),) if rows.size else ())
-    faults, starts = _walk(stamps.tolist(), 3 * float(np.median(steps)))
+    faults, starts = _walk(stamps.data, 3 * float(np.median(steps)))
     starts = _without_lone_rows(starts, len(stamps), faults)
     for rule, found in faults.items():
         bad = rows[np.array(sorted(found), dtype=np.int64)]
@@ -108,7 +108,7 @@ _MESSAGES = {
 }
 
 
-def _walk(stamps: list[float], normal_step: float) -> tuple[dict[str, list[int]], list[int]]:
+def _walk(stamps: memoryview, normal_step: float) -> tuple[dict[str, list[int]], list[int]]:
     """Go through stamps one by one; returns the faulty positions by rule and the positions where segments start."""
     faults: dict[str, list[int]] = {}
     starts = [0]

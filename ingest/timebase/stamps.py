@@ -13,6 +13,7 @@ import numpy as np
 from data_schema.vocabulary import GapKind
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import FloatArray, Gap, IntArray
+from ingest.spool.columns import by_blocks
 
 PAUSE_S = 1.0
 PAUSE_PERIODS = 10.0
@@ -45,7 +46,8 @@ def from_stamps(seconds: FloatArray, ordinals: IntArray) -> Timebase:
 
     `ordinals` number the rows as they stand in the file: rows rejected in between leave a hole of that kind.
     """
-    time_s = seconds - seconds[0]
+    first_s = seconds[0]
+    time_s = by_blocks(seconds, lambda block: block - first_s)
     if len(time_s) < 2:
         return Timebase(time_s, None, ())
     steps = np.diff(time_s)

@@ -29,7 +29,7 @@ from ingest.read import UNKNOWN, read_file
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.opening import Book
 from labbook.statements.findings import finding_values
-from labbook.statements.importing import PreparedImport, declarations, read_and_store, sha256_of
+from labbook.statements.importing import PreparedImport, declarations, read_and_store
 from labbook.statements.ingesting import as_read
 
 
@@ -74,10 +74,9 @@ def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> Fil
 def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     """Ingest one file; raises only for wrong use, a file that cannot be read comes back refused."""
     try:
-        data, modified_s = path.read_bytes(), path.stat().st_mtime
+        (data, sha256), modified_s = book.store.read_and_hash(path), path.stat().st_mtime
     except OSError as error:
         return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error), (), None, None)
-    sha256 = sha256_of(data)
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)

@@ -6,7 +6,6 @@ file are made side by side. Files are on disk and synced before a row speaks of 
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -37,11 +36,6 @@ class PreparedImport:
     read: ReadFile
     raw_path: str
     parts: tuple[StoredPart, ...]
-
-
-def sha256_of(data: bytes) -> str:
-    """Return the SHA-256 of a file's bytes."""
-    return hashlib.sha256(data).hexdigest()
 
 
 def read_and_store(

@@ -1,0 +1,103 @@
+"""A second reading of delimited logs, in plain Python, that shares no code with `ingest`: it decides about mutants.
+
+It is told how a file is written (delimiter, decimal sign) and reads every line strictly; a line that it cannot read is
+one that no reader may take for a row of numbers.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from dataclasses import dataclass
+
+FACTORS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "m/s": 1.0, "V": 1.0, "mV": 0.001, "N": 1.0, "kN": 1000.0}
+"""From a header's unit to the stored one."""
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_MISSING = {"", "nan", "n/a", "na", "-", "--", "null", "none", "#n/a"}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How the cells of a file are written."""
+
+    delimiter: str = ","
+    decimal: str = "."
+
+
+@dataclass(frozen=True)
+class Row:
+    """A line that could be read: values by the name of the column under the header that holds for it."""
+
+    line: int
+    values: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Parsed:
+    """All lines of a log: those that are rows, and how many others below the header are neither blank nor a header."""
+
+    rows: list[Row]
+    unreadable: int
+
+
+def parse(data: bytes, dialect: Dialect, time_word: str = "time") -> Parsed:
+    """Read a log whose header is the first line with `time_word` in it."""
+    text = data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    lines = re.split("\r\n|\n|\r", text)
+    names: list[str] = []
+    rows: list[Row] = []
+    unreadable = 0
+    for number, line in enumerate(lines, start=1):
+        bare = line.strip(" \t\0\x1a")
+        if not bare or (bare.startswith(("#", "%", "//")) and time_word not in bare):
+            continue
+        cells = _cells(line, dialect)
+        if cells is not None and any(time_word in cell for cell in cells):
+            names = [cell.lstrip("#% ").replace("\0", "") for cell in cells]
+        elif names:
+            values = None if cells is None or "\0" in line else _values(cells, len(names), dialect)
+            if values is None:
+                unreadable += 1
+            else:
+                rows.append(Row(number, dict(zip(names, values, strict=True))))
+    return Parsed(rows, unreadable)
+
+
+def unit_of(name: str) -> str | None:
+    """Return the unit in the brackets of a column's name."""
+    found = re.search(r"\[(.*)\]", name)
+    return found[1] if found else None
+
+
+def _cells(line: str, dialect: Dialect) -> list[str] | None:
+    if line.count('"') % 2:
+        return None
+    try:
+        (cells,) = csv.reader([line], delimiter=dialect.delimiter, skipinitialspace=True, strict=True)
+    except (csv.Error, ValueError):
+        return None
+    return [cell.strip() for cell in cells]
+
+
+def _values(cells: list[str], width: int, dialect: Dialect) -> list[float] | None:
+    if len(cells) == width + 1 and not cells[-1]:
+        cells = cells[:-1]
+    if len(cells) != width:
+        return None
+    values = [_number(cell, dialect.decimal) for cell in cells]
+    return [value for value in values if value is not None] if None not in values else None
+
+
+def _number(cell: str, decimal: str) -> float | None:
+    if cell.lower() in _MISSING:
+        return math.nan
+    if decimal == ",":
+        if "." in cell:
+            return None
+        cell = cell.replace(",", ".")
+    if not _NUMBER.fullmatch(cell):
+        return None
+    value = float(cell)
+    return None if math.isinf(value) else value

@@ -1,0 +1,104 @@
+"""A large file is read from a mapping in blocks, and gives what the same bytes give in memory; all are synthetic."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ingest.model import Declarations, ReadFile
+from ingest.read import read_file
+from ingest.samples import read_samples, signal_sha256
+from ingest.spool import columns, mapped_bytes
+from ingest.spool.mapped_bytes import map_and_hash, mapped, read_and_hash
+from ingest.store import Store
+from ingest.tables import rows
+from tests.ingest.bad_input import Case
+from tests.ingest.synthetic import LOG_HEADER, bertec_acquire, icharger_rows, robot_rows, text, twenty_faults
+from tests.ingest.test_bad_bytes import BYTES
+from tests.ingest.test_bad_text import TEXT
+from tests.ingest.test_bad_time import TIME
+from tests.ingest.test_bad_values import VALUES
+
+CASES = [case for case in [*BYTES, *TEXT, *TIME, *VALUES] if case.data]
+
+
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks of a few hundred rows, so that a small file is read as a large one is."""
+    monkeypatch.setattr(mapped_bytes, "BLOCK_BYTES", 4096)
+    monkeypatch.setattr(rows, "BLOCK_BYTES", 6000)
+    monkeypatch.setattr(rows, "PIECE_BYTES", 900)
+    monkeypatch.setattr(columns, "BLOCK_ROWS", 100)
+
+
+def map_of(data: bytes, folder: Path) -> bytes:
+    found, sha256 = map_and_hash(b"", io.BytesIO(data), folder)
+    assert sha256 == hashlib.sha256(data).hexdigest()
+    assert mapped(found) is not None
+    return found
+
+
+def assert_same(one: ReadFile, other: ReadFile) -> None:
+    assert (one.format, one.findings, one.charges, one.evidence) == (
+        other.format,
+        other.findings,
+        other.charges,
+        other.evidence,
+    )
+    assert (one.rows_read, one.rows_kept) == (other.rows_read, other.rows_kept)
+    assert len(one.parts) == len(other.parts)
+    for first, second in zip(one.parts, other.parts, strict=True):
+        assert (first.part, first.rate_hz, first.gaps, first.start_utc, first.start_original) == (
+            second.part,
+            second.rate_hz,
+            second.gaps,
+            second.start_utc,
+            second.start_original,
+        )
+        assert signal_sha256(first) == signal_sha256(second)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_mapped_file_reads_as_its_bytes_do(case: Case, tmp_path: Path) -> None:
+    assert_same(read_file(map_of(case.data, tmp_path), Declarations()), read_file(case.data, Declarations()))
+    assert list(tmp_path.iterdir()) == []  # nothing with a name, whatever ends the process
+
+
+@pytest.mark.parametrize(
+    "data",
+    [bertec_acquire(plates=2), text("", icharger_rows()), twenty_faults()[0], twenty_faults()[0].replace(b"\n", b"\r")],
+)
+def test_every_reader_takes_a_mapped_file(data: bytes, tmp_path: Path) -> None:
+    assert_same(read_file(map_of(data, tmp_path), Declarations()), read_file(data, Declarations()))
+
+
+def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data = text(LOG_HEADER, robot_rows(3000))
+    path = tmp_path / "log.csv"
+    path.write_bytes(data)
+    store = Store(tmp_path / "store")
+    assert mapped(read_and_hash(path, tmp_path)[0]) is None
+    monkeypatch.setattr(mapped_bytes, "LARGE_BYTES", 10_000)
+    found, sha256 = read_and_hash(path, store.root)
+    assert mapped(found) is not None
+    assert bytes(store.raw(store.put_raw(found, sha256), sha256)) == data
+    (part,) = read_file(found, Declarations()).parts
+    assert columns.folder_of(part.channels[0].values) == store.root
+    _, kept = store.put_signal(part)
+    (whole,) = read_file(data, Declarations()).parts
+    for name, values in read_samples(store.root / kept, ["body_height", "leg_length"]).items():
+        expected = whole.time_s if name == "time" else {c.name: c.values for c in whole.channels}[name]
+        assert np.array_equal(values, expected)
+    assert sorted(child.name for child in store.root.iterdir()) == ["raw", "signals"]
+
+
+def test_what_a_mapping_lacks_of_bytes_works_on_a_copy(tmp_path: Path) -> None:
+    found = map_of(b"a,b\r\nc", tmp_path)
+    assert found.split(b",") == [b"a", b"b\r\nc"]
+    assert (b"\r" in found, b"x" in found, found.count(b"a", 1), found.isascii()) == (True, False, 0, True)
