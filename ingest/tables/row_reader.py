@@ -174,8 +174,12 @@ def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
     if cells is None:
         reader.reject("quote_unbalanced", "A quote is not closed; the row is left out.", line, content)
         return 1
+    whole = len(cells) == layout.width
     if len(cells) == layout.width + 1 and not cells[-1]:
         cells.pop()
+        whole = True
+    elif layout.trailing and whole and not cells[-1]:
+        whole = False  # a last delimiter alone: the cell before it, or what ends every row, is not there
     comment = _is_comment(content, cells, layout)
     if comment and not is_header(reader.source, content, cells, layout):
         reader.findings.add(NOTE, "comment_line", "Comment lines are skipped.", lines=[line])
@@ -189,7 +193,7 @@ def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
         reader.findings.add(NOTE, "debug_line", message, lines=[line], value=reader.source.decode(content[:60]))
     elif is_header(reader.source, content, cells, layout):
         raise second_header(reader.source, layout, reader.position, line)
-    elif len(cells) != layout.width:
+    elif not whole:
         message = f"A row has more or fewer than {layout.width} cells; it is left out."
         reader.reject("ragged_row", message, line, content)
         return 1

@@ -24,9 +24,10 @@ class DataEnd:
 def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> DataEnd:
     """Find the end of the data; a last line without line end is kept only if it is as complete as those before it."""
     stop = _without_padding(source.data, layout.data_start, findings)
-    if stop <= layout.data_start or source.data[stop - 1 : stop] == b"\n":
+    if stop <= layout.data_start or source.data[stop - 1 : stop] in (b"\n", b"\r"):
         return DataEnd(stop, 0)
     start = max(source.data.rfind(b"\n", layout.data_start, stop) + 1, layout.data_start)
+    start = max(source.data.rfind(b"\r", start, stop) + 1, start)
     if layout.is_debug(source.data[start:stop]):
         return DataEnd(stop, 0)
     if not _is_cut(source.data[start:stop], _cell_above(source.data, layout, start), layout):
@@ -73,7 +74,7 @@ def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
     A number that repeats the one above it is whole. One row less of a log is no loss, 79 for 799 is a wrong value.
     """
     cells = split_cells(line, layout.delimiter)
-    if cells is None or len(cells) < layout.width:
+    if cells is None or len(cells) < layout.width + layout.trailing:
         return True
     last = _SHAPE.fullmatch(cells[-1])
     above = [shape for shape in map(_SHAPE.fullmatch, layout.last_cells) if shape and shape[0]]

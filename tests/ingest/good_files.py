@@ -11,7 +11,7 @@ from tests.ingest.synthetic import LOG_HEADER, SHEET, bertec_acquire, icharger_r
 
 GOOD_FILES: Mapping[str, Callable[[], bytes]] = {
     "delimited_log": lambda: text(LOG_HEADER, robot_rows(24)),
-    "bertec_acquire": lambda: bertec_acquire(n=12),
+    "bertec_text": lambda: bertec_acquire(n=12),
     "charger_sheet": SHEET.encode,
     "icharger_log": lambda: ("\n".join(icharger_rows(14)) + "\n").encode(),
 }

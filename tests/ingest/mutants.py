@@ -35,7 +35,7 @@ class Mutant:
 
 def base(rng: random.Random) -> Mutant:
     """Return a good log of one of the usual dialects."""
-    rows = robot_rows(rng.choice((60, 120, 200)), seed=rng.randrange(1000))
+    rows = robot_rows(rng.choice((60, 120, 300)), seed=rng.randrange(1000))
     dialect = rng.choice((Dialect(), Dialect(), Dialect(";"), Dialect("\t"), Dialect(";", ",")))
     data = text(LOG_HEADER, rows).decode()
     if dialect.delimiter != ",":
@@ -202,7 +202,14 @@ def _thousands(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 def _rate_line(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = (b"# rate: 300 Hz", b"# sampling rate: 1000 Hz", b"# rate 301 Hz", b"Frequency: 300.0 Hz", b"# baud rate 9600")
+    lines = (
+        b"# rate: 300 Hz",
+        b"# sampling rate: 1000 Hz",
+        b"# rate 301 Hz",
+        b"Frequency: 300.0 Hz",
+        b"# baud rate 9600",
+        b"# filter frequency 50 Hz",
+    )
     return replace(mutant, data=rng.choice(lines) + b"\n" + mutant.data)
 
 

@@ -47,6 +47,7 @@ def parse(data: bytes, dialect: Dialect, time_word: str = "time") -> Parsed:
     text = data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
     lines = re.split("\r\n|\n|\r", text)
     names: list[str] = []
+    unnamed = False
     rows: list[Row] = []
     unreadable = 0
     for number, line in enumerate(lines, start=1):
@@ -56,8 +57,10 @@ def parse(data: bytes, dialect: Dialect, time_word: str = "time") -> Parsed:
         cells = _cells(line, dialect)
         if cells is not None and any(time_word in cell for cell in cells):
             names = [cell.lstrip("#% ").replace("\0", "") for cell in cells]
+            unnamed = not names[-1]
+            names = names[:-1] if unnamed else names
         elif names:
-            values = None if cells is None or "\0" in line else _values(cells, len(names), dialect)
+            values = None if cells is None or "\0" in line else _values(cells, len(names), dialect, unnamed)
             if values is None:
                 unreadable += 1
             else:
@@ -81,8 +84,8 @@ def _cells(line: str, dialect: Dialect) -> list[str] | None:
     return [cell.strip() for cell in cells]
 
 
-def _values(cells: list[str], width: int, dialect: Dialect) -> list[float] | None:
-    if len(cells) == width + 1 and not cells[-1]:
+def _values(cells: list[str], width: int, dialect: Dialect, unnamed: bool) -> list[float] | None:
+    if len(cells) == width + 1 and (unnamed or not cells[-1]):
         cells = cells[:-1]
     if len(cells) != width:
         return None

@@ -72,6 +72,8 @@ def _time(row: Row, mutant: Mutant) -> float | None:
 
 def _same_values(part: SignalPart, sample: int, row: Row) -> bool:
     for channel in part.channels:
+        if not channel.source_name:
+            continue  # what stands behind the last delimiter of a line
         if channel.source_name not in row.values:
             return False
         factor = FACTORS.get(unit_of(channel.source_name) or "", 1.0)

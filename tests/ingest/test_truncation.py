@@ -1,0 +1,95 @@
+"""A file cut anywhere, and bytes of any sort: one-sentence refusals, no crash, never a number that was not written."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from ingest.model import Declarations, ReadFile
+from ingest.read import read_file
+from tests.ingest.good_files import GOOD_FILES
+
+MOST_CUTS = 160
+
+
+def read(data: bytes) -> ReadFile:
+    result = read_file(data, Declarations())
+    for finding in result.findings:
+        assert finding.message.strip()
+        assert "\n" not in finding.message
+    assert result.rows_kept + result.rows_rejected == result.rows_read
+    return result
+
+
+def check_cut(whole: bytes, clean: ReadFile, end: int) -> None:
+    """What is left of a cut file is a beginning of it; a line that was begun is remarked on."""
+    cut = read(whole[:end])
+    for part, original in zip(cut.parts, clean.parts, strict=False):
+        n = len(part.time_s)
+        assert np.array_equal(part.time_s, original.time_s[:n])
+        values = {channel.source_name: channel.values for channel in original.channels}
+        for channel in part.channels:
+            assert np.array_equal(channel.values, values[channel.source_name][:n], equal_nan=True)
+    assert len(cut.parts) <= len(clean.parts)
+    if not clean.parts:  # the charge of a charger's log is the last that its counter showed
+        assert [row.charge_mah for row in cut.charges] == [row.charge_mah for row in clean.charges][: len(cut.charges)]
+    lost = clean.rows_kept - cut.rows_kept
+    in_a_line = whole[end - 1 : end] not in (b"\n", b"\r") and whole[end : end + 1] not in (b"\n", b"\r")
+    if lost and in_a_line and end > 0:
+        assert cut.findings, end
+
+
+@pytest.mark.parametrize("name", GOOD_FILES)
+def test_a_cut_file_is_reported_or_whole(name: str) -> None:
+    whole = GOOD_FILES[name]()
+    clean = read(whole)
+    assert (clean.format, clean.refused) == (name, False)
+    first = max(0, len(whole) - MOST_CUTS // 2)
+    for end in {*range(0, first, max(1, first // (MOST_CUTS // 2))), *range(first, len(whole))}:
+        check_cut(whole, clean, end)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", GOOD_FILES)
+def test_a_file_cut_at_any_byte_is_reported_or_whole(name: str) -> None:
+    whole = GOOD_FILES[name]()
+    clean = read(whole)
+    for end in range(len(whole)):
+        check_cut(whole, clean, end)
+
+
+EDITS = st.lists(
+    st.tuples(st.floats(0, 1), st.integers(0, 40), st.one_of(st.binary(max_size=40), st.just(bytes(512)))), max_size=4
+)
+
+
+def edited(whole: bytes, edits: list[tuple[float, int, bytes]]) -> bytes:
+    for place, removed, inserted in edits:
+        at = int(place * len(whole))
+        whole = whole[:at] + inserted + whole[at + removed :]
+    return whole
+
+
+@pytest.mark.parametrize("name", GOOD_FILES)
+@settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(edits=EDITS)
+def test_any_damage_ends_in_sentences(name: str, edits: list[tuple[float, int, bytes]]) -> None:
+    read(edited(GOOD_FILES[name](), edits))
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("name", GOOD_FILES)
+@settings(max_examples=3000, deadline=None, suppress_health_check=list(HealthCheck))
+@given(edits=EDITS)
+def test_any_damage_ends_in_sentences_at_length(name: str, edits: list[tuple[float, int, bytes]]) -> None:
+    read(edited(GOOD_FILES[name](), edits))
+
+
+@settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(
+    st.one_of(st.binary(max_size=300), st.text(alphabet='0123456789.,;:-+eE\t\n\r "#$/', max_size=300).map(str.encode))
+)
+def test_any_bytes_end_in_sentences(data: bytes) -> None:
+    read(data)
