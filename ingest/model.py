@@ -166,6 +166,27 @@ class RobotFacts:
 
 
 @dataclass(frozen=True, slots=True)
+class Limits:
+    """What one file may ask for, by the names of `[files.limits]`; one that asks for more is refused with that name.
+
+    `largest_expansion` is the ratio of expanded to packed bytes beyond the first MiB, `deepest_nesting` how often an
+    archive may hold another, `most_cells` the rows times columns of one sheet.
+    """
+
+    largest_file_bytes: int = 8 << 30
+    most_columns: int = 4096
+    longest_line_bytes: int = 1 << 20
+    largest_expanded_bytes: int = 2 << 30
+    largest_expansion: int = 200
+    most_members: int = 200
+    deepest_nesting: int = 2
+    most_cells: int = 50_000_000
+
+
+DEFAULT_LIMITS = Limits()
+
+
+@dataclass(frozen=True, slots=True)
 class Declarations:
     """What was said beforehand about files: on the command line first, then in profiles.
 
@@ -175,7 +196,7 @@ class Declarations:
     forces points up, a key of `channels.axes.AXES`, and channels are then declared by the file's own axes.
     `override_units` lets declared units stand against those of the header, `complete` a last line without line end
     whose last number may be cut; `robots` are those that may have been measured, with which forces and heights are
-    compared unless `no_robot_check`.
+    compared unless `no_robot_check`; `limits` bound what a file may ask for.
     """
 
     rate_hz: float | None = None
@@ -193,6 +214,7 @@ class Declarations:
     robots: tuple[RobotFacts, ...] = ()
     no_robot_check: bool = False
     axes: str | None = None
+    limits: Limits = DEFAULT_LIMITS
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -49,12 +49,12 @@ class Store:
             self._write(path, lambda handle: handle.write(memoryview(compressed)))
         return path
 
-    def read_and_hash(self, path: Path) -> tuple[bytes, str]:
+    def read_and_hash(self, path: Path, largest_bytes: int) -> tuple[bytes, str]:
         """Return the bytes of any file and their SHA-256, read once; those of a large file are mapped, not in memory.
 
-        Raises `OSError` where the file cannot be read.
+        Raises `OSError` where the file cannot be read, `InputRefused` where it has more than `largest_bytes`.
         """
-        return read_and_hash(path, self.root)
+        return read_and_hash(path, self.root, largest_bytes)
 
     def raw(self, store_path: str, sha256: str) -> bytes:
         """Return the kept bytes, mapped where they are many; raises `BookDamaged` when they are missing or no longer

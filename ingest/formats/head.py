@@ -30,6 +30,6 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> He
     """Tell text from binary and decode the first lines of text. Raises `UsageError` for an unknown encoding."""
     if not is_text(data):
         return Head(data, declared, None, ())
-    source = open_text(data, declared.encoding, findings)
+    source = open_text(data, declared.encoding, findings, declared.limits.longest_line_bytes)
     lines = tuple(source.decode(line.content) for line in source.head_lines(60))
     return Head(data, declared, source, lines)

@@ -7,10 +7,14 @@ from __future__ import annotations
 
 import hashlib
 import mmap
+import os
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any, cast
+
+from data_schema.errors import InputRefused
 
 LARGE_BYTES = 48 << 20
 """A file larger than this is mapped; a smaller one is read into memory, which is quicker."""
@@ -27,6 +31,11 @@ class MappedBytes(mmap.mmap):
     """
 
     folder: Path
+    descriptor: int
+    """Of the file, so that less of it can be mapped too."""
+
+    def __del__(self) -> None:
+        os.close(self.descriptor)
 
     def count(self, part: bytes, start: int = 0, stop: int | None = None) -> int:
         """Count a byte in `self[start:stop]`."""
@@ -77,29 +86,53 @@ def mapped(data: object) -> MappedBytes | None:
     return data if isinstance(data, MappedBytes) else None
 
 
-def read_and_hash(path: Path, folder: Path) -> tuple[bytes, str]:
+def read_and_hash(path: Path, folder: Path, largest_bytes: int) -> tuple[bytes, str]:
     """Return the bytes of a file and their SHA-256, read once; those of a large file are mapped in `folder`.
 
-    Raises `OSError` where the file cannot be read or the copy not be written.
+    Raises `OSError` where the file cannot be read or the copy not be written, `InputRefused` where it has more than
+    `largest_bytes`.
     """
     with path.open("rb") as source:
-        first = source.read(LARGE_BYTES + 1)
+        first = source.read(min(LARGE_BYTES, largest_bytes) + 1)
+        if len(first) > largest_bytes:
+            raise _too_large(largest_bytes)
         if len(first) <= LARGE_BYTES:
             return first, hashlib.sha256(first).hexdigest()
-        return map_and_hash(first, source, folder)
+        return map_and_hash(first, source, folder, largest_bytes)
 
 
-def map_and_hash(first: bytes, source: IO[bytes], folder: Path) -> tuple[bytes, str]:
+def map_and_hash(first: bytes, source: IO[bytes], folder: Path, largest_bytes: int = sys.maxsize) -> tuple[bytes, str]:
     """Copy `first` and the rest of `source` into a temporary file of `folder`; return it mapped, and its SHA-256."""
     folder.mkdir(parents=True, exist_ok=True)
     digest = hashlib.sha256()
+    n_bytes = 0
     with tempfile.TemporaryFile(dir=folder) as target:
         block = first or source.read(BLOCK_BYTES)
         while block:
+            n_bytes += len(block)
+            if n_bytes > largest_bytes:
+                raise _too_large(largest_bytes)
             digest.update(block)
             target.write(block)
             block = source.read(BLOCK_BYTES)
         target.flush()
-        data = MappedBytes(target.fileno(), 0, access=mmap.ACCESS_READ)
-    data.folder = folder
-    return cast(bytes, data), digest.hexdigest()
+        return _map(target.fileno(), folder, n_bytes), digest.hexdigest()
+
+
+def beginning(data: bytes, stop: int) -> bytes:
+    """Return `data[:stop]`, mapped where `data` is."""
+    found = mapped(data)
+    return data[:stop] if found is None else _map(found.descriptor, found.folder, stop)
+
+
+def _map(descriptor: int, folder: Path, n_bytes: int) -> bytes:
+    data = MappedBytes(descriptor, n_bytes, access=mmap.ACCESS_READ)
+    data.folder, data.descriptor = folder, os.dup(descriptor)
+    return cast(bytes, data)
+
+
+def _too_large(largest_bytes: int) -> InputRefused:
+    return InputRefused(
+        f"The file has more than {largest_bytes} bytes (limit largest_file_bytes): split it, or raise that key of "
+        "[files.limits] in labbook.toml."
+    )

@@ -28,8 +28,6 @@ from ingest.text.debug_lines import debug_line
 from ingest.text.delimiters import Row, Split, best_split
 from ingest.text.source import Line, TextSource
 
-WIDEST = 4096
-
 _UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
 _UNCLEAR_POINT = re.compile(rb"[+-]?[1-9]\d{0,2}\.\d{3}")
 _BELOW_THOUSAND = re.compile(rb"[+-]?\d{1,3}")
@@ -70,11 +68,11 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
             FILE, "no_data_rows", "No line holds numbers: there is nothing to import; is this the file that was meant?"
         )
         return None
-    if split.width > WIDEST:
+    if split.width > declared.limits.most_columns:
         findings.add(
             FILE,
             "too_many_columns",
-            f"The rows have {split.width} columns, more than the {WIDEST} allowed; "
+            f"The rows have {split.width} columns, more than {declared.limits.most_columns} (limit most_columns); "
             "export one sample a line, not one a column.",
         )
         return None

@@ -26,7 +26,7 @@ from ingest.text.cells import (
     split_cells,
 )
 from ingest.text.logical_lines import logical_line, physical_line
-from ingest.text.source import LONGEST_LINE, TextSource
+from ingest.text.source import TextSource
 
 _INTEGER = re.compile(rb"[+-]?\d{1,18}")
 
@@ -167,8 +167,10 @@ def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
         message = "NUL bytes stand in the line, as lost sectors of a memory card leave; the row is left out."
         reader.reject("nul_bytes", message, line, content.replace(b"\0", b""))
         return 1
-    if len(content) > LONGEST_LINE:
-        reader.reject("line_too_long", f"A line is longer than {LONGEST_LINE} bytes; it is left out.", line, content)
+    longest = reader.source.longest_line_bytes
+    if len(content) > longest:
+        message = f"A line is longer than {longest} bytes (limit longest_line_bytes); it is left out."
+        reader.reject("line_too_long", message, line, content)
         return 1
     cells = split_cells(content, layout.delimiter)
     if cells is None:

@@ -6,15 +6,16 @@ Numbers are ASCII in every page met so far, so data stay bytes; only names and t
 from __future__ import annotations
 
 import codecs
+import dataclasses
 import re
 from dataclasses import dataclass
 
 from data_schema.errors import UsageError
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.spool.mapped_bytes import blocks
+from ingest.model import DEFAULT_LIMITS
+from ingest.spool.mapped_bytes import beginning, blocks
 
 HEAD_BYTES = 65_536
-LONGEST_LINE = 1 << 20
 MOST_QUOTED_LINES = 5
 """Lines that one quoted cell may span; more means that a quote was forgotten."""
 
@@ -42,13 +43,14 @@ class Line:
 class TextSource:
     """Text as ASCII-compatible bytes: `data[start:]` without byte order mark, `encoding` for the names in it.
 
-    `first_line` is the number of the line at `start`.
+    `first_line` is the number of the line at `start`; one longer than `longest_line_bytes` is none of a table.
     """
 
     data: bytes
     start: int
     encoding: str
     first_line: int = 1
+    longest_line_bytes: int = DEFAULT_LIMITS.longest_line_bytes
 
     def decode(self, content: bytes) -> str:
         """Return text for showing and comparing; a byte that has no meaning becomes U+FFFD."""
@@ -69,11 +71,11 @@ class TextSource:
 
     def section(self, stop: int) -> TextSource:
         """Return the text up to `data[stop]`, as if the file ended there; lines keep their numbers."""
-        return TextSource(self.data[:stop], self.start, self.encoding)
+        return dataclasses.replace(self, data=beginning(self.data, stop))
 
     def _lines(self, start: int, number: int, limit: int) -> list[Line]:
         lines: list[Line] = []
-        stop = min(len(self.data), start + LONGEST_LINE)
+        stop = min(len(self.data), start + self.longest_line_bytes)
         for end in _LINE_END.finditer(self.data, start, stop):
             lines.append(Line(number, start, self.data[start : end.start()], True))
             start, number = end.end(), number + 1
@@ -115,7 +117,9 @@ def is_text(data: bytes) -> bool:
     return control * 100 <= len(head) and head.count(0) * 3 <= len(head)
 
 
-def open_text(data: bytes, page: str, findings: FindingCollector) -> TextSource:
+def open_text(
+    data: bytes, page: str, findings: FindingCollector, longest_line_bytes: int = DEFAULT_LIMITS.longest_line_bytes
+) -> TextSource:
     """Find out the encoding of text: byte order mark, else strict UTF-8, else `page`, which is noted.
 
     UTF-16 is transcoded, and line ends of old Macintosh programs (CR alone) are replaced; otherwise `data` is not
@@ -126,12 +130,12 @@ def open_text(data: bytes, page: str, findings: FindingCollector) -> TextSource:
         codecs.lookup(page)
     except LookupError as error:
         raise UsageError(f"{page!r} is not an encoding: give one as 'cp1252', 'cp1250' or 'latin-1'.") from error
-    source = _without_mark(data, page, findings)
+    source = dataclasses.replace(_without_mark(data, page, findings), longest_line_bytes=longest_line_bytes)
     data = source.data
     if b"\r" in data:
         if b"\n" not in data:
             findings.add(NOTE, "line_ends_cr", "Lines end with CR alone; read as line ends.")
-            return TextSource(data.replace(b"\r", b"\n"), source.start, source.encoding)
+            return dataclasses.replace(source, data=data.replace(b"\r", b"\n"))
         _note_mixed_ends(data, findings)
     return source
 
@@ -174,13 +178,15 @@ def _note_mixed_ends(data: bytes, findings: FindingCollector) -> None:
 
 def refuse_long_line(source: TextSource, findings: FindingCollector) -> bool:
     """Report a first line beyond the longest allowed; such a file has no rows."""
-    window = source.data[source.start : source.start + LONGEST_LINE]
-    if len(source.data) - source.start <= LONGEST_LINE or _LINE_END.search(window):
+    longest = source.longest_line_bytes
+    window = source.data[source.start : source.start + longest]
+    if len(source.data) - source.start <= longest or _LINE_END.search(window):
         return False
     findings.add(
         FILE,
         "line_too_long",
-        f"The first line is longer than {LONGEST_LINE} bytes: this is no table of rows; export one sample a line.",
+        f"The first line is longer than {longest} bytes (limit longest_line_bytes): this is no table of rows; export "
+        "one sample a line.",
         lines=[1],
     )
     return True

@@ -24,7 +24,7 @@ from data_schema.queries.imported_files import runs_of_file
 from data_schema.queries.imports import FirstImport, findings_about_runs, first_import, refused_before
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, IngestStatus, Severity
-from ingest.model import Finding, ReadFile, SignalPart
+from ingest.model import Finding, Limits, ReadFile, SignalPart
 from ingest.read import UNKNOWN, read_file
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.opening import Book
@@ -74,9 +74,12 @@ def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> Fil
 def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     """Ingest one file; raises only for wrong use, a file that cannot be read comes back refused."""
     try:
-        (data, sha256), modified_s = book.store.read_and_hash(path), path.stat().st_mtime
+        limits = Limits(**book.configuration.files.limits)
+        (data, sha256), modified_s = book.store.read_and_hash(path, limits.largest_file_bytes), path.stat().st_mtime
     except OSError as error:
         return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error), (), None, None)
+    except InputRefused as error:
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)), (), None, None)
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)

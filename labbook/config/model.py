@@ -105,11 +105,28 @@ class InstrumentSettings:
     serial: str | None
 
 
+LIMITS = (
+    "largest_file_bytes",
+    "most_columns",
+    "longest_line_bytes",
+    "largest_expanded_bytes",
+    "largest_expansion",
+    "most_members",
+    "deepest_nesting",
+    "most_cells",
+)
+"""The keys of `[files.limits]`."""
+
+
 @dataclass(frozen=True, slots=True)
 class FileSettings:
-    """`[files]`: `run_pattern` finds the run's name in a file's name, as the group `run`."""
+    """`[files]`: `run_pattern` finds the run's name in a file's name, as the group `run`.
+
+    `limits` are those bounds of `ingest.model.Limits` that `[files.limits]` sets, by name.
+    """
 
     run_pattern: str | None
+    limits: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,6 @@ is refused, because a typing error must not become a default. All faults are rep
 from __future__ import annotations
 
 import hashlib
-import re
 import tomllib
 import zoneinfo
 from collections.abc import Mapping
@@ -19,6 +18,7 @@ from labbook.config.analysis import read_analysis
 from labbook.config.channels import channel_meant, check_unit
 from labbook.config.factors import read_factors, read_gains
 from labbook.config.model import (
+    LIMITS,
     BatterySettings,
     Configuration,
     Detector,
@@ -32,6 +32,7 @@ from labbook.config.model import (
     TimeColumn,
 )
 from labbook.config.own_scene import with_own_scene
+from labbook.config.patterns import pattern_fault
 from labbook.config.simulation import read_simulation
 from labbook.config.tables import TableReader, as_number, is_plain
 from labbook.config.template import template
@@ -61,7 +62,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         robots={name: _robot(table) for name, table in top.tables("robots")},
         batteries={name: _battery(table) for name, table in top.tables("batteries")},
         instruments={name: _instrument(table) for name, table in top.tables("instruments")},
-        files=_files(top.table("files")),
+        files=_files(top.table("files"), in_force=folder is None),
         profiles={name: _profile(table, in_force=folder is None) for name, table in top.tables("profiles")},
         simulation=simulation,
         analysis=read_analysis(top),
@@ -167,16 +168,16 @@ def _instrument(table: TableReader) -> InstrumentSettings:
     return settings
 
 
-def _files(table: TableReader) -> FileSettings:
+def _files(table: TableReader, in_force: bool) -> FileSettings:
     pattern = table.optional_text("run_pattern")
-    if pattern is not None:
-        try:
-            if "run" not in re.compile(pattern).groupindex:
-                table.fault("run_pattern", f"{pattern!r} has no group (?P<run>...): put one round the run's name.")
-        except (re.error, RecursionError, OverflowError) as error:
-            table.fault("run_pattern", f"{pattern!r} is not a regular expression ({error}): correct it.")
+    fault = None if pattern is None else pattern_fault(pattern, in_force)
+    if fault is not None:
+        table.fault("run_pattern", fault)
+    bounds = table.table("limits")
+    limits = {name: bounds.whole(name, least=1) for name in LIMITS if bounds.value(name) is not None}
+    bounds.finish()
     table.finish()
-    return FileSettings(pattern)
+    return FileSettings(pattern, limits)
 
 
 def _profile(table: TableReader, *, in_force: bool) -> ProfileSettings:

@@ -93,6 +93,17 @@ capacity_mah = 6600
 # The run's name in a file's name, without folder: a regular expression with the group (?P<run>...).
 run_pattern = '^(?P<run>r\\d+)'
 
+# What one file may ask for at most, so that a damaged or hostile one cannot fill memory or disk.
+#[files.limits]
+#largest_file_bytes = 8589934592
+#most_columns = 4096
+#longest_line_bytes = 1048576
+#largest_expanded_bytes = 2147483648
+#largest_expansion = 200
+#most_members = 200
+#deepest_nesting = 2
+#most_cells = 50000000
+
 # What is decided about the analysis before the first run: the book keeps it, and the report calls exploratory whatever
 # departs from it. Comparisons of the primary outcome are corrected over the family: each (level against the control) or
 # pooled. Apexes within the bounds count as no loss of height. exclusions: for which reasons jumps may be left out.

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
-from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile, RobotFacts
+from ingest.model import ColumnDeclaration, Declarations, Limits, Profile, ReadFile, RobotFacts
 from ingest.read import read_file
 from ingest.store import Store
 from labbook.analysis.detecting import Detection, detect_part
@@ -84,4 +84,5 @@ def declarations(configuration: Configuration, options: Mapping[str, Any]) -> De
         RobotFacts(robot.body_mass_kg + robot.foot_mass_kg, robot.leg_max_m) for robot in configuration.robots.values()
     )
     zone = configuration.study.time_zone
-    return Declarations(columns=columns, profiles=profiles, time_zone=zone, robots=robots, **given)
+    limits = Limits(**configuration.files.limits)
+    return Declarations(columns=columns, profiles=profiles, time_zone=zone, robots=robots, limits=limits, **given)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from data_schema.errors import InputRefused
 from ingest.model import Declarations, ReadFile
 from ingest.read import read_file
 from ingest.samples import read_samples, signal_sha256
@@ -83,9 +84,9 @@ def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
     path = tmp_path / "log.csv"
     path.write_bytes(data)
     store = Store(tmp_path / "store")
-    assert mapped(read_and_hash(path, tmp_path)[0]) is None
+    assert mapped(read_and_hash(path, tmp_path, 10**9)[0]) is None
     monkeypatch.setattr(mapped_bytes, "LARGE_BYTES", 10_000)
-    found, sha256 = read_and_hash(path, store.root)
+    found, sha256 = store.read_and_hash(path, 10**9)
     assert mapped(found) is not None
     assert bytes(store.raw(store.put_raw(found, sha256), sha256)) == data
     (part,) = read_file(found, Declarations()).parts
@@ -95,6 +96,8 @@ def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
     for name, values in read_samples(store.root / kept, ["body_height", "leg_length"]).items():
         expected = whole.time_s if name == "time" else {c.name: c.values for c in whole.channels}[name]
         assert np.array_equal(values, expected)
+    with pytest.raises(InputRefused, match="largest_file_bytes"):
+        store.read_and_hash(path, 20_000)
     assert sorted(child.name for child in store.root.iterdir()) == ["raw", "signals"]
 
 

@@ -1,0 +1,58 @@
+"""A pattern for a run's name ends in bounded time on any name, or is refused when it is written."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+from data_schema.errors import InputRefused
+from ingest.model import Limits
+from labbook.config.model import LIMITS
+from labbook.config.parsing import parse_configuration
+from labbook.config.patterns import MOST_LETTERS, pattern_fault
+from labbook.config.template import template
+
+USUAL = [
+    r"^(?P<run>r\d+)",
+    r"(?i)(?P<run>run[_-]?\d{1,4})",
+    r"^\d{4}-\d\d-\d\d_(?P<run>[a-z]+\d+)(?:_part\d)?\.(?:csv|txt)$",
+    r"^(?P<run>(?:day\d+_)?r\d+)_.*\.csv$",
+    r"(?P<run>\w+)[ (].*",
+]
+ENDLESS = [
+    r"(?P<run>(\d+)*x)",
+    r"(?P<run>(a|a)*)b",
+    r"^(?P<run>(?:\w+\s?)+)$",
+    r"(?P<run>([a-z]*)*)!",
+    r"(?P<run>(?:x+x+)+y)",
+    r"(?P<run>.*.*.*.*.*.*.*x)",
+    r"(?P<run>((ab)?)*c)",
+    r"(?P<run>a*a*a*a*a*b)",
+    rf"(?P<run>{'a' * MOST_LETTERS})",
+]
+
+
+@pytest.mark.parametrize("pattern", USUAL)
+def test_usual_patterns_are_taken(pattern: str) -> None:
+    assert pattern_fault(pattern, in_force=False) is None
+
+
+@pytest.mark.parametrize("pattern", ENDLESS)
+def test_patterns_that_may_not_end_are_refused_unless_they_are_in_force(pattern: str) -> None:
+    fault = pattern_fault(pattern, in_force=False)
+    assert fault is not None
+    assert "\n" not in fault
+    assert pattern_fault(pattern, in_force=True) is None
+
+
+def test_every_limit_has_its_key() -> None:
+    assert tuple(field.name for field in dataclasses.fields(Limits)) == LIMITS
+
+
+def test_limits_are_set_by_name_and_unknown_ones_refused() -> None:
+    text = template("study", "Ada Bee")
+    configuration = parse_configuration(text + "\n[files.limits]\nmost_columns = 12\n", "labbook.toml")
+    assert configuration.files.limits == {"most_columns": 12}
+    with pytest.raises(InputRefused, match="most_colums"):
+        parse_configuration(text + "\n[files.limits]\nmost_colums = 12\n", "labbook.toml")
