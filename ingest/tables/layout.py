@@ -54,8 +54,13 @@ class Layout:
     last_cells: tuple[bytes, ...]
 
     def is_debug(self, content: bytes) -> bool:
-        """Whether a line is `name: value`, a program's debug output, among rows that begin with a number or a time."""
-        return self.width > 1 and self.kinds[0] is not CellKind.TEXT and debug_line(content) is not None
+        """Whether a line is `name: value`, a program's debug output, among rows that begin with a number or a time.
+
+        A line of words alone, as many as there are columns, may be a header and is none.
+        """
+        if self.width == 1 or self.kinds[0] is CellKind.TEXT or debug_line(content) is None:
+            return False
+        return content.count(self.delimiter) + 1 != self.width or any(byte in b"0123456789" for byte in content)
 
 
 def find_layout(source: TextSource, declared: Declarations, findings: FindingCollector) -> Layout | None:

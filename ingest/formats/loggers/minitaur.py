@@ -84,14 +84,15 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _header_at(data: bytes, begin: int) -> re.Match[bytes] | None:
-    """Return the header that begins there and is followed by a record, or is all that there is."""
+    """Return the header that begins there: a line of the new layout, or two of the old one and a record near them."""
     window = data[begin : begin + _LONGEST_HEADER]
-    stop = window.find(b"\n" + SYNC)
-    header = window[: stop + 1] if stop >= 0 else window
-    pattern = _NEW_HEADER if window.startswith(b"/") else _OLD_HEADER
-    if stop < 0 and not window.startswith(b"/"):
-        return None  # two lines of words are any text
-    return pattern.fullmatch(header)
+    if window.startswith(b"/"):
+        return _NEW_HEADER.fullmatch(window[: window.find(b"\n") + 1])
+    stop = window.find(b"\n", window.find(b"\n") + 1) + 1
+    found = _OLD_HEADER.fullmatch(window[:stop])
+    near = window[stop : stop + len(SYNC) + MOST_RECORD_BYTES]
+    # Two lines of words may begin any text; sync bytes elsewhere than next to them only where no text is.
+    return found if near.startswith(SYNC) or (SYNC in near and b"\0" in near) else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:

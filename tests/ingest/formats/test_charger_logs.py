@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ingest.model import Declarations, ReadFile
+from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 from tests.ingest.formats.synthetic_chargers import cheali_rows, lines, serial_rows, with_checksum
 
@@ -99,6 +99,31 @@ def test_a_wrong_scale_of_the_counter_is_refused() -> None:
     result = read_file(lines(scaled), Declarations())
     assert result.refused
     assert "charge_contradicts_current" in rules(result)
+
+
+def test_a_restart_of_cheali_charger_is_a_charge_of_its_own() -> None:
+    result = read_file(lines(cheali_rows(300) + cheali_rows(400, rising=-1)), Declarations())
+    assert [(charge.mode, charge.charge_mah) for charge in result.charges] == [("charge", 149.0), ("discharge", 199.0)]
+    assert [part.part for part in result.parts] == ["channel_1", "channel_1_segment_2"]
+
+
+def test_two_interleaved_outputs_are_two_signals_and_two_charges() -> None:
+    second = [with_checksum(row.rpartition(";")[0].replace("$1;", "$2;", 1) + ";") for row in serial_rows(mode=2)]
+    rows = [row for pair in zip(serial_rows(), second, strict=True) for row in pair]
+    result = read_file(lines(rows), HALF_HERTZ)
+    assert [part.part for part in result.parts] == ["channel_1", "channel_2"]
+    assert [charge.mode for charge in result.charges] == ["charge", "discharge"]
+
+
+def test_a_csv_of_an_icharger_logger_asks_for_units_and_runs_past_midnight() -> None:
+    rows = [f"{stamp}, {14000 + n}, {15600 + n}, 180" for n, stamp in enumerate(("23:59:58", "00:00:00", "00:00:02"))]
+    data = ("time, V_in, V_bat, I_cgh\n" + "\n".join(rows) + "\n").encode()
+    assert "unit_missing" in rules(read_file(data, Declarations()))
+    columns = {name: ColumnDeclaration(unit="mV") for name in ("V_in", "V_bat")}
+    result = read_file(data, Declarations(columns=columns))
+    assert not result.refused
+    assert result.parts[0].time_s.tolist() == [0.0, 2.0, 4.0]
+    assert values(result)["battery_voltage"][0] == pytest.approx(15.6)
 
 
 SMALL = {

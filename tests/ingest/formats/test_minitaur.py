@@ -126,6 +126,13 @@ def test_a_cut_last_record_is_counted() -> None:
     assert rules(result)["record_cut"] == 1
 
 
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_bytes_lost_behind_the_header_cost_one_record(layout: str) -> None:
+    header, records = LAYOUTS[layout]
+    result = read(header + b"".join(records)[5:])
+    assert (result.refused, result.rows_kept, result.rows_rejected) == (False, 299, 1)
+
+
 def test_a_reboot_is_a_segment_and_the_counter_wraps_on() -> None:
     reboot = read(old_header() + b"".join(old_records([*times_ms(200), *times_ms(200, start_ms=500)])))
     assert [len(part.time_s) for part in reboot.parts] == [200, 200]
