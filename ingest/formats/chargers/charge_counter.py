@@ -18,6 +18,9 @@ MOST_ROUNDING_MAH = 2.0
 """A difference that the counter's steps of 1 mAh explain."""
 
 RESOLUTION_MAH = 1.0
+COUNTER_ANEW = 0.1
+"""Of what a counter showed: a counter that falls to less has begun anew."""
+
 LEAST_RISE = 0.003
 """Of the pack's voltage, from which on it shows the direction of the current."""
 

@@ -10,11 +10,13 @@ import dataclasses
 import re
 
 from ingest.findings import NOTE, FindingCollector
-from ingest.formats.chargers.charge_counter import direction_by_voltage
+from ingest.formats.chargers.charge_counter import COUNTER_ANEW, direction_by_voltage
 from ingest.formats.chargers.charger_log import Field, LogLayout, Work, read_procedures
 from ingest.formats.chargers.records import (
     Procedure,
     Procedures,
+    Sequel,
+    by_clock,
     head_records,
     read_records,
     reject_record,
@@ -28,6 +30,7 @@ from ingest.model import Reading
 _CELLS_OF_WIDTH = {26: 6, 28: 6, 30: 8, 32: 8}
 _STATE, _TIME, _VOLTAGE, _CURRENT, _CHARGE, _FIRST_CELL = 1, 2, 3, 4, 5, 11
 _RUNNING, _FAILED = 1, 2
+_CLOCKED = by_clock(_TIME, 10.0)
 _CLOCK = re.compile(rb"\d{1,9}\.\d")
 _INTEGER = re.compile(rb"\d{1,9}")
 _MEASURED = b"1"
@@ -74,7 +77,7 @@ def _recognise(head: Head) -> Recognition | None:
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
     width = _width(head)
-    procedures = Procedures(lambda before, row: row[_TIME] < before[_TIME] or row[_CHARGE] < before[_CHARGE] - 1)
+    procedures = Procedures(_sequel)
     for line, record in read_records(head, findings):
         if record is None:
             procedures.rows_rejected += 1
@@ -91,6 +94,14 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     layout = dataclasses.replace(_LAYOUT, n_cells=_CELLS_OF_WIDTH.get(width, 0))
     found = [(procedure, layout) for procedure in procedures.found]
     return read_procedures(found, procedures.rows_rejected, head.declared, findings)
+
+
+def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
+    """Judge by the clock, and by the counter, which begins anew between the stages of a cycle."""
+    before = procedure.rows[-1][_CHARGE]
+    anew = row[_CHARGE] < before - 1 and row[_CHARGE] <= COUNTER_ANEW * before
+    clocked = _CLOCKED(procedure, row)
+    return Sequel.BEGINS if clocked is Sequel.GOES_ON and anew else clocked
 
 
 def _is_measurement(fields: list[bytes]) -> bool:

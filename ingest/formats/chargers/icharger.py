@@ -19,6 +19,7 @@ from ingest.formats.chargers.records import (
     Procedure,
     Procedures,
     Record,
+    by_clock,
     head_records,
     read_records,
     reject_record,
@@ -34,6 +35,7 @@ _INTEGER = re.compile(rb"-?\d{1,12}")
 MODE = 1
 _TIME = 2
 _FIRST_CELL = 11
+_SOON_MS = 10_000.0
 
 MODES = Modes(frozenset({1, 8, 9}), frozenset({2, 12}), frozenset({7}))
 """1 charge, 2 discharge, 7 error, 8 and 9 trickle, 12 external discharge; others only watch or wait."""
@@ -72,7 +74,7 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    procedures = Procedures(lambda before, row: row[_TIME] < before[_TIME])
+    procedures = Procedures(by_clock(_TIME, _SOON_MS))
     for line, record in read_records(head, findings):
         row = None if record is None else _row(record, findings)
         if row is None:

@@ -12,12 +12,13 @@ import numpy as np
 
 from data_schema.vocabulary import ChargeMode
 from ingest.findings import FindingCollector
-from ingest.formats.chargers.charge_counter import direction_by_modes
+from ingest.formats.chargers.charge_counter import COUNTER_ANEW, direction_by_modes
 from ingest.formats.chargers.charger_log import Field, LogLayout, Work, read_procedures
 from ingest.formats.chargers.icharger import MODE, MODES
 from ingest.formats.chargers.records import (
     Procedure,
     Procedures,
+    Sequel,
     head_records,
     read_records,
     reject_record,
@@ -70,7 +71,7 @@ def _recognise(head: Head) -> Recognition | None:
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
     width = _width(head)
-    procedures = Procedures(_restarts)
+    procedures = Procedures(_sequel)
     for line, record in read_records(head, findings):
         fields = [] if record is None else record.fields
         used = fields[:_UNUSED] + fields[_UNUSED + 1 :]
@@ -87,11 +88,14 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_procedures(found, procedures.rows_rejected, head.declared, findings)
 
 
-def _restarts(before: list[float], row: list[float]) -> bool:
-    """Whether the counter began anew, or the direction changed, as between the stages of a cycle."""
+def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
+    """Judge by direction and counter, which begins anew with every stage; a counter that only falls is out of order."""
+    before = procedure.rows[-1]
     stages = [MODES.charging, MODES.discharging]
     turned = any(before[MODE] in stage and row[MODE] in other for stage, other in (stages, stages[::-1]))
-    return turned or abs(row[-1]) < abs(before[-1]) - 1
+    if not turned and abs(row[-1]) >= abs(before[-1]):
+        return Sequel.GOES_ON
+    return Sequel.BEGINS if turned or abs(row[-1]) <= COUNTER_ANEW * abs(before[-1]) else Sequel.OUT_OF_ORDER
 
 
 FORMAT = Format("icharger_serial", 1, _recognise, _read)

@@ -17,6 +17,7 @@ from ingest.formats.chargers.charger_log import part_charges
 from ingest.formats.chargers.records import (
     Procedure,
     Procedures,
+    Sequel,
     head_records,
     read_records,
     reject_record,
@@ -40,10 +41,11 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    procedures = Procedures(lambda _before, _row: False)
+    procedures = Procedures(lambda _procedure, _row: Sequel.GOES_ON)
     seen = head_records(head)
     widths = {channel.encode(): usual_fields([one for one in seen if one[0] == channel]) for channel, *_ in seen}
-    for line, record in read_records(head, findings, zero_is_none=True):
+    unchecked = all(record[-1] == "0" for record in seen)
+    for line, record in read_records(head, findings, zero_is_none=unchecked):
         if record is None:
             procedures.rows_rejected += 1
             continue

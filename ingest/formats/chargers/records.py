@@ -12,6 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
@@ -19,12 +20,12 @@ import numpy as np
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.formats.head import Head
 from ingest.model import FloatArray, IntArray
-from ingest.text.cells import NUMBER
 from ingest.text.logical_lines import numbered_lines
 
 _RECORD = re.compile(rb"\$\d{1,2}(?:;[^;\x00-\x1f]{0,24})+")
 _HEAD_RECORD = re.compile(r"\$\d{1,2}(?:;[^;]*){3}")
 _SHOWN = 60
+_REPEATED = 20
 
 
 class Record(NamedTuple):
@@ -114,22 +115,57 @@ class Procedure:
         return np.array(self.ordinals, dtype=np.int64)
 
 
+class Sequel(Enum):
+    """What a record is to the procedure that is going on."""
+
+    GOES_ON = "goes on"
+    BEGINS = "begins another"
+    OUT_OF_ORDER = "out of order"
+
+
+Judge = Callable[[Procedure, list[float]], Sequel]
+
+
+def by_clock(position: int, soon: float) -> Judge:
+    """Return the judge of records with a clock at `position`: one that goes back to where the procedure began, `soon`
+    in its unit after that at most, begins another; one that goes back elsewhere, or was there, is out of order.
+    """
+
+    def judge(procedure: Procedure, row: list[float]) -> Sequel:
+        first, last = procedure.rows[0][position], procedure.rows[-1][position]
+        if row[position] >= last:
+            return Sequel.GOES_ON
+        known = row in procedure.rows[-_REPEATED:]
+        begins = row[position] <= first or (row[position] <= first + soon and not known)
+        return Sequel.BEGINS if begins else Sequel.OUT_OF_ORDER
+
+    return judge
+
+
 class Procedures:
     """Collects records into procedures; `rows_rejected` counts those left out."""
 
-    __slots__ = ("_open", "_restarts", "found", "rows_rejected")
+    __slots__ = ("_judge", "_open", "found", "rows_rejected")
 
-    def __init__(self, restarts: Callable[[list[float], list[float]], bool]) -> None:
+    def __init__(self, judge: Judge) -> None:
         self.found: list[Procedure] = []
         self.rows_rejected = 0
         self._open: dict[int, Procedure] = {}
-        self._restarts = restarts
+        self._judge = judge
 
     def add(self, line: int, row: list[float], findings: FindingCollector) -> None:
         """Take the numbers of one record, the channel first."""
         channel = int(row[0])
         procedure = self._open.get(channel)
-        if procedure is None or len(row) != len(procedure.rows[0]) or self._restarts(procedure.rows[-1], row):
+        sequel = Sequel.BEGINS
+        if procedure is not None and len(row) == len(procedure.rows[0]):
+            sequel = self._judge(procedure, row)
+        if sequel is Sequel.OUT_OF_ORDER:
+            message = "The record lies before the one above it: a line repeated or out of order; it is left out."
+            findings.add(ROW, "time_backwards", message, column="time", lines=[line])
+            self.rows_rejected += 1
+            return
+        if procedure is None or sequel is Sequel.BEGINS:
             if procedure is not None:
                 message = "The charger started again: what follows is kept as a procedure of its own."
                 findings.add(NOTE, "time_restarted", message, column="time", lines=[line])
@@ -138,8 +174,3 @@ class Procedures:
         procedure.rows.append(row)
         procedure.lines.append(line)
         procedure.ordinals.append(len(procedure.rows) + self.rows_rejected)
-
-
-def numbers_of(fields: Sequence[bytes]) -> list[float] | None:
-    """Return the fields as numbers, None where one is none."""
-    return [float(cell) for cell in fields] if all(map(NUMBER.fullmatch, fields)) else None

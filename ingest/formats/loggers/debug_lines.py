@@ -25,6 +25,7 @@ from ingest.text.source import TextSource
 _LOG = Instrument()
 _FEWEST_LINES = 4
 _MOST_NAMES = 256
+_FRAGMENT = re.compile(rb"\s*[\d.eE+-]+\s*\S{0,8}\s*")
 _VALUE = re.compile(rb"([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(\S*)")
 
 
@@ -93,6 +94,9 @@ class _Turns:
     def take(self, line: int, content: bytes) -> None:
         """Take one line that is not blank."""
         debug = debug_line(content)
+        if debug is None and _FRAGMENT.fullmatch(content):
+            self._break_before(line)
+            return
         if debug is None or debug.name not in self.names:
             message = "Lines that are no `name: value` of the names in turn are skipped."
             self.findings.add(NOTE, "debug_line", message, lines=[line])
@@ -126,6 +130,12 @@ class _Turns:
         self.rejected += 1
         self._open = []
         self._skipping = True
+
+    def _break_before(self, line: int) -> None:
+        """Leave out the turn that a line end inside a number has cut: the open one, or the last that seems whole."""
+        if not self._open and self.rows:
+            del self.rows[-1], self.lines[-1], self.ordinals[-1]
+        self._break(line)
 
     def finish(self, last_line: int, unended: bool) -> None:
         """Judge the last line, whose number may be cut where it has no line end."""

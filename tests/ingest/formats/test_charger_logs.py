@@ -107,6 +107,13 @@ def test_a_restart_of_cheali_charger_is_a_charge_of_its_own() -> None:
     assert [part.part for part in result.parts] == ["channel_1", "channel_1_segment_2"]
 
 
+@pytest.mark.parametrize("rows", [serial_rows(500), cheali_rows(500)])
+def test_lines_that_come_twice_are_no_second_charge(rows: list[str]) -> None:
+    result = read_file(lines(rows[:200] + rows[196:]), HALF_HERTZ if rows == serial_rows(500) else Declarations())
+    assert (result.refused, len(result.charges)) == (False, 1)
+    assert result.rows_rejected in (3, 4)  # a counter that stands still cannot tell that the first came again
+
+
 def test_two_interleaved_outputs_are_two_signals_and_two_charges() -> None:
     second = [with_checksum(row.rpartition(";")[0].replace("$1;", "$2;", 1) + ";") for row in serial_rows(mode=2)]
     rows = [row for pair in zip(serial_rows(), second, strict=True) for row in pair]

@@ -51,6 +51,15 @@ def test_a_broken_pair_is_counted_and_shifts_nothing(lost: int) -> None:
     assert [gap.kind for gap in part.gaps] == ["rejected"]
 
 
+@pytest.mark.parametrize("place", [100, 101])
+def test_a_line_end_inside_a_number_costs_its_pair(place: int) -> None:
+    lines = pairs()
+    lines[place] = lines[place][:12] + "\n" + lines[place][12:]
+    result = read(lines)
+    assert (result.refused, result.rows_kept, result.rows_rejected) == (False, N - 1, 1)
+    assert result.parts[0].channels[place % 2].values.max() < -2957000
+
+
 def test_a_last_pair_that_is_not_complete_is_counted() -> None:
     result = read(pairs()[:-1])
     assert (result.rows_kept, result.rows_rejected) == (N - 1, 1)

@@ -100,6 +100,13 @@ def test_a_restart_is_a_recharge_of_its_own() -> None:
     assert "time_restarted" in rules(result)
 
 
+def test_lines_that_come_twice_are_out_of_order_and_no_second_recharge() -> None:
+    result = read(ROWS[:200] + ROWS[197:])
+    assert [charge.charge_mah for charge in result.charges] == [399.0]
+    assert (result.rows_kept, result.rows_rejected) == (400, 3)
+    assert {"time_duplicate", "time_backwards"} & rules(result)
+
+
 def test_eight_cell_models_have_two_fields_fewer() -> None:
     result = read([icharger_line(*fields(row)[:-2]) for row in ROWS])
     assert not result.refused
