@@ -135,7 +135,7 @@ def test_killed_at_random_nothing_is_lost_nothing_is_half_there(lab: Lab) -> Non
     assert code == 0, said
     lab.check_all_there()
     code, said = lab.commands.run(*lab.ingest(lab.inbox))
-    assert (code, said.splitlines()[-1]) == (
+    assert (code, said.splitlines()[0]) == (
         0,
         f"{len(lab.written)} files: 0 imported, {len(lab.written)} there already, 0 refused.",
     )
@@ -193,7 +193,7 @@ def test_an_ingest_cut_off_between_journal_and_commit_is_there_already_next_time
     assert lab.check() == 0
     code, said = lab.commands.run(*lab.ingest(folder))
     assert code == 0, said
-    assert said.splitlines()[-1] == "1 file: 0 imported, 1 there already, 0 refused."
+    assert "1 file: 0 imported, 1 there already, 0 refused." in said.splitlines()
     lab.check_all_there()
 
 
@@ -249,7 +249,7 @@ def test_two_that_ingest_the_same_folder_import_each_file_once(lab: Lab) -> None
     codes = [running.wait() for running in both]
     assert codes == [0, 0], [running.output.read_text() for running in both]
     lab.check_all_there()
-    counted = [running.output.read_text().splitlines()[-1] for running in both]
+    counted = [running.output.read_text().splitlines()[0] for running in both]
     imported = [int(line.split(": ")[1].split(" ")[0]) for line in counted]
     assert sum(imported) == len(lab.written)
 
