@@ -33,10 +33,11 @@ def _recognise(head: Head) -> Recognition | None:
     if head.source is None:
         return None
     sample = [*head.source.head_lines(60), *head.source.sample_lines(0.5)]
-    lines = [line.content for line in sample if line.content.strip()]
-    values = sum(is_single_number(debug_line(line)) for line in lines)
-    if values < _FEWEST_LINES or values < 0.8 * len(lines):
-        return None
+    lines = list({line.start: line.content for line in sample if line.content.strip()}.values())
+    found = [debug for debug in map(debug_line, lines) if debug is not None and is_single_number(debug)]
+    values = len(found)
+    if values < _FEWEST_LINES or values < 0.8 * len(lines) or len({debug.name for debug in found}) == values:
+        return None  # names that never come again are settings, no log
     return Recognition(LAYOUT, f"{values} of {len(lines)} lines seen are `name: value`")
 
 

@@ -31,6 +31,10 @@ def test_the_rate_is_asked_for() -> None:
     assert "rate_missing" in rules(result)
 
 
+def test_settings_are_no_log() -> None:
+    assert read([f"gain{k}: {k}" for k in range(20)]).format != "debug_lines"
+
+
 def test_turns_are_rows() -> None:
     result = read(["Starting", "", *pairs()])
     assert (result.refused, result.rows_kept) == (False, N)
