@@ -76,6 +76,8 @@ def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
     cells = split_cells(line, layout.delimiter)
     if cells is None or len(cells) < layout.width + layout.trailing:
         return True
+    if layout.trailing:
+        return len(cells) == layout.width  # every whole row ends in a delimiter
     last = _SHAPE.fullmatch(cells[-1])
     above = [shape for shape in map(_SHAPE.fullmatch, layout.last_cells) if shape and shape[0]]
     if not layout.last_cells:
@@ -91,5 +93,8 @@ def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
     if cells[-1] == cell_above:
         return False
     if decimals:
-        return len(last[2] or b"") < max(decimals)
+        # Numbers of one precision have fewer decimals the longer they are.
+        fewer_digits = len(last[1] + (last[2] or b"")) < max(len(shape[1] + (shape[2] or b"")) for shape in above)
+        one_format = len(decimals) == len(above) and min(decimals) == max(decimals)
+        return len(last[2] or b"") < max(decimals) or (fewer_digits and not one_format)
     return bool(above) and len(last[1]) < max(len(shape[1]) for shape in above)

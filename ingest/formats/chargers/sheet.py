@@ -87,23 +87,26 @@ def _refuse_capacity(header: SheetHeader, rows: list[list[str]], findings: Findi
         findings.add(FILE, "charge_unclear", message, column=column.name)
 
 
-def _may_be_cut(cell: str, above: list[str]) -> bool:
-    """Whether digits may be missing at the end of a number: not if as many follow its last sign as in all cells above.
+def _may_be_cut(role: str | None, cell: str, above: list[str]) -> bool:
+    """Whether letters or digits may be missing at the end of a cell, given those above it in its column.
 
-    A whole number may always have had more digits.
+    A number is whole with as many digits after its last sign as all above; a whole number, and the name of a run, may
+    always have gone on; a word not if it stands above, or is as long as any.
     """
-    if cell[-1:] not in "0123456789.,":
+    if role is None:
         return False
-    tails = [_TAIL.search(text) for text in (cell, *above) if text]
-    digits = {None if tail is None else len(tail[1]) for tail in tails}
-    return len(tails) == 1 or None in digits or len(digits) > 1
+    if cell[:1] in "0123456789.,+-":
+        tails = [_TAIL.search(text) for text in (cell, *above) if text]
+        digits = {None if tail is None else len(tail[1]) for tail in tails}
+        return len(tails) == 1 or None in digits or len(digits) > 1
+    return role == "run" or not above or (cell not in above and len(cell) < max(map(len, above)))
 
 
 def _judge_last_cell(
-    cell: str, above: list[str], line: int, declared: Declarations, findings: FindingCollector
+    role: str | None, cell: str, above: list[str], line: int, declared: Declarations, findings: FindingCollector
 ) -> None:
-    """Refuse a sheet without a last line end whose last number may be cut: 79 for 799."""
-    if _may_be_cut(cell, above) and not declared.complete:
+    """Refuse a sheet without a last line end whose last cell may be cut: 79 for 799."""
+    if _may_be_cut(role, cell, above) and not declared.complete:
         message = (
             f"The last line has no line end and its last cell {cell!r} may be cut, as when a copy stops: "
             "end the file with a line end if it is whole, or say `--complete`."
@@ -127,13 +130,14 @@ def _rows(head: Head, header: SheetHeader, findings: FindingCollector) -> Iterat
     for line, content in below:
         raw = split_cells(content.strip(b"\x1a"), header.delimiter)
         if unended and line == below[-1][0] and raw:
-            if len(raw) < fewest:
+            if len(raw) < fewest or (not raw[-1] and any(above)):
                 message = f"The last line ends in the middle; {_LEFT_OUT}."
                 findings.add(ROW, "last_line_cut", message, lines=[line], value=source.decode(content[:80]))
                 yield line, None
                 continue
             last = source.decode(raw[-1])
-            _judge_last_cell(last, above if len(raw) == fewest else [], line, head.declared, findings)
+            role = next((role for role, column in header.columns.items() if column.position == len(raw) - 1), None)
+            _judge_last_cell(role, last, above if len(raw) == fewest else [], line, head.declared, findings)
         above += [source.decode(raw[-1])] if raw and len(raw) == fewest else []
         fewest = min(fewest, len(raw) if raw else fewest)
         if raw is None:
