@@ -23,6 +23,8 @@ LEAST_MOTION_M = 1e-3
 MOST_MOTION_LEGS = 10.0
 
 _FEWEST_HOPS = 3
+_MOST_ROWS = 1 << 20
+"""Hops are looked for in the beginning of a long recording."""
 _LOW, _HIGH, _AIRBORNE = 0.3, 0.6, 0.1
 _ABOVE_NOISE = 8.0
 
@@ -40,16 +42,21 @@ def check_robot(
     """
     if not declared.robots or declared.no_robot_check:
         return
-    _check_forces(plans, stored, usable, declared.robots, findings)
+    kept = usable[:_MOST_ROWS]
+    looked_at = {
+        plan.position: stored[plan.position][:_MOST_ROWS][kept]
+        for plan in plans
+        if channel_kind(plan.channel) in ("force_x", "force_y", "force_z", "body_height")
+    }
+    _check_forces(plans, looked_at, declared.robots, findings)
     for plan in plans:
         if plan.channel == "body_height":
-            _check_height(stored[plan.position][usable], plan, declared.robots, findings)
+            _check_height(looked_at[plan.position], plan, declared.robots, findings)
 
 
 def _check_forces(
     plans: Sequence[ColumnPlan],
     stored: Mapping[int, FloatArray],
-    usable: BoolArray,
     robots: Sequence[RobotFacts],
     findings: FindingCollector,
 ) -> None:
@@ -57,7 +64,7 @@ def _check_forces(
     vertical = [plan for plan in plans if channel_kind(plan.channel) == "force_z"]
     if not vertical:
         return
-    each = [stored[plan.position][usable] for plan in vertical]
+    each = [stored[plan.position] for plan in vertical]
     candidates = [*each, np.sum(each, axis=0)] if len(each) > 1 else each
     carried = [force for force in map(_carried_n, candidates) if force is not None]
     weights = [robot.mass_kg * STANDARD_GRAVITY_M_S2 for robot in robots]
@@ -68,7 +75,7 @@ def _check_forces(
     remedy = "; correct the mass in [robots] of labbook.toml, or say `--no-robot-check` if it is another robot's."
     for plan in plans:
         if channel_kind(plan.channel) in ("force_x", "force_y"):
-            sideways = _carried_n(stored[plan.position][usable])
+            sideways = _carried_n(stored[plan.position])
             if sideways is not None and _apart([sideways], weights) <= WEIGHT_AGREES:
                 findings.add(
                     FILE,

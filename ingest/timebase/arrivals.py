@@ -23,6 +23,8 @@ _FEWEST_BURSTS = 10
 _REGULAR, _REGULAR_SHARE = 0.35, 0.7
 _CONTINUOUS = 5.0
 _LONGEST_STEP_S = 3600.0
+_MOST_ROWS = 1 << 20
+"""A long recording that does not begin in bursts has none."""
 
 
 def burst_starts(seconds: FloatArray) -> IntArray | None:
@@ -31,6 +33,8 @@ def burst_starts(seconds: FloatArray) -> IntArray | None:
     Rows of a burst repeat their stamp or follow in a small part of the mean step, and every burst brings about as many
     samples as fit into the time until the next.
     """
+    if len(seconds) > _MOST_ROWS and burst_starts(seconds[:_MOST_ROWS]) is None:
+        return None
     if len(seconds) < 2 * _FEWEST_BURSTS or not np.isfinite(seconds).all():
         return None
     steps = np.diff(seconds)
