@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -147,3 +148,25 @@ def test_wrong_declaration_is_refused_with_what_is_right(
     assert answer.err == ""
     assert rule in answer.out
     assert remedy in answer.out
+
+
+CONTRADICTIONS = {
+    "unit": (1e3, ("--column", "height=body_height:cm"), "--override-units", "unit_contradicts"),
+    "robot": (1.0, (), "--no-robot-check", "height_implausible"),
+}
+
+
+@pytest.mark.parametrize(("scale", "said", "flag", "rule"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
+def test_what_contradicts_itself_is_refused_until_a_flag_decides(
+    scale: float, said: tuple[str, ...], flag: str, rule: str, fresh: SmallBook, tmp_path: Path
+) -> None:
+    path = tmp_path / "hops.csv"
+    heights = [scale * (0.2 + 0.1 * abs(math.sin(k / 40.0))) for k in range(1200)]
+    path.write_text("time [ms],height [mm]\n" + "".join(f"{3 * k},{h:.7f}\n" for k, h in enumerate(heights)))
+    answer = labbook("ingest", path, *said, at=fresh.folder)
+    assert answer.code == 2
+    assert rule in answer.out
+    assert flag in answer.out
+    good(labbook("ingest", path, *said, flag, at=fresh.folder))
+    good(labbook("rebuild", at=fresh.folder))
+    assert rows(fresh.folder, "SELECT count(*) FROM signal") == [(1,)]
