@@ -12,11 +12,14 @@ _SAMPLING = (
 _RATE = "rate|freq|fréq|frec|frekv|stotliwo|hz"
 _OF_SAMPLING = re.compile(rf"(?i)(?:{_SAMPLING})\w*.{{0,20}}?(?:{_RATE})|(?:{_RATE})\w*.{{0,20}}?(?:{_SAMPLING})")
 _OF_DATA = re.compile(r"(?i)\b(?:data|log|logging|recording|record)[ _-]*(?:rate|frequency|freq)\b")
-_BARE = re.compile(r"(?i)\W*(?:rate|frequency|freq)\b[\s:=(\[]*(?:k?hz)?[\s:=)\]]*(?=\d|$)")
+_BARE = re.compile(r"(?i)\W*(?:rate|frequency|freq)\b[\s:=,(\[]*(?:k?hz)?[\s:=,)\]]*(?=\d|$)")
 _OTHER_RATE = re.compile(
     r"(?i)filter|cut[ _-]?off|corner|pass\b|display|update|refresh|baud|bit|heart|frame|video|camera|screen|nyquist"
+    r"|divi[ds]|limit|range|max|interval|period|ratio|error"
 )
-_VALUE = re.compile(r"(?i)(?<![\d.,+-])(?P<value>\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)(?![\d:]|[.-]\d)[ \t]*(?P<unit>k?hz)?")
+_VALUE = re.compile(
+    r"(?i)(?<![\d.+-])(?<!\d,)(?P<value>\d+(?:[.,]\d+)?(?:e[+-]?\d+)?)(?![\d:]|[.-]\d)[ \t]*(?P<unit>k?hz)?"
+)
 _GROUPED = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")
 _CLAUSE = re.compile(r"[;|\t]|,(?!\d)")
 _START = re.compile(
@@ -71,7 +74,8 @@ def _rate(line: str) -> float | None:
             continue
         # `Rate;1000` and `Rate<TAB>1000` put the value into the next cell.
         next_cell = next((cell.strip() for cell in clauses[number + 1 :] if cell.strip()), "")
-        match = _VALUE.search(clause) or _VALUE.match(next_cell)
+        values = [*_VALUE.finditer(clause), *_VALUE.finditer(next_cell)]
+        match = next((value for value in values if value["unit"]), values[0] if values else None)
         if match is None or _is_grouped(match["value"]):
             continue
         named = re.search(r"(?i)(k?)hz", clause)

@@ -91,6 +91,7 @@ HEIGHTS = [f"{0.4 + k % 7 / 100:.3f}" for k in range(60)]
         "Baud rate: 115200 Hz",
         "Low pass frequency 50 Hz",
         "frequency response: 200 Hz",
+        "Sample rate divider: 4",
         "Sampling rate: 1,000 Hz",
     ],
 )
@@ -106,6 +107,9 @@ def test_any_rate_above_the_table_was_taken_for_the_sampling_rate(line: str) -> 
         ("Abtastrate: 100", 100.0),
         ("Fr\xe9quence d'acquisition (Hz): 100", 100.0),
         ("Filter: none; sampling rate: 0.1 kHz", 100.0),
+        ("Sampling rate of 2 channels: 100 Hz", 100.0),
+        ("sample_rate,100", 100.0),
+        ("Rate,100 Hz", 100.0),
         ("Rate (Hz):\t\t100.000", 100.0),
     ],
 )
