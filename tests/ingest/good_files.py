@@ -7,11 +7,44 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+
+from ingest.model import ColumnDeclaration, Declarations
+from tests.ingest import synthetic_plates as plates
+from tests.ingest.formats import synthetic_chargers as chargers
+from tests.ingest.formats.synthetic_minitaur import new_log
+from tests.ingest.formats.test_amti_bsf import bsf
 from tests.ingest.synthetic import LOG_HEADER, SHEET, bertec_acquire, icharger_rows, robot_rows, text
+from tests.ingest.synthetic_c3d import c3d_bytes, platform
 
 GOOD_FILES: Mapping[str, Callable[[], bytes]] = {
     "delimited_log": lambda: text(LOG_HEADER, robot_rows(24)),
+    "debug_lines": lambda: "".join(f"motor1: {7 * n % 13}\nmotor2: {n}\n" for n in range(30)).encode(),
     "bertec_text": lambda: bertec_acquire(n=12),
+    "amti_text": lambda: plates.amti(n=12),
+    "bioware": lambda: plates.bioware(n=12),
+    "vicon_csv": lambda: plates.vicon(n=20),
+    "forcedecks": lambda: plates.forcedecks(n=20),
+    "pasco": lambda: plates.pasco(n=20, second=10),
+    "qualisys_tsv": lambda: plates.qualisys(n=20),
+    "cortex_forces": lambda: plates.cortex(n=12),
+    "opensim": lambda: plates.opensim(n=12),
+    "c3d": lambda: c3d_bytes(np.tile(np.arange(1.0, 9.0), (10, 1)), platform(2)),
+    "amti_bsf": lambda: bsf(n=6),
     "charger_sheet": SHEET.encode,
     "icharger_log": lambda: ("\n".join(icharger_rows(14)) + "\n").encode(),
+    "icharger_serial": lambda: chargers.lines(chargers.serial_rows(14)),
+    "cheali_log": lambda: chargers.lines(chargers.cheali_rows(14)),
+    "logview_openformat": lambda: chargers.lines(chargers.bare_rows(20)),
+    "minitaur_log": lambda: new_log(12),
 }
+
+DECLARED: Mapping[str, Declarations] = {
+    "debug_lines": Declarations(rate_hz=100.0),
+    "icharger_serial": Declarations(rate_hz=0.5),
+    "logview_openformat": Declarations(
+        time_unit="ms",
+        columns={"value_1": ColumnDeclaration("battery_voltage", "mV"), "value_2": ColumnDeclaration("current", "mA")},
+    ),
+}
+"""What has to be said of files that do not say all themselves."""
