@@ -9,6 +9,7 @@ from benchmarks import (
     help_start,
     ingest_log,
     ingest_stages,
+    large_files,
     runs_list,
     small_files,
     stance,
@@ -21,6 +22,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     for benchmark in (
         ingest_log.BENCHMARK,
         ingest_stages.BENCHMARK,
+        large_files.BENCHMARK,
         small_files.BENCHMARK,
         channel_back.BENCHMARK,
         runs_list.BENCHMARK,
