@@ -70,7 +70,7 @@ def plate(sections: C3dSections, number: int, analogs: FloatArray, units: list[s
         values = _of_point(raw) * factor
         origin = origin * 0.0
     else:
-        values = raw @ matrix.T * factor
+        values = (raw @ matrix.T if kind == 4 else raw) * factor
     force, moment = values[:, :3], values[:, 3:]
     turn = _to_room(sections, number)
     return Plate(
