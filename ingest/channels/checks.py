@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
+from typing import Literal
 
 import numpy as np
 
@@ -209,15 +210,40 @@ def _repeat_rates(values: FloatArray, repeat: BoolArray, first: IntArray, length
     Shape (n_stretches,). The stretch itself, `length` rows from `first` on, is left out. At rest, and where a motion
     turns, a coarse sensor repeats more often than on the way.
     """
-    levels = np.unique(values[np.isfinite(values)])
-    step = float(np.median(np.diff(levels))) if len(levels) > 1 else 0.0
-    order = np.argsort(values[:-1])
-    ordered, counted = values[:-1][order], np.concatenate([[0], np.cumsum(repeat[order])])
-    low = np.searchsorted(ordered, values[first] - 1.5 * step, side="left")
-    high = np.searchsorted(ordered, values[first] + 1.5 * step, side="right")
+    reach = 1.5 * _step(values)
+    below, below_repeats = _counts(values, repeat, values[first] - reach, "right")
+    upto, upto_repeats = _counts(values, repeat, values[first] + reach, "left")
     overall = np.count_nonzero(repeat) / len(repeat)
-    rows, repeats = high - low - length, counted[high] - counted[low] - length
+    rows, repeats = upto - below - length, upto_repeats - below_repeats - length
     return np.asarray(np.maximum(overall, (repeats + overall) / (rows + 1.0)), dtype=np.float64)
+
+
+def _step(values: FloatArray) -> float:
+    """Return the usual distance of neighbouring values, 0 where there is but one."""
+    ordered = values[np.isfinite(values)]
+    let_go(values)
+    ordered.sort()
+    steps = np.diff(ordered)
+    steps = steps[steps > 0]
+    return float(np.median(steps, overwrite_input=True)) if steps.size else 0.0
+
+
+def _counts(
+    values: FloatArray, repeat: BoolArray, bounds: FloatArray, side: Literal["left", "right"]
+) -> tuple[IntArray, IntArray]:
+    """Return for each bound how many of the values but the last lie below it, and how many of these repeat.
+
+    Shape (n_bounds,). A value equal to a bound counts with `side` "left" only.
+    """
+    order = np.argsort(bounds)
+    counts = np.zeros((2, len(bounds) + 1), dtype=np.int64)
+    for rows in row_blocks(values[:-1]):
+        places = np.searchsorted(bounds[order], values[:-1][rows], side=side)
+        for found, some in zip(counts, (places, places[repeat[rows]]), strict=True):
+            found += np.bincount(some, minlength=len(found))
+    sums = np.empty((2, len(bounds)), dtype=np.int64)
+    sums[:, order] = np.cumsum(counts, axis=1)[:, :-1]
+    return sums[0], sums[1]
 
 
 def _repeats(values: FloatArray) -> BoolArray:
