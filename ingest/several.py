@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import FileRole
 from ingest.findings import FindingCollector
-from ingest.instruments import Instrument
+from ingest.instruments import Instrument, instrument_named
 from ingest.model import Declarations, Reading
 from ingest.signals import read_signals
 from ingest.tables.header_cells import parse_header
@@ -30,10 +30,12 @@ def read_several(tables: Sequence[NamedTable], declared: Declarations, findings:
     readings = []
     for named, names in zip(tables, present, strict=True):
         elsewhere = anywhere - names
-        own = dataclasses.replace(
-            declared, columns={name: said for name, said in declared.columns.items() if name not in elsewhere}
-        )
-        readings.append(read_signals(named.table, own, findings, named.instrument))
+        columns = {name: said for name, said in declared.columns.items() if name not in elsewhere}
+        instrument = named.instrument
+        if declared.instrument is not None:
+            instrument = dataclasses.replace(instrument_named(declared.instrument), part=instrument.part)
+        own = dataclasses.replace(declared, columns=columns, instrument=None)
+        readings.append(read_signals(named.table, own, findings, instrument))
     return combine(readings)
 
 

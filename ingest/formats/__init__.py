@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ingest.formats import archive
 from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import (
     amti,
@@ -22,6 +23,8 @@ from ingest.formats.recognised import RECOGNISED
 
 FORMATS: tuple[Format, ...] = (
     *RECOGNISED,
+    archive.ZIP,
+    archive.GZIP,
     icharger.FORMAT,
     icharger_serial.FORMAT,
     cheali.FORMAT,

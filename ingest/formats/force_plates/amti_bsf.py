@@ -64,7 +64,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     names = [name if plate == 1 else f"{name}_{plate}" for plate in range(1, n_plates + 1) for name in _COMPONENTS]
     units = ["lbf" if name.startswith("force") else "lbf*in" for name in names]
     columns = [np.ascontiguousarray(column, dtype=np.float64) for column in samples.T]
-    table = array_table(names, units, columns, Preamble(float(rate_hz), None))
+    table = array_table(names, units, columns, Preamble(float(rate_hz), None, "the header"))
     return read_signals(table, head.declared, findings, _INSTRUMENT)
 
 

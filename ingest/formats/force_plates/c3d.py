@@ -117,7 +117,7 @@ def _analog_table(sections: C3dSections, analogs: FloatArray, findings: FindingC
             names.append(f"analog {labels[channel]}")
             column_units.append(units[channel] or None)
             columns.append(np.ascontiguousarray(analogs[:, channel]))
-    preamble = Preamble((sections.point_rate_hz * sections.ratio) or None, None)
+    preamble = Preamble((sections.point_rate_hz * sections.ratio) or None, None, "ANALOG:RATE")
     table = array_table(names, column_units, columns, preamble)
     return NamedTable(table, Instrument("force" if plates else "analog", _CONVENTION, evidence="C3D"))
 
@@ -141,8 +141,10 @@ def _marker_table(sections: C3dSections, points: FloatArray) -> NamedTable:
     labels = _padded(sections.texts("POINT:LABELS"), points.shape[1], "point")
     columns = [points[axis, number] * length_factor(sections) for number in range(len(labels)) for axis in range(3)]
     names = [f"{label} {axis}" for label in labels for axis in "xyz"]
-    table = array_table(names, ["m"] * len(names), columns, Preamble(sections.point_rate_hz or None, None))
-    return NamedTable(table, Instrument("markers"))
+    table = array_table(
+        names, ["m"] * len(names), columns, Preamble(sections.point_rate_hz or None, None, "POINT:RATE")
+    )
+    return NamedTable(table, Instrument("markers", evidence="the C3D standard"))
 
 
 def _padded(texts: tuple[str, ...], count: int, word: str) -> list[str]:

@@ -1,0 +1,147 @@
+"""Archives: zip, and gzip of one file. Members are read in memory, in bounds, and never unpacked onto the disk."""
+
+from __future__ import annotations
+
+import dataclasses
+import io
+import stat
+import zipfile
+import zlib
+
+from ingest.findings import FILE, FindingCollector
+from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.formats.head import Head
+from ingest.formats.members import read_members, repeat
+from ingest.model import Declarations, Limits, Reading
+
+UNPACK = "unpack the archive and ingest its files one by one"
+_FREE_BYTES = 1 << 20
+_OF_THE_SYSTEM = ("__MACOSX/", ".DS_Store", "Thumbs.db", "desktop.ini")
+_GZIP = 31  # zlib's word for: with a gzip header and checksum
+
+
+class ArchiveRefusedError(ValueError):
+    """The archive is damaged, unsafe or beyond a limit; the message is a sentence without its end."""
+
+
+def is_workbook(data: bytes) -> bool:
+    """Whether a zip archive is a workbook, by the name of its main part in the directory at its end."""
+    return data.startswith(b"PK") and b"xl/workbook." in data[-(1 << 16) :]
+
+
+def check_zip(archive: zipfile.ZipFile, packed: int, limits: Limits) -> None:
+    """Compare what the directory of an archive of `packed` bytes says with the limits. Raises `ArchiveRefusedError`."""
+    members = archive.infolist()
+    expanded = sum(member.file_size for member in members)
+    if len(members) > limits.most_members:
+        raise ArchiveRefusedError(f"it has {len(members)} members (limit most_members: {limits.most_members})")
+    if expanded > limits.largest_expanded_bytes:
+        bound = f"limit largest_expanded_bytes: {limits.largest_expanded_bytes}"
+        raise ArchiveRefusedError(f"it holds {expanded} bytes ({bound})")
+    if expanded > max(_FREE_BYTES, packed * limits.largest_expansion):
+        bound = f"limit largest_expansion: {limits.largest_expansion}"
+        raise ArchiveRefusedError(f"its {packed} bytes would expand to {expanded} ({bound})")
+
+
+def _recognise_zip(head: Head) -> Recognition | None:
+    is_zip = head.data.startswith((b"PK\3\4", b"PK\5\6")) and not is_workbook(head.data)
+    return Recognition(SIGNATURE, "it begins as a zip archive") if is_zip else None
+
+
+def _recognise_gzip(head: Head) -> Recognition | None:
+    is_gzip = head.data.startswith(b"\x1f\x8b")
+    return Recognition(SIGNATURE, "it begins as a gzip archive") if is_gzip else None
+
+
+def _read_zip(head: Head, findings: FindingCollector) -> Reading:
+    try:
+        members = _members(head.data, head.declared.limits)
+        declared = _deeper(head.declared)
+    except Exception as error:  # zipfile raises many kinds for a damaged file
+        return _refuse(error, findings)
+    return read_members(members, declared, findings, UNPACK)
+
+
+def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
+    from ingest.read import read_file  # the registry that it reads by holds this format
+
+    try:
+        data = _expanded(head.data, head.declared.limits)
+        result = read_file(data, _deeper(head.declared))
+    except (ArchiveRefusedError, zlib.error) as error:
+        return _refuse(error, findings)
+    for finding in result.findings:
+        repeat(finding, findings)
+    return Reading(result.parts, result.charges, result.rows_read, result.rows_rejected, result.role)
+
+
+def _refuse(error: Exception, findings: FindingCollector) -> Reading:
+    why = str(error) if isinstance(error, ArchiveRefusedError) else f"it is damaged ({error})"
+    findings.add(FILE, "archive_refused", f"The archive is not read: {why}; {UNPACK}.")
+    return Reading()
+
+
+def _deeper(declared: Declarations) -> Declarations:
+    """Return the declarations for what is inside, with one level of nesting less."""
+    deepest = declared.limits.deepest_nesting - 1
+    if deepest < 0:
+        raise ArchiveRefusedError("archives are nested too deep (limit deepest_nesting)")
+    inside = None if declared.format in ("zip", "gzip") else declared.format
+    return dataclasses.replace(
+        declared, format=inside, limits=dataclasses.replace(declared.limits, deepest_nesting=deepest)
+    )
+
+
+def _members(data: bytes, limits: Limits) -> list[tuple[str, bytes]]:
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        check_zip(archive, len(data), limits)
+        wanted = [member for member in archive.infolist() if not member.is_dir() and not _is_of_the_system(member)]
+        names = [member.filename for member in wanted]
+        if len(set(names)) < len(names):
+            raise ArchiveRefusedError("two of its members have one name")
+        for member in wanted:
+            _check_member(member)
+        found = [(member.filename, archive.read(member)) for member in wanted]
+    if not found:
+        raise ArchiveRefusedError("it holds no file")
+    return found
+
+
+def _is_of_the_system(member: zipfile.ZipInfo) -> bool:
+    last = member.filename.rpartition("/")[2]
+    return member.filename.startswith(_OF_THE_SYSTEM[0]) or last in _OF_THE_SYSTEM or last.startswith("._")
+
+
+def _check_member(member: zipfile.ZipInfo) -> None:
+    name = member.orig_filename
+    steps = name.replace("\\", "/").split("/")
+    if not name or steps[0] == "" or ".." in steps or ":" in steps[0] or "\0" in name:
+        raise ArchiveRefusedError(f"a member's name leads out of it ({name!r})")
+    if stat.S_ISLNK(member.external_attr >> 16):
+        raise ArchiveRefusedError(f"its member {name!r} is a link")
+    if member.flag_bits & 1:
+        raise ArchiveRefusedError(f"its member {name!r} is encrypted")
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise ArchiveRefusedError(f"its member {name!r} is packed by method {member.compress_type}")
+
+
+def _expanded(data: bytes, limits: Limits) -> bytes:
+    """Return what a gzip archive holds, its checksums compared; several written one after another are one."""
+    most = min(limits.largest_expanded_bytes, max(_FREE_BYTES, len(data) * limits.largest_expansion))
+    pieces: list[bytes] = []
+    left = data
+    while left.strip(b"\0"):
+        one = zlib.decompressobj(_GZIP)
+        pieces.append(one.decompress(left, most + 1 - sum(map(len, pieces))))
+        if sum(map(len, pieces)) > most:
+            raise ArchiveRefusedError(
+                f"its {len(data)} bytes expand to more than {most} (limits largest_expansion, largest_expanded_bytes)"
+            )
+        if not one.eof:
+            raise ArchiveRefusedError("it ends in the middle: copy it again")
+        left = one.unused_data
+    return b"".join(pieces)
+
+
+ZIP = Format("zip", 1, _recognise_zip, _read_zip)
+GZIP = Format("gzip", 1, _recognise_gzip, _read_gzip)

@@ -1,0 +1,143 @@
+"""Archives: their members are read as files; what is unsafe, damaged, nested or too large is refused in a sentence."""
+
+from __future__ import annotations
+
+import gzip
+import io
+import stat
+import zipfile
+
+import numpy as np
+import pytest
+
+from ingest.model import ColumnDeclaration, Declarations, Limits, ReadFile
+from ingest.read import read_file
+from tests.ingest.synthetic import SHEET, robot_log
+
+LOG = robot_log(100)
+OTHER = robot_log(100, seed=2)
+
+
+def zipped(members: dict[str, bytes], link: str = "") -> bytes:
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in members.items():
+            member = zipfile.ZipInfo(name)
+            member.compress_type = zipfile.ZIP_DEFLATED
+            if name == link:
+                member.external_attr = (stat.S_IFLNK | 0o777) << 16
+            archive.writestr(member, content)
+    return target.getvalue()
+
+
+def read(data: bytes, **limits: int) -> ReadFile:
+    return read_file(data, Declarations(limits=Limits(**limits)))
+
+
+def same(one: ReadFile, other: ReadFile) -> bool:
+    return all(
+        np.array_equal(a.values, b.values) and (a.name, a.unit) == (b.name, b.unit)
+        for part, again in zip(one.parts, other.parts, strict=True)
+        for a, b in zip(part.channels, again.channels, strict=True)
+    )
+
+
+def test_a_packed_log_is_the_log() -> None:
+    plain, packed = read(LOG), read(gzip.compress(LOG))
+    assert not packed.refused
+    assert same(plain, packed)
+    assert [part.part for part in packed.parts] == [part.part for part in plain.parts]
+    assert (packed.rows_read, packed.role) == (plain.rows_read, plain.role)
+
+
+def test_two_packed_one_after_another_are_one_text() -> None:
+    half = LOG.index(b"\n", 1000) + 1
+    assert same(read(LOG), read(gzip.compress(LOG[:half]) + gzip.compress(LOG[half:])))
+
+
+def test_parts_of_a_zip_are_named_after_their_members() -> None:
+    result = read(
+        zipped({"day/run 1.csv": LOG, "__MACOSX/._run 1.csv": b"x", "day/run 2.csv": OTHER, "b/run 2.txt": LOG})
+    )
+    assert not result.refused
+    assert [part.part for part in result.parts] == ["run_1", "run_2", "run_2_2"]
+    assert (result.rows_read, result.role) == (300, "log")
+    assert same(read(OTHER), ReadFile("", 0, result.parts[1:2], (), (), 0, 0, 0))
+
+
+def test_charges_of_several_sheets_are_numbered_through() -> None:
+    result = read(zipped({"a.csv": SHEET.encode(), "b.csv": SHEET.replace("r00", "r10").encode()}))
+    assert [charge.row_number for charge in result.charges] == [1, 2, 3, 4, 5, 6]
+
+
+def test_a_declared_column_needs_to_stand_in_one_member() -> None:
+    other = LOG.replace(b"k_gain", b"gain_k")
+    declared = Declarations(columns={"gain_k": ColumnDeclaration("k_gain")})
+    result = read_file(zipped({"a.csv": LOG, "b.csv": other}), declared)
+    assert not result.refused
+    assert "declared_column_absent" not in {finding.rule for finding in result.findings}
+
+
+BOMB = gzip.compress(bytes(8 << 20))
+
+
+@pytest.mark.parametrize(
+    ("data", "rule", "said"),
+    [
+        (zipped({"a.csv": LOG, "sheet.csv": SHEET.encode()}), "members_differ", "unpack"),
+        (zipped({"a.csv": LOG, "picture.png": b"\x89PNG" + bytes(90)}), "member_unknown", "unpack"),
+        (zipped({"../a.csv": LOG}), "archive_refused", "'../a.csv'"),
+        (zipped({"/etc/a.csv": LOG}), "archive_refused", "'/etc/a.csv'"),
+        (zipped({"C:\\a.csv": LOG}), "archive_refused", "leads out"),
+        (zipped({"a.csv": b"/etc/passwd"}, link="a.csv"), "archive_refused", "link"),
+        (zipped({}), "archive_refused", "no file"),
+        (zipped({"a.csv": LOG})[:-30], "archive_refused", "damaged"),
+        (BOMB, "archive_refused", "largest_expansion"),
+        (zipped({"a.csv": bytes(8 << 20)}), "archive_refused", "largest_expansion"),
+        (gzip.compress(LOG)[:-9], "archive_refused", "middle"),
+        (gzip.compress(LOG) + b"trailing", "archive_refused", "damaged"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_what_is_refused_and_why(data: bytes, rule: str, said: str) -> None:
+    result = read(data)
+    assert result.refused
+    assert not any(part for part in result.parts if rule == "archive_refused")
+    (finding,) = (one for one in result.findings if one.rule == rule)
+    assert said in finding.message
+
+
+@pytest.mark.parametrize(
+    ("data", "limits"),
+    [
+        (zipped({f"{n}.csv": LOG for n in range(4)}), {"most_members": 3}),
+        (zipped({"a.csv": LOG}), {"largest_expanded_bytes": 1000}),
+        (gzip.compress(LOG), {"largest_expanded_bytes": 1000}),
+        (gzip.compress(gzip.compress(gzip.compress(LOG))), {"deepest_nesting": 2}),
+    ],
+)
+def test_a_limit_is_named_and_can_be_raised(data: bytes, limits: dict[str, int]) -> None:
+    result = read(data, **limits)
+    (name,) = limits
+    assert name in next(finding.message for finding in result.findings if finding.severity == "file")
+    assert not read(data, **dict.fromkeys(limits, 10**9)).refused
+
+
+def test_a_directory_that_lies_about_a_size_is_refused() -> None:
+    data = zipped({"a.csv": LOG})
+    lying = data.replace(len(LOG).to_bytes(4, "little"), (len(LOG) // 2).to_bytes(4, "little"))
+    assert lying != data
+    assert read(lying).refused
+
+
+def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:
+    noise = np.random.default_rng(7)
+    plain = read(LOG)
+    for data in (zipped({"a.csv": LOG}), gzip.compress(LOG)):
+        for share in range(20):
+            assert read(data[: len(data) * share // 20]).refused
+        for _ in range(60):
+            mutant = bytearray(data)
+            mutant[int(noise.integers(len(data)))] ^= 1 << int(noise.integers(8))
+            result = read(bytes(mutant))
+            assert result.refused or same(plain, result)
