@@ -180,7 +180,7 @@ class Limits:
     largest_expansion: int = 200
     most_members: int = 200
     deepest_nesting: int = 2
-    most_cells: int = 50_000_000
+    most_cells: int = 20_000_000
 
 
 DEFAULT_LIMITS = Limits()

@@ -19,12 +19,15 @@ from ingest.formats.force_plates import (
 )
 from ingest.formats.format import Format
 from ingest.formats.loggers import debug_lines, delimited, minitaur
+from ingest.formats.loggers import delimited, excel
 from ingest.formats.recognised import RECOGNISED
 
 FORMATS: tuple[Format, ...] = (
     *RECOGNISED,
     archive.ZIP,
     archive.GZIP,
+    excel.XLSX,
+    excel.XLS,
     icharger.FORMAT,
     icharger_serial.FORMAT,
     cheali.FORMAT,

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.archive import is_workbook
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
 from ingest.model import Reading
@@ -35,8 +34,6 @@ def _first_line(pattern: str) -> Callable[[Head], bool]:
 _RUN_SHEET = r"run[,;\t]date[,;\t]position[,;\t]kind\b"
 
 _SIGNATURES = (
-    _Signature("xlsx", "an Excel workbook", "save as CSV", lambda head: is_workbook(head.data)),
-    _Signature("xls", "an old Excel workbook", "save each sheet as CSV", _magic(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1")),
     _Signature("pdf", "a PDF document", "give the data it was made from", _magic(b"%PDF-")),
     _Signature("image", "an image", _TEXT, _magic(b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*")),
     _Signature("video", "a video", "keep it beside the book", lambda head: head.data[4:8] == b"ftyp"),

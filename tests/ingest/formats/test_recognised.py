@@ -9,8 +9,6 @@ from ingest.model import Declarations
 from ingest.read import read_file
 
 BEGINNINGS = {
-    "xlsx": b"PK\x03\x04" + bytes(60) + b"xl/workbook.xml",
-    "xls": b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(60),
     "pdf": b"%PDF-1.7\n",
     "image": b"\x89PNG\r\n\x1a\n" + bytes(60),
     "video": b"\0\0\0\x18ftypmp42" + bytes(60),

@@ -1,0 +1,186 @@
+"""Workbooks: sheets are read as text is, exactly; damaged and oversized ones are refused; these are synthetic."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from pathlib import Path
+from xml.sax.saxutils import escape
+
+import numpy as np
+import pytest
+
+from ingest.model import ColumnDeclaration, Declarations, Limits, ReadFile
+from ingest.read import read_file
+
+SAMPLE = Path(__file__).parents[4] / "shared" / "samples" / "robot" / "SingleLegTestsExcelCap.xlsx"
+MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
+RELATIONS = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
+TYPES = "http://schemas.openxmlformats.org/package/2006/content-types"
+PACKAGE = "http://schemas.openxmlformats.org/package/2006/relationships"
+
+Rows = list[list[object]]
+
+
+def column(number: int) -> str:
+    letters = ""
+    while number:
+        number, rest = divmod(number - 1, 26)
+        letters = chr(65 + rest) + letters
+    return letters
+
+
+def sheet_xml(rows: Rows, dates: bool = False) -> str:
+    lines = []
+    for number, row in enumerate(rows, start=1):
+        cells = []
+        for at, cell in enumerate(row, start=1):
+            place = f'r="{column(at)}{number}"'
+            if isinstance(cell, str) and cell:
+                cells.append(f'<c {place} t="inlineStr"><is><t>{escape(cell)}</t></is></c>')
+            elif cell != "":
+                style = ' s="1"' if dates and at == 1 else ""
+                cells.append(f"<c {place}{style}><v>{cell!r}</v></c>")
+        lines.append(f'<row r="{number}">{"".join(cells)}</row>')
+    return f'<worksheet xmlns="{MAIN}"><sheetData>{"".join(lines)}</sheetData></worksheet>'
+
+
+def workbook(sheets: dict[str, Rows], dates: bool = False, raw: str = "") -> bytes:
+    target = io.BytesIO()
+    names = list(sheets)
+    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr(
+            "[Content_Types].xml",
+            f'<Types xmlns="{TYPES}"><Default Extension="xml" ContentType="application/xml"/></Types>',
+        )
+        archive.writestr(
+            "_rels/.rels",
+            f'<Relationships xmlns="{PACKAGE}"><Relationship Id="rId1" Type="{RELATIONS}/officeDocument" '
+            'Target="xl/workbook.xml"/></Relationships>',
+        )
+        listed = "".join(f'<sheet name="{name}" sheetId="{n}" r:id="rId{n}"/>' for n, name in enumerate(names, 1))
+        archive.writestr(
+            "xl/workbook.xml",
+            f'<workbook xmlns="{MAIN}" xmlns:r="{RELATIONS}"><sheets>{listed}</sheets></workbook>',
+        )
+        related = "".join(
+            f'<Relationship Id="rId{n}" Type="{RELATIONS}/worksheet" Target="worksheets/sheet{n}.xml"/>'
+            for n in range(1, len(names) + 1)
+        )
+        archive.writestr(
+            "xl/styles.xml",
+            f'<styleSheet xmlns="{MAIN}"><cellXfs count="2"><xf numFmtId="0"/><xf numFmtId="22"/></cellXfs>'
+            "</styleSheet>",
+        )
+        related += f'<Relationship Id="rIdS" Type="{RELATIONS}/styles" Target="styles.xml"/>'
+        archive.writestr("xl/_rels/workbook.xml.rels", f'<Relationships xmlns="{PACKAGE}">{related}</Relationships>')
+        for n, name in enumerate(names, start=1):
+            archive.writestr(f"xl/worksheets/sheet{n}.xml", raw or sheet_xml(sheets[name], dates))
+    return target.getvalue()
+
+
+def read(data: bytes, **declared: object) -> ReadFile:
+    return read_file(data, Declarations(**declared))  # type: ignore[arg-type]
+
+
+HEIGHTS = np.random.default_rng(2).normal(0.4, 0.01, 50)
+LOG: Rows = [["time [s]", "height [m]", "count"], *([n / 300, float(h), n] for n, h in enumerate(HEIGHTS))]
+
+
+def test_numbers_keep_all_their_digits() -> None:
+    result = read(workbook({"Run 1": LOG}))
+    assert not result.refused
+    (part,) = result.parts
+    assert part.part == "run_1"
+    assert part.channels[0].name == "body_height"
+    assert part.channels[0].values.tolist() == HEIGHTS.tolist()
+    assert part.rate_hz == pytest.approx(300.0)
+
+
+def test_whole_and_broken_numbers_side_by_side_are_no_thousands() -> None:
+    rows: Rows = [["time [ms]", "height [mm]"], *([4.0 * n, 999.0 if n % 2 else 1.002] for n in range(50))]
+    (part,) = read(workbook({"a": rows})).parts
+    assert part.channels[0].values[:2] == pytest.approx([0.001002, 0.999])
+
+
+def test_each_of_two_time_columns_governs_the_columns_to_its_right() -> None:
+    rows: Rows = [["time (s)", "state", "time (s)", "height (m)"], [0.0, 1.0, 0.0, 0.4], [2.0, 3.0, 0.01, 0.5]]
+    rows += [["", "", n / 100, 0.4 + n / 1000] for n in range(2, 30)]
+    first, second = read(workbook({"log": rows})).parts
+    assert [first.part, second.part] == ["log_1", "log_2"]
+    assert (first.time_s.tolist(), first.channels[0].name) == ([0.0, 2.0], "controller_state")
+    assert (len(second.time_s), second.rate_hz) == (30, pytest.approx(100.0))
+
+
+def test_sheets_are_parts_and_a_sheet_of_words_is_left_out() -> None:
+    result = read(workbook({"a": LOG, "Notes": [["measured by", "M"]], "b": LOG}))
+    assert [part.part for part in result.parts] == ["a", "b"]
+    assert "sheet_without_numbers" in {finding.rule for finding in result.findings}
+
+
+def test_a_charger_sheet_with_dates_in_a_workbook() -> None:
+    rows: Rows = [["date", "run", "mAh", "minutes", "end_voltage", "pack"]]
+    rows += [[44000.5 + n, f"r{n:03d}", 461.0 + n, 12.5, 16.8, "A"] for n in range(3)]
+    result = read(workbook({"charges": rows}, dates=True))
+    assert (result.refused, result.role) == (False, "charge")
+    assert [charge.charge_mah for charge in result.charges] == [461.0, 462.0, 463.0]
+    assert {charge.resolution_mah for charge in result.charges} == {1.0}
+    assert result.charges[0].ended_original == "2020-06-18 12:00:00"
+
+
+def test_a_log_and_a_charger_sheet_in_one_workbook_are_refused() -> None:
+    charges: Rows = [["run", "mAh", "pack"], ["r001", 461.0, "A"]]
+    result = read(workbook({"log": LOG, "charges": charges}))
+    assert "members_differ" in {finding.rule for finding in result.findings if finding.severity == "file"}
+
+
+def test_a_row_in_a_finding_is_the_row_of_the_sheet() -> None:
+    rows: Rows = [[], ["title"], *LOG]
+    rows[20] = [*rows[20][:1], "ERROR", 3.0]
+    (finding,) = (one for one in read(workbook({"a": rows})).findings if one.rule == "not_a_number")
+    assert finding.line == 21
+
+
+@pytest.mark.parametrize("place", ["XFD1048576", "A1048576", "ZZZ30000"])
+def test_two_cells_far_apart_are_no_memory_bomb(place: str) -> None:
+    row = "".join(letter for letter in place if letter.isdigit())
+    xml = f'<worksheet xmlns="{MAIN}"><sheetData><row r="1"><c r="A1"><v>1</v></c><c r="AAA1"><v>1</v></c></row>'
+    xml += f'<row r="{row}"><c r="{place}"><v>1</v></c></row></sheetData></worksheet>'
+    (finding,) = read(workbook({"a": []}, raw=xml)).findings
+    assert "most_cells" in finding.message
+
+
+def test_limits_of_a_workbook() -> None:
+    data = workbook({"a": LOG})
+    for limits in (Limits(most_cells=100), Limits(most_members=3), Limits(largest_expanded_bytes=1000)):
+        assert [finding.rule for finding in read(data, limits=limits).findings] == ["workbook_refused"]
+
+
+def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:
+    data = workbook({"a": LOG})
+    clean = read(data).parts[0].channels[0].values
+    noise = np.random.default_rng(9)
+    for share in range(20):
+        assert read(data[: len(data) * share // 20]).refused
+    for _ in range(100):
+        mutant = bytearray(data)
+        mutant[int(noise.integers(len(data)))] ^= 1 << int(noise.integers(8))
+        result = read(bytes(mutant))
+        assert result.refused or np.array_equal(result.parts[0].channels[0].values, clean)
+
+
+def test_an_old_workbook_that_is_none_is_refused() -> None:
+    (finding,) = read(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600)).findings
+    assert finding.rule == "workbook_refused"
+
+
+@pytest.mark.skipif(not SAMPLE.is_file(), reason="the sample files lie beside the project: ../shared/samples")
+def test_the_sample_of_two_time_columns() -> None:
+    columns = {"V_in": ColumnDeclaration("command_velocity", "1")}
+    result = read(SAMPLE.read_bytes(), time_unit="s", columns=columns)
+    assert not result.refused
+    states, log = result.parts
+    assert len(states.time_s) == 2
+    assert (len(log.time_s), log.rate_hz) == (17943, pytest.approx(1000.0))
+    force = next(channel for channel in log.channels if channel.name == "grf")
+    assert force.values[-1] == -2817.1835327365657
