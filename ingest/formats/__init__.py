@@ -18,8 +18,7 @@ from ingest.formats.force_plates import (
     vicon,
 )
 from ingest.formats.format import Format
-from ingest.formats.loggers import debug_lines, delimited, minitaur
-from ingest.formats.loggers import delimited, excel
+from ingest.formats.loggers import debug_lines, delimited, excel, matlab, minitaur
 from ingest.formats.recognised import RECOGNISED
 
 FORMATS: tuple[Format, ...] = (
@@ -28,6 +27,7 @@ FORMATS: tuple[Format, ...] = (
     archive.GZIP,
     excel.XLSX,
     excel.XLS,
+    matlab.FORMAT,
     icharger.FORMAT,
     icharger_serial.FORMAT,
     cheali.FORMAT,

@@ -37,7 +37,6 @@ _SIGNATURES = (
     _Signature("pdf", "a PDF document", "give the data it was made from", _magic(b"%PDF-")),
     _Signature("image", "an image", _TEXT, _magic(b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*")),
     _Signature("video", "a video", "keep it beside the book", lambda head: head.data[4:8] == b"ftyp"),
-    _Signature("mat", "a MATLAB file", "write it as text with `writetable`", _magic(b"MATLAB 5.0", b"\x89HDF")),
     _Signature("run_sheet", "a run sheet", "state its runs with `labbook runs import FILE`", _first_line(_RUN_SHEET)),
 )  # fmt: skip
 

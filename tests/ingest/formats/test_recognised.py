@@ -12,7 +12,6 @@ BEGINNINGS = {
     "pdf": b"%PDF-1.7\n",
     "image": b"\x89PNG\r\n\x1a\n" + bytes(60),
     "video": b"\0\0\0\x18ftypmp42" + bytes(60),
-    "mat": b"MATLAB 5.0 MAT-file" + bytes(200),
     "run_sheet": b"run,date,position,kind,foot,battery,robot,started,duration_s,jumps_made,starts,note\n",
 }
 
