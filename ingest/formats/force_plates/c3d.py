@@ -1,19 +1,17 @@
-"""C3D files: force platforms and analog channels as one part, markers as another, read with ezc3d.
+"""C3D files: force platforms and analog channels as one part, markers as another.
 
-Channels that a platform is made of are kept as its forces and moments only. SGI files, which ezc3d does not read, are
-turned into Intel order first. Integers of unsigned converters are corrected, which ezc3d takes for signed ones.
+Channels that a platform is made of are kept as its forces and moments only. A marker that was not seen has a negative
+residual; its place is NaN.
 """
 
 from __future__ import annotations
-
-import tempfile
 
 import numpy as np
 
 from ingest.channels.columns import Convention
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.force_plates.c3d_plates import Plate, length_factor, plate
-from ingest.formats.force_plates.c3d_sections import SGI, C3dDamagedError, C3dSections, read_sections
+from ingest.formats.force_plates.c3d_sections import C3dDamagedError, C3dSections, read_sections
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
 from ingest.instruments import Instrument
@@ -33,67 +31,42 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
+    tables = []
     try:
-        sections = read_sections(head.data)
-        points, analogs = _values(head.data, sections)
+        with np.errstate(invalid="ignore", over="ignore"):  # values out of range are found with those of every format
+            sections = read_sections(head.data)
+            points, analogs = _values(head.data, sections)
+            if analogs.shape[1]:
+                tables.append(_analog_table(sections, analogs, findings))
+            if points.shape[1]:
+                tables.append(_marker_table(sections, points))
     except C3dDamagedError as damage:
         findings.add(FILE, "c3d_damaged", f"The C3D file cannot be read: {damage}; copy it again from its source.")
         return Reading()
-    tables = []
-    if analogs.shape[1]:
-        tables.append(_analog_table(sections, analogs, findings))
-    if points.shape[1]:
-        tables.append(_marker_table(sections, points))
     return read_several(tables, head.declared, findings)
 
 
 def _values(data: bytes, sections: C3dSections) -> tuple[FloatArray, FloatArray]:
     """Return points, shape (3, n_points, n_frames), and analog values, shape (n_samples, n_analogs)."""
-    import ezc3d  # slow to load, and few files are of this format
-
-    if sections.processor == SGI:
-        data = _to_intel(data, sections)
-    try:
-        with tempfile.NamedTemporaryFile(suffix=".c3d") as copy:
-            copy.write(data)
-            copy.flush()
-            found = ezc3d.c3d(copy.name)["data"]
-    except Exception as error:  # whatever the library raises for a damaged file
-        raise C3dDamagedError(f"ezc3d says {str(error).strip()[:120]!r}") from error
-    points = np.asarray(found["points"], dtype=np.float64)
-    analogs = np.asarray(found["analogs"], dtype=np.float64)
-    read, wanted = analogs.shape[1:], (sections.n_analogs, sections.n_frames * sections.ratio)
-    if sections.n_analogs and read != wanted:
-        raise C3dDamagedError(f"of {wanted[1]} samples of {wanted[0]} analog channels {read[1]} of {read[0]} were read")
-    if sections.n_points and points.shape[1:] != (sections.n_points, sections.n_frames):
-        raise C3dDamagedError(f"of {sections.n_frames} frames {points.shape[2]} were read")
-    return points[:3, : sections.n_points], _with_offsets(analogs[0, : sections.n_analogs].T, sections)
+    rows = sections.values(data)
+    points = rows[:, : 4 * sections.n_points].reshape(sections.n_frames, sections.n_points, 4)
+    places = points[:, :, :3] * (1.0 if sections.scale < 0 else sections.scale)
+    places[points[:, :, 3] < 0] = np.nan
+    raw = rows[:, 4 * sections.n_points :].reshape(-1, sections.n_analogs) if sections.n_analogs else np.empty((0, 0))
+    return places.transpose(2, 1, 0), _scaled(raw, sections)
 
 
-def _to_intel(data: bytes, sections: C3dSections) -> bytes:
-    """Return the file with its numbers in the order of Intel processors."""
-    turned = np.frombuffer(data, np.uint8).copy()
-    for start, count, size in sections.fields:
-        field = turned[start : start + count * size]
-        field[:] = field.reshape(-1, size)[:, ::-1].ravel()
-    turned[(data[0] - 1) * 512 + 3] = 84
-    return turned.tobytes()
-
-
-def _with_offsets(analogs: FloatArray, sections: C3dSections) -> FloatArray:
-    """Return the values with the offsets of the file: ezc3d takes their absolute value, and every integer as signed."""
-    offsets = sections.numbers("ANALOG:OFFSET")[: analogs.shape[1]]
-    scales = sections.numbers("ANALOG:SCALE")[: analogs.shape[1]]
-    if offsets.size < analogs.shape[1] or scales.size < analogs.shape[1]:
-        return analogs
-    step = scales * (sections.first("ANALOG:GEN_SCALE") or 1.0)
-    unsigned = "UNSIGNED" in sections.texts("ANALOG:FORMAT")
-    if unsigned and sections.fields[-1][2] == 2:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            raw = np.rint(analogs / step + np.abs(offsets))
-        analogs = analogs + np.where(raw < 0, 65536 * step, 0.0)
-    true = offsets % 65536 if unsigned else offsets
-    return analogs + step * (np.abs(offsets) - true) if (true != np.abs(offsets)).any() else analogs
+def _scaled(raw: FloatArray, sections: C3dSections) -> FloatArray:
+    """Return analog values in the units of the file: raw less its offset, times both scales."""
+    count = raw.shape[1]
+    offsets, scales = (sections.numbers(f"ANALOG:{name}")[:count] for name in ("OFFSET", "SCALE"))
+    if min(offsets.size, scales.size) < count:
+        raise C3dDamagedError(f"it has {count} analog channels and scales of {min(offsets.size, scales.size)}")
+    if "UNSIGNED" in sections.texts("ANALOG:FORMAT"):
+        offsets = offsets % 65536
+        raw = raw % 65536 if sections.scale > 0 else raw
+    general = sections.first("ANALOG:GEN_SCALE")
+    return (raw - offsets) * (scales * (1.0 if general is None else general))
 
 
 def _analog_table(sections: C3dSections, analogs: FloatArray, findings: FindingCollector) -> NamedTable:

@@ -78,23 +78,29 @@ def plate(sections: C3dSections, number: int, analogs: FloatArray, units: list[s
     )
 
 
-def _channels(sections: C3dSections, number: int, count: int, n_analogs: int) -> tuple[int, ...] | None:
-    found = sections.parameters.get("FORCE_PLATFORM:CHANNEL")
-    if found is None or not count or len(found.shape) != 2 or found.shape[0] < count or number >= found.shape[1]:
+def _table(sections: C3dSections, name: str, dimensions: int) -> FloatArray | None:
+    """Return a parameter of numbers in its shape; None where it is absent or has other dimensions."""
+    found = sections.parameters.get(f"FORCE_PLATFORM:{name}")
+    if found is None or found.texts or len(found.shape) != dimensions:
         return None
-    column = found.numbers.reshape(found.shape, order="F")[:count, number]
-    channels = tuple(int(channel) - 1 for channel in column)
+    return found.numbers.reshape(found.shape, order="F")
+
+
+def _channels(sections: C3dSections, number: int, count: int, n_analogs: int) -> tuple[int, ...] | None:
+    found = _table(sections, "CHANNEL", 2)
+    if found is None or not count or found.shape[0] < count or number >= found.shape[1]:
+        return None
+    channels = tuple(int(channel) - 1 for channel in found[:count, number])
     return channels if all(0 <= channel < n_analogs for channel in channels) else None
 
 
 def _matrix(sections: C3dSections, number: int) -> FloatArray | None:
     """Return the calibration of a type 4 platform, shape (6, 6)."""
-    found = sections.parameters.get("FORCE_PLATFORM:CAL_MATRIX")
-    if found is None or len(found.shape) != 3 or found.shape[:2] != (6, 6) or number >= found.shape[2]:
+    found = _table(sections, "CAL_MATRIX", 3)
+    if found is None or found.shape[:2] != (6, 6) or number >= found.shape[2]:
         return None
-    matrix = found.numbers.reshape(found.shape, order="F")[:, :, number]
     by_row = "BYROW" in sections.texts("FORCE_PLATFORM:MATRIX_STORE")
-    return matrix.T if by_row else matrix
+    return found[:, :, number].T if by_row else found[:, :, number]
 
 
 def _origin(sections: C3dSections, number: int) -> FloatArray:

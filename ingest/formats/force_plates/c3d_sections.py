@@ -1,11 +1,13 @@
 """Header and parameter section of a C3D file, checked against each other and against the length of the file.
 
-C3D has no checksum, and the libraries that read it stop in silence where a file was cut. What a file says twice
+C3D has no checksum; libraries that read it stop in silence where a file was cut, and some damage ends the whole
+process there. What a file says twice
 (frames, points, analog values, rates, scale, where the data begin) is therefore compared before its data are read.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,7 +19,8 @@ from ingest.model import FloatArray
 BLOCK = 512
 INTEL, DEC, SGI = 84, 85, 86
 _CHARACTERS = -1
-_ITEM_BYTES = {_CHARACTERS: 1, 1: 1, 2: 2, 4: 4}
+_TYPES = (_CHARACTERS, 1, 2, 4)  # of numbers, their bytes
+_READ_GROUPS = ("POINT:", "ANALOG:", "FORCE_PLATFORM:")
 _OVERFLOW = 65535
 _RATES_AGREE = 1e-4
 
@@ -37,8 +40,8 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class C3dSections:
-    """What stands before the data. `parameters` by `GROUP:NAME`; `fields` are (start, count, bytes) of the numbers in
-    header, parameters and data, which are swapped in a big-endian file.
+    """What stands before the data: `parameters` by `GROUP:NAME`; the data begin at byte `start`, integers of two bytes
+    where `scale` (length units a step) is positive, else floats of four.
     """
 
     processor: int
@@ -47,18 +50,28 @@ class C3dSections:
     ratio: int
     n_frames: int
     point_rate_hz: float
+    scale: float
+    start: int
     parameters: Mapping[str, Parameter]
-    fields: tuple[tuple[int, int, int], ...]
 
     def numbers(self, name: str) -> FloatArray:
-        """Return the numbers of a parameter, shape (n,); empty where the file has none of this name."""
-        found = self.parameters.get(name)
-        return np.empty(0) if found is None else found.numbers
+        """Return the numbers of a parameter, its continuations included, shape (n,); empty where the file has none."""
+        return np.concatenate([np.empty(0), *(found.numbers for found in self._continued(name))])
 
     def texts(self, name: str) -> tuple[str, ...]:
-        """Return the texts of a parameter and of its continuations (`LABELS2`, beyond 255 channels)."""
+        """Return the texts of a parameter, its continuations included."""
+        return tuple(text for found in self._continued(name) for text in found.texts)
+
+    def _continued(self, name: str) -> list[Parameter]:
+        """Return a parameter and what follows beyond 255 channels (`LABELS2`, `SCALE2`)."""
         names = [name, *(f"{name}{number}" for number in range(2, 300))]
-        return tuple(text for part in names if part in self.parameters for text in self.parameters[part].texts)
+        return [self.parameters[part] for part in names if part in self.parameters]
+
+    def values(self, data: bytes) -> FloatArray:
+        """Return the numbers of all frames as they stand, shape (n_frames, 4 n_points + ratio n_analogs)."""
+        width = 4 * self.n_points + self.ratio * self.n_analogs
+        size = 4 if self.scale < 0 else 2
+        return _numbers(data, self.start, self.n_frames * width, size, self.processor).reshape(self.n_frames, width)
 
     def first(self, name: str) -> float | None:
         """Return the first number of a parameter, or None."""
@@ -80,28 +93,18 @@ def read_sections(data: bytes) -> C3dSections:
     begin = (block - 1) * BLOCK
     if not start < begin <= len(data):
         raise C3dDamagedError(f"its data should begin at byte {begin} and it has {len(data)}")
-    parameters, fields = _parameters(data, start + 4, begin, processor)
-    sections = C3dSections(processor, n_points, 0, ratio, 0, rate, parameters, ())
+    parameters = _parameters(data, start + 4, begin, processor)
+    sections = C3dSections(processor, n_points, 0, ratio, 0, rate, scale, begin, parameters)
     n_frames = _frames(sections, first, last)
     n_analogs = _analogs(sections, per_frame)
     _compare("points", n_points, "POINT:USED", sections.first("POINT:USED"))
     _compare("first block of data", block, "POINT:DATA_START", sections.first("POINT:DATA_START"))
     stated_scale = sections.first("POINT:SCALE")
-    if not math.isfinite(scale) or (stated_scale is not None and (scale < 0) != (stated_scale < 0)):
+    if not math.isfinite(scale) or (stated_scale is not None and not math.isclose(scale, stated_scale, rel_tol=1e-5)):
         raise C3dDamagedError(f"its header's scale is {scale:g} and POINT:SCALE {stated_scale}")
-    item = 4 if scale < 0 else 2
-    count = n_frames * (4 * n_points + per_frame)
-    _check_length(data, begin, count * item, n_frames)
-    header = ((2, 5, 2), (12, 1, 4), (16, 2, 2), (20, 1, 4))
-    return C3dSections(
-        processor,
-        n_points,
-        n_analogs,
-        max(1, ratio),
-        n_frames,
-        _rate(sections, rate),
-        parameters,
-        (*header, *fields, (begin, count, item)),
+    _check_length(data, begin, n_frames * (4 * n_points + per_frame) * (4 if scale < 0 else 2), n_frames)
+    return dataclasses.replace(
+        sections, n_analogs=n_analogs, ratio=max(1, ratio), n_frames=n_frames, point_rate_hz=_rate(sections, rate)
     )
 
 
@@ -110,64 +113,59 @@ def _numbers(data: bytes, start: int, count: int, size: int, processor: int) -> 
     order = ">" if processor == SGI else "<"
     if size != 4:
         return np.frombuffer(data, f"{order}i{size}", count, start).astype(np.float64)
-    if processor == DEC:  # words are the other way round, and the exponent counts two more
-        halves = np.frombuffer(data, "<u2", 2 * count, start).reshape(-1, 2)[:, ::-1]
-        return np.ascontiguousarray(halves).view("<f4")[:, 0].astype(np.float64) / 4
-    return np.frombuffer(data, f"{order}f4", count, start).astype(np.float64)
+    with np.errstate(invalid="ignore"):  # of a signalling NaN, which damage can write
+        if processor == DEC:  # words are the other way round, and the exponent counts two more
+            halves = np.frombuffer(data, "<u2", 2 * count, start).reshape(-1, 2)[:, ::-1]
+            return np.ascontiguousarray(halves).view("<f4")[:, 0].astype(np.float64) / 4
+        return np.frombuffer(data, f"{order}f4", count, start).astype(np.float64)
 
 
-def _parameters(
-    data: bytes, at: int, end: int, processor: int
-) -> tuple[dict[str, Parameter], list[tuple[int, int, int]]]:
+def _parameters(data: bytes, at: int, end: int, processor: int) -> dict[str, Parameter]:
     """Walk the records of groups and parameters, which end with a name of no length or a step of zero."""
     groups: dict[int, str] = {}
     found: list[tuple[int, str, Parameter]] = []
-    fields: list[tuple[int, int, int]] = []
     while at + 2 <= end and data[at] != 0:
         name_end = at + 2 + abs(int.from_bytes(data[at : at + 1], signed=True))
         group = int.from_bytes(data[at + 1 : at + 2], signed=True)
         if name_end + 4 > end or group == 0:
             raise C3dDamagedError(f"its parameter section is damaged at byte {at}")
         name = data[at + 2 : name_end].decode("latin-1").strip().upper()
-        step = int(_numbers(data, name_end, 1, 2, processor)[0])
-        other = int(_numbers(data, name_end, 1, 2, INTEL)[0])
+        step, other = (int(_numbers(data, name_end, 1, 2, order)[0]) for order in (processor, INTEL))
         if name_end + step > end >= name_end + other:  # some SGI writers leave the last step in Intel's order
             step = other
-        else:
-            fields.append((name_end, 1, 2))
         content_end = name_end + 3
         if group < 0:
             groups[-group] = name
         else:
-            parameter, values = _parameter(data, name_end + 2, end, processor)
+            parameter, content_end = _parameter(data, name_end + 2, end, processor)
             found.append((group, name, parameter))
-            fields.append(values)
-            content_end = values[0] + values[1] * values[2]
         if step == 0:
             break
         if name_end + step < content_end or name_end + step > end:
             raise C3dDamagedError(f"its parameter section is damaged at byte {name_end}: {name!r} does not end there")
         at = name_end + step
-    return {f"{groups[group]}:{name}": parameter for group, name, parameter in found if group in groups}, fields
+    named = {f"{groups[group]}:{name}": parameter for group, name, parameter in found if group in groups}
+    for name, parameter in named.items():
+        if name.startswith(_READ_GROUPS) and not np.isfinite(parameter.numbers).all():
+            raise C3dDamagedError(f"{name} is not finite")
+    return named
 
 
-def _parameter(data: bytes, at: int, end: int, processor: int) -> tuple[Parameter, tuple[int, int, int]]:
+def _parameter(data: bytes, at: int, end: int, processor: int) -> tuple[Parameter, int]:
+    """Return the parameter whose type stands at `at`, and where its numbers or texts end."""
     size = int.from_bytes(data[at : at + 1], signed=True)
     dimensions = data[at + 1] if at + 1 < end else 0
     start = at + 2 + dimensions
     shape = tuple(data[at + 2 : start])
     count = math.prod(shape)
-    if size not in _ITEM_BYTES or dimensions > 7 or start + count * abs(size) > end:
+    if size not in _TYPES or dimensions > 7 or start + count * abs(size) > end:
         raise C3dDamagedError(f"its parameter section is damaged at byte {at}")
     if size == _CHARACTERS:
         width = shape[0] if shape else 1
         cells = [data[cell : cell + width] for cell in range(start, start + count, max(1, width))]
-        return Parameter(np.empty(0), tuple(cell.decode("latin-1").strip(" \0") for cell in cells), shape), (
-            start,
-            count,
-            1,
-        )
-    return Parameter(_numbers(data, start, count, size, processor), (), shape), (start, count, size)
+        texts = tuple(cell.decode("latin-1").strip(" \0") for cell in cells)
+        return Parameter(np.empty(0), texts, shape), start + count
+    return Parameter(_numbers(data, start, count, size, processor), (), shape), start + count * size
 
 
 def _compare(what: str, in_header: int, name: str, stated: float | None) -> None:

@@ -32,8 +32,12 @@ def vector(part: SignalPart, quantity: str, plate: int) -> np.ndarray:
 
 
 def check_against_ezc3d(result: ReadFile, path: Path) -> None:
-    part = result.parts[0]
-    plates = ezc3d.c3d(str(path), extract_forceplat_data=True)["data"]["platform"]
+    part, markers = result.parts
+    found = ezc3d.c3d(str(path), extract_forceplat_data=True)["data"]
+    places = np.array([channel.values for channel in markers.channels])
+    points = found["points"][:3].transpose(1, 0, 2).reshape(places.shape)
+    assert np.allclose(places, points / 1000, rtol=0, atol=1e-6, equal_nan=True)
+    plates = found["platform"]
     for number, plate in enumerate(plates, start=1):
         assert np.abs(vector(part, "force", number) - plate["force"]).max() < 1e-3
         assert np.abs(vector(part, "moment", number) - plate["moment"] / 1000).max() < 1e-3
