@@ -7,6 +7,7 @@ and their number, only the number where nothing else is in the table. Time and r
 from __future__ import annotations
 
 import io
+import itertools
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.formats.head import Head
-from ingest.formats.loggers.matlab_elements import MatRefusedError, check_v4, check_v5, v4_end
+from ingest.formats.loggers.matlab_elements import MatRefusedError, check_v4, unpacked_v5, v4_end
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.several import NamedTable, read_several
@@ -52,12 +53,13 @@ def _leaves(head: Head, findings: FindingCollector) -> list[Leaf]:
 
     if head.data.startswith((_V73, _HDF)):
         raise MatRefusedError("it is of version 7.3 (HDF5)")
-    if head.data.startswith(_V5):
-        check_v5(head.data, head.declared.limits)
+    data = head.data
+    if data.startswith(_V5):
+        data = unpacked_v5(data, head.declared.limits)
     else:
-        check_v4(head.data)
+        check_v4(data)
     try:
-        found = scipy.io.loadmat(io.BytesIO(head.data), squeeze_me=True, struct_as_record=False)
+        found = scipy.io.loadmat(io.BytesIO(data), squeeze_me=True, struct_as_record=False)
     except Exception as error:  # scipy raises many kinds for a damaged file
         raise MatRefusedError(f"it is damaged ({str(error)[:120]})") from error
     variables = {name: value for name, value in found.items() if not name.startswith("__")}
@@ -101,7 +103,7 @@ def _tables(leaves: list[Leaf]) -> list[NamedTable]:
                 names.append(name if values.shape[1] == 1 else numbered)
                 columns.append(_column(column))
         first = clean_name(members[0][1] if alone and not parent else parent) or "log"
-        part = next(name for name in (first, *(f"{first}_{n}" for n in range(2, 9999))) if name not in tables)
+        part = next(name for n in itertools.count(1) if (name := first if n == 1 else f"{first}_{n}") not in tables)
         tables[part] = NamedTable(array_table(names, [None] * len(names), columns), Instrument(part))
     return list(tables.values())
 

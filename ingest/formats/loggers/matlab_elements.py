@@ -60,29 +60,36 @@ def check_v4(data: bytes) -> None:
         at = end
 
 
-def check_v5(data: bytes, limits: Limits) -> None:
-    """Raise `MatRefusedError` unless whole elements of version 5 fill the file, without objects, within the limits."""
+def unpacked_v5(data: bytes, limits: Limits) -> bytes:
+    """Return the file with its variables unpacked.
+
+    Raises `MatRefusedError` unless whole elements of version 5 fill it, without objects, within the limits.
+    """
     if len(data) < V5_HEADER or data[126:128] not in (b"IM", b"MI"):
         raise MatRefusedError("its header is damaged")
     order = "<" if data[126:128] == b"IM" else ">"
     most = min(limits.largest_expanded_bytes, max(_FREE_BYTES, len(data) * limits.largest_expansion))
+    pieces: list[bytes | memoryview] = [data[:V5_HEADER]]
     at = V5_HEADER
     while at < len(data):
         kind, size = struct.unpack_from(f"{order}2I", data[at : at + 8].ljust(8, b"\0"))
         if kind not in (_MATRIX, _COMPRESSED) or at + 8 + size > len(data):
             raise MatRefusedError(f"the variable at byte {at} is damaged or cut")
-        content = memoryview(data)[at + 8 : at + 8 + size]
+        whole = memoryview(data)[at : at + 8 + size]
+        content = whole[8:]
         try:
             if kind == _COMPRESSED:
-                content = memoryview(_unpacked(content, most))
-                most -= len(content)
-                ((kind, content),) = _elements(content, order)
+                whole = memoryview(_unpacked(content, most))
+                most -= len(whole)
+                ((kind, content),) = _elements(whole, order)
             if kind != _MATRIX:
                 raise MatRefusedError(f"it is of type {kind}")
             _check_matrix(content, order, _DEEPEST)
         except (ValueError, struct.error, zlib.error) as error:
             raise MatRefusedError(f"the variable at byte {at} cannot be read ({error})") from error
+        pieces.append(whole)
         at += 8 + size
+    return b"".join(pieces)
 
 
 def _unpacked(packed: memoryview, most: int) -> bytes:
