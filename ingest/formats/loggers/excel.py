@@ -32,8 +32,9 @@ _XLS = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _SAVE = "save its sheets as CSV"
 _HEADER_ROWS = 60
 _EXACT = 2.0**53
-_ROW = re.compile(rb'<(?:\w+:)?row\b[^>]{0,200}?\br="(\d{1,9})"')
-_LETTERS = tuple(re.compile(rb'\br="([A-Z]{%d})\d' % count) for count in (3, 2))
+_CELL = re.compile(rb"<(?:\w+:)?(?:c|row)[\s/>]")
+_PLACE = re.compile(rb"""\sr\s*=\s*["'][A-Za-z]{0,3}(\d{1,9})""")
+_LETTERS = re.compile(rb"""\sr\s*=\s*["']([A-Za-z]{2,3})\d""")
 
 
 def _recognise_xlsx(head: Head) -> Recognition | None:
@@ -97,12 +98,14 @@ def _check_size(data: bytes, limits: Limits) -> None:
 
 
 def _check_cells(xml: bytes, limits: Limits) -> None:
-    rows = max((int(number) for number in _ROW.findall(xml)), default=xml.count(b"row"))
-    widest = next((found for letters in _LETTERS if (found := letters.findall(xml))), [b"Z"])
-    columns = 0
-    for letters in set(widest):
+    """Refuse a sheet by the farthest row and column that its XML names; cells without a place follow each other."""
+    places = _PLACE.findall(xml)
+    without = max(0, len(_CELL.findall(xml)) - len(places))
+    rows = max(without, max(map(int, set(places)), default=0))
+    columns = max(26, without)
+    for letters in set(_LETTERS.findall(xml)):
         number = 0
-        for letter in letters:
+        for letter in letters.upper():
             number = 26 * number + letter - 64
         columns = max(columns, number)
     if rows * columns > limits.most_cells:

@@ -141,11 +141,19 @@ def test_a_row_in_a_finding_is_the_row_of_the_sheet() -> None:
     assert finding.line == 21
 
 
-@pytest.mark.parametrize("place", ["XFD1048576", "A1048576", "ZZZ30000"])
-def test_two_cells_far_apart_are_no_memory_bomb(place: str) -> None:
-    row = "".join(letter for letter in place if letter.isdigit())
-    xml = f'<worksheet xmlns="{MAIN}"><sheetData><row r="1"><c r="A1"><v>1</v></c><c r="AAA1"><v>1</v></c></row>'
-    xml += f'<row r="{row}"><c r="{place}"><v>1</v></c></row></sheetData></worksheet>'
+@pytest.mark.parametrize(
+    "last",
+    [
+        '<row r="1048576"><c r="XFD1048576"><v>1</v></c></row>',
+        '<row r="2"><c r="AAA1048576"><v>1</v></c></row>',
+        "<row r='30000'><c r='zzz30000'><v>1</v></c></row>",
+        f'<row r="2">{"<c><v>1</v></c>" * 9000}</row><row r="9999"><c><v>1</v></c></row>',
+    ],
+    ids=["far", "row of the cell alone", "other quotes", "no places"],
+)
+def test_two_cells_far_apart_are_no_memory_bomb(last: str) -> None:
+    first = '<row r="1"><c r="A1"><v>1</v></c></row>'
+    xml = f'<worksheet xmlns="{MAIN}"><sheetData>{first}{last}</sheetData></worksheet>'
     (finding,) = read(workbook({"a": []}, raw=xml)).findings
     assert "most_cells" in finding.message
 
