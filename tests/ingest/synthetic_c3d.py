@@ -34,6 +34,7 @@ def c3d_bytes(
     integers: bool = False,
     offset: int = 0,
     unsigned: bool = False,
+    length: str = "mm",
 ) -> bytes:
     """A file with `analog` of shape (n_frames, 8) in the units of the file, floats unless `integers`."""
     n = len(analog)
@@ -44,7 +45,7 @@ def c3d_bytes(
     parameters: dict[str, Value] = {
         "POINT:USED": np.array([1]), "POINT:FRAMES": np.array([n]), "POINT:DATA_START": np.array([9]),
         "POINT:SCALE": np.array([scale]), "POINT:RATE": np.array([rate_hz]),
-        "POINT:LABELS": ["FOOT"], "POINT:UNITS": ["mm"],
+        "POINT:LABELS": ["FOOT"], "POINT:UNITS": [length],
         "ANALOG:USED": np.array([8]), "ANALOG:RATE": np.array([rate_hz]), "ANALOG:GEN_SCALE": np.array([1.0]),
         "ANALOG:SCALE": np.ones(8), "ANALOG:OFFSET": np.full(8, wrapped), "ANALOG:UNITS": list(units),
         "ANALOG:FORMAT": ["UNSIGNED" if unsigned else "SIGNED"],

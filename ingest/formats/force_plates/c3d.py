@@ -112,11 +112,11 @@ def _plates(sections: C3dSections, analogs: FloatArray, units: list[str], findin
 
 def _marker_table(sections: C3dSections, points: FloatArray) -> NamedTable:
     labels = _padded(sections.texts("POINT:LABELS"), points.shape[1], "point")
-    columns = [points[axis, number] * length_factor(sections) for number in range(len(labels)) for axis in range(3)]
+    metres = length_factor(sections)
+    columns = [points[axis, number] * (metres or 1.0) for number in range(len(labels)) for axis in range(3)]
     names = [f"{label} {axis}" for label in labels for axis in "xyz"]
-    table = array_table(
-        names, ["m"] * len(names), columns, Preamble(sections.point_rate_hz or None, None, "POINT:RATE")
-    )
+    units = ["m" if metres else None] * len(names)
+    table = array_table(names, units, columns, Preamble(sections.point_rate_hz or None, None, "POINT:RATE"))
     return NamedTable(table, Instrument("markers", evidence="the C3D standard"))
 
 

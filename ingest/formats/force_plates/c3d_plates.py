@@ -23,6 +23,7 @@ _LENGTHS |= dict.fromkeys(("mete", "meter", "meters", "metre", "metres"), 1.0)
 _MOMENTS = {
     force + length: newtons * metres for force, newtons in _FORCES.items() for length, metres in _LENGTHS.items()
 }
+_ASSUMED_LENGTH = 1e-3
 _DOWN_TO_UP = np.diag([1.0, -1.0, -1.0])
 
 
@@ -39,10 +40,10 @@ class Plate:
     units_stated: bool
 
 
-def length_factor(sections: C3dSections) -> float:
-    """Return metres per unit of length of points, corners and origins; millimetres where none is stated."""
+def length_factor(sections: C3dSections) -> float | None:
+    """Return metres per unit of length of points, corners and origins; None where it is not stated."""
     stated = sections.texts("POINT:UNITS")
-    return _LENGTHS.get(squash(stated[0]), 1e-3) if stated else 1e-3
+    return _LENGTHS.get(squash(stated[0])) if stated else None
 
 
 def plate(sections: C3dSections, number: int, analogs: FloatArray, units: list[str]) -> Plate | None:
@@ -56,26 +57,27 @@ def plate(sections: C3dSections, number: int, analogs: FloatArray, units: list[s
     matrix = _matrix(sections, number) if kind == 4 else np.eye(6)
     if channels is None or matrix is None:
         return None
-    metres = length_factor(sections)
+    length = length_factor(sections)
+    metres = length or _ASSUMED_LENGTH
     stated = [squash(units[channel]) for channel in channels]
     newtons = _FORCES.get(stated[0])
-    lever = _MOMENTS.get(stated[5]) if kind in (2, 4) else metres * (newtons or 1.0)
-    factor = np.array([newtons or 1.0] * 3 + [lever or metres * (newtons or 1.0)] * 3)
+    newton_metres = _MOMENTS.get(stated[5]) if kind in (2, 4) else metres * (newtons or 1.0)
+    per_force, per_moment = newtons or 1.0, newton_metres or metres * (newtons or 1.0)
     origin = _origin(sections, number) * metres
     raw = analogs[:, list(channels)]
-    if kind == 3:
-        values = _of_four_sensors(raw, *(origin[:2] / metres)) * factor
-        origin = origin * np.array([0.0, 0.0, 1.0])
-    elif kind == 1:
-        values = _of_point(raw) * factor
+    if kind == 1:
+        place, free = _LENGTHS.get(stated[3], metres), _MOMENTS.get(stated[5], per_moment)
+        values = _of_point(raw * np.array([per_force] * 3 + [place] * 2 + [free]))
         origin = origin * 0.0
+    elif kind == 3:
+        values = _of_four_sensors(raw * per_force, *origin[:2])
+        origin = origin * np.array([0.0, 0.0, 1.0])
     else:
-        values = (raw @ matrix.T if kind == 4 else raw) * factor
+        values = (raw @ matrix.T if kind == 4 else raw) * np.array([per_force] * 3 + [per_moment] * 3)
     force, moment = values[:, :3], values[:, 3:]
     turn = _to_room(sections, number)
-    return Plate(
-        channels, force @ turn.T, (moment + np.cross(force, origin)) @ turn.T, newtons is not None and lever is not None
-    )
+    moment = moment + np.cross(force, origin)
+    return Plate(channels, force @ turn.T, moment @ turn.T, None not in (newtons, newton_metres, length))
 
 
 def _table(sections: C3dSections, name: str, dimensions: int) -> FloatArray | None:

@@ -120,6 +120,21 @@ def test_units_of_platforms(unit: str, moment: str, newtons: float, newton_metre
     assert np.abs(vector(part, "moment", 1)[2]) == pytest.approx(newton_metres)
 
 
+def test_a_length_that_is_stated_nowhere_is_assumed_for_levers_and_for_no_marker() -> None:
+    result = read(c3d_bytes(forces(), platform(2), length="?"))
+    assert "unit_assumed" in {finding.rule for finding in result.findings}
+    _, markers = result.parts
+    assert {channel.unit for channel in markers.channels} == {None}
+    assert [channel.values[0] for channel in markers.channels] == [1.0, 2.0, 3.0]
+
+
+@pytest.mark.parametrize(("length", "metres"), [("mm", 1e-3), ("cm", 1e-2), ("mete", 1.0)])
+def test_markers_are_in_metres(length: str, metres: float) -> None:
+    _, markers = read(c3d_bytes(forces(), platform(2), length=length)).parts
+    assert [channel.values[0] for channel in markers.channels] == pytest.approx([metres, 2 * metres, 3 * metres])
+    assert {channel.unit for channel in markers.channels} == {"m"}
+
+
 def test_units_that_are_none_of_a_force_are_assumed_and_said() -> None:
     result = read(c3d_bytes(forces(), platform(2), units=["V"] * 8))
     assert "unit_assumed" in {finding.rule for finding in result.findings}
