@@ -112,7 +112,8 @@ class ChargeRow:
 class ReadFile:
     """All that one file says. `rows_read = rows_kept + rows_rejected`; blank, comment and header lines are no rows.
 
-    `evidence` says by what the format was recognised, `profile` which one of the declared profiles was used.
+    `evidence` says by what the format was recognised, `profile` which one of the declared profiles was used, `plugin`
+    whose format it is where it is not labbook's own, `declared` what was in force: flags, and what the profile says.
     """
 
     format: str
@@ -126,6 +127,8 @@ class ReadFile:
     role: FileRole | None = None
     evidence: str = ""
     profile: str | None = None
+    plugin: str | None = None
+    declared: Declarations | None = None
 
     @property
     def refused(self) -> bool:
@@ -145,16 +148,56 @@ class ColumnDeclaration:
     sign: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Profile:
-    """A `[profiles.NAME]` table: it applies to files whose header holds every name of `recognise`."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReadingSettings:
+    """How a file is to be read, as flags and profiles say it; None, or no column, leaves that to the file.
 
-    name: str
-    recognise: tuple[str, ...]
+    `columns` goes from a column to what it holds: by its name, by `name#2` for the second of several equal names, or by
+    its place, from 1. `time_column` and `date_column` are such columns too; a time of day in the one goes with the date
+    in the other. `header_row` (0: there is none), `units_row` and `first_row` are line numbers from 1. Lines that begin
+    with `comment` are skipped, the data end at a line that begins with `footer`. `date_format` is one of
+    `clock_formats.DATE_FORMATS`, `clock_format` one of its `CLOCK_FORMATS`, `axes` a key of `channels.axes.AXES`:
+    channels are then declared by the file's own axes.
+    `trials` is the column whose value tells the trials in one file apart. `encoding` is the page of text that is
+    neither marked by a byte order mark nor valid UTF-8; `decimal_sign` settles `1,234`; `format` and `instrument` name
+    what the file would otherwise be recognised as by its content. `override_units` lets declared units stand against
+    those of the header, `complete` a last line without line end whose last number may be cut, `no_robot_check` forces
+    and heights that no robot of the book can have.
+    """
+
     rate_hz: float | None = None
     time_column: str | None = None
     time_unit: str | None = None
+    date_column: str | None = None
     columns: Mapping[str, ColumnDeclaration] = field(default_factory=dict)
+    encoding: str | None = None
+    delimiter: str | None = None
+    decimal_sign: str | None = None
+    header_row: int | None = None
+    units_row: int | None = None
+    first_row: int | None = None
+    comment: str | None = None
+    footer: str | None = None
+    date_format: str | None = None
+    clock_format: str | None = None
+    axes: str | None = None
+    trials: str | None = None
+    format: str | None = None
+    instrument: str | None = None
+    override_units: bool | None = None
+    complete: bool | None = None
+    no_robot_check: bool | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Profile(ReadingSettings):
+    """A `[profiles.NAME]` table: it applies to files with a line that names every column of `recognise`, and whose own
+    name fits the pattern `files` (`r*.csv`); one of the two may be missing.
+    """
+
+    name: str
+    recognise: tuple[str, ...] = ()
+    files: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,42 +230,34 @@ DEFAULT_LIMITS = Limits()
 
 
 @dataclass(frozen=True, slots=True)
-class Declarations:
-    """What was said beforehand about files: on the command line first, then in profiles.
+class Declarations(ReadingSettings):
+    """What was said beforehand about a file: directly, and by the profiles, of which the most specific completes it.
 
-    `encoding` is the page of text that is neither marked by a byte order mark nor valid UTF-8; `time_zone` the zone of
-    clock times without one (None: such times stay without an instant); `decimal_sign` settles `1,234`; `format` and
-    `instrument` name what the file would otherwise be recognised as by its content; `axes` says which axis of its
-    forces points up, a key of `channels.axes.AXES`, and channels are then declared by the file's own axes.
-    `override_units` lets declared units stand against those of the header, `complete` a last line without line end
-    whose last number may be cut; `robots` are those that may have been measured, with which forces and heights are
-    compared unless `no_robot_check`; `limits` bound what a file may ask for.
+    `profile` is the one chosen: a reading's declarations name it and hold what it says, of columns as
+    `profile_columns`. `file_name` is the file's own name, without folder. `time_zone` is the zone of clock times
+    without one (None: such times stay without an instant). `robots` are those that may have been measured, with which
+    forces and heights are compared unless `no_robot_check`; `limits` bound what a file may ask for.
     """
 
-    rate_hz: float | None = None
-    time_column: str | None = None
-    time_unit: str | None = None
-    columns: Mapping[str, ColumnDeclaration] = field(default_factory=dict)
     profiles: tuple[Profile, ...] = ()
-    encoding: str = "cp1252"
+    profile: str | None = None
+    profile_columns: Mapping[str, ColumnDeclaration] = field(default_factory=dict)
+    file_name: str | None = None
     time_zone: str | None = None
-    decimal_sign: str | None = None
-    format: str | None = None
-    instrument: str | None = None
-    override_units: bool = False
-    complete: bool = False
     robots: tuple[RobotFacts, ...] = ()
-    no_robot_check: bool = False
-    axes: str | None = None
     limits: Limits = DEFAULT_LIMITS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """What one format's reader hands back; `read_file` adds the findings and the verdict."""
+    """What one format's reader hands back; `read_file` adds the findings and the verdict.
+
+    `declared` is what was in force where only the table's own names showed which profile applies.
+    """
 
     parts: tuple[SignalPart, ...] = ()
     charges: tuple[ChargeRow, ...] = ()
     rows_read: int = 0
     rows_rejected: int = 0
     role: FileRole | None = None
+    declared: Declarations | None = None

@@ -24,7 +24,7 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
     """
     findings = FindingCollector()
     head = sniff(data, declared, findings)
-    chosen, evidence = _chosen(head, findings)
+    chosen, evidence = (None, "") if findings.refuse else _chosen(head, findings)
     if chosen is None:
         reading = Reading()
         if not findings.refuse:
@@ -48,6 +48,9 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
         reading.rows_rejected,
         reading.role,
         evidence,
+        (reading.declared or head.declared).profile,
+        None if chosen is None else chosen.plugin,
+        reading.declared or head.declared,
     )
 
 

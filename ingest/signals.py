@@ -11,13 +11,14 @@ from data_schema.vocabulary import FileRole
 from ingest.channels.axes import turn_axes
 from ingest.channels.checks import held_rows, note_missing, note_still_channels, out_of_range
 from ingest.channels.columns import ColumnPlan, Plan, plan_columns
-from ingest.channels.declared import declarations_for
+from ingest.channels.declared import note_absent
 from ingest.channels.forces import check_plates, note_assumed_signs, orient
 from ingest.channels.robot_facts import check_robot
 from ingest.channels.synonyms import is_cop
 from ingest.findings import NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
 from ingest.model import ChannelData, Declarations, FloatArray, Gap, Reading, SignalPart
+from ingest.profiles import with_profile_for_names
 from ingest.spool.columns import by_blocks, take
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, recordings
@@ -25,13 +26,15 @@ from ingest.timebase.axis import Recording, TimeSources, recordings
 
 def read_signals(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Reading:
     """Turn a table into one signal part for each recording in it."""
-    declared = declarations_for(declared, table.names, findings)
+    declared = with_profile_for_names(declared, table.names, findings)
+    note_absent(declared, table.names, findings)
     if declared.instrument is not None:
         instrument = _declared_instrument(declared.instrument, instrument)
     plan = plan_columns(table, declared, findings, instrument.convention)
     block = table.read_rows(_wanted(plan))
     if not block.n_rows or not plan.columns:
-        return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=_role(plan.columns))
+        role = _role(plan.columns)
+        return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=role, declared=declared)
     stored = {column.position: _stored(block, column) for column in plan.columns}
     if declared.axes is not None:
         instrument = dataclasses.replace(instrument, frame=declared.axes, axes={}, evidence="axes declared")
@@ -51,7 +54,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         for number, recording in enumerate(found.recordings, start=1)
     ]
     kept = int(np.count_nonzero(found.keep))
-    return Reading(tuple(parts), (), block.rows_read, block.rows_read - kept, _role(columns))
+    return Reading(tuple(parts), (), block.rows_read, block.rows_read - kept, _role(columns), declared)
 
 
 def _declared_instrument(name: str, own: Instrument) -> Instrument:

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from data_schema.vocabulary import CHANNELS
-from ingest.channels.declared import column_declaration
+from ingest.channels.declared import declared_columns, positions_of
 from ingest.channels.factors import factor, refuse_other_unit
 from ingest.channels.synonyms import TIME_NAMES, UNIT_OF_NAME, channel_kind, channel_of
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.model import Declarations
+from ingest.model import ColumnDeclaration, Declarations
 from ingest.tables.header_cells import clean_name, normal_unit, parse_header, squash
 from ingest.tables.table import CellKind, Table
 
@@ -80,7 +80,11 @@ def plan_columns(
     table: Table, declared: Declarations, findings: FindingCollector, convention: Convention = NO_CONVENTION
 ) -> Plan:
     """Decide what each column becomes; every column without a unit that needs one is reported."""
-    columns = [_column(position, name, table, declared, findings) for position, name in enumerate(table.names)]
+    said = declared_columns(declared, table.names)
+    columns = [
+        _column(position, name, table, declared, said.get(position), findings)
+        for position, name in enumerate(table.names)
+    ]
     _refuse_side_by_side(columns, findings)
     time = _time_plan(columns, convention, findings)
     planned = []
@@ -101,9 +105,15 @@ def plan_columns(
     return Plan(time, _distinct(planned, findings))
 
 
-def _column(position: int, name: str, table: Table, declared: Declarations, findings: FindingCollector) -> _Column:
+def _column(
+    position: int,
+    name: str,
+    table: Table,
+    declared: Declarations,
+    said: ColumnDeclaration | None,
+    findings: FindingCollector,
+) -> _Column:
     cell = parse_header(name)
-    said = column_declaration(declared, name, cell.base)
     base, unit = cell.base, cell.unit
     if cell.suffix_base is not None and _is_known(cell.suffix_base) and not _is_known(base):
         base, unit = cell.suffix_base, cell.suffix_unit
@@ -117,7 +127,7 @@ def _column(position: int, name: str, table: Table, declared: Declarations, find
         stated = normal_unit(said.unit) if said.unit else None
         channel, unit, sign = said.channel or channel, stated or unit, said.sign
     if declared.time_column is not None:
-        is_time = declared.time_column in (name, base)
+        is_time = position in positions_of(declared.time_column, table.names)
         channel = TIME if is_time else None if channel == TIME else channel
     if channel == TIME and declared.time_unit is not None:
         unit = stated = normal_unit(declared.time_unit)

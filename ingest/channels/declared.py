@@ -1,59 +1,70 @@
-"""What is declared about one file: the command line over the one profile that recognises its header."""
+"""Which columns of a table the declarations mean: by name, by `name#2` among equal names, or by place from 1."""
 
 from __future__ import annotations
 
-import dataclasses
+import re
+from collections.abc import Mapping, Sequence
 
 from data_schema.errors import nearest
-from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.model import ColumnDeclaration, Declarations, Profile
+from ingest.findings import NOTE, FindingCollector
+from ingest.model import ColumnDeclaration, Declarations
 from ingest.tables.header_cells import parse_header
 
-
-def declarations_for(declared: Declarations, names: tuple[str, ...], findings: FindingCollector) -> Declarations:
-    """Return `declared` completed by the profile for a header of these names; what was said directly stands."""
-    profile = _profile_for(declared.profiles, names, findings)
-    if profile is not None:
-        findings.add(NOTE, "profile_used", f"Read with profile {profile.name!r}.")
-        declared = dataclasses.replace(
-            declared,
-            rate_hz=declared.rate_hz if declared.rate_hz is not None else profile.rate_hz,
-            time_column=declared.time_column or profile.time_column,
-            time_unit=declared.time_unit or profile.time_unit,
-            columns={**profile.columns, **declared.columns},
-        )
-    _note_absent(declared, names, findings)
-    return declared
+_NUMBERED = re.compile(r"(.+)#(\d{1,4})")
+_PLACE = re.compile(r"[1-9]\d{0,3}")
 
 
-def column_declaration(declared: Declarations, name: str, base: str) -> ColumnDeclaration | None:
-    """Return what is declared about a column, by its full header cell or by its name without the unit."""
-    return declared.columns.get(name) or declared.columns.get(base)
+def positions_of(column: str, names: Sequence[str]) -> tuple[int, ...]:
+    """Return the places, from 0, of the columns that a declaration means; `names` are the header's cells.
+
+    A whole cell counts before its name without the unit, both before `name#2`, and a place only where no column is
+    named so.
+    """
+    for spelled in (list(names), [parse_header(name).base for name in names]):
+        found = tuple(position for position, name in enumerate(spelled) if name == column)
+        if found:
+            return found
+    numbered = _NUMBERED.fullmatch(column)
+    if numbered is not None:
+        equal = positions_of(numbered[1], names)
+        return equal[int(numbered[2]) - 1 : int(numbered[2])] if int(numbered[2]) else ()
+    if _PLACE.fullmatch(column) and int(column) <= len(names):
+        return (int(column) - 1,)
+    return ()
 
 
-def _profile_for(profiles: tuple[Profile, ...], names: tuple[str, ...], findings: FindingCollector) -> Profile | None:
-    present = set(names) | {parse_header(name).base for name in names}
-    fitting = [profile for profile in profiles if profile.recognise and present.issuperset(profile.recognise)]
-    most = max((len(profile.recognise) for profile in fitting), default=0)
-    closest = [profile for profile in fitting if len(profile.recognise) == most]
-    if len(closest) > 1:
-        listed = " and ".join(repr(profile.name) for profile in closest)
-        findings.add(
-            FILE,
-            "profile_ambiguous",
-            f"Profiles {listed} recognise this file equally: add a column name to `recognise` of the right one.",
-        )
-        return None
-    return closest[0] if closest else None
+def declared_columns(declared: Declarations, names: Sequence[str]) -> Mapping[int, ColumnDeclaration]:
+    """Return what is declared about the columns of these names, by place from 0: directly, over what the profile says.
+
+    Of several declarations of a column the one that means it alone counts, then the one by its whole header cell.
+    """
+    profile, direct = _by_position(declared.profile_columns, names), _by_position(declared.columns, names)
+    return {**profile, **{position: _over(said, profile.get(position)) for position, said in direct.items()}}
 
 
-def _note_absent(declared: Declarations, names: tuple[str, ...], findings: FindingCollector) -> None:
-    present = set(names) | {parse_header(name).base for name in names}
-    wanted = list(declared.columns)
-    if declared.time_column is not None:
-        wanted.append(declared.time_column)
-    for name in wanted:
-        if name not in present:
-            close = nearest(name, names)
+def _by_position(columns: Mapping[str, ColumnDeclaration], names: Sequence[str]) -> dict[int, ColumnDeclaration]:
+    found: dict[int, tuple[tuple[bool, bool], ColumnDeclaration]] = {}
+    for column, said in columns.items():
+        positions = positions_of(column, names)
+        exactness = len(positions) == 1, column in names
+        for position in positions:
+            if position not in found or found[position][0] < exactness:
+                found[position] = exactness, said
+    return {position: said for position, (_, said) in found.items()}
+
+
+def _over(said: ColumnDeclaration, profile: ColumnDeclaration | None) -> ColumnDeclaration:
+    if profile is None:
+        return said
+    sign = said.sign if said.sign != 1 else profile.sign
+    return ColumnDeclaration(said.channel or profile.channel, said.unit or profile.unit, sign)
+
+
+def note_absent(declared: Declarations, names: Sequence[str], findings: FindingCollector) -> None:
+    """Report declarations of columns that the table does not have."""
+    single = (declared.time_column, declared.date_column, declared.trials)
+    for column in [*declared.columns, *declared.profile_columns, *(column for column in single if column is not None)]:
+        if not positions_of(column, names):
+            close = nearest(column, names)
             hint = f"did you mean {close!r}?" if close else f"the file has {', '.join(map(repr, names[:12]))}."
-            findings.add(NOTE, "declared_column_absent", f"No column is named {name!r}: {hint}", column=name)
+            findings.add(NOTE, "declared_column_absent", f"No column is named {column!r}: {hint}", column=column)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ingest.findings import FindingCollector
+from ingest.findings import NOTE, FindingCollector
 from ingest.model import Declarations
-from ingest.text.source import TextSource, is_text, open_text
+from ingest.profiles import with_profile
+from ingest.text.declared import as_declared
+from ingest.text.source import DEFAULT_PAGE, TextSource, is_text, open_text
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,9 +29,17 @@ class Head:
 
 
 def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> Head:
-    """Tell text from binary and decode the first lines of text. Raises `UsageError` for an unknown encoding."""
+    """Tell text from binary, find the profile that applies, and decode the first lines of text.
+
+    Raises `UsageError` for an unknown encoding.
+    """
     if not is_text(data):
-        return Head(data, declared, None, ())
-    source = open_text(data, declared.encoding, findings, declared.limits.longest_line_bytes)
+        return Head(data, with_profile(declared, None, findings), None, ())
+    source = open_text(data, declared.encoding or DEFAULT_PAGE, findings, declared.limits.longest_line_bytes)
+    declared = with_profile(declared, source, findings)
+    source = as_declared(source, declared)
+    if source.encoding != "utf-8":
+        message = f"The text is not UTF-8; names are read as {source.encoding}, the page declared for such files."
+        findings.add(NOTE, "encoding_declared", message)
     lines = tuple(source.decode(line.content) for line in source.head_lines(60))
     return Head(data, declared, source, lines)

@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ingest.findings import FILE, FindingCollector
+from ingest.model import Declarations
 from ingest.tables.header_cells import is_unit
 from ingest.text.cells import COMMENT_STARTS, is_number
-from ingest.text.delimiters import Row, Split
+from ingest.text.delimiters import Row, Split, row_of
+from ingest.text.source import Line
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,19 @@ def _without_doubled(row: Row, split: Split) -> Row:
     return dataclasses.replace(row, cells=filled) if doubled else row
 
 
+def declared_header(above: Sequence[Line], split: Split, declared: Declarations) -> HeaderLines:
+    """Return names and units from the lines that are declared to stand above the data."""
+    rows = [_without_doubled(row_of(line, split.delimiter), split) for line in above]
+    by_number = {row.line.number: row for row in rows}
+    names = by_number.get(declared.header_row or 0)
+    units = by_number.get(declared.units_row or 0)
+    if declared.header_row is None:
+        head = (*(row for row in rows if not row.data_like), *split.head)
+        found = find_header(dataclasses.replace(split, head=head))
+        names, units = found.names, units or found.units
+    return HeaderLines(names, units, _has_trailing(split, names))
+
+
 def _looks_like_names(row: Row) -> tuple[int, bool, bool]:
     comment = row.line.content.startswith(COMMENT_STARTS)
     return len(set(row.cells)), not comment, not _is_units_row(row.cells)
@@ -71,6 +86,15 @@ def _is_units_row(cells: Sequence[bytes]) -> bool:
 def _has_trailing(split: Split, names: Row | None) -> bool:
     unnamed = names is None or len(names.cells) < split.width or not names.cells[-1]
     return split.width > 1 and unnamed and all(not row.cells[-1] for row in split.rows)
+
+
+def report_other_width(header: Row, width: int, findings: FindingCollector) -> None:
+    """Report that the line declared as header has more or fewer cells than the rows."""
+    message = f"Line {header.line.number}, declared as the header, has {len(header.cells)} cells and the rows have "
+    message += (
+        f"{width}: correct `header_row` or `delimiter`, or say `header_row = 0` and name columns by their number."
+    )
+    findings.add(FILE, "header_mismatch", message, lines=[header.line.number])
 
 
 def report_no_header(split: Split, findings: FindingCollector) -> None:

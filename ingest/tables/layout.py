@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import Declarations
 from ingest.tables.header_cells import strip_comment
-from ingest.tables.header_lines import find_header, report_no_header
+from ingest.tables.header_lines import declared_header, find_header, report_no_header, report_other_width
 from ingest.tables.table import CellKind
 from ingest.text.cells import (
     COMMA_NUMBER,
@@ -67,7 +67,8 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
     """Return the layout of the table in `source`, or None, with a finding of severity file, when there is none."""
     head = source.head_lines()
     further = [*source.sample_lines(0.5), *source.sample_lines(0.95)]
-    split = best_split(head, further)
+    declared_above, below = _parted(head, declared)
+    split = best_split(below, further, None if declared.delimiter is None else declared.delimiter.encode("latin-1"))
     if split is None:
         findings.add(
             FILE, "no_data_rows", "No line holds numbers: there is nothing to import; is this the file that was meant?"
@@ -81,10 +82,17 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
             "export one sample a line, not one a column.",
         )
         return None
-    above_data = find_header(split)
+    if declared_above or declared.header_row is not None:
+        above_data = declared_header(declared_above, split, declared)
+    else:
+        above_data = find_header(split)
     header, units_row = above_data.names, above_data.units
     width = split.width - above_data.trailing
-    if header is None and not any(name.isdigit() for name in declared.columns):
+    if header is not None and declared.header_row is not None and len(header.cells) != width + (not header.cells[-1]):
+        report_other_width(header, width, findings)
+        return None
+    named = {**declared.profile_columns, **declared.columns}
+    if header is None and not any(name.isdigit() for name in named):
         report_no_header(split, findings)
         if "header_missing" not in findings:
             return None
@@ -112,6 +120,12 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
         first.number,
         tuple(row.cells[-1] for row in split.rows if row.line.ended),
     )
+
+
+def _parted(head: list[Line], declared: Declarations) -> tuple[list[Line], list[Line]]:
+    """Part the first lines where declared line numbers put the data below; nothing is above where none is declared."""
+    first = max(declared.first_row or 0, (declared.header_row or 0) + 1, (declared.units_row or 0) + 1)
+    return [line for line in head if line.number < first], [line for line in head if line.number >= first]
 
 
 def _first_data_line(split: Split, header: Row | None, units_row: Row | None) -> Line:

@@ -27,4 +27,4 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
     def rows(wanted: Sequence[Wanted]) -> Block:
         return read_rows(source, layout, wanted, findings)
 
-    return Table(layout.names, layout.units, layout.kinds, read_preamble(layout.preamble), rows)
+    return Table(layout.names, layout.units, layout.kinds, read_preamble((*source.comments, *layout.preamble)), rows)

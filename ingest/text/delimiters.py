@@ -43,11 +43,14 @@ class Split:
     quality: float
 
 
-def best_split(head: list[Line], further: list[Line]) -> Split | None:
+def best_split(head: list[Line], further: list[Line], delimiter: bytes | None = None) -> Split | None:
     """Return the sample under its most likely delimiter, None when no line looks like data.
 
-    `head` are the first lines of the file, `further` lines from deeper inside.
+    `head` are the first lines of the file, `further` lines from deeper inside; `delimiter` is the one declared.
     """
+    if delimiter is not None:
+        declared = _split(head, further, delimiter)
+        return declared if declared.rows else None
     filled = [line for line in [*head, *further] if line.content.strip() and not _is_debug(line)]
     frequent = [sign for sign in CANDIDATES if sum(sign in line.content for line in filled) * 2 >= len(filled)]
     tried = [_split(head, further, delimiter) for delimiter in (*frequent, ONE_COLUMN)]

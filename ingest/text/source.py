@@ -15,6 +15,9 @@ from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import DEFAULT_LIMITS
 from ingest.spool.mapped_bytes import beginning, blocks
 
+DEFAULT_PAGE = "cp1252"
+"""Of text that is neither marked nor UTF-8, where nothing is declared."""
+
 HEAD_BYTES = 65_536
 MOST_QUOTED_LINES = 5
 """Lines that one quoted cell may span; more means that a quote was forgotten."""
@@ -44,6 +47,7 @@ class TextSource:
     """Text as ASCII-compatible bytes: `data[start:]` without byte order mark, `encoding` for the names in it.
 
     `first_line` is the number of the line at `start`; one longer than `longest_line_bytes` is none of a table.
+    `comments` are the lines that a declared comment sign took out, as far as they may tell facts.
     """
 
     data: bytes
@@ -51,6 +55,7 @@ class TextSource:
     encoding: str
     first_line: int = 1
     longest_line_bytes: int = DEFAULT_LIMITS.longest_line_bytes
+    comments: tuple[str, ...] = ()
 
     def decode(self, content: bytes) -> str:
         """Return text for showing and comparing; a byte that has no meaning becomes U+FFFD."""
@@ -120,7 +125,7 @@ def is_text(data: bytes) -> bool:
 def open_text(
     data: bytes, page: str, findings: FindingCollector, longest_line_bytes: int = DEFAULT_LIMITS.longest_line_bytes
 ) -> TextSource:
-    """Find out the encoding of text: byte order mark, else strict UTF-8, else `page`, which is noted.
+    """Find out the encoding of text: byte order mark, else strict UTF-8, else `page`.
 
     UTF-16 is transcoded, and line ends of old Macintosh programs (CR alone) are replaced; otherwise `data` is not
     copied.
@@ -150,11 +155,6 @@ def _without_mark(data: bytes, page: str, findings: FindingCollector) -> TextSou
             return TextSource(text.encode("utf-8", errors="replace"), 0, "utf-8")
     if data.isascii() or _is_utf8(data):
         return TextSource(data, 0, "utf-8")
-    findings.add(
-        NOTE,
-        "encoding_declared",
-        f"The text is not UTF-8; names are read as {page}, the page declared for such files.",
-    )
     return TextSource(data, 0, page)
 
 

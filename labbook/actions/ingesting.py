@@ -88,13 +88,15 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None, restored)
     options = dict(request.options or {})
     if request.dry_run:
-        read = read_file(data, declarations(book.configuration, options))
+        read = read_file(data, declarations(book.configuration, options, readable(Path(path.name))))
         if read.refused:
             return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
         with book.reading() as connection:
             runs = _runs_meant(connection, request.run or stated_run(book, path), read)
         return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, None)
-    prepared = read_and_store(book.store, data, sha256, book.configuration, options)
+    prepared = read_and_store(
+        book.store, data, sha256, book.configuration, options, file_name=readable(Path(path.name))
+    )
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
     return _stored(book, path, request, prepared, run_uid, options, modified_utc)
 

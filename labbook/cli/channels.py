@@ -18,11 +18,12 @@ def channels(as_json: JsonOption = False) -> None:
     Example: labbook channels
     """
     from data_schema.vocabulary import CHANNELS
-    from labbook.config.channels import OWN, SHEET_COLUMNS, TIME
+    from labbook.config.channels import DATE, OWN, SHEET_COLUMNS, TIME
 
     of_log = {
         **{name: (kind.unit, kind.meaning) for name, kind in CHANNELS.items()},
         TIME: ("s", "the time column"),
+        DATE: ("-", "the dates beside a column of times of day"),
         f"{OWN}NAME": ("any", "a quantity of your own, kept as NAME; it feeds no result"),
     }
     rows = [(name, unit, meaning) for name, (unit, meaning) in of_log.items()]

@@ -6,6 +6,9 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import CHANNELS
 
 TIME = "time"
+DATE = "date"
+"""The column of dates that go with a time column of times of day."""
+
 OWN = "own."
 """Before a name that is no channel: `own.motor_current` is kept as `motor_current` and feeds no result."""
 SHEET_COLUMNS = {
@@ -15,6 +18,7 @@ SHEET_COLUMNS = {
     "end_voltage": "voltage of the pack in the end, in V",
     "pack": "name of the pack",
     "ended": "when the recharge ended",
+    "date": "the day on which it ended, where `ended` is a time of day",
     "mode": "charge or discharge",
 }
 """What the columns of a charger sheet can be declared as."""
@@ -28,13 +32,15 @@ def channel_meant(text: str) -> str:
     """
     from ingest.channels.synonyms import channel_kind  # here, for every command reads a configuration
 
+    if text in (TIME, DATE, *SHEET_COLUMNS):
+        return text
     if text.startswith(OWN):
         name = text.removeprefix(OWN)
         if not name.strip() or name == TIME or channel_kind(name) is not None:
             why = f"{name} is a channel, write {name}" if name.strip() else f"write for example {OWN}motor_current"
             raise UsageError(f"{text!r} is no name of your own: {why}.")
         return name
-    if text not in (TIME, *SHEET_COLUMNS) and channel_kind(text) is None:
+    if channel_kind(text) is None:
         raise unknown_name("channel", text, {TIME: 0, **CHANNELS, **SHEET_COLUMNS}, _WHERE)
     return text
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 from data_schema.vocabulary import FactorKind, ReasonCode, StudyKind
 
@@ -130,14 +131,6 @@ class FileSettings:
 
 
 @dataclass(frozen=True, slots=True)
-class TimeColumn:
-    """The column of a profile that holds time, and its unit where the header does not say it."""
-
-    column: str
-    unit: str | None
-
-
-@dataclass(frozen=True, slots=True)
 class ProfileColumn:
     """What a column of a profile holds; None where the file says it. `sign` -1 turns it round."""
 
@@ -148,15 +141,16 @@ class ProfileColumn:
 
 @dataclass(frozen=True, slots=True)
 class ProfileSettings:
-    """`[profiles.NAME]`: how to read the files of one logger, told by the columns in `recognise`.
+    """`[profiles.NAME]`: how to read files that name the columns in `recognise`, or whose name fits `files`.
 
-    `columns` goes from the name in the file to what it holds; `rate_hz` is for files without a time column.
+    `columns` goes from a column to what it holds, `settings` from the name of a field of `ingest.model.ReadingSettings`
+    to what the profile says of it.
     """
 
     recognise: tuple[str, ...]
-    rate_hz: float | None
-    time: TimeColumn | None
+    files: str | None
     columns: Mapping[str, ProfileColumn]
+    settings: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)

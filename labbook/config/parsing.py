@@ -12,10 +12,9 @@ import zoneinfo
 from collections.abc import Mapping
 from pathlib import Path
 
-from data_schema.errors import InputRefused, UsageError, unknown_name
+from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import StudyKind
 from labbook.config.analysis import read_analysis
-from labbook.config.channels import channel_meant, check_unit
 from labbook.config.factors import read_factors, read_gains
 from labbook.config.model import (
     LIMITS,
@@ -24,17 +23,15 @@ from labbook.config.model import (
     Detector,
     FileSettings,
     InstrumentSettings,
-    ProfileColumn,
-    ProfileSettings,
     ProtocolSettings,
     RobotSettings,
     StudySettings,
-    TimeColumn,
 )
 from labbook.config.own_scene import with_own_scene
 from labbook.config.patterns import pattern_fault
+from labbook.config.profiles import read_profiles
 from labbook.config.simulation import read_simulation
-from labbook.config.tables import TableReader, as_number, is_plain
+from labbook.config.tables import TableReader, as_number
 from labbook.config.template import template
 
 __all__ = ["Configuration", "parse_configuration", "template"]
@@ -63,7 +60,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         batteries={name: _battery(table) for name, table in top.tables("batteries")},
         instruments={name: _instrument(table) for name, table in top.tables("instruments")},
         files=_files(top.table("files"), in_force=folder is None),
-        profiles={name: _profile(table, in_force=folder is None) for name, table in top.tables("profiles")},
+        profiles=read_profiles(top, in_force=folder is None),
         simulation=simulation,
         analysis=read_analysis(top),
         database_url=_database(top.table("database")),
@@ -178,49 +175,6 @@ def _files(table: TableReader, in_force: bool) -> FileSettings:
     bounds.finish()
     table.finish()
     return FileSettings(pattern, limits)
-
-
-def _profile(table: TableReader, *, in_force: bool) -> ProfileSettings:
-    recognise = table.items("recognise", "column names")
-    if not recognise or not all(isinstance(name, str) and is_plain(name) for name in recognise):
-        table.fault("recognise", f"{recognise!r} names no column: list one or more that only this logger has.")
-    rate_hz = table.optional_number("rate_hz", above=0.0)
-    time = None
-    if table.value("time") is not None:
-        below = table.table("time")
-        time = TimeColumn(below.text("column"), below.optional_text("unit"))
-        try:
-            if time.unit and not in_force:
-                check_unit(time.unit, None)
-        except UsageError as error:
-            below.fault("unit", str(error))
-        below.finish()
-        if rate_hz is not None:
-            table.fault("rate_hz", "stands beside a time column: leave one of the two out.")
-    columns = {name: _profile_column(below, in_force) for name, below in table.tables("columns")}
-    channels = [column.channel for column in columns.values() if column.channel]
-    for channel in sorted({channel for channel in channels if channels.count(channel) > 1}):
-        table.fault("columns", f"{channel!r} is the channel of several columns: name each channel once.")
-    table.finish()
-    return ProfileSettings(tuple(recognise), rate_hz, time, columns)
-
-
-def _profile_column(table: TableReader, in_force: bool) -> ProfileColumn:
-    sign = table.number("sign", 1.0)
-    if abs(sign) != 1.0:
-        table.fault("sign", f"{sign:g} is no sign: write 1, or -1 to turn the column round.")
-    channel, unit = table.optional_text("channel"), table.optional_text("unit")
-    key = "channel"
-    try:
-        channel = channel_meant(channel) if channel else channel
-        key = "unit"
-        if unit and not in_force:
-            check_unit(unit, channel)
-    except UsageError as error:
-        if not in_force:
-            table.fault(key, str(error))
-    table.finish()
-    return ProfileColumn(channel, unit, -1 if sign < 0 else 1)
 
 
 def _database(table: TableReader) -> str | None:

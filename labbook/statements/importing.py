@@ -11,10 +11,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
+from data_schema.errors import unknown_name
 from ingest.model import ColumnDeclaration, Declarations, Limits, Profile, ReadFile, RobotFacts
 from ingest.read import read_file
 from ingest.store import Store
 from labbook.analysis.detecting import Detection, detect_part
+from labbook.config.model import ProfileSettings
 from labbook.config.parsing import Configuration
 
 
@@ -45,13 +47,14 @@ def read_and_store(
     configuration: Configuration,
     options: Mapping[str, Any],
     *,
+    file_name: str | None = None,
     anew: bool = False,
 ) -> PreparedImport:
     """Read a file and keep its copy and samples; a refused file is read only, nothing is kept.
 
     `anew` writes samples that are there already once more, because a rebuild must not trust them.
     """
-    read = read_file(data, declarations(configuration, options))
+    read = read_file(data, declarations(configuration, options, file_name))
     if read.refused:
         return PreparedImport(sha256, len(data), read, "", ())
     with ThreadPoolExecutor(max_workers=2) as pool:
@@ -62,27 +65,37 @@ def read_and_store(
         return PreparedImport(sha256, len(data), read, raw.result(), parts)
 
 
-def declarations(configuration: Configuration, options: Mapping[str, Any]) -> Declarations:
-    """Say what is known beforehand: the command line's `options` over the book's profiles."""
+def declarations(
+    configuration: Configuration, options: Mapping[str, Any], file_name: str | None = None
+) -> Declarations:
+    """Say what is known beforehand about a file: the command line's `options` over the book's profiles.
+
+    Raises `UsageError` for a profile asked for by a name that labbook.toml does not have.
+    """
     given = dict(options)
     columns = {name: ColumnDeclaration(**column) for name, column in given.pop("columns", {}).items()}
-    profiles = tuple(
-        Profile(
-            name=name,
-            recognise=profile.recognise,
-            rate_hz=profile.rate_hz,
-            time_column=profile.time.column if profile.time else None,
-            time_unit=profile.time.unit if profile.time else None,
-            columns={
-                source: ColumnDeclaration(column.channel, column.unit, column.sign)
-                for source, column in profile.columns.items()
-            },
-        )
-        for name, profile in configuration.profiles.items()
-    )
+    profiles = tuple(_profile(name, profile) for name, profile in configuration.profiles.items())
+    named = given.get("profile")
+    if named is not None and named not in configuration.profiles:
+        raise unknown_name("profile of labbook.toml", named, configuration.profiles)
     robots = tuple(
         RobotFacts(robot.body_mass_kg + robot.foot_mass_kg, robot.leg_max_m) for robot in configuration.robots.values()
     )
     zone = configuration.study.time_zone
     limits = Limits(**configuration.files.limits)
-    return Declarations(columns=columns, profiles=profiles, time_zone=zone, robots=robots, limits=limits, **given)
+    return Declarations(
+        columns=columns,
+        profiles=profiles,
+        time_zone=zone,
+        file_name=file_name,
+        robots=robots,
+        limits=limits,
+        **given,
+    )
+
+
+def _profile(name: str, said: ProfileSettings) -> Profile:
+    columns = {
+        source: ColumnDeclaration(column.channel, column.unit, column.sign) for source, column in said.columns.items()
+    }
+    return Profile(name, said.recognise, said.files, columns=columns, **said.settings)

@@ -76,7 +76,15 @@ def configuration_in_force(scene: Scene) -> Configuration:
 def _read_again(scene: Scene, new: Mapping[str, Any]) -> PreparedImport:
     sha256 = new["sha256"]
     data = scene.store.raw(f"raw/{sha256[:2]}/{sha256}.zst", sha256)
-    done = read_and_store(scene.store, data, sha256, configuration_in_force(scene), new["options"], anew=True)
+    done = read_and_store(
+        scene.store,
+        data,
+        sha256,
+        configuration_in_force(scene),
+        new["options"],
+        file_name=new["original_name"],
+        anew=True,
+    )
     if done.read.refused:
         raise BookDamaged(
             f"{new['original_name']} was imported once and is refused by this labbook's {done.read.format} reader, "

@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator
 
 from data_schema.vocabulary import ChargeMode, FileRole
+from ingest.channels.declared import note_absent
 from ingest.channels.factors import refuse_other_unit
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.sheet_cells import FACTORS, STORED_UNIT, UNIT_MISSING, Quantity, parse_mode, parse_quantity
@@ -41,7 +42,11 @@ def _recognise(head: Head) -> Recognition | None:
 def _read(head: Head, findings: FindingCollector) -> Reading:
     header = None if head.source is None else find_sheet_header(head.source, head.declared)
     if head.source is None or header is None:
+        message = 'No line names a column of charges: say which one holds them with `--column "NAME=charge:mAh"`, or '
+        message += "with `header_row` and `columns` in a [profiles.NAME] table of labbook.toml."
+        findings.add(FILE, "charge_column_missing", message)
         return Reading()
+    note_absent(head.declared, header.names, findings)
     for name in header.ignored:
         message = "The column is no part of a recharge: it stays in the raw copy only."
         findings.add(NOTE, "column_ignored", message, column=name)

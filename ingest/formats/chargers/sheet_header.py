@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
+from ingest.channels.declared import declared_columns
 from ingest.formats.chargers.sheet_cells import FACTORS
-from ingest.model import Declarations
+from ingest.model import ColumnDeclaration, Declarations
 from ingest.tables.header_cells import normal_unit, parse_header, squash, strip_comment
 from ingest.text.cells import split_cells
 from ingest.text.delimiters import CANDIDATES
 from ingest.text.source import TextSource
 
-_WRITTEN_AS = {
+ROLES = {
     "run": "run, run name, run id, run no, run number, experiment, exp, trial, test",
     "charge": "mah, ah, charge, charged, capacity, recharge, recharged, mah in, charge in, charged mah, mah charged, "
     "mah added",
@@ -22,7 +23,9 @@ _WRITTEN_AS = {
     "ended": "ended, end time, finished, date, datetime, date and time, when, ended at, time ended",
     "mode": "mode, program",
 }
-_ROLE_OF = {squash(word): role for role, words in _WRITTEN_AS.items() for word in words.split(",")}
+"""What a column of a sheet holds, and the names under which people write it."""
+
+_ROLE_OF = {squash(word): role for role, words in ROLES.items() for word in words.split(",")}
 
 # Of two columns of one role the more telling name counts: what was charged, not what the pack can hold.
 _LESS_TELLING = {"mah": 1, "ah": 1, "charge": 1, "capacity": 2, "voltage": 1, "volts": 1, "v": 1}
@@ -59,7 +62,7 @@ class SheetColumn:
 
 @dataclass(frozen=True, slots=True)
 class SheetHeader:
-    """The header line of a sheet: its number, its cells, the columns by role and the names of those without one.
+    """The header line of a sheet: its number, its cells, their names, the columns by role, the names without a role.
 
     `rivals` are the names of further columns by role that have as good a claim.
     """
@@ -67,20 +70,30 @@ class SheetHeader:
     delimiter: bytes
     line: int
     cells: tuple[bytes, ...]
+    names: tuple[str, ...]
     columns: dict[str, SheetColumn]
     ignored: tuple[str, ...]
     rivals: dict[str, str]
 
 
 def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader | None:
-    """Return the first line that names a charge and a run or a pack, under the delimiter that explains most of it."""
-    for line in source.head_lines(_TITLE_LINES):
+    """Return the first line that names a charge and a run or a pack, under the delimiter that explains most of it.
+
+    Where the header row, or that there is none, is declared, only that line counts; a sheet declared as such needs no
+    run and no pack.
+    """
+    delimiters = CANDIDATES[:-1] if declared.delimiter is None else (declared.delimiter.encode("latin-1"),)
+    row = (declared.first_row or 1) if declared.header_row == 0 else declared.header_row
+    lines = source.head_lines(_TITLE_LINES) if row is None else source.head_lines()
+    for line in lines:
+        if row is not None and line.number != row:
+            continue
         headers = [
             _header(source, line.number, cells, delimiter, declared)
-            for delimiter in CANDIDATES[:-1]
+            for delimiter in delimiters
             if delimiter in line.content and (cells := split_cells(line.content, delimiter))
         ]
-        fitting = [header for header in headers if _is_header(header)]
+        fitting = [header for header in headers if _is_sheet(header, declared)]
         if fitting:
             return max(fitting, key=lambda header: len(header.columns))
     return None
@@ -88,20 +101,25 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
 
 def is_sheet_header(source: TextSource, cells: Sequence[bytes], delimiter: bytes, declared: Declarations) -> bool:
     """Whether a line is the header of a sheet."""
-    return _is_header(_header(source, 0, cells, delimiter, declared))
+    return _is_sheet(_header(source, 0, cells, delimiter, declared), declared)
 
 
-def _is_header(header: SheetHeader) -> bool:
-    return "charge" in header.columns and bool(header.columns.keys() & {"run", "pack"})
+def _is_sheet(header: SheetHeader, declared: Declarations) -> bool:
+    return "charge" in header.columns and (
+        declared.format == "charger_sheet" or bool(header.columns.keys() & {"run", "pack"})
+    )
 
 
 def _header(
     source: TextSource, number: int, cells: Sequence[bytes], delimiter: bytes, declared: Declarations
 ) -> SheetHeader:
+    """Return the header in a line; without one the columns are called by their numbers, and the line is a row."""
     found: dict[str, list[SheetColumn]] = {}
-    texts = [strip_comment(source.decode(raw)) for raw in cells]
-    for position, text in enumerate(texts):
-        role, column = _column(position, text, declared)
+    named = declared.header_row != 0
+    names = [strip_comment(source.decode(raw)) if named else str(place) for place, raw in enumerate(cells, start=1)]
+    said = declared_columns(declared, names)
+    for position, text in enumerate(names):
+        role, column = _column(position, text, said.get(position))
         # A column `battery [V]` is a voltage over time and no name of a pack.
         fits = column.unit is None or (role in FACTORS and column.unit in FACTORS[role])
         if role is not None and fits:
@@ -113,11 +131,12 @@ def _header(
         if role in FACTORS and len(equal) > 1:
             rivals[role] = equal[1]
     used = {column.position for column in columns.values()}
-    ignored = tuple(text for position, text in enumerate(texts) if text and position not in used)
-    return SheetHeader(delimiter, number, tuple(cells), columns, ignored, rivals)
+    ignored = tuple(text for position, text in enumerate(names) if text and position not in used)
+    line, shown = (number, tuple(cells)) if named else (number - 1, (b"",) * len(cells))
+    return SheetHeader(delimiter, line, shown, tuple(names), columns, ignored, rivals)
 
 
-def _column(position: int, text: str, declared: Declarations) -> tuple[str | None, SheetColumn]:
+def _column(position: int, text: str, said: ColumnDeclaration | None) -> tuple[str | None, SheetColumn]:
     """Return the role of a header cell, None where it has none, and its column; what is declared stands first."""
     cell = parse_header(text)
     base, unit = cell.base, cell.unit
@@ -125,8 +144,7 @@ def _column(position: int, text: str, declared: Declarations) -> tuple[str | Non
         base, unit = cell.suffix_base, cell.suffix_unit
     role, rank = _ROLE_OF.get(squash(base)), _LESS_TELLING.get(squash(base), 0)
     unit = header_unit = unit or _UNIT_OF_NAME.get(squash(base))
-    said = declared.columns.get(text) or declared.columns.get(cell.base)
     if said is not None:
         role, rank = said.channel or role, _DECLARED if said.channel else rank
         unit = (normal_unit(said.unit) if said.unit else None) or unit
-    return role if role in _WRITTEN_AS else None, SheetColumn(position, text, unit, header_unit, rank)
+    return role if role in ROLES else None, SheetColumn(position, text, unit, header_unit, rank)

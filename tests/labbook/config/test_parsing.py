@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.vocabulary import FactorKind, StudyKind
-from labbook.config.model import Detector, GainSettings, ProfileColumn, TimeColumn
+from labbook.config.model import Detector, GainSettings, ProfileColumn
 from labbook.config.parsing import parse_configuration, template
 
 unhurried = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines differ in speed
@@ -95,7 +95,23 @@ columns = { "leftEncoder" = { channel = "left_encoder" }, "h" = { channel = "bod
 
 [profiles.untimed]
 recognise = ["encoder"]
+files = "gait_*.txt"
 rate_hz = 300
+encoding = "cp1250"
+delimiter = "\t"
+decimal = ","
+header_row = 0
+units_row = 2
+first_row = 7
+comment = "%"
+footer = "end"
+date = "d.m.y"
+clock = "m:s"
+axes = "y up"
+trials = "trial"
+format = "delimited_log"
+instrument = "bertec_acquire"
+override_units = true
 
 [database]
 url = "postgresql+psycopg://ada@server/labbook"
@@ -107,6 +123,8 @@ path = "/mnt/lab/book"
 OPTIONAL = {
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "run_pattern", "time", "columns"),
+    *("encoding", "delimiter", "decimal", "header_row", "units_row", "first_row", "comment", "footer", "date", "clock"),
+    *("axes", "trials", "format", "instrument", "override_units", "files", 'recognise = ["encoder"]'),
     *("rate_hz", "url", "path", "factors", "primary_outcome", "alpha"),
 }
 KEY_LINES = [line for line in SAMPLE.splitlines() if re.match(r"[a-z_0-9]+ = ", line)]
@@ -141,11 +159,17 @@ def test_everything_is_read() -> None:
     assert configuration.instruments["charger"].model == "406 Duo"
     assert configuration.files.run_pattern == r"^(?P<run>r\d+)"
     logger, untimed = configuration.profiles.values()
-    assert (logger.recognise, logger.rate_hz) == (("time", "leftEncoder"), None)
-    assert logger.time == TimeColumn("time", "ms")
+    assert (logger.recognise, logger.files) == (("time", "leftEncoder"), None)
+    assert logger.settings == {"time_column": "time", "time_unit": "ms"}
     assert logger.columns["h"] == ProfileColumn("body_height", "mm", -1)
     assert logger.columns["leftEncoder"] == ProfileColumn("left_encoder", None, 1)
-    assert (untimed.rate_hz, untimed.time) == (300.0, None)
+    assert (untimed.recognise, untimed.files, untimed.columns) == (("encoder",), "gait_*.txt", {})
+    assert untimed.settings == {
+        "rate_hz": 300.0, "encoding": "cp1250", "delimiter": "\t", "decimal_sign": ",", "header_row": 0,
+        "units_row": 2, "first_row": 7, "comment": "%", "footer": "end", "date_format": "d.m.y",
+        "clock_format": "m:s", "axes": "y up", "trials": "trial", "format": "delimited_log",
+        "instrument": "bertec_acquire", "override_units": True,
+    }  # fmt: skip
     assert configuration.database_url == "postgresql+psycopg://ada@server/labbook"
     assert configuration.store_path == "/mnt/lab/book"
     assert (configuration.text, configuration.sha256) == (SAMPLE, hashlib.sha256(SAMPLE.encode()).hexdigest())
@@ -202,7 +226,13 @@ FAULTS = [
     ("leg_min_m = 0.1", "leg_min_m = 0.4", "robots.hopper.leg_min_m: 0.4 is not less than leg_max_m"),
     ("cells = 4", "cells = true", "batteries.A.cells: True is not a whole number of 1 or more"),
     ("(?P<run>r", "(?P<rum>r", "has no group (?P<run>...)"),
-    ('recognise = ["time", "leftEncoder"]', "recognise = []", "profiles.serial_logger.recognise: [] names no column"),
+    ('recognise = ["time", "leftEncoder"]', "recognise = []", "profiles.serial_logger.recognise: names no column"),
+    ('encoding = "cp1250"', 'encoding = "utf-16"', "profiles.untimed.encoding: 'utf-16' does not hold plain letters"),
+    ('delimiter = "\\t"', 'delimiter = "ab"', "profiles.untimed.delimiter: 'ab' cannot part cells"),
+    ("first_row = 7", "first_row = 401", "profiles.untimed.first_row: 401 is beyond line 400"),
+    ('date = "d.m.y"', 'date = "dmy"', "profiles.untimed.date: 'dmy' is not a known date: "),
+    ('axes = "y up"', 'axes = "y"', "profiles.untimed.axes: 'y' is not a known axes: allowed are 'y up'"),
+    ('files = "gait_*.txt"', f'files = "{"g" * 201}"', "profiles.untimed.files: has 201 letters"),
     ("sign = -1", "sign = 2", "profiles.serial_logger.columns.h.sign: 2 is no sign"),
     ('"left_encoder"', '"body_height"', "profiles.serial_logger.columns: 'body_height' is the channel of several"),
     (

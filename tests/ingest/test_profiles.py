@@ -1,0 +1,143 @@
+"""Profiles: which one applies, before a format is recognised, and each thing that one can say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from data_schema.vocabulary import ChargeMode
+from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
+from ingest.read import read_file
+from tests.ingest.synthetic import text
+
+HEIGHT = ColumnDeclaration("body_height", "mm")
+MILLISECONDS = ColumnDeclaration("time", "ms")
+ROWS = [f"{4 * k};{400 + k % 7};{k % 3}" for k in range(60)]
+
+
+def read(data: bytes, *profiles: Profile, name: str = "r001.csv", **declared: object) -> ReadFile:
+    return read_file(data, replace(Declarations(profiles=profiles, file_name=name), **declared))
+
+
+def height(result: ReadFile) -> np.ndarray:
+    assert not result.refused, result.findings
+    (part,) = result.parts
+    assert part.rate_hz == pytest.approx(250.0)
+    (values,) = [channel.values for channel in part.channels if channel.name == "body_height"]
+    return values
+
+
+EXPECTED = np.array([0.4 + k % 7 / 1000 for k in range(60)])
+BY_PLACE = {"1": MILLISECONDS, "2": HEIGHT}
+
+
+@pytest.mark.parametrize(
+    ("data", "profile"),
+    [
+        (text("t;h;x", ROWS), Profile("p", ("t", "h"), columns={"t": MILLISECONDS, "h": HEIGHT})),
+        (text("t;h;x", ROWS), Profile("p", files="R*.csv", columns={"t": MILLISECONDS, "h": HEIGHT})),
+        (text("t;z;z", ROWS), Profile("p", files="*", columns={"t": MILLISECONDS, "z#1": HEIGHT})),
+        (text("t;z;z", ROWS), Profile("p", files="*", columns=BY_PLACE)),
+        ("\n".join(ROWS).encode(), Profile("p", files="r*", columns=BY_PLACE)),
+        (text("1;2;3", ROWS), Profile("p", files="r*", header_row=0, first_row=2, columns=BY_PLACE)),
+        (
+            text("7;8;9\nt;h;x\nms;mm;-\n1;2;3", ROWS),
+            Profile("p", files="*", header_row=2, units_row=3, first_row=5, columns={"h": HEIGHT}),
+        ),
+        (
+            text("t;h;x", ["8;9;9", *ROWS, "END OF LOG", "8;9;9"]),
+            Profile("p", ("h",), first_row=3, footer="END", columns={"t": MILLISECONDS, "h": HEIGHT}),
+        ),
+        (
+            text("'a;b;c\nt;h;x", [*ROWS[:30], "' 1;2;3", *ROWS[30:]]),
+            Profile("p", ("h",), comment="'", columns={"t": MILLISECONDS, "h": HEIGHT}),
+        ),
+        (
+            text("t~h~x", [row.replace(";", "~") for row in ROWS]),
+            Profile("p", ("h",), delimiter="~", columns={"t": MILLISECONDS, "h": HEIGHT}),
+        ),
+        (
+            text("t;Höhe;x", ROWS).decode().encode("cp850"),
+            Profile("p", ("Höhe",), encoding="cp850", columns={"t": MILLISECONDS, "Höhe": HEIGHT}),
+        ),
+        (
+            text("h;x", [row.partition(";")[2] for row in ROWS]),
+            Profile("p", ("h",), rate_hz=250, columns={"h": HEIGHT}),
+        ),
+    ],
+    ids=[
+        "by columns", "by file name", "equal names", "by place", "no header", "header to be ignored", "rows", "footer",
+        "comment", "delimiter", "page", "rate",
+    ],
+)  # fmt: skip
+def test_profile_says_how_a_file_is_read(data: bytes, profile: Profile) -> None:
+    result = read(data, profile)
+    assert height(result) == pytest.approx(EXPECTED)
+    assert result.profile == "p"
+    declared = result.declared
+    assert declared is not None
+    assert declared.profiles == ()
+    again = read_file(data, declared)
+    assert height(again) == pytest.approx(EXPECTED)
+    assert (again.profile, again.declared) == ("p", declared)
+
+
+def test_more_columns_win_then_the_longer_pattern_and_equal_ones_are_refused() -> None:
+    data = text("t;h;x", ROWS)
+    said = {"t": MILLISECONDS, "h": HEIGHT}
+    two = Profile("two", ("t", "h"), columns=said)
+    by_name = Profile("by_name", ("t",), "r0*.csv", columns=said)
+    longer = Profile("longer", ("t",), "r001*.csv", columns=said)
+    assert read(data, by_name, two).profile == "two"
+    assert read(data, by_name, longer).profile == "longer"
+    assert read(data, by_name, name="other.csv").profile is None
+    refused = read(data, two, replace(two, name="other"))
+    assert {finding.rule for finding in refused.findings if finding.severity == "file"} == {"profile_ambiguous"}
+    assert read(data, two, replace(two, name="other"), profile="other").profile == "other"
+
+
+def test_flags_stand_over_the_profile_column_by_column() -> None:
+    columns = {"t": MILLISECONDS, "h": ColumnDeclaration("x", "mm", -1)}
+    profile = Profile("p", ("t", "h"), rate_hz=1.0, columns=columns)
+    said = {"h": ColumnDeclaration("body_height", None)}
+    values = height(read(text("t;h;x", ROWS), profile, columns=said, rate_hz=250.0))
+    assert values == pytest.approx(-EXPECTED)
+
+
+GERMAN = """Ladebuch 2021
+Akku;Versuch;Kapazität;geladen;Dauer;Spannung;Programm
+A;r001;6600;812,5;61:30;16,81;Laden
+B;r002;6600;790,0;60:00;16,80;Laden
+Summe;;;1602,5;;;
+"""
+GERMAN_COLUMNS = {
+    "Akku": ColumnDeclaration("pack"),
+    "Versuch": ColumnDeclaration("run"),
+    "geladen": ColumnDeclaration("charge", "mAh"),
+    "Dauer": ColumnDeclaration("duration", "min"),
+    "Spannung": ColumnDeclaration("end_voltage", "V"),
+}
+
+
+def test_charger_sheet_of_any_language_and_order() -> None:
+    profile = Profile("ladebuch", ("Versuch", "geladen"), format="charger_sheet", columns=GERMAN_COLUMNS)
+    result = read(GERMAN.encode("cp1252"), profile)
+    assert not result.refused, result.findings
+    first, second = result.charges
+    assert (first.stated_run, first.stated_pack, first.charge_mah, first.duration_s) == ("r001", "A", 812.5, 3690.0)
+    assert (second.end_voltage_v, second.mode) == (16.8, ChargeMode.CHARGE)
+
+
+def test_charger_sheet_without_a_header_by_place() -> None:
+    rows = "\n".join(GERMAN.splitlines()[2:4]) + "\n"
+    columns = {"2": ColumnDeclaration("run"), "4": ColumnDeclaration("charge", "mAh")}
+    profile = Profile("bare", files="*.csv", format="charger_sheet", header_row=0, columns=columns)
+    result = read(rows.encode(), profile)
+    assert [(charge.stated_run, charge.charge_mah) for charge in result.charges] == [("r001", 812.5), ("r002", 790.0)]
+
+
+def test_file_declared_a_sheet_without_charges_is_refused_with_what_to_say() -> None:
+    result = read(text("a;b", ["1;2"]), format="charger_sheet")
+    assert any(finding.rule == "charge_column_missing" and "--column" in finding.message for finding in result.findings)
