@@ -22,6 +22,7 @@ from ingest.profiles import with_profile_for_names
 from ingest.spool.columns import by_blocks, take
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, recordings
+from ingest.timebase.trials import trial_position, trials
 
 
 def read_signals(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Reading:
@@ -31,7 +32,8 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     if declared.instrument is not None:
         instrument = _declared_instrument(declared.instrument, instrument)
     plan = plan_columns(table, declared, findings, instrument.convention)
-    block = table.read_rows(_wanted(plan))
+    trial_column = trial_position(declared.trials, table, findings)
+    block = table.read_rows(_wanted(plan, trial_column))
     if not block.n_rows or not plan.columns:
         role = _role(plan.columns)
         return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=role, declared=declared)
@@ -48,12 +50,16 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     columns = check_plates(columns, stored, findings)
     check_robot(columns, stored, usable, declared, findings)
     sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz)
-    found = recordings(sources, usable, findings)
-    parts = [
-        _part(instrument, number, recording, columns, stored, findings)
-        for number, recording in enumerate(found.recordings, start=1)
-    ]
-    kept = int(np.count_nonzero(found.keep))
+    parts: list[SignalPart] = []
+    kept = 0
+    for trial, rows in trials(block, trial_column, findings):
+        found = recordings(sources, usable & rows, findings)
+        name = instrument.part if trial is None else f"trial_{trial}"
+        parts += [
+            _part(instrument, name if number == 1 else f"{name}_segment_{number}", recording, columns, stored, findings)
+            for number, recording in enumerate(found.recordings, start=1)
+        ]
+        kept += int(np.count_nonzero(found.keep))
     return Reading(tuple(parts), (), block.rows_read, block.rows_read - kept, _role(columns), declared)
 
 
@@ -70,13 +76,17 @@ def _role(columns: Sequence[ColumnPlan]) -> FileRole:
     return FileRole.FORCE if any(column.channel == "force_z" for column in columns) else FileRole.LOG
 
 
-def _wanted(plan: Plan) -> list[Wanted]:
+def _wanted(plan: Plan, trial_column: int | None) -> list[Wanted]:
     # Only time stamps need all digits of a long integer; a channel is stored as float64 anyway.
     wanted = [
         Wanted(column.position, column.source_name, CellKind.NUMBER, is_cop(column.channel)) for column in plan.columns
     ]
     if plan.time is not None:
         wanted.append(Wanted(plan.time.position, plan.time.source_name, plan.time.kind))
+        if plan.time.date_position is not None:
+            wanted.append(Wanted(plan.time.date_position, "date", CellKind.CLOCK))
+    if trial_column is not None and all(column.position != trial_column for column in wanted):
+        wanted.append(Wanted(trial_column, "trial", CellKind.CLOCK))
     return sorted(wanted, key=lambda column: column.position)
 
 
@@ -91,7 +101,7 @@ def _stored(block: Block, plan: ColumnPlan) -> FloatArray:
 
 def _part(
     instrument: Instrument,
-    number: int,
+    name: str,
     recording: Recording,
     plans: Sequence[ColumnPlan],
     stored: Mapping[int, FloatArray],
@@ -120,7 +130,7 @@ def _part(
         message = "All channels repeat for several rows: a logger that writes its last packet again; marked as gaps."
         findings.add(NOTE, "packets_held", message, count=len(held))
     return SignalPart(
-        instrument.part if number == 1 else f"{instrument.part}_segment_{number}",
+        name,
         axis.time_s,
         axis.rate_hz,
         recording.start_utc,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.vocabulary import CHANNELS
@@ -17,6 +17,8 @@ from ingest.tables.header_cells import clean_name, normal_unit, parse_header, sq
 from ingest.tables.table import CellKind, Table
 
 TIME = "time"
+DATE = "date"
+_DATE_NAMES = frozenset({"date", "datum"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,12 +50,16 @@ class ColumnPlan:
 
 @dataclass(frozen=True, slots=True)
 class TimePlan:
-    """The time column; `unit` None when it is clock text or, refused then, nowhere stated."""
+    """The time column; `unit` None when it is clock text or, refused then, nowhere stated.
+
+    `date_position` is where the dates stand that go with clock texts without one.
+    """
 
     position: int
     source_name: str
     kind: CellKind
     unit: str | None
+    date_position: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,10 +92,10 @@ def plan_columns(
         for position, name in enumerate(table.names)
     ]
     _refuse_side_by_side(columns, findings)
-    time = _time_plan(columns, convention, findings)
+    time = _with_date(_time_plan(columns, convention, findings), columns, declared, table.names)
     planned = []
     for column in columns:
-        if time is not None and column.position == time.position:
+        if time is not None and column.position in (time.position, time.date_position):
             continue
         plan = _channel_plan(column, convention, findings)
         if plan is not None:
@@ -196,6 +202,20 @@ def _time_plan(columns: list[_Column], convention: Convention, findings: Finding
             column=column.name,
         )
     return TimePlan(column.position, column.name, column.kind, unit)
+
+
+def _with_date(
+    time: TimePlan | None, columns: list[_Column], declared: Declarations, names: Sequence[str]
+) -> TimePlan | None:
+    """Return the time column with the column of dates: the one declared, or the one that is called so."""
+    if time is None or time.kind is not CellKind.CLOCK:
+        return time
+    dates = [column.position for column in columns if column.channel == DATE]
+    if declared.date_column is not None:
+        dates = list(positions_of(declared.date_column, names))
+    if not dates:
+        dates = [c.position for c in columns if c.kind is CellKind.CLOCK and squash(c.base) in _DATE_NAMES]
+    return dataclasses.replace(time, date_position=dates[0]) if dates and dates[0] != time.position else time
 
 
 def _channel_plan(column: _Column, convention: Convention, findings: FindingCollector) -> ColumnPlan | None:

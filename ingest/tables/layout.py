@@ -18,7 +18,7 @@ from ingest.text.cells import (
     COMMA_NUMBER,
     COMMENT_STARTS,
     NUMBER,
-    is_clock,
+    is_clock_like,
     is_grouped,
     is_infinite,
     is_missing,
@@ -151,7 +151,7 @@ def kind_of(cells: Sequence[bytes]) -> CellKind:
         return CellKind.INTEGER
     if sum(is_number(cell, comma=True) or is_grouped(cell) for cell in filled) * 2 >= len(filled):
         return CellKind.NUMBER
-    return CellKind.CLOCK if sum(map(is_clock, filled)) * 2 >= len(filled) else CellKind.TEXT
+    return CellKind.CLOCK if sum(map(is_clock_like, filled)) * 2 >= len(filled) else CellKind.TEXT
 
 
 def _decimal_sign(split: Split, declared: Declarations, findings: FindingCollector) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 from ingest.findings import FindingCollector
@@ -19,6 +20,8 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
 
     Raises `SecondHeader` where another table stands above it, as its rows do where one follows.
     """
+    if source.first_line > 1:  # the lines declared are those of the first table in the text
+        declared = dataclasses.replace(declared, header_row=None, units_row=None, first_row=None)
     layout = None if refuse_long_line(source, findings) else find_layout(source, declared, findings)
     if layout is None:
         return None

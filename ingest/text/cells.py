@@ -19,6 +19,11 @@ _CLOCK = re.compile(
     rb"(?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?|\d{4}-\d\d-\d\d(?:[ T]\d\d:\d\d)?"
 )
 
+_CLOCK_LIKE = re.compile(
+    rb"(?:\d{1,4}([-./])\d{1,2}\1\d{1,4})?[ T,]*(?:\d{1,3}:\d\d(?::\d\d)?(?:[.,]\d+)? ?(?:[AaPp]\.?[Mm]\.?)?)?"
+    rb"(?: +\d{1,4}([-./])\d{1,2}\2\d{1,4})?"
+)
+
 COMMENT_STARTS = (b"#", b"%", b"//")
 """With which lines of remarks begin."""
 
@@ -93,6 +98,11 @@ def is_grouped(cell: bytes) -> bool:
 def is_clock(cell: bytes) -> bool:
     """Whether a stripped cell is a date with time (ISO-8601) or a time of day."""
     return _CLOCK.fullmatch(cell) is not None
+
+
+def is_clock_like(cell: bytes) -> bool:
+    """Whether a stripped cell is a date, a time of day or both, in whatever order people write them."""
+    return is_clock(cell) or (cell != b"" and _CLOCK_LIKE.fullmatch(cell) is not None)
 
 
 def split_cells(line: bytes, delimiter: bytes) -> list[bytes] | None:

@@ -15,6 +15,7 @@ from ingest.tables.preamble import Preamble
 from ingest.tables.table import Block, CellKind
 from ingest.timebase import clock
 from ingest.timebase.arrivals import are_continuous, burst_starts, from_bursts, rate_within
+from ingest.timebase.clock_column import ClockColumn, read_clocks
 from ingest.timebase.order import Order, put_in_order, unwrap
 from ingest.timebase.stamps import (
     GAP_RULES,
@@ -69,7 +70,8 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     time = sources.plan.time
     if time is None:
         return _from_stated_rate(sources, usable, findings)
-    ticks = _ticks(time, sources.block, findings)
+    clocks = _clocks(time, sources, findings)
+    ticks = _ticks(time, sources.block, findings) if clocks is None else clocks.seconds
     if time.kind is not CellKind.CLOCK and time.unit not in TICKS_PER_SECOND:
         if time.unit is not None:
             known = ", ".join(TICKS_PER_SECOND)
@@ -92,16 +94,23 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     for rows in _segments(order):
         timebase = from_stamps(take(seconds, rows), take(ordinals, rows))
         _report_gaps(timebase, rows, sources.block, findings)
-        utc, original = _start(sources, time, rows, first=not found, findings=findings)
+        utc, original = _start(sources, time, clocks, rows, first=not found, findings=findings)
         found.append(Recording(rows, timebase, utc, original))
     _check_rates(found, sources, findings)
     return Recordings(order.keep, tuple(found))
 
 
+def _clocks(time: TimePlan, sources: TimeSources, findings: FindingCollector) -> ClockColumn | None:
+    """Return the time column where it holds clock texts, with the dates beside it."""
+    if time.kind is not CellKind.CLOCK:
+        return None
+    clocks = sources.block.clocks
+    dates = None if time.date_position is None else clocks[time.date_position]
+    return read_clocks(clocks[time.position], dates, time.source_name, sources.declared, findings)
+
+
 def _ticks(time: TimePlan, block: Block, findings: FindingCollector) -> FloatArray:
     """Return the time column in its own unit, shape (n_rows,); integers beyond 2^53 from the first one on."""
-    if time.kind is CellKind.CLOCK:
-        return clock.clock_seconds(block.clocks[time.position], findings)
     column = block.numbers[time.position]
     if time.kind is CellKind.INTEGER:
         return np.asarray(column - column[0], dtype=np.float64)
@@ -124,14 +133,19 @@ def _first_row(rows: IntArray | slice) -> int:
 
 
 def _start(
-    sources: TimeSources, time: TimePlan, rows: IntArray | slice, first: bool, findings: FindingCollector
+    sources: TimeSources,
+    time: TimePlan,
+    clocks: ClockColumn | None,
+    rows: IntArray | slice,
+    first: bool,
+    findings: FindingCollector,
 ) -> tuple[str | None, str | None]:
     """Return instant and original text of the beginning of a recording."""
     row = _first_row(rows)
     zone = sources.declared.time_zone
-    if time.kind is CellKind.CLOCK:
-        text = sources.block.clocks[time.position][row].decode("ascii", errors="replace")
-        return clock.to_utc(text, zone, findings), text
+    if clocks is not None:
+        iso = clocks.iso[row]
+        return None if iso is None else clock.to_utc(iso, zone, findings), clocks.texts[row]
     stamp = sources.block.numbers[time.position][row]
     original = f"{int(stamp)}" if time.kind is CellKind.INTEGER else f"{float(stamp):.15g}"
     original = f"{original} {time.unit}"
@@ -267,7 +281,7 @@ def _from_arrivals(
     span = float(np.nanmax(seconds) - np.nanmin(seconds))
     if span > 0:
         check_rate((len(seconds) - 1) / span, rate, "the amplifier's manual", findings)
-    utc, original = _start(sources, time, rows, first=True, findings=findings)
+    utc, original = _start(sources, time, None, rows, first=True, findings=findings)
     ordinals = sources.block.ordinal()[rows]
     timebase = from_rate(ordinals, ordinals, rate)
     return Recordings(usable, (Recording(slice(None) if usable.all() else rows, timebase, utc, original),))

@@ -7,7 +7,9 @@ from typing import Any
 
 import typer
 
-from data_schema.errors import UsageError
+from data_schema.errors import UsageError, unknown_name
+from ingest.channels.axes import AXES
+from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.ingesting import FileOutcome
 from labbook.config.channels import channel_meant, check_unit
 
@@ -50,6 +52,21 @@ def declared_options(
     if declared:
         options["columns"] = declared
     return options
+
+
+def declared_words(dates: str | None, clock: str | None, axes: str | None) -> dict[str, Any]:
+    """Return what was said of dates, clock times and axes. Raises `UsageError` for words that are not known."""
+    said = {}
+    for name, given, allowed, what in (
+        ("date_format", dates, DATE_FORMATS, "order of dates (--dates)"),
+        ("clock_format", clock, CLOCK_FORMATS, "form of clock times (--clock)"),
+        ("axes", axes, AXES, "frame (--axes)"),
+    ):
+        if given is not None:
+            if given not in allowed:
+                raise unknown_name(what, given, allowed)
+            said[name] = given
+    return said
 
 
 def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] | None:

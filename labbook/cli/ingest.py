@@ -33,6 +33,19 @@ def ingest(
     instrument: Annotated[
         str | None, typer.Option("--instrument", help="Whose axes, signs and units: bertec_acquire, action_z_down, ...")
     ] = None,
+    format_name: Annotated[
+        str | None, typer.Option("--format", help="Read it as this format (`labbook formats`), whatever it looks like.")
+    ] = None,
+    profile: Annotated[
+        str | None, typer.Option("--profile", help="Read it with this [profiles.NAME] of labbook.toml.")
+    ] = None,
+    dates: Annotated[
+        str | None, typer.Option("--dates", help="The order in dates: y-m-d, d.m.y, d/m/y or m/d/y.")
+    ] = None,
+    clock: Annotated[
+        str | None, typer.Option("--clock", help="Whether 12:30 is hours first, h:m, or minutes first, m:s.")
+    ] = None,
+    axes: Annotated[str | None, typer.Option("--axes", help="The frame of forces: 'z up', 'z down' or 'y up'.")] = None,
     override_units: Annotated[
         bool, typer.Option("--override-units", help="Declared units stand against those of the header.")
     ] = False,
@@ -55,7 +68,7 @@ def ingest(
 
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007
     """
-    from labbook.actions.declaring import ask_for, declared_options
+    from labbook.actions.declaring import ask_for, declared_options, declared_words
     from labbook.actions.files_meant import files_of
     from labbook.actions.ingesting import (
         FileOutcome,
@@ -72,7 +85,10 @@ def ingest(
     from labbook.cli.ingest_summary import Batch, batch_lines
 
     options = declared_options(rate, unit or [], column or [], encoding, decimal)
+    options |= declared_words(dates, clock, axes)
     flags = {
+        "format": format_name,
+        "profile": profile,
         "instrument": instrument,
         "override_units": override_units,
         "complete": complete,

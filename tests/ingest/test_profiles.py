@@ -130,6 +130,19 @@ def test_charger_sheet_of_any_language_and_order() -> None:
     assert (second.end_voltage_v, second.mode) == (16.8, ChargeMode.CHARGE)
 
 
+def test_a_recharge_ended_at_a_date_of_any_order_in_one_column_or_two() -> None:
+    columns = {"Tag": ColumnDeclaration("date"), "Uhr": ColumnDeclaration("ended")}
+    sheet = "run;mAh;Tag;Uhr\nr001;812;3.4.2021;14:30\nr002;790;3.4.2021;15:10\n"
+    (first, _) = read(sheet.encode(), columns=columns, time_zone="UTC").charges
+    assert (first.ended_original, first.ended_utc) == ("3.4.2021 14:30", "2021-04-03T14:30:00.000000Z")
+    unclear = sheet.replace("3.4.2021", "3/4/2021").encode()
+    result = read(unclear, columns=columns, time_zone="UTC")
+    assert [charge.ended_utc for charge in result.charges] == [None, None]
+    assert any("--dates" in finding.message for finding in result.findings if finding.rule == "date_unclear")
+    (first, _) = read(unclear, columns=columns, time_zone="UTC", date_format="m/d/y").charges
+    assert first.ended_utc == "2021-03-04T14:30:00.000000Z"
+
+
 def test_charger_sheet_without_a_header_by_place() -> None:
     rows = "\n".join(GERMAN.splitlines()[2:4]) + "\n"
     columns = {"2": ColumnDeclaration("run"), "4": ColumnDeclaration("charge", "mAh")}
@@ -141,3 +154,15 @@ def test_charger_sheet_without_a_header_by_place() -> None:
 def test_file_declared_a_sheet_without_charges_is_refused_with_what_to_say() -> None:
     result = read(text("a;b", ["1;2"]), format="charger_sheet")
     assert any(finding.rule == "charge_column_missing" and "--column" in finding.message for finding in result.findings)
+
+
+@pytest.mark.parametrize("names", [["left", "right", "left"], ["1", "2", "1"]], ids=["words", "numbers"])
+def test_trials_in_one_file_are_told_apart_by_a_column(names: list[str]) -> None:
+    rows = [f"{4 * k},{400 + k % 7},{name}" for name in names[:2] for k in range(60)]
+    result = read(text("t [ms],body height [mm],trial", rows), trials="trial")
+    assert not result.refused, result.findings
+    assert [part.part for part in result.parts] == [f"trial_{name}" for name in names[:2]]
+    for part in result.parts:
+        assert (len(part.time_s), part.rate_hz) == (60, pytest.approx(250.0))
+    absent = read(text("t [ms],body height [mm]", ["0,1", "4,1"]), trials="trail")
+    assert any(finding.rule == "trial_column_absent" for finding in absent.findings if finding.severity == "file")

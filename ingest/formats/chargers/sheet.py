@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.declared import note_absent
@@ -22,6 +22,7 @@ from ingest.tables.header_cells import squash
 from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, split_cells
 from ingest.text.logical_lines import numbered_lines
 from ingest.timebase.clock import to_utc
+from ingest.timebase.clock_formats import Unclear, date_order, iso_text, parse_stamp
 
 _SUMMARIES = frozenset({"total", "totals", "sum", "mean", "average", "summe", "mittel"})
 _UNCLEAR_COMMA = re.compile(rb"[1-9]\d{0,2},\d{3}")
@@ -56,10 +57,11 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     _ask_units(header, cells, findings)
     _refuse_capacity(header, cells, findings)
     decimal = head.declared.decimal_sign or _decimal_sign(header, cells, findings)
+    dates = _date_order(header, cells, head, findings)
     charges: list[ChargeRow] = []
     for line, row in rows:
         if row is not None:
-            charge = _charge(len(charges) + 1, line, row, header, decimal.encode(), head, findings)
+            charge = _charge(len(charges) + 1, line, row, header, decimal.encode(), dates, head, findings)
             charges += [] if charge is None else [charge]
     _note_repeated_runs(charges, findings)
     # A charger shows all its numbers in one step: the finest one met, since 0.47 may have been 0.470.
@@ -224,12 +226,30 @@ def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingC
     return ","
 
 
+def _ended(text: Mapping[str, str]) -> str:
+    return f"{text.get('date', '')} {text.get('ended', '')}".strip()
+
+
+def _date_order(header: SheetHeader, rows: list[list[str]], head: Head, findings: FindingCollector) -> str | None:
+    """Return the order of the dates at which recharges ended; None, noted, where it stays open."""
+    roles = {role: header.columns[role].position for role in ("date", "ended") if role in header.columns}
+    texts = [_ended({role: row[position] for role, position in roles.items()}) for row in rows]
+    stamps = [stamp for stamp in map(parse_stamp, texts) if stamp is not None]
+    order = date_order(stamps, head.declared.date_format)
+    if isinstance(order, Unclear):
+        message = f"When recharges ended is kept as text only: {order.message}"
+        findings.add(NOTE, order.rule, message, column=header.columns[next(iter(roles))].name)
+        return None
+    return order
+
+
 def _charge(
     row_number: int,
     line: int,
     row: list[str],
     header: SheetHeader,
     decimal: bytes,
+    dates: str | None,
     head: Head,
     findings: FindingCollector,
 ) -> ChargeRow | None:
@@ -255,7 +275,7 @@ def _charge(
         findings.add(ROW, fault.rule, fault.message, column=name, lines=[line], value=text[role])
     if faults or charge is None or isinstance(mode, CellFault):
         return None
-    ended = text.get("ended") or None
+    ended = _ended(text) or None
     return ChargeRow(
         row_number,
         text.get("run") or None,
@@ -265,7 +285,7 @@ def _charge(
         amounts["duration"].value if "duration" in amounts else None,
         amounts["end_voltage"].value if "end_voltage" in amounts else None,
         mode or ChargeMode.CHARGE,
-        None if ended is None else to_utc(ended, head.declared.time_zone, findings),
+        None if ended is None else to_utc(iso_text(ended, dates or "y-m-d"), head.declared.time_zone, findings),
         ended,
     )
 

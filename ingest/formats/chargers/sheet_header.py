@@ -22,10 +22,11 @@ ROLES = {
     "pack": "pack, battery, pack id, battery id, lipo, accu",
     "ended": "ended, end time, finished, date, datetime, date and time, when, ended at, time ended",
     "mode": "mode, program",
+    "date": "",
 }
 """What a column of a sheet holds, and the names under which people write it."""
 
-_ROLE_OF = {squash(word): role for role, words in ROLES.items() for word in words.split(",")}
+_ROLE_OF = {squash(word): role for role, words in ROLES.items() for word in words.split(",") if word}
 
 # Of two columns of one role the more telling name counts: what was charged, not what the pack can hold.
 _LESS_TELLING = {"mah": 1, "ah": 1, "charge": 1, "capacity": 2, "voltage": 1, "volts": 1, "v": 1}
