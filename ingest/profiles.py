@@ -82,7 +82,13 @@ def _completed(declared: Declarations, fitting: Sequence[Profile], findings: Fin
         for setting in dataclasses.fields(ReadingSettings)
         if setting.name != "columns" and getattr(declared, setting.name) is None
     }
-    return dataclasses.replace(declared, **said, profile_columns=profile.columns, profile=profile.name, profiles=())
+    return dataclasses.replace(
+        declared,
+        **said,
+        profile_columns={**declared.profile_columns, **profile.columns},
+        profile=profile.name,
+        profiles=(),
+    )
 
 
 def _specificity(profile: Profile) -> tuple[int, int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from data_schema.errors import unknown_name
 from ingest.findings import FILE, FindingCollector
-from ingest.formats import FORMATS
+from ingest.formats import plugins
 from ingest.formats.format import Format
 from ingest.formats.head import Head, sniff
 from ingest.model import Declarations, ReadFile, Reading
@@ -31,7 +31,7 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
             _report_unknown(head, findings)
     else:
         try:
-            reading = chosen.read(head, findings)
+            reading = plugins.reading(chosen, head, findings)
         except SecondHeader as found:
             reading = Reading()
             message = "Another header stands inside the data: export one table a file."
@@ -58,7 +58,11 @@ def _chosen(head: Head, findings: FindingCollector) -> tuple[Format | None, str]
     """Return the format that reads, and by what evidence: the one declared, or the one that scores highest."""
     if head.declared.format is not None:
         return _named(head.declared.format), "declared"
-    found = [(format_, seen) for format_ in FORMATS for seen in [format_.recognise(head)] if seen is not None]
+    found = [
+        (format_, seen)
+        for format_ in plugins.all_formats()
+        if (seen := plugins.recognition(format_, head, findings)) is not None
+    ]
     if not found:
         return None, ""
     highest = max(seen.score for _, seen in found)
@@ -72,7 +76,7 @@ def _chosen(head: Head, findings: FindingCollector) -> tuple[Format | None, str]
 
 
 def _named(name: str) -> Format:
-    by_name = {format_.name: format_ for format_ in FORMATS}
+    by_name = {format_.name: format_ for format_ in plugins.all_formats()}
     if name not in by_name:
         raise unknown_name("format", name, by_name, "`labbook formats` lists all.")
     return by_name[name]

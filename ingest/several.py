@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from data_schema.vocabulary import FileRole
+from ingest.channels.declared import without
 from ingest.findings import FindingCollector
 from ingest.instruments import Instrument, instrument_named
 from ingest.model import Declarations, Reading
@@ -29,12 +30,10 @@ def read_several(tables: Sequence[NamedTable], declared: Declarations, findings:
     anywhere = set().union(*present)
     readings = []
     for named, names in zip(tables, present, strict=True):
-        elsewhere = anywhere - names
-        columns = {name: said for name, said in declared.columns.items() if name not in elsewhere}
         instrument = named.instrument
         if declared.instrument is not None:
             instrument = dataclasses.replace(instrument_named(declared.instrument), part=instrument.part)
-        own = dataclasses.replace(declared, columns=columns, instrument=None)
+        own = dataclasses.replace(without(declared, anywhere - names), instrument=None)
         readings.append(read_signals(named.table, own, findings, instrument))
     return combine(readings)
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from data_schema.errors import nearest
 from ingest.findings import NOTE, FindingCollector
@@ -58,6 +59,15 @@ def _over(said: ColumnDeclaration, profile: ColumnDeclaration | None) -> ColumnD
         return said
     sign = said.sign if said.sign != 1 else profile.sign
     return ColumnDeclaration(said.channel or profile.channel, said.unit or profile.unit, sign)
+
+
+def without(declared: Declarations, names: Collection[str]) -> Declarations:
+    """Return the declarations without those of columns of these names, which another table of the file has."""
+    columns, by_profile = (
+        {name: said for name, said in declarations.items() if name not in names}
+        for declarations in (declared.columns, declared.profile_columns)
+    )
+    return dataclasses.replace(declared, columns=columns, profile_columns=by_profile)
 
 
 def note_absent(declared: Declarations, names: Sequence[str], findings: FindingCollector) -> None:

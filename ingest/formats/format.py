@@ -34,11 +34,13 @@ class Format:
     """One file format. `version` rises with every change of what its reader gives for the same bytes.
 
     `recognise` returns None for a file that is not of this format; of several formats the one with the highest score
-    reads. `plugin` names the distribution and version that a format of somebody else's comes from.
+    reads. `what` says what its files are, for lists. `plugin` names the distribution and version that a format of
+    somebody else's comes from.
     """
 
     name: str
     version: int
     recognise: Callable[[Head], Recognition | None]
     read: Reader
+    what: str | None = None
     plugin: str | None = None

@@ -49,7 +49,13 @@ def _format(signature: _Signature) -> Format:
     def recognise(head: Head) -> Recognition | None:
         return Recognition(SIGNATURE, f"it begins as {signature.what}") if signature.matches(head) else None
 
-    return Format(signature.name, 1, recognise, refuse)
+    return Format(
+        signature.name,
+        1,
+        recognise,
+        refuse,
+        f"{signature.what[0].upper()}{signature.what[1:]}: not read; {signature.instead}.",
+    )
 
 
 RECOGNISED = tuple(_format(signature) for signature in _SIGNATURES)

@@ -259,7 +259,7 @@ def _from_bursts(
     )
     findings.add(NOTE, "arrival_times", message, column=time.source_name)
     _report_gaps(timebase, rows, sources.block, findings)
-    utc, original = _start(sources, time, rows, first=True, findings=findings)
+    utc, original = _start(sources, time, None, rows, first=True, findings=findings)
     recording = Recording(rows, timebase, utc, original)
     _check_rates([recording], sources, findings)
     return Recordings(usable, (recording,))

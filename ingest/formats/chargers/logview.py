@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from data_schema.vocabulary import FileRole
-from ingest.channels.declared import declarations_for
+from ingest.channels.declared import declared_columns
 from ingest.findings import FILE, FindingCollector
 from ingest.formats.chargers.charger_log import part_charges
 from ingest.formats.chargers.records import (
@@ -27,6 +27,7 @@ from ingest.formats.format import NAMES, Format, Recognition
 from ingest.formats.head import Head
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
+from ingest.profiles import with_profile_for_names
 from ingest.signals import read_signals
 from ingest.tables.table import array_table
 from ingest.text.cells import COMMA_NUMBER, NUMBER
@@ -73,8 +74,8 @@ def _bare_signals(procedure: Procedure, declared: Declarations, findings: Findin
     width = len(procedure.rows[0])
     names = ["channel", "phase", "time", *(f"value_{number}" for number in range(1, width - 2))]
     used = [position for position in range(1, width) if not np.isnan(procedure.column(position)).all()]
-    said = declarations_for(declared, tuple(names), FindingCollector()).columns
-    if not any(name in said for name in names[3:]):
+    said = declared_columns(with_profile_for_names(declared, names, FindingCollector()), names)
+    if not any(position >= 3 for position in said):
         message = (
             "The records name neither quantities nor units, which stand in LogView's file about the device: say what "
             'each value is, as `--column "value_1=battery_voltage:mV"`, or in a [profiles.NAME] table of labbook.toml.'

@@ -291,7 +291,8 @@ def _user_columns(header: _Header, declared: Declarations, findings: FindingColl
 
 def _declared_names(declared: Declarations) -> list[str]:
     """Return the columns of which something is declared, directly or in a profile."""
-    return [*declared.columns, *(name for profile in declared.profiles for name in profile.columns)]
+    own = [*declared.columns, *declared.profile_columns]
+    return [*own, *(name for profile in declared.profiles for name in profile.columns)]
 
 
 def _with_states(declared: Declarations, header: _Header) -> Declarations:
@@ -302,7 +303,7 @@ def _with_states(declared: Declarations, header: _Header) -> Declarations:
         for quantity in header.quantities
         if quantity.name in _STATES and quantity.name not in said
     }
-    return dataclasses.replace(declared, columns={**states, **declared.columns})
+    return dataclasses.replace(declared, profile_columns={**states, **declared.profile_columns})
 
 
 FORMAT = Format("minitaur_log", 1, _recognise, _read)
