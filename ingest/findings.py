@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from data_schema.vocabulary import Severity
+from ingest.explanation import TableUse
 from ingest.model import Finding
 
 NOTE, ROW, FILE = Severity.NOTE, Severity.ROW, Severity.FILE
@@ -26,11 +27,15 @@ class _Entry:
 
 
 class FindingCollector:
-    """Accumulates findings; the message and value of the first report of a rule and column stand."""
+    """Accumulates findings; the message and value of the first report of a rule and column stand.
 
-    __slots__ = ("_entries",)
+    `tables` takes what each table of the file became.
+    """
+
+    __slots__ = ("_entries", "tables")
 
     def __init__(self) -> None:
+        self.tables: list[TableUse] = []
         self._entries: dict[tuple[Severity, str, str | None], _Entry] = {}
 
     def add(
@@ -57,6 +62,7 @@ class FindingCollector:
 
     def take_over(self, other: FindingCollector) -> None:
         """Add all that another collector holds."""
+        self.tables += other.tables
         for (severity, rule, column), entry in other._entries.items():
             self.add(
                 severity, rule, entry.message, column=column, lines=entry.lines, count=entry.count, value=entry.value

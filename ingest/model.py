@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.vocabulary import ChargeMode, FileRole, GapKind, Severity
+from ingest.explanation import Explanation
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -113,7 +114,8 @@ class ReadFile:
     """All that one file says. `rows_read = rows_kept + rows_rejected`; blank, comment and header lines are no rows.
 
     `evidence` says by what the format was recognised, `profile` which one of the declared profiles was used, `plugin`
-    whose format it is where it is not labbook's own, `declared` what was in force: flags, and what the profile says.
+    whose format it is where it is not labbook's own, `declared` what was in force: flags, and what the profile says;
+    `explanation` how the file was understood.
     """
 
     format: str
@@ -129,6 +131,7 @@ class ReadFile:
     profile: str | None = None
     plugin: str | None = None
     declared: Declarations | None = None
+    explanation: Explanation = field(default_factory=Explanation)
 
     @property
     def refused(self) -> bool:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from data_schema.errors import unknown_name
+from ingest.explanation import Candidate, Explanation
 from ingest.findings import FILE, FindingCollector
 from ingest.formats import plugins
-from ingest.formats.format import Format
+from ingest.formats.format import Format, Recognition
 from ingest.formats.head import Head, sniff
 from ingest.model import Declarations, ReadFile, Reading
 from ingest.tables.second_header import SecondHeader
@@ -24,7 +27,8 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
     """
     findings = FindingCollector()
     head = sniff(data, declared, findings)
-    chosen, evidence = (None, "") if findings.refuse else _chosen(head, findings)
+    candidates = [] if findings.refuse else _candidates(head, findings)
+    chosen, evidence = (None, "") if findings.refuse else _chosen(head, candidates, findings)
     if chosen is None:
         reading = Reading()
         if not findings.refuse:
@@ -51,28 +55,39 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
         (reading.declared or head.declared).profile,
         None if chosen is None else chosen.plugin,
         reading.declared or head.declared,
+        Explanation(
+            None if head.source is None else head.source.encoding,
+            tuple(Candidate(format_.name, seen.score, seen.evidence) for format_, seen in candidates),
+            tuple(findings.tables),
+        ),
     )
 
 
-def _chosen(head: Head, findings: FindingCollector) -> tuple[Format | None, str]:
+def _chosen(
+    head: Head, candidates: Sequence[tuple[Format, Recognition]], findings: FindingCollector
+) -> tuple[Format | None, str]:
     """Return the format that reads, and by what evidence: the one declared, or the one that scores highest."""
     if head.declared.format is not None:
         return _named(head.declared.format), "declared"
-    found = [
-        (format_, seen)
-        for format_ in plugins.all_formats()
-        if (seen := plugins.recognition(format_, head, findings)) is not None
-    ]
-    if not found:
+    if not candidates:
         return None, ""
-    highest = max(seen.score for _, seen in found)
-    best = [(format_, seen) for format_, seen in found if seen.score == highest]
+    best = [each for each in candidates if each[1].score == candidates[0][1].score]
     if len(best) > 1:
         listed = " and as ".join(f"{format_.name} ({seen.evidence})" for format_, seen in best)
         message = f"The file can be read as {listed}: say which with `--format {best[0][0].name}`."
         findings.add(FILE, "format_ambiguous", message)
         return None, ""
     return best[0][0], best[0][1].evidence
+
+
+def _candidates(head: Head, findings: FindingCollector) -> list[tuple[Format, Recognition]]:
+    """Return the formats that recognise the file, the one with the highest score first."""
+    found = [
+        (format_, seen)
+        for format_ in plugins.all_formats()
+        if (seen := plugins.recognition(format_, head, findings)) is not None
+    ]
+    return sorted(found, key=lambda each: -each[1].score)
 
 
 def _named(name: str) -> Format:

@@ -15,6 +15,7 @@ from ingest.channels.declared import note_absent
 from ingest.channels.forces import check_plates, note_assumed_signs, orient
 from ingest.channels.robot_facts import check_robot
 from ingest.channels.synonyms import is_cop
+from ingest.explaining import table_use
 from ingest.findings import NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
 from ingest.model import ChannelData, Declarations, FloatArray, Gap, Reading, SignalPart
@@ -35,6 +36,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     trial_column = trial_position(declared.trials, table, findings)
     block = table.read_rows(_wanted(plan, trial_column))
     if not block.n_rows or not plan.columns:
+        findings.tables.append(table_use(table, plan, plan.columns, declared, instrument, trial_column))
         role = _role(plan.columns)
         return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=role, declared=declared)
     stored = {column.position: _stored(block, column) for column in plan.columns}
@@ -49,6 +51,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         note_assumed_signs(columns, findings)
     columns = check_plates(columns, stored, findings)
     check_robot(columns, stored, usable, declared, findings)
+    findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
     sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz)
     parts: list[SignalPart] = []
     kept = 0

@@ -80,7 +80,7 @@ def fixed_table(
         block = read_rows(source.section(unsure), layout, wanted, findings)
         return dataclasses.replace(block, rows_rejected=block.rows_rejected + 1)
 
-    return Table(layout.names, layout.units, kinds, header.preamble, read, tuple(header.channels))
+    return Table(layout.names, layout.units, kinds, header.preamble, read, tuple(header.channels), layout.shape)
 
 
 def _unsure_end(source: TextSource, layout: Layout) -> int | None:

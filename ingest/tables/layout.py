@@ -9,6 +9,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ingest.explanation import TextShape
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import Declarations
 from ingest.tables.header_cells import strip_comment
@@ -25,7 +26,7 @@ from ingest.text.cells import (
     is_number,
 )
 from ingest.text.debug_lines import debug_line
-from ingest.text.delimiters import Row, Split, best_split
+from ingest.text.delimiters import ONE_COLUMN, Row, Split, best_split
 from ingest.text.source import Line, TextSource
 
 _UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")
@@ -52,6 +53,14 @@ class Layout:
     data_start: int
     data_line: int
     last_cells: tuple[bytes, ...]
+    header_line: int | None = None
+    units_line: int | None = None
+
+    @property
+    def shape(self) -> TextShape:
+        """What a person sees of the layout."""
+        delimiter = "" if self.delimiter == ONE_COLUMN else self.delimiter.decode("latin-1")
+        return TextShape(delimiter, self.decimal.decode(), self.header_line, self.units_line, self.data_line)
 
     def is_debug(self, content: bytes) -> bool:
         """Whether a line is `name: value`, a program's debug output, among rows that begin with a number or a time.
@@ -119,6 +128,8 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
         first.start,
         first.number,
         tuple(row.cells[-1] for row in split.rows if row.line.ended),
+        None if header is None else header.line.number,
+        None if units_row is None else units_row.line.number,
     )
 
 

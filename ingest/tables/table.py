@@ -11,6 +11,7 @@ from enum import StrEnum
 
 import numpy as np
 
+from ingest.explanation import TextShape
 from ingest.model import FloatArray, IntArray
 from ingest.tables.preamble import NO_PREAMBLE, Preamble
 
@@ -81,7 +82,7 @@ class Table:
     """One table of a file. `names`, `units` (None where the header has none) and `kinds` have an entry per column.
 
     `channels`, where a format fixes what its columns hold, has an entry per column too: the channel, `time`, or None
-    where the name decides.
+    where the name decides. `text` says how a table in text is laid out.
 
     `read_rows` returns the wanted columns of all rows that can be read; it is called once, when it is known which
     columns are wanted, and reports what it leaves out.
@@ -93,6 +94,7 @@ class Table:
     preamble: Preamble
     read_rows: Callable[[Sequence[Wanted]], Block]
     channels: tuple[str | None, ...] = ()
+    text: TextShape | None = None
 
 
 def array_table(

@@ -30,4 +30,5 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
     def rows(wanted: Sequence[Wanted]) -> Block:
         return read_rows(source, layout, wanted, findings)
 
-    return Table(layout.names, layout.units, layout.kinds, read_preamble((*source.comments, *layout.preamble)), rows)
+    preamble = read_preamble((*source.comments, *layout.preamble))
+    return Table(layout.names, layout.units, layout.kinds, preamble, rows, text=layout.shape)

@@ -1,9 +1,12 @@
 """`labbook ingest`: take instruments' files into the book."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from labbook.book.opening import Book
 
 from labbook.cli.common import AsOption, BookOption, JsonOption, asking, emit, progress
 
@@ -55,6 +58,12 @@ def ingest(
     no_robot_check: Annotated[
         bool, typer.Option("--no-robot-check", help="Do not compare with the masses and legs of [robots].")
     ] = False,
+    explain: Annotated[
+        bool, typer.Option("--explain", help="Say how each file would be read, and why; store nothing.")
+    ] = False,
+    draft_profile: Annotated[
+        bool, typer.Option("--draft-profile", help="Print the [profiles.NAME] of a file, to be corrected.")
+    ] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Read and check; store nothing.")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", help="Of many files, list also those in order.")] = False,
     book: BookOption = None,
@@ -66,7 +75,7 @@ def ingest(
     The same bytes again change nothing. A refused file stores nothing but its findings; then the exit code is 2.
     Of many files the sum comes first, then what needs attention, worst first, then the rest.
 
-    Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007
+    Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007; labbook ingest odd.txt --explain
     """
     from labbook.actions.declaring import ask_for, declared_options, declared_words
     from labbook.actions.files_meant import files_of
@@ -95,6 +104,10 @@ def ingest(
         "no_robot_check": no_robot_check,
     }
     options |= {name: value for name, value in flags.items() if value}
+    if explain or draft_profile:
+        with opened(book) as opened_book:
+            _tell(opened_book, files_of(paths, opened_book.folder), options, run, draft_profile, as_json)
+        return
     outcomes: list[FileOutcome] = []
     rig: list[list[RigLine]] = []
     heights: list[MissingHeight | None] = []
@@ -126,3 +139,19 @@ def ingest(
         emit([outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)], [], as_json=True)
     if any(outcome.status == "refused" for outcome in outcomes):
         raise typer.Exit(2)
+
+
+def _tell(
+    book: "Book", files: list[Path], options: dict[str, Any], run: str | None, draft: bool, as_json: bool
+) -> None:
+    """Print how files would be read, or draft a profile for the first of them."""
+    from labbook.actions.drafting import draft_profile
+    from labbook.actions.explaining import explain_file
+    from labbook.cli.explain_lines import explained_lines
+
+    if draft:
+        drafts = [draft_profile(book, path, options) for path in files]
+        emit(drafts, [line for each in drafts for line in each.toml.splitlines()], as_json)
+        return
+    explained = [explain_file(book, path, options, run) for path in files]
+    emit(explained, [line for each in explained for line in explained_lines(each)], as_json)

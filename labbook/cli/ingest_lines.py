@@ -38,7 +38,7 @@ def outcome_lines(
     loud = [] if missing is None else missing_height_lines(outcome.path, missing)
     found = () if outcome.read is None else outcome.read.findings
     findings = [finding for finding in found if remarks or not _is_remark(finding)]
-    return [*loud, file_head(outcome), *(f"  {line}" for line in _finding_lines(findings))]
+    return [*loud, file_head(outcome), *(f"  {line}" for line in finding_lines(findings))]
 
 
 def file_line(outcome: FileOutcome) -> str:
@@ -156,7 +156,7 @@ def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingH
     }
 
 
-def _finding_lines(findings: Sequence[Finding]) -> list[str]:
+def finding_lines(findings: Sequence[Finding]) -> list[str]:
     """Return a line for each rule: what several columns or rows have in common is said once, with the first message.
 
     Of what refuses a file every message stands, for each names what to do.

@@ -10,8 +10,9 @@ import re
 from collections.abc import Iterator, Mapping
 
 from data_schema.vocabulary import ChargeMode, FileRole
-from ingest.channels.declared import note_absent
+from ingest.channels.declared import declared_columns, note_absent
 from ingest.channels.factors import refuse_other_unit
+from ingest.explanation import ColumnUse, TableUse, TextShape
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.sheet_cells import FACTORS, STORED_UNIT, UNIT_MISSING, Quantity, parse_mode, parse_quantity
 from ingest.formats.chargers.sheet_header import SheetHeader, find_sheet_header, is_sheet_header
@@ -57,6 +58,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     _ask_units(header, cells, findings)
     _refuse_capacity(header, cells, findings)
     decimal = head.declared.decimal_sign or _decimal_sign(header, cells, findings)
+    findings.tables.append(_use(header, decimal, head.declared))
     dates = _date_order(header, cells, head, findings)
     charges: list[ChargeRow] = []
     for line, row in rows:
@@ -224,6 +226,22 @@ def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingC
     else:
         findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
     return ","
+
+
+def _use(header: SheetHeader, decimal: str, declared: Declarations) -> TableUse:
+    roles = {column.position: (role, column) for role, column in header.columns.items()}
+    said = declared_columns(declared, header.names)
+    uses = []
+    for position, name in enumerate(header.names):
+        if position not in roles:
+            uses.append(ColumnUse(position + 1, name, None, left_out="it is no part of a recharge"))
+            continue
+        role, column = roles[position]
+        by = "declared" if declared.profile is None else f"declared, or profile {declared.profile}"
+        unit_from = by if position in said and said[position].unit else "header" if column.unit else None
+        uses.append(ColumnUse(position + 1, name, role, column.unit, STORED_UNIT.get(role), unit_from))
+    line = None if not any(header.cells) else header.line
+    return TableUse(TextShape(header.delimiter.decode(), decimal, line, None, header.line + 1), tuple(uses))
 
 
 def _ended(text: Mapping[str, str]) -> str:

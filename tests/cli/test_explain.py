@@ -1,0 +1,126 @@
+"""`labbook ingest --explain` and `--draft-profile`: how a file is read and why, and the profile of one that is not."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.helpers.books import SmallBook
+
+LADEBUCH = """Akku;Versuch;Kapazität;geladen;Dauer
+A;r001;6600;812,5;61:30
+B;r002;6600;790,0;60:00
+"""
+
+
+@pytest.fixture
+def odd(tmp_path: Path) -> Path:
+    """A log of which neither the unit of time nor the height is said, with two columns of one name."""
+    path = tmp_path / "r001_odd.txt"
+    lines = [f"{4 * k};{400 + k % 7},5;{k % 3};ok" for k in range(600)]
+    path.write_text("\n".join(["Logger 3", "rate 250 Hz", "t;z;z;note", *lines]) + "\n")
+    return path
+
+
+def test_explain_says_how_a_file_is_read_and_stores_nothing(fresh: SmallBook, odd: Path) -> None:
+    said = ["--unit", "t=ms", "--column", "z#1=body_height:mm"]
+    with unchanged(fresh.folder):
+        (told,) = good(labbook("ingest", odd, *said, "--explain", "--json", at=fresh.folder)).json
+        lines = good(labbook("ingest", odd, *said, "--explain", at=fresh.folder)).out
+    assert (told["format"], told["refused"], told["run"], told["run_known"]) == ("delimited_log", False, "r001", False)
+    (table,) = told["explanation"]["tables"]
+    assert table["text"] == {
+        "delimiter": ";", "decimal": ",", "header_line": 3, "units_line": None, "first_line": 4,
+    }  # fmt: skip
+    assert "'t'" in table["rate_from"]
+    time, height, other, note = table["columns"]
+    assert (time["holds"], time["unit"], time["unit_from"]) == ("time", "ms", "declared")
+    assert (height["holds"], height["unit"], height["stored_unit"]) == ("body_height", "mm", "m")
+    assert (other["holds"], note["holds"]) == ("z", None)
+    (part,) = told["parts"]
+    assert (part["samples"], round(part["rate_hz"], 6), part["gaps"]) == (600, 250.0, 0)
+    for fact in (
+        "delimiter ';'",
+        "header in line 3",
+        "body_height",
+        "600 samples",
+        "250 Hz",
+        "run r001",
+        "profile: none",
+    ):
+        assert fact in lines
+
+
+def test_explain_of_a_refused_file_says_what_was_found_and_what_is_missing(fresh: SmallBook, odd: Path) -> None:
+    lines = good(labbook("ingest", odd, "--explain", at=fresh.folder)).out
+    for fact in ("would be refused", "time_unit_missing", "header in line 3"):
+        assert fact in lines
+
+
+def test_explain_names_format_profile_and_the_next_likely_one(fresh: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "sheet.csv"
+    path.write_text("run,mAh,minutes\nr001,812,61\n")
+    (told,) = good(labbook("ingest", path, "--explain", "--json", at=fresh.folder)).json
+    assert [each["format"] for each in told["explanation"]["candidates"]] == ["charger_sheet", "delimited_log"]
+    assert [charge["charge_mah"] for charge in told["charges"]] == [812.0]
+    (table,) = told["explanation"]["tables"]
+    assert [column["holds"] for column in table["columns"]] == ["run", "charge", "duration"]
+
+
+def edited(draft: str, *changes: tuple[str, str]) -> str:
+    """A draft with the # before some keys taken away, and their values changed."""
+    for key, value in changes:
+        draft, found = re.subn(
+            rf'(?m)^#?("?{re.escape(key)}"?) = .*$', lambda m, v=value: f"{m[1]} = {v}", draft, count=1
+        )
+        assert found == 1, key
+    return draft
+
+
+def test_a_draft_is_a_profile_already_and_works_when_filled_in(fresh: SmallBook, odd: Path) -> None:
+    assert labbook("ingest", odd, at=fresh.folder).code == 2
+    with unchanged(fresh.folder):
+        draft = good(labbook("ingest", odd, "--draft-profile", at=fresh.folder)).out
+    before = fresh.toml.read_text()
+    fresh.toml.write_text(before + draft)
+    assert labbook("ingest", odd, at=fresh.folder).code == 2  # what it leaves open is still open
+    time = '{ column = "t", unit = "ms" }'
+    filled = edited(draft, ("time", time), ("z#1", '{ channel = "body_height", unit = "mm" }'))
+    fresh.toml.write_text(before + filled)
+    (item,) = good(labbook("ingest", odd, "--json", at=fresh.folder)).json
+    assert item["status"] == "imported"
+    assert rows(fresh.folder, "SELECT source_unit FROM channel WHERE name = 'body_height'") == [("mm",)]
+
+
+def test_a_sheet_in_another_language_is_read_with_its_draft_filled_in(fresh: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "lade.csv"
+    path.write_bytes(LADEBUCH.encode("cp1252"))
+    draft = good(labbook("ingest", path, "--draft-profile", at=fresh.folder)).out
+    assert 'encoding = "cp1252"' in draft
+    filled = edited(
+        draft,
+        ("format", '"charger_sheet"'),
+        ("Akku", '{ channel = "pack" }'),
+        ("Versuch", '{ channel = "run" }'),
+        ("geladen", '{ channel = "charge", unit = "mAh" }'),
+        ("Dauer", '{ channel = "duration", unit = "min" }'),
+    )
+    with fresh.toml.open("a") as toml:
+        toml.write(filled)
+    (item,) = good(labbook("ingest", path, "--json", at=fresh.folder)).json
+    assert item["format"] == "charger_sheet"
+    assert rows(fresh.folder, "SELECT charge_mah, duration_s FROM charge") == [(812.5, 3690.0), (790.0, 3600.0)]
+
+
+def test_words_that_are_none_are_refused_with_the_nearest(fresh: SmallBook, odd: Path) -> None:
+    for flag, given, named in (
+        ("--format", "delimited", "delimited_log"),
+        ("--dates", "dd.mm.y", "d.m.y"),
+        ("--clock", "mm:ss", "m:s"),
+        ("--axes", "y", "y up"),
+        ("--profile", "serial", "profile"),
+    ):
+        refused(labbook("ingest", odd, flag, given, "--dry-run", at=fresh.folder), 2, repr(given), named)
