@@ -30,7 +30,7 @@ def test_all_channels_are_listed_with_unit_and_meaning(tmp_path: Path) -> None:
     }
     shown = good(labbook("channels", at=tmp_path)).out
     assert all(name in shown for name in [*CHANNELS, "own.NAME"])
-    assert {row["name"] for row in answer if row["of"] == "charger sheet"} == set(sheet_header._WRITTEN_AS)
+    assert {row["name"] for row in answer if row["of"] == "charger sheet"} == set(sheet_header.ROLES)
 
 
 @pytest.mark.parametrize(

@@ -143,11 +143,12 @@ def test_a_recharge_ended_at_a_date_of_any_order_in_one_column_or_two() -> None:
     assert first.ended_utc == "2021-03-04T14:30:00.000000Z"
 
 
-def test_charger_sheet_without_a_header_by_place() -> None:
+@pytest.mark.parametrize(("header", "header_row"), [("", 0), ("a;b;c;d;e;f;g\n", None)], ids=["no header", "a header"])
+def test_charger_sheet_by_place(header: str, header_row: int | None) -> None:
     rows = "\n".join(GERMAN.splitlines()[2:4]) + "\n"
     columns = {"2": ColumnDeclaration("run"), "4": ColumnDeclaration("charge", "mAh")}
-    profile = Profile("bare", files="*.csv", format="charger_sheet", header_row=0, columns=columns)
-    result = read(rows.encode(), profile)
+    profile = Profile("bare", files="*.csv", format="charger_sheet", header_row=header_row, columns=columns)
+    result = read((header + rows).encode(), profile)
     assert [(charge.stated_run, charge.charge_mah) for charge in result.charges] == [("r001", 812.5), ("r002", 790.0)]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ingest.channels.declared import declared_columns
+from ingest.channels.declared import declared_columns, without
 from ingest.formats.chargers.sheet_cells import FACTORS
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.tables.header_cells import normal_unit, parse_header, squash, strip_comment
@@ -101,8 +101,10 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
 
 
 def is_sheet_header(source: TextSource, cells: Sequence[bytes], delimiter: bytes, declared: Declarations) -> bool:
-    """Whether a line is the header of a sheet."""
-    return _is_sheet(_header(source, 0, cells, delimiter, declared), declared)
+    """Whether a line is the header of a sheet: by its names, whatever is declared of columns by their place."""
+    places = [name for name in (*declared.columns, *declared.profile_columns) if name.isdigit()]
+    by_name = without(declared, places)
+    return declared.header_row != 0 and _is_sheet(_header(source, 0, cells, delimiter, by_name), by_name)
 
 
 def _is_sheet(header: SheetHeader, declared: Declarations) -> bool:
