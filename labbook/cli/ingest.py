@@ -77,6 +77,7 @@ def ingest(
 
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007; labbook ingest odd.txt --explain
     """
+    from ingest.formats.plugins import plugins
     from labbook.actions.declaring import ask_for, declared_options, declared_words
     from labbook.actions.files_meant import files_of
     from labbook.actions.ingesting import (
@@ -135,6 +136,8 @@ def ingest(
                 n = len(outcomes)
                 done = Batch(outcomes, rig or [[]] * n, heights or [None] * n, run, dry_run)
                 emit(None, batch_lines(done, verbose=verbose), as_json=False)
+    for fault in plugins().faults:
+        typer.echo(fault, err=True)
     if as_json:
         emit([outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)], [], as_json=True)
     if any(outcome.status == "refused" for outcome in outcomes):

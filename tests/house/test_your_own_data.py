@@ -1,0 +1,134 @@
+"""docs/your-own-data.md: every command in it works on files as it describes them, and it leaves nothing out."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import struct
+import subprocess
+import sys
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from data_schema.vocabulary import CHANNELS
+from ingest.model import Limits
+from labbook.config.channels import SHEET_COLUMNS
+from tests.cli.shell import LABBOOK, environment, good, labbook, rows
+from tests.helpers.books import instrument_files, small_book, small_toml
+from tests.labbook.config.test_parsing import SAMPLE
+
+PROJECT = Path(__file__).parents[2]
+PAGE = (PROJECT / "docs" / "your-own-data.md").read_text(encoding="utf-8")
+RULE = re.compile(r'(?:findings\.add\(\s*FILE,|Unclear\(|rule, advice = \(?)\s*"(\w+)"')
+
+
+def blocks(kind: str) -> list[str]:
+    return re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)
+
+
+def own_files(folder: Path) -> None:
+    """The logs, the sheet of recharges and the run sheet that the page is about, from those of the small book."""
+    (folder / "logs").mkdir()
+    sheet = ["Versuch;geladen;Dauer;Spannung;Akku;beendet"]
+    for name, data in instrument_files().items():
+        lines = data.decode().splitlines()
+        if name.startswith("logs/"):
+            log = ["Hopper logger, firmware 7", "Zeit;z;Akku;Bemerkung"]
+            for line in lines[1:]:
+                time_ms, height_m, _leg, _velocity, volts, *_ = line.split(",")
+                log.append(f"{time_ms};{1000 * float(height_m):.2f};{float(volts):.2f};ok".replace(".", ","))
+            (folder / "logs" / f"{Path(name).stem}.txt").write_text("\n".join(log) + "\n")
+        elif name.startswith("charger/"):
+            for line in lines[1:]:
+                run, mah, minutes, volts, pack, ended = line.split(",")
+                year, month, day = ended[:10].split("-")
+                row = [run, mah, minutes, volts.replace(".", ","), pack, f"{int(day)}.{int(month)}.{year} {ended[11:]}"]
+                sheet.append(";".join(row))
+    (folder / "charges.csv").write_text("\n".join(sheet) + "\n")
+    (folder / "runs.csv").write_bytes(instrument_files()["runs.csv"])
+
+
+def test_every_command_works_from_the_first_log_to_the_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    own_files(tmp_path)
+    monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
+    steps = re.findall(r"^ {4}(labbook .*|cd .*)$", PAGE, re.MULTILINE)
+    assert len(steps) >= 9
+    folder, drafted = tmp_path, False
+    for step in steps:
+        words = shlex.split(step)
+        if words[0] == "cd":
+            folder = folder / words[1]
+            (folder / "labbook.toml").write_text(small_toml())
+            continue
+        if drafted:  # the profiles of the page stand in labbook.toml from here on
+            drafted = False
+            with (folder / "labbook.toml").open("a") as toml:
+                toml.write("\n" + "\n".join(block for block in blocks("toml") if "[profiles." in block))
+        good(labbook(*words[1:], at=folder))
+        drafted = "--draft-profile" in words
+    assert rows(folder, "SELECT count(*) FROM signal") == [(12,)]
+    assert rows(folder, "SELECT count(*) FROM charge WHERE run IS NOT NULL AND ended_utc IS NOT NULL") == [(16,)]
+    assert list((folder / "reports").rglob("report.html"))
+
+
+def test_every_key_channel_and_column_is_on_the_page() -> None:
+    words = set(re.findall(r"`([^`\n]+)`", re.sub(r"```.*?```", "", PAGE, flags=re.DOTALL)))
+    keys = set(re.findall(r"(?m)^([a-z_0-9]+) = ", SAMPLE)) - {"columns"}
+    assert keys - words == set()
+    assert {each.name for each in fields(Limits)} - words == set()
+    assert {name for name in CHANNELS if not name.startswith("cell_")} - words == set()
+    assert set(SHEET_COLUMNS) - words == set()
+    tables = set(re.findall(r"(?m)^\[(\w+)", SAMPLE))
+    assert {table for table in tables if not re.search(rf"`\[{table}\b", PAGE)} == set()
+
+
+def test_every_refusal_is_on_the_page_and_exists() -> None:
+    code = "".join(path.read_text(encoding="utf-8") for path in (PROJECT / "ingest").rglob("*.py"))
+    table = PAGE[PAGE.index("| refused as |") : PAGE.index("## The columns of a run sheet")]
+    said = set(re.findall(r"`(\w+)`", "\n".join(line.split("|")[1] for line in table.splitlines() if "|" in line)))
+    assert set(RULE.findall(code)) - said == set()
+    assert {rule for rule in said if f'"{rule}"' not in code} == set()
+
+
+def test_the_plug_in_of_the_page_is_installed_and_reads(tmp_path: Path) -> None:
+    (project,) = (block for block in blocks("toml") if "entry-points" in block)
+    (code,) = blocks("python")
+    assert sum(bool(line.strip()) for line in (project + code).splitlines()) < 40
+    source, installed = tmp_path / "hopper-format", tmp_path / "installed"
+    source.mkdir()
+    (source / "pyproject.toml").write_text(project)
+    (source / "hopper_format.py").write_text(code)
+    offline = ["--no-deps", "--no-build-isolation", "--no-index", "--disable-pip-version-check", "--quiet"]
+    install = [sys.executable, "-m", "pip", "install", *offline, "--target", installed, source]
+    subprocess.run(install, check=True, capture_output=True, timeout=120)
+    book = small_book(tmp_path / "small", runs=False, ingested=False)
+    log = tmp_path / "r001.hop"
+    log.write_bytes(b"HOP1" + b"".join(struct.pack("<Ih", 4000 * k, 4000 + k % 7) for k in range(500)))
+    path = os.pathsep.join([str(installed), str(PROJECT)])
+
+    def command(*words: str | Path) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [LABBOOK, *words],
+            cwd=book.folder,
+            env=environment(PYTHONPATH=path),
+            capture_output=True,
+            text=True,
+            timeout=60,
+        )
+
+    assert "hopper-format 1.0" in command("formats").stdout
+    told = command("ingest", log, "--explain").stdout
+    assert "hopper_binary, version 1 of plug-in hopper-format 1.0" in told
+    answer = command("ingest", log)
+    assert answer.returncode == 0, answer
+    assert rows(book.folder, "SELECT reader, rate_hz FROM signal") == [("hopper_binary", pytest.approx(250.0))]
+    (installed / "hopper_format.py").write_text("raise RuntimeError('no such module')\n")
+    log.write_bytes(log.read_bytes() * 2)
+    other = command("ingest", log, "--dry-run")
+    assert other.returncode == 2
+    assert "format_unknown" in other.stdout
+    (sentence,) = other.stderr.splitlines()
+    assert "hopper-format 1.0 cannot be loaded (RuntimeError: no such module)" in sentence
