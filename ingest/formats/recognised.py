@@ -47,6 +47,7 @@ def _format(signature: _Signature) -> Format:
         return Reading()
 
     def recognise(head: Head) -> Recognition | None:
+        """Its first bytes or lines."""
         return Recognition(SIGNATURE, f"it begins as {signature.what}") if signature.matches(head) else None
 
     return Format(

@@ -8,10 +8,14 @@ from typing import Any
 import typer
 
 from data_schema.errors import UsageError, unknown_name
+from data_schema.vocabulary import Severity
 from ingest.channels.axes import AXES
 from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.ingesting import FileOutcome
 from labbook.config.channels import channel_meant, check_unit
+
+_ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": ("clock", ("m:s", "h:m"))}
+"""What is asked for where a file leaves it open, by rule: the option, and the words it takes."""
 
 
 def declared_options(
@@ -83,6 +87,11 @@ def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] 
             unit = typer.prompt(f"unit of {finding.column} (s, ms or us)", err=True)
             column = {"channel": None, "unit": unit}
             said["columns"] = {**said.get("columns", {}), finding.column or "time": column}
+        elif finding.rule in _ASKED_WORDS and finding.severity is Severity.FILE:
+            typer.echo(f"{outcome.path}: {finding.message}", err=True)
+            option, allowed = _ASKED_WORDS[finding.rule]
+            answer = typer.prompt(" or ".join(allowed), err=True)
+            said |= declared_words(**{"dates": None, "clock": None, "axes": None, option: answer})
     return said if said != dict(options) else None
 
 

@@ -21,11 +21,11 @@ def formats(as_json: JsonOption = False) -> None:
     from ingest.formats.plugins import plugins
 
     found = described_formats()
-    rows = [(each.name, str(each.version), each.plugin or "-", each.what) for each in found]
+    rows = [(each.name, str(each.version), each.plugin or "-", each.evidence, each.what) for each in found]
     faults = list(plugins().faults)
     more = "`--explain` of `labbook ingest` shows by what evidence a file was recognised, `--format` decides it."
     emit(
         {"formats": found, "faults": faults},
-        [*columns(("format", "version", "plug-in", "what"), rows), more, *faults],
+        [*columns(("format", "version", "plug-in", "recognised by", "what"), rows), more, *faults],
         as_json,
     )

@@ -92,7 +92,10 @@ def test_a_draft_is_a_profile_already_and_works_when_filled_in(fresh: SmallBook,
     fresh.toml.write_text(before + filled)
     (item,) = good(labbook("ingest", odd, "--json", at=fresh.folder)).json
     assert item["status"] == "imported"
-    assert rows(fresh.folder, "SELECT source_unit FROM channel WHERE name = 'body_height'") == [("mm",)]
+    unit = "SELECT source_unit FROM channel WHERE name = 'body_height'"
+    assert rows(fresh.folder, unit) == [("mm",)]
+    good(labbook("rebuild", at=fresh.folder))
+    assert rows(fresh.folder, unit) == [("mm",)]
 
 
 def test_a_sheet_in_another_language_is_read_with_its_draft_filled_in(fresh: SmallBook, tmp_path: Path) -> None:

@@ -127,6 +127,26 @@ DECLARED = st.sampled_from(
         Declarations(rate_hz=300.0, time_unit="ms", time_zone="America/New_York"),
         Declarations(columns={"1": ColumnDeclaration("force_z", "N")}, decimal_sign=","),
         Declarations(profiles=(Profile("log", ("height [m]",), time_column="time [ms]", time_unit="us"),)),
+        Declarations(
+            profiles=(
+                Profile(
+                    "all",
+                    files="*",
+                    header_row=1,
+                    first_row=3,
+                    comment="#",
+                    footer="e",
+                    delimiter=",",
+                    trials="2",
+                    date_format="d.m.y",
+                    clock_format="m:s",
+                    axes="y up",
+                    columns={"1": ColumnDeclaration("time", "ms"), "3#1": ColumnDeclaration("body_height", "mm", -1)},
+                ),
+            ),
+            file_name="r001.csv",
+        ),
+        Declarations(format="charger_sheet", header_row=0, columns={"2": ColumnDeclaration("charge", "mAh")}),
     ]
 )
 

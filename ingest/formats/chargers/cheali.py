@@ -71,6 +71,7 @@ def _width(head: Head) -> int:
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """Records of integers with tenths of seconds in the third field."""
     width = _width(head)
     return Recognition(LAYOUT, f"records of {width} fields with tenths of seconds in the third") if width else None
 

@@ -65,6 +65,7 @@ _LAYOUT = LogLayout(
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """Records `$channel;mode;milliseconds;...` of 22 or 20 fields."""
     records = [record for record in head_records(head) if record[MODE] != RESISTANCES]
     width = usual_fields(records)
     timed = sum(record[_TIME].isdigit() for record in records)

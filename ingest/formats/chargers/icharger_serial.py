@@ -65,6 +65,7 @@ def _width(head: Head) -> int:
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """Records of as many fields as older iChargers write, the third one empty."""
     width = _width(head)
     return Recognition(LAYOUT, f"records of {width} fields with an empty third") if width else None
 

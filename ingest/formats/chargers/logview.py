@@ -37,6 +37,7 @@ _BATTERY = {"battery_voltage", "current", "charge"}
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """Records `$channel;phase;time;...`."""
     records = head_records(head)
     return Recognition(NAMES, "records `$channel;phase;time;...`") if records else None
 

@@ -33,6 +33,7 @@ _NOT_READ = {"O": "offsets", "S": "sum offsets"}
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """Header lines as `$N$;` and `$C$;`."""
     known = [line for line in head.lines[:20] if re.match(r"\$[NC]\d*\$;", line)]
     return Recognition(SIGNATURE, f"a header {known[0][:12]!r}") if known else None
 

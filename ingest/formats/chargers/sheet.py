@@ -36,6 +36,7 @@ _LEFT_OUT = "the row is left out"
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """A header that names a charge, and a run or a pack, in known words or as declared."""
     if head.source is None or find_sheet_header(head.source, head.declared) is None:
         return None
     return Recognition(NAMES, "a header that names a charge, and a run or a pack")

@@ -39,6 +39,7 @@ def _first_row(head: Head) -> int | None:
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """NetForce's header above rows of six, twelve or more numbers."""
     first = None if head.source is None else _first_row(head)
     if first is None:
         return None

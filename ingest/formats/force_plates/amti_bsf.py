@@ -32,6 +32,7 @@ _INSTRUMENT = Instrument("force", Convention("AMTI", {}), Z_DOWN_ACTION, evidenc
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """A version and a header's size as NetForce writes them."""
     if head.source is not None or len(head.data) < 8:
         return None
     version, size = struct.unpack_from("<ii", head.data)

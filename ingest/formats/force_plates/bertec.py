@@ -69,6 +69,7 @@ def _sdk_time_unit(head: Head) -> str | None:
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """Columns in the order of Bertec's programs."""
     if head.source is None or _instrument(head) is None:
         return None
     return Recognition(LAYOUT, _EVIDENCE)

@@ -25,6 +25,7 @@ _CONVENTION = Convention("the C3D standard", _UNITS)
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """The second byte, 50 hex."""
     data = head.data
     is_c3d = head.source is None and len(data) >= 512 and data[1] == 0x50 and 2 <= data[0] <= 0x20
     return Recognition(SIGNATURE, "byte 2 is 50 hex, as of a C3D file") if is_c3d else None

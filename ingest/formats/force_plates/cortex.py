@@ -40,6 +40,7 @@ _PER_PLATE = 7
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """`[Force Data]` on the first line."""
     return Recognition(SIGNATURE, "[Force Data]") if head.first_line() == "[Force Data]" else None
 
 

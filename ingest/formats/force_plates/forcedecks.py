@@ -29,6 +29,7 @@ _CHANNELS = {"time": "time", "left": "force_z", "zleft": "force_z", "right": "fo
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """`ForceDecks Raw Data Export` on the first line."""
     named = head.first_line().startswith("ForceDecks Raw Data Export")
     return Recognition(SIGNATURE, "ForceDecks Raw Data Export") if named else None
 

@@ -37,6 +37,7 @@ _EIGHT_CHANNELS = {"time", *(f"channel{channel}" for channel in range(8))}
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """`BioWare` on the first line."""
     return Recognition(SIGNATURE, "BioWare on the first line") if _VERSION.match(head.first_line()) else None
 
 
@@ -115,6 +116,7 @@ def _start(entries: Mapping[str, Sequence[str]], findings: FindingCollector) -> 
 
 
 def _recognise_channels(head: Head) -> Recognition | None:
+    """Eight columns `Channel 0` to `Channel 7`."""
     named = head.source is not None and any(
         {squash(parse_header(cell).base) for cell in line.split("\t")} == _EIGHT_CHANNELS for line in head.lines[:40]
     )

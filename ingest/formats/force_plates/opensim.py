@@ -36,6 +36,7 @@ _COLUMN = re.compile(r"(.*?)(?:ground|grf)_?(force|torque|moment)(_?\d*)_?([vpm]
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """`nRows` and `endheader`."""
     ends = any(line.strip() == "endheader" for line in head.lines)
     counts = any(_ROWS.fullmatch(line) for line in head.lines)
     return Recognition(SIGNATURE, "nRows and endheader, as OpenSim writes") if ends and counts else None

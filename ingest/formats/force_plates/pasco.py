@@ -35,6 +35,7 @@ _CHANNELS = {"time": "time", "normalforce": "force_z", "dateandtime": "date_and_
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """`Run #1` above every column."""
     runs = _run_names(head.source)
     return Recognition(SIGNATURE, f"{runs[0]!r} above every column") if runs else None
 

@@ -33,6 +33,7 @@ _CORNER = "FORCE_PLATE_CORNER_{}_{}"
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """`NO_OF_SAMPLES` and a force plate in the header."""
     force = any("FORCE_PLATE" in line or "Force data" in line for line in head.lines[:30])
     named = head.first_line().startswith("NO_OF_SAMPLES\t") and force
     return Recognition(SIGNATURE, "NO_OF_SAMPLES and a force plate") if named else None

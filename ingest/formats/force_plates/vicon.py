@@ -59,6 +59,7 @@ class _Span:
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """The name of a section, and a rate below it."""
     filled = [line for line in head.lines[:10] if line.strip(", \t")]
     titled = len(filled) > 1 and _TITLE.fullmatch(filled[0]) and _RATE.fullmatch(filled[1])
     return Recognition(SIGNATURE, f"section {filled[0].strip(', ')!r} and its rate") if titled else None

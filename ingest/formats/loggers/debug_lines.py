@@ -30,6 +30,7 @@ _VALUE = re.compile(rb"([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*(\S*)")
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """Lines `name: value`."""
     if head.source is None:
         return None
     sample = [*head.source.head_lines(60), *head.source.sample_lines(0.5)]

@@ -17,6 +17,7 @@ _LOG = Instrument()
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """Text of no other format."""
     source = head.source
     if source is None or not source.data[source.start : source.start + HEAD_BYTES].strip(b"\0\r\n\x1a \t"):
         return None

@@ -77,6 +77,7 @@ class _HeaderFault(Exception):
 
 
 def _recognise(head: Head) -> Recognition | None:
+    """A header of keys and a struct, and records that begin with AA BB."""
     first = _header_at(head.data, 0)
     if first is None:
         return None
