@@ -43,7 +43,7 @@ TIME = [
         "instant_unknown",
         600,
     ),
-    Case("day and month unclear", with_times(lambda _, t: "03/04/2019 " + clock(t), "time"), True, "time_unreadable"),
+    Case("day and month unclear", with_times(lambda _, t: "03/04/2019 " + clock(t), "time"), True, "date_unclear"),
     Case(
         "clock of 1980",
         with_times(lambda _, t: "1980-01-01T" + clock(t) + "Z", "time"),
