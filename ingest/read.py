@@ -67,8 +67,12 @@ def _chosen(
     head: Head, candidates: Sequence[tuple[Format, Recognition]], findings: FindingCollector
 ) -> tuple[Format | None, str]:
     """Return the format that reads, and by what evidence: the one declared, or the one that scores highest."""
-    if head.declared.format is not None:
-        return _named(head.declared.format), "declared"
+    declared = None if head.declared.format is None else _named(head.declared.format)
+    container = next((each for each in candidates if each[0].container), None)
+    if declared is not None and (declared.container or container is None):
+        return declared, "declared"
+    if container is not None:
+        return container[0], container[1].evidence
     if not candidates:
         return None, ""
     best = [each for each in candidates if each[1].score == candidates[0][1].score]

@@ -70,6 +70,7 @@ def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
         result = read_file(data, _deeper(head.declared))
     except (ArchiveRefusedError, zlib.error) as error:
         return _refuse(error, findings)
+    findings.tables += result.explanation.tables
     for finding in result.findings:
         repeat(finding, findings)
     return Reading(result.parts, result.charges, result.rows_read, result.rows_rejected, result.role)
@@ -143,5 +144,5 @@ def _expanded(data: bytes, limits: Limits) -> bytes:
     return b"".join(pieces)
 
 
-ZIP = Format("zip", 1, _recognise_zip, _read_zip)
-GZIP = Format("gzip", 1, _recognise_gzip, _read_gzip)
+ZIP = Format("zip", 1, _recognise_zip, _read_zip, container=True)
+GZIP = Format("gzip", 1, _recognise_gzip, _read_gzip, container=True)

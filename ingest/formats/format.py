@@ -35,7 +35,7 @@ class Format:
 
     `recognise` returns None for a file that is not of this format; of several formats the one with the highest score
     reads. `what` says what its files are, for lists. `plugin` names the distribution and version that a format of
-    somebody else's comes from.
+    somebody else's comes from. A `container` holds files that are read as what is declared.
     """
 
     name: str
@@ -44,3 +44,4 @@ class Format:
     read: Reader
     what: str | None = None
     plugin: str | None = None
+    container: bool = False

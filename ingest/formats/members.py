@@ -28,6 +28,7 @@ def read_members(
 
     results = [(name, read_file(data, declared)) for name, data in members]
     _report(results, findings)
+    findings.tables += [table for _, result in results for table in result.explanation.tables]
     roles = {result.role for _, result in results}
     unknown = [name for name, result in results if result.role is None]
     if unknown:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from dataclasses import replace
 
 import numpy as np
@@ -167,3 +168,10 @@ def test_trials_in_one_file_are_told_apart_by_a_column(names: list[str]) -> None
         assert (len(part.time_s), part.rate_hz) == (60, pytest.approx(250.0))
     absent = read(text("t [ms],body height [mm]", ["0,1", "4,1"]), trials="trail")
     assert any(finding.rule == "trial_column_absent" for finding in absent.findings if finding.severity == "file")
+
+
+def test_profile_by_file_name_acts_inside_an_archive() -> None:
+    profile = Profile("ladebuch", files="*.gz", format="charger_sheet", columns=GERMAN_COLUMNS)
+    result = read(gzip.compress(GERMAN.encode("cp1252")), profile, name="lade.csv.gz")
+    assert not result.refused, result.findings
+    assert (result.format, len(result.charges), result.profile) == ("gzip", 2, "ladebuch")
