@@ -19,6 +19,7 @@ from ingest.store import Store
 from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.analysis.detecting import BODY_HEIGHT
 from labbook.book.opening import opened
+from labbook.statements.ingesting import raw_path
 
 REPEATS = 25
 READ_BACK_MS = 15.0
@@ -43,7 +44,9 @@ def measure(say: Callable[[str], None]) -> Section:
             (part,) = prepared.parts
             say(f"{REPEATS} rounds of reading one channel back")
             times = in_turns(_readers(book.store, part.store_path), REPEATS)
-            raw, samples = ((book.store.root / path).stat().st_size for path in (prepared.raw_path, part.store_path))
+            raw, samples = (
+                (book.store.root / path).stat().st_size for path in (raw_path(prepared.sha256), part.store_path)
+            )
             tables = (
                 times_table(times, ONE, _reading_shows(times)),
                 _weights(len(data), raw, samples),

@@ -19,7 +19,7 @@ from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.analysis.detecting import detect_part
 from labbook.book.desk import Statement, new_uid
 from labbook.book.opening import Book, open_book
-from labbook.statements.importing import PreparedImport, declarations, read_and_store
+from labbook.statements.importing import PreparedImport, declarations, read_and_store, settings_now
 
 REPEATS = 7
 WHOLE = "the whole ingest"
@@ -76,9 +76,11 @@ def _stages(book: Book, path: Path, data: bytes) -> dict[str, Work]:
         opened.close()
         shutil.rmtree(opened.folder)
 
+    settings = settings_now(book.configuration, {})
+
     def prepared() -> tuple[Book, PreparedImport]:
         opened = open_book(new_book(folder / "fresh"))
-        return opened, read_and_store(opened.store, data, sha256, opened.configuration, {})
+        return opened, read_and_store(opened.store, data, sha256, settings_now(opened.configuration, {}))
 
     return {
         "read the bytes": Work(lambda _: path.read_bytes()),
@@ -91,7 +93,9 @@ def _stages(book: Book, path: Path, data: bytes) -> dict[str, Work]:
             lambda store: [store.put_signal(part) for part in read.parts], new_store, clear_store
         ),
         "of which SHA-256 of the samples": Work(lambda _: [signal_sha256(part) for part in read.parts]),
-        "find the jumps": Work(lambda _: [detect_part(part, book.configuration) for part in read.parts]),
+        "find the jumps": Work(
+            lambda _: [detect_part(part, settings.detector, settings.rest_length_m) for part in read.parts]
+        ),
         "write rows and journal, commit": Work(
             lambda pair: _state(pair[0], path, pair[1]), prepared, lambda pair: clear_book(pair[0])
         ),

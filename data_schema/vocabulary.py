@@ -63,11 +63,18 @@ class FileState(StrEnum):
 
 
 class IngestStatus(StrEnum):
-    """How the reading of one file ended."""
+    """How the reading of one file ended, and whether it is in force.
+
+    `imported` is the reading in force, `superseded` an earlier one, `withdrawn` one whose file a person took out of
+    use; `waiting`: imported once, and this labbook's reader refuses the bytes until something is declared about them.
+    """
 
     IMPORTED = "imported"
     DUPLICATE = "duplicate"
     REFUSED = "refused"
+    SUPERSEDED = "superseded"
+    WITHDRAWN = "withdrawn"
+    WAITING = "waiting"
 
 
 class Severity(StrEnum):
@@ -83,6 +90,19 @@ class ChargeMode(StrEnum):
 
     CHARGE = "charge"
     DISCHARGE = "discharge"
+
+
+class ChargeState(StrEnum):
+    """Whether a charge counts.
+
+    `known`: another file's row says the same; `gone`: its file was withdrawn, or a newer reading has no such line;
+    `dismissed`: a person took it out of the inbox.
+    """
+
+    COUNTED = "counted"
+    KNOWN = "known"
+    GONE = "gone"
+    DISMISSED = "dismissed"
 
 
 class GapKind(StrEnum):
@@ -154,6 +174,10 @@ class Action(StrEnum):
     INGEST = "ingest"
     REFUSE = "refuse"
     REPORT = "report"
+    READ = "read"
+    WITHDRAW = "withdraw"
+    RESTORE = "restore"
+    DISMISS = "dismiss"
 
 
 @dataclass(frozen=True, slots=True)

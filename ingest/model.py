@@ -94,7 +94,8 @@ class SignalPart:
 class ChargeRow:
     """One recharge (or discharge): `charge_mah` >= 0, its direction is `mode`.
 
-    `row_number` counts the recharges of the file from 1; `stated_run` and `stated_pack` are the names as written.
+    `row_number` counts the recharges of the file from 1; `stated_run` and `stated_pack` are the names as written;
+    `line` is the one in which it stands, or begins.
     """
 
     row_number: int
@@ -107,6 +108,7 @@ class ChargeRow:
     mode: ChargeMode
     ended_utc: str | None
     ended_original: str | None
+    line: int | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

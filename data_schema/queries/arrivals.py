@@ -9,11 +9,11 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables.files import file, ingest, run_file
+from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.people import journal, person
 from data_schema.tables.runs import charge, run
 from data_schema.tables.signals import channel, signal
-from data_schema.vocabulary import Action, FileRole, IngestStatus
+from data_schema.vocabulary import Action, ChargeState, FileRole
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,12 +55,13 @@ def log_arrivals(connection: sa.Connection, reports: Sequence[int]) -> list[Arri
         sa.select(run.c.uid, file.c.uid, file.c.uid)
         .join(run, run_file.c.run == run.c.id)
         .join(file, run_file.c.file == file.c.id)
+        .join(ingest, sa.and_(ingest.c.file == file.c.id, IN_USE))
         .where(run_file.c.role == str(FileRole.LOG))
     )
     logs = (
         sa.select(file.c.uid, file.c.uid)
         .join(ingest, ingest.c.file == file.c.id)
-        .where(ingest.c.role == str(FileRole.LOG), ingest.c.status == str(IngestStatus.IMPORTED))
+        .where(ingest.c.role == str(FileRole.LOG), LAST_READING)
     )
     return _arrivals(connection, links, logs, reports)
 
@@ -72,6 +73,7 @@ def charge_arrivals(connection: sa.Connection, reports: Sequence[int]) -> list[A
         sa.select(run.c.uid, charge.c.uid, file.c.uid)
         .join(run, charge.c.run == run.c.id)
         .outerjoin(file, charge.c.file == file.c.id)
+        .where(charge.c.state == str(ChargeState.COUNTED))
     )
     return _arrivals(connection, of_runs, charges, reports)
 
@@ -87,6 +89,7 @@ def samples_of_files(connection: sa.Connection, channel_name: str) -> dict[str, 
     query = (
         sa.select(file.c.uid, signal.c.sha256)
         .join(signal, signal.c.file == file.c.id)
+        .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, LAST_READING))
         .join(channel, channel.c.signal == signal.c.id)
         .where(channel.c.name == channel_name)
     )
@@ -163,6 +166,9 @@ _ENTRY = (
 )
 
 
+_MOVING = (Action.ASSIGN, Action.CORRECT, Action.DECLARE, Action.WITHDRAW, Action.RESTORE)
+
+
 def _named_with_runs(connection: sa.Connection) -> dict[tuple[str, str], list[_Said]]:
     """Return the entries that gave a file or a charge to a run or took it off, by both uids and in order."""
     files = sa.select(run_file.c.uid, file.c.uid).join(file, run_file.c.file == file.c.id)
@@ -172,7 +178,7 @@ def _named_with_runs(connection: sa.Connection) -> dict[tuple[str, str], list[_S
         .join(person, journal.c.person == person.c.id)
         .where(
             journal.c.entity_kind.in_(("file", "run_file", "charge")),
-            journal.c.action.in_((str(Action.ASSIGN), str(Action.CORRECT), str(Action.DECLARE))),
+            journal.c.action.in_([str(action) for action in _MOVING]),
         )
         .order_by(journal.c.seq)
     )
@@ -183,8 +189,9 @@ def _named_with_runs(connection: sa.Connection) -> dict[tuple[str, str], list[_S
         for run_uid in old.get("runs", [old.get("run")]):
             if run_uid:
                 found.setdefault((uid, run_uid), []).append((row, False))
-        if new.get("run"):
-            found.setdefault((uid, new["run"]), []).append((row, True))
+        for run_uid in new.get("runs", [new.get("run")]):
+            if run_uid:
+                found.setdefault((uid, run_uid), []).append((row, True))
     return found
 
 
@@ -195,7 +202,7 @@ def _read(connection: sa.Connection) -> dict[str, sa.RowMapping]:
         .join(person, journal.c.person == person.c.id)
         .join(ingest, ingest.c.uid == journal.c.entity_uid)
         .join(file, ingest.c.file == file.c.id)
-        .where(journal.c.action == str(Action.INGEST), ingest.c.status == str(IngestStatus.IMPORTED))
+        .where(journal.c.action == str(Action.INGEST))
     )
     return {row["uid"]: row for row in connection.execute(query).mappings()}
 

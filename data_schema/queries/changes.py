@@ -10,10 +10,10 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.facts import FACTS
-from data_schema.tables.files import file, ingest, run_file
+from data_schema.tables.files import LAST_READING, file, ingest, run_file
 from data_schema.tables.people import journal, person
 from data_schema.tables.runs import run
-from data_schema.vocabulary import Action, IngestStatus
+from data_schema.vocabulary import Action
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def roles_and_names_of_files(connection: sa.Connection) -> dict[str, tuple[str |
     query = (
         sa.select(file.c.uid, ingest.c.role, ingest.c.original_name)
         .join(ingest, ingest.c.file == file.c.id)
-        .where(ingest.c.status == str(IngestStatus.IMPORTED))
+        .where(LAST_READING)
     )
     return {uid: (role, name) for uid, role, name in connection.execute(query)}
 

@@ -11,6 +11,7 @@ import sqlalchemy as sa
 from data_schema.queries.chunks import in_chunks
 from data_schema.tables.equipment import battery
 from data_schema.tables.runs import charge, run
+from data_schema.vocabulary import ChargeState
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +37,7 @@ def charges_by_run(connection: sa.Connection) -> dict[str, list[ChargeOfRun]]:
 
 
 def every_charge(connection: sa.Connection) -> list[ChargeOfRun]:
-    """Return all charges, also those that belong to no run."""
+    """Return all charges, also those that belong to no run or do not count."""
     return [ChargeOfRun(*row) for row in connection.execute(_charges())]
 
 
@@ -56,12 +57,15 @@ def charges_of_runs(connection: sa.Connection, run_uids: Sequence[str]) -> dict[
 
 def charges_waiting_for(connection: sa.Connection, run_name: str) -> list[ChargeOfRun]:
     """Return the charges that name a run and belong to none: it is not known yet, or they were taken off it."""
-    query = _charges().where(charge.c.run.is_(None), charge.c.stated_run == run_name)
+    query = _charges().where(charge.c.run.is_(None), charge.c.stated_run == run_name, _COUNTED)
     return [ChargeOfRun(*row) for row in connection.execute(query)]
 
 
 def _of_runs() -> sa.Select[Any]:
-    return _charges().where(charge.c.run.is_not(None))
+    return _charges().where(charge.c.run.is_not(None), _COUNTED)
+
+
+_COUNTED = charge.c.state == str(ChargeState.COUNTED)
 
 
 def _charges() -> sa.Select[Any]:

@@ -10,10 +10,11 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.chunks import in_chunks
+from data_schema.tables.files import ingest
 from data_schema.tables.people import person
 from data_schema.tables.runs import decision
 from data_schema.tables.signals import detection, jump, signal
-from data_schema.vocabulary import ReasonCode, TargetKind, Verdict
+from data_schema.vocabulary import IngestStatus, ReasonCode, TargetKind, Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,6 +92,20 @@ def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> No
             connection.execute(jump.insert(), jumps)
 
 
+def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | None) -> dict[str, int]:
+    """Return how many jumps an algorithm found in each part of a reading; the last one that looked, without a name."""
+    query = (
+        sa.select(signal.c.part, detection.c.n_jumps)
+        .join(signal, detection.c.signal == signal.c.id)
+        .join(ingest, signal.c.ingest == ingest.c.id)
+        .where(ingest.c.uid == ingest_uid)
+        .order_by(detection.c.id)
+    )
+    if algorithm is not None:
+        query = query.where(detection.c.algorithm == algorithm)
+    return {row.part: row.n_jumps for row in connection.execute(query)}
+
+
 def _private_keys(connection: sa.Connection, name: sa.Column[str], names: Sequence[str]) -> dict[str, int]:
     query = sa.select(name, name.table.c.id).where(name.in_(names))
     return {row[0]: row[1] for row in connection.execute(query)}
@@ -135,7 +150,11 @@ def _detections(connection: sa.Connection, keys: Sequence[str]) -> dict[str, Det
 def jump_decisions(
     connection: sa.Connection, signals_sha256: Sequence[str] | None = None
 ) -> dict[str, list[DecisionRow]]:
-    """Return the verdicts on jumps in the order they were made, by the SHA-256 of the signal: all, or of some."""
+    """Return the verdicts on jumps in the order they were made, by the SHA-256 of the signal: all, or of some.
+
+    A verdict on an earlier reading of a file holds for the one in force where that has samples at the same times.
+    """
+    holds_for = same_times(connection, signals_sha256)
     query = (
         sa.select(
             decision.c.uid,
@@ -155,10 +174,34 @@ def jump_decisions(
         .order_by(decision.c.id)
     )
     if signals_sha256 is not None:
-        query = query.where(decision.c.signal_sha256.in_(signals_sha256))
+        query = query.where(decision.c.signal_sha256.in_({*signals_sha256, *holds_for}))
     found: dict[str, list[DecisionRow]] = {}
     for uid, sha256, anchor_s, verdict, reason, *rest in connection.execute(query):
-        found.setdefault(sha256, []).append(
-            DecisionRow(uid, sha256, anchor_s, Verdict(verdict), ReasonCode(reason), *rest)
-        )
+        row = DecisionRow(uid, sha256, anchor_s, Verdict(verdict), ReasonCode(reason), *rest)
+        for signal_sha256 in holds_for.get(sha256, {sha256}):
+            found.setdefault(signal_sha256, []).append(row)
     return found
+
+
+def same_times(connection: sa.Connection, signals_sha256: Sequence[str] | None = None) -> dict[str, set[str]]:
+    """Return, for the hash of any samples, those of the readings in force of the same file with the same times.
+
+    All there are, or those that lead to some signals. What the journal says the samples' hash was counts as theirs.
+    """
+    now = signal.alias("now")
+    query = (
+        sa.select(signal.c.sha256, signal.c.recorded_sha256, now.c.sha256.label("now"))
+        .join(now, sa.and_(now.c.file == signal.c.file, _same_times(now)))
+        .join(ingest, sa.and_(ingest.c.id == now.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))
+    )
+    if signals_sha256 is not None:
+        query = query.where(now.c.sha256.in_(signals_sha256))
+    found: dict[str, set[str]] = {}
+    for row in connection.execute(query):
+        for sha256 in {row.sha256, row.recorded_sha256} - {None}:
+            found.setdefault(sha256, set()).add(row.now)
+    return found
+
+
+def _same_times(now: sa.FromClause) -> sa.ColumnElement[bool]:
+    return sa.or_(now.c.id == signal.c.id, now.c.time_sha256 == signal.c.time_sha256)

@@ -89,6 +89,12 @@ def find_uid(connection: sa.Connection, kind: str, **natural: Any) -> str | None
     return found
 
 
+def fact_exists(connection: sa.Connection, kind: str, uid: str) -> bool:
+    """Tell whether there is such a row."""
+    table = FACTS[kind]
+    return connection.execute(sa.select(table.c.id).where(table.c.uid == uid)).first() is not None
+
+
 def key_of(connection: sa.Connection, kind: str, uid: str) -> int:
     """Return the private key of a row."""
     table = FACTS[kind]

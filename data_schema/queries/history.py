@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.tables.files import file, ingest, run_file
+from data_schema.tables.files import IN_USE, file, ingest, run_file
 from data_schema.tables.people import journal, person
 from data_schema.tables.runs import charge, note, run
-from data_schema.vocabulary import Action, IngestStatus, RunState
+from data_schema.vocabulary import Action, ChargeState, RunState
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,14 +48,15 @@ class HistoryRow:
 def files_of_run(connection: sa.Connection, run_uid: str) -> list[RunFileRow]:
     """Return the files of a run: those assigned, and those with a charge of it."""
     of_run = sa.select(run.c.id).where(run.c.uid == run_uid).scalar_subquery()
+    counted = charge.c.state == str(ChargeState.COUNTED)
     linked = sa.union(
         sa.select(run_file.c.file).where(run_file.c.run == of_run),
-        sa.select(charge.c.file).where(charge.c.run == of_run, charge.c.file.is_not(None)),
+        sa.select(charge.c.file).where(charge.c.run == of_run, charge.c.file.is_not(None), counted),
     )
     query = (
         sa.select(ingest.c.original_name, ingest.c.role, file.c.n_bytes, file.c.sha256, file.c.store_path)
         .join(file, ingest.c.file == file.c.id)
-        .where(file.c.id.in_(linked), ingest.c.status == str(IngestStatus.IMPORTED))
+        .where(file.c.id.in_(linked), IN_USE)
         .order_by(ingest.c.id)
     )
     return [RunFileRow(*row) for row in connection.execute(query)]

@@ -2,33 +2,37 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables.files import file, ingest, run_file
+from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import charge, run
 from data_schema.tables.signals import signal
-from data_schema.vocabulary import IngestStatus
+from data_schema.vocabulary import ChargeState, IngestStatus
 
 
 def runs_of_file(connection: sa.Connection, sha256: str) -> tuple[str, ...]:
     """Return the names of all runs that a file says something about, by assignment or by charge rows."""
+    counted = charge.c.state == str(ChargeState.COUNTED)
     assigned = sa.select(run.c.name).join(run_file, run_file.c.run == run.c.id).join(file, run_file.c.file == file.c.id)
     charged = sa.select(run.c.name).join(charge, charge.c.run == run.c.id).join(file, charge.c.file == file.c.id)
-    both = sa.union(assigned.where(file.c.sha256 == sha256), charged.where(file.c.sha256 == sha256))
+    both = sa.union(assigned.where(file.c.sha256 == sha256), charged.where(file.c.sha256 == sha256, counted))
     return tuple(sorted(connection.execute(both).scalars()))
 
 
 @dataclass(frozen=True, slots=True)
 class FileRow:
-    """An imported file as people name it."""
+    """An imported file as people name it; `status` is that of its last reading."""
 
     uid: str
     name: str
     role: str
     at_utc: str
+    sha256: str
+    status: IngestStatus
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +42,8 @@ class Link:
     uid: str
     run_uid: str
     run_name: str
+    part: str
+    role: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,21 +54,30 @@ class ChargeRef:
     run_uid: str | None
     run_name: str | None
     row_number: int
+    state: ChargeState
+    mode: str
 
 
 def _imported() -> sa.Select[Any]:
     return (
-        sa.select(file.c.uid, ingest.c.original_name, ingest.c.role, ingest.c.at_utc)
+        sa.select(file.c.uid, ingest.c.original_name, ingest.c.role, ingest.c.at_utc, file.c.sha256, ingest.c.status)
         .join(file, ingest.c.file == file.c.id)
-        .where(ingest.c.status == str(IngestStatus.IMPORTED))
+        .where(LAST_READING)
         .order_by(ingest.c.id)
     )
 
 
 def find_files(connection: sa.Connection, name: str) -> list[FileRow]:
-    """Return the imported files of this name, uid or SHA-256."""
-    matches = sa.or_(ingest.c.original_name == name, file.c.uid == name, file.c.sha256 == name)
-    return [FileRow(*row) for row in connection.execute(_imported().where(matches))]
+    """Return the imported files of this name, uid or SHA-256, of which 8 digits will do; withdrawn ones too."""
+    matches = [ingest.c.original_name == name, file.c.uid == name]
+    if _BEGINNING.fullmatch(name):
+        matches.append(file.c.sha256.startswith(name))
+    rows = [list(row) for row in connection.execute(_imported().where(sa.or_(*matches)))]
+    return [FileRow(*[*row[:-1], IngestStatus(row[-1])]) for row in rows]
+
+
+_BEGINNING = re.compile("[0-9a-f]{8,64}")
+"""Enough of a SHA-256 to name a file."""
 
 
 def imported_names(connection: sa.Connection) -> list[str]:
@@ -73,7 +88,7 @@ def imported_names(connection: sa.Connection) -> list[str]:
 def links_of_file(connection: sa.Connection, file_uid: str) -> list[Link]:
     """Return which runs the parts of a file belong to."""
     query = (
-        sa.select(run_file.c.uid, run.c.uid, run.c.name)
+        sa.select(run_file.c.uid, run.c.uid, run.c.name, run_file.c.part, run_file.c.role)
         .join(run, run_file.c.run == run.c.id)
         .join(file, run_file.c.file == file.c.id)
         .where(file.c.uid == file_uid)
@@ -83,15 +98,27 @@ def links_of_file(connection: sa.Connection, file_uid: str) -> list[Link]:
 
 
 def charges_of_file(connection: sa.Connection, file_uid: str) -> list[ChargeRef]:
-    """Return the charges that a file holds, by row."""
+    """Return the charges that a file holds, by row, but for those that are gone."""
     query = (
-        sa.select(charge.c.uid, run.c.uid, run.c.name, charge.c.row_number)
+        sa.select(charge.c.uid, run.c.uid, run.c.name, charge.c.row_number, charge.c.state, charge.c.mode)
         .join(file, charge.c.file == file.c.id)
         .outerjoin(run, charge.c.run == run.c.id)
-        .where(file.c.uid == file_uid)
+        .where(file.c.uid == file_uid, charge.c.state != str(ChargeState.GONE))
         .order_by(charge.c.row_number)
     )
-    return [ChargeRef(*row) for row in connection.execute(query)]
+    return [ChargeRef(*row[:4], ChargeState(row.state), row.mode) for row in connection.execute(query)]
+
+
+def place_of_charge(connection: sa.Connection, uid: str) -> str | None:
+    """Return the file's name and the row of a charge as NAME#ROW; None where it was typed in."""
+    query = (
+        sa.select(ingest.c.original_name, charge.c.row_number)
+        .join(file, charge.c.file == file.c.id)
+        .join(ingest, sa.and_(ingest.c.file == file.c.id, LAST_READING))
+        .where(charge.c.uid == uid)
+    )
+    row = connection.execute(query).first()
+    return None if row is None else f"{row.original_name}#{row.row_number}"
 
 
 def signals_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
@@ -99,23 +126,26 @@ def signals_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
     query = (
         sa.select(signal.c.sha256)
         .join(file, signal.c.file == file.c.id)
+        .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, IN_USE))
         .where(file.c.uid == file_uid)
         .order_by(signal.c.part)
     )
     return list(connection.execute(query).scalars())
 
 
-def unlink_file(connection: sa.Connection, file_uid: str) -> None:
-    """Let a file belong to no run; which one it belonged to stands in the journal."""
+def unlink_file(connection: sa.Connection, file_uid: str, part: str | None = None) -> None:
+    """Let a file, or a part of it, belong to no run; which one it belonged to stands in the journal."""
     of_file = sa.select(file.c.id).where(file.c.uid == file_uid).scalar_subquery()
-    connection.execute(run_file.delete().where(run_file.c.file == of_file))
+    meant = run_file.delete().where(run_file.c.file == of_file)
+    connection.execute(meant if part is None else meant.where(run_file.c.part == part))
 
 
 def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
-    """Return the parts of a file that were sampled apart; a file without signals has one part, ''."""
+    """Return the parts of a file's reading that were sampled apart; one without signals has one part, ''."""
     query = (
         sa.select(signal.c.part)
         .join(file, signal.c.file == file.c.id)
+        .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, IN_USE))
         .where(file.c.uid == file_uid)
         .distinct()
         .order_by(signal.c.part)
@@ -128,7 +158,7 @@ def unassigned_charges_of_file(connection: sa.Connection, file_uid: str) -> list
     query = (
         sa.select(charge.c.uid)
         .join(file, charge.c.file == file.c.id)
-        .where(file.c.uid == file_uid, charge.c.run.is_(None))
+        .where(file.c.uid == file_uid, charge.c.run.is_(None), charge.c.state == str(ChargeState.COUNTED))
         .order_by(charge.c.row_number)
     )
     return list(connection.execute(query).scalars())

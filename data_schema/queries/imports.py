@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +15,7 @@ from data_schema.tables.people import config, person
 from data_schema.tables.signals import channel, gap, signal
 from data_schema.vocabulary import FileState, IngestStatus
 
-ABOUT_RUNS = ("charge_known", "charge_contradicts", "jumps_found_not_made")
+ABOUT_RUNS = ("charge_known", "charge_contradicts", "correction_stands", "assignment_stands", "jumps_found_not_made")
 """Rules of findings that only a book can make, because they compare a file with a run."""
 
 
@@ -31,12 +32,13 @@ class FirstImport:
 
 
 def first_import(connection: sa.Connection, sha256: str) -> FirstImport | None:
-    """Return the import of these bytes, if they were imported."""
+    """Return the first import of these bytes, if they were imported."""
     row = connection.execute(
         sa.select(ingest.c.uid, file.c.uid.label("file_uid"), ingest.c.original_name, person.c.name, ingest.c.at_utc)
         .join(person, ingest.c.person == person.c.id)
         .join(file, ingest.c.file == file.c.id)
-        .where(ingest.c.sha256 == sha256, ingest.c.status == str(IngestStatus.IMPORTED))
+        .where(ingest.c.sha256 == sha256)
+        .order_by(ingest.c.id)
     ).first()
     if row is None:
         return None
@@ -62,6 +64,12 @@ def add_file(connection: sa.Connection, *, uid: str, sha256: str, n_bytes: int, 
     return _key(done)
 
 
+def file_key(connection: sa.Connection, sha256: str) -> int:
+    """Return the key of the raw copy with this hash."""
+    key = connection.execute(sa.select(file.c.id).where(file.c.sha256 == sha256)).scalar_one()
+    return int(key)
+
+
 def add_ingest(connection: sa.Connection, *, person_name: str, values: Mapping[str, Any]) -> int:
     """Add the row that says how a file was read, under the configuration in force; returns its key."""
     newest_config = sa.select(sa.func.max(config.c.id)).scalar_subquery()
@@ -76,15 +84,40 @@ def add_findings(connection: sa.Connection, ingest_key: int, rows: Sequence[Mapp
         connection.execute(finding.insert(), [{"ingest": ingest_key, **row} for row in rows])
 
 
-def findings_about_runs(connection: sa.Connection, ingest_uid: str) -> list[tuple[str, str, str | None]]:
-    """Return (rule, message, value) of what a file says against or beside the facts of its runs."""
+@dataclass(frozen=True, slots=True)
+class FindingRow:
+    """A finding as it is stored."""
+
+    severity: str
+    rule: str
+    message: str
+    line: int | None
+    column_name: str | None
+    value: str | None
+    n: int
+    more_lines: tuple[int, ...]
+
+
+def findings_of(connection: sa.Connection, ingest_uid: str, rules: Sequence[str] | None = None) -> list[FindingRow]:
+    """Return what a reading of a file found, all of it or by some rules."""
     query = (
-        sa.select(finding.c.rule, finding.c.message, finding.c.value)
+        sa.select(
+            finding.c.severity,
+            finding.c.rule,
+            finding.c.message,
+            finding.c.line,
+            finding.c.column_name,
+            finding.c.value,
+            finding.c.n,
+            finding.c.more_lines_json,
+        )
         .join(ingest, finding.c.ingest == ingest.c.id)
-        .where(ingest.c.uid == ingest_uid, finding.c.rule.in_(ABOUT_RUNS))
+        .where(ingest.c.uid == ingest_uid)
         .order_by(finding.c.id)
     )
-    return [(row.rule, row.message, row.value) for row in connection.execute(query)]
+    if rules is not None:
+        query = query.where(finding.c.rule.in_(rules))
+    return [FindingRow(*row[:-1], tuple(json.loads(row[-1]))) for row in connection.execute(query)]
 
 
 def add_signal(

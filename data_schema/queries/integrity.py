@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.tables.files import file, ingest
+from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.signals import signal
 from data_schema.vocabulary import IngestStatus
 
@@ -34,7 +34,7 @@ def raw_copies(connection: sa.Connection) -> list[KeptFile]:
     """List the raw copies of all imported files, under the names that they came with."""
     query = (
         sa.select(file.c.store_path, file.c.sha256, ingest.c.original_name)
-        .join(ingest, sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.IMPORTED)))
+        .join(ingest, sa.and_(ingest.c.file == file.c.id, LAST_READING))
         .order_by(file.c.id)
     )
     return [KeptFile(*row) for row in connection.execute(query)]
@@ -44,7 +44,7 @@ def signal_files(connection: sa.Connection) -> list[KeptFile]:
     """List the files of samples, under the names of the files that they were read from; each path once."""
     query = (
         sa.select(signal.c.store_path, signal.c.sha256, ingest.c.original_name)
-        .join(ingest, sa.and_(ingest.c.file == signal.c.file, ingest.c.status == str(IngestStatus.IMPORTED)))
+        .join(ingest, ingest.c.id == signal.c.ingest)
         .order_by(signal.c.id.desc())
     )
     rows = [KeptFile(*row) for row in connection.execute(query)]
@@ -52,19 +52,18 @@ def signal_files(connection: sa.Connection) -> list[KeptFile]:
 
 
 def readings(connection: sa.Connection) -> dict[str, Reading]:
-    """Return how each imported file was read, by the uid of its ingest."""
-    heads = connection.execute(
-        sa.select(ingest).where(ingest.c.status == str(IngestStatus.IMPORTED)).order_by(ingest.c.id)
-    ).all()
-    signals: dict[int, list[str]] = {row.file: [] for row in heads}
-    for owner, sha256 in connection.execute(sa.select(signal.c.file, signal.c.sha256).order_by(signal.c.id)):
+    """Return what each reading of a file gave, also an earlier one, by the uid of its ingest; refused ones left out."""
+    gave = ingest.c.status.not_in((str(IngestStatus.REFUSED), str(IngestStatus.WAITING)))
+    heads = connection.execute(sa.select(ingest).where(gave).order_by(ingest.c.id)).all()
+    signals: dict[int, list[str]] = {row.id: [] for row in heads}
+    for owner, sha256 in connection.execute(sa.select(signal.c.ingest, signal.c.sha256).order_by(signal.c.id)):
         signals[owner].append(sha256)
     return {
         row.uid: Reading(
             row.reader,
             row.reader_version,
             {"read": row.rows_read, "kept": row.rows_kept, "rejected": row.rows_rejected},
-            signals[row.file],
+            signals[row.id],
         )
         for row in heads
     }

@@ -67,7 +67,7 @@ def signals_of_runs(
             signal.join(file, signal.c.file == file.c.id)
             .join(run_file, sa.and_(run_file.c.file == file.c.id, run_file.c.part == signal.c.part))
             .join(run, run_file.c.run == run.c.id)
-            .join(ingest, sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.IMPORTED)))
+            .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))
         )
         .order_by(run.c.id, signal.c.id)
     )

@@ -10,11 +10,11 @@ import sqlalchemy as sa
 from data_schema.queries.results import InputRow
 from data_schema.tables.design import condition, study
 from data_schema.tables.equipment import robot
-from data_schema.tables.files import file, ingest
+from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.people import person
 from data_schema.tables.runs import charge, decision, run
 from data_schema.tables.signals import detection, signal
-from data_schema.vocabulary import IngestStatus
+from data_schema.vocabulary import ChargeState, IngestStatus
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,11 +48,12 @@ def _charge(uid: str) -> sa.Select[tuple[object, ...]]:
             charge.c.charge_mah,
             charge.c.resolution_mah,
             charge.c.row_number.label("row"),
+            sa.case((charge.c.state != str(ChargeState.COUNTED), charge.c.state)).label("now"),
             ingest.c.original_name.label("of file"),
             file.c.sha256,
         )
         .outerjoin(file, charge.c.file == file.c.id)
-        .outerjoin(ingest, sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.IMPORTED)))
+        .outerjoin(ingest, sa.and_(ingest.c.file == file.c.id, LAST_READING))
         .where(charge.c.uid == uid)
     )
 
@@ -63,12 +64,14 @@ def _signal(sha256: str) -> sa.Select[tuple[object, ...]]:
             signal.c.n_samples.label("samples"),
             signal.c.reader,
             signal.c.reader_version.label("version"),
+            sa.case((ingest.c.status != str(IngestStatus.IMPORTED), ingest.c.status)).label("a reading now"),
             ingest.c.original_name.label("of file"),
             file.c.sha256,
         )
         .join(file, signal.c.file == file.c.id)
-        .join(ingest, sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.IMPORTED)))
+        .join(ingest, ingest.c.id == signal.c.ingest)
         .where(signal.c.sha256 == sha256)
+        .order_by(ingest.c.id.desc())
     )
 
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.tables.files import file, ingest, run_file
+from data_schema.tables.files import IN_USE, file, ingest, run_file
 from data_schema.tables.runs import charge
-from data_schema.vocabulary import FileRole, IngestStatus
+from data_schema.vocabulary import ChargeState, FileRole
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ def inbox(connection: sa.Connection) -> list[InboxItem]:
     files = connection.execute(
         sa.select(ingest.c.original_name, ingest.c.stated_run, file.c.uid, ingest.c.reader, ingest.c.rows_kept)
         .join(file, ingest.c.file == file.c.id)
-        .where(ingest.c.status == str(IngestStatus.IMPORTED))
+        .where(IN_USE)
         .where(file.c.id.not_in(with_run), ingest.c.role != str(FileRole.CHARGE))
         .order_by(ingest.c.id)
     )
@@ -38,8 +38,8 @@ def inbox(connection: sa.Connection) -> list[InboxItem]:
     charges = connection.execute(
         sa.select(charge.c.uid, charge.c.row_number, charge.c.stated_run, charge.c.charge_mah, ingest.c.original_name)
         .join(file, charge.c.file == file.c.id)
-        .join(ingest, sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.IMPORTED)))
-        .where(charge.c.run.is_(None))
+        .join(ingest, sa.and_(ingest.c.file == file.c.id, IN_USE))
+        .where(charge.c.run.is_(None), charge.c.state == str(ChargeState.COUNTED))
         .order_by(charge.c.id)
     )
     items += [
@@ -51,24 +51,32 @@ def inbox(connection: sa.Connection) -> list[InboxItem]:
     return items
 
 
-def waiting_for_run(connection: sa.Connection, run_name: str) -> tuple[list[tuple[str, str]], list[str]]:
-    """Return the unassigned files (uid, role) and charges (uid) that were said to belong to a run of this name."""
+def waiting_for_run(connection: sa.Connection, run_name: str) -> tuple[list[tuple[str, str]], list[tuple[str, bool]]]:
+    """Return the unassigned files (uid, role) and charges that were said to belong to a run of this name.
+
+    Charges are (uid, whether it may be the second of its run): earlier labbooks gave a run all that named it.
+    """
     files = connection.execute(_WAITING_FILES, {"named": run_name}).all()
-    charges = connection.execute(_WAITING_CHARGES, {"named": run_name}).scalars()
-    return [(row.uid, row.role) for row in files], list(charges)
+    charges = connection.execute(_WAITING_CHARGES, {"named": run_name}).all()
+    return [(row.uid, row.role) for row in files], [(row.uid, row.declared_json is None) for row in charges]
 
 
 # Built once: a sheet states thousands of runs, and each is asked for what waits for it.
 _WAITING_FILES = (
     sa.select(file.c.uid, ingest.c.role)
     .join(ingest, ingest.c.file == file.c.id)
-    .where(ingest.c.stated_run == sa.bindparam("named"), ingest.c.status == str(IngestStatus.IMPORTED))
+    .where(ingest.c.stated_run == sa.bindparam("named"), IN_USE)
     .where(file.c.id.not_in(sa.select(run_file.c.file)))
     .order_by(file.c.id)
 )
 
 _WAITING_CHARGES = (
-    sa.select(charge.c.uid)
-    .where(charge.c.stated_run == sa.bindparam("named"), charge.c.run.is_(None))
+    sa.select(charge.c.uid, ingest.c.declared_json)
+    .outerjoin(ingest, sa.and_(ingest.c.file == charge.c.file, IN_USE))
+    .where(
+        charge.c.stated_run == sa.bindparam("named"),
+        charge.c.run.is_(None),
+        charge.c.state == str(ChargeState.COUNTED),
+    )
     .order_by(charge.c.id)
 )

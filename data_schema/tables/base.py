@@ -71,9 +71,11 @@ def reference(table: str, *, optional: bool = False, unique: bool = False) -> sa
     )
 
 
-def text_column(name: str, *, optional: bool = False, unique: bool = False) -> sa.Column[str]:
-    """Build a text column."""
-    return sa.Column(name, TEXT, nullable=optional, unique=unique)
+def text_column(
+    name: str, *, optional: bool = False, unique: bool = False, usually: str | None = None
+) -> sa.Column[str]:
+    """Build a text column; a row that does not say what stands there gets what it `usually` is."""
+    return sa.Column(name, TEXT, nullable=optional, unique=unique, default=usually)
 
 
 def real_column(name: str, *, optional: bool = False) -> sa.Column[float]:

@@ -47,6 +47,7 @@ ingest = table(
     reference("config"),
     reference("person"),
     text_column("at_utc"),
+    text_column("declared_json", optional=True),
     one_of("status", IngestStatus),
     one_of("role", FileRole, optional=True),
     sa.CheckConstraint("status <> 'imported' OR file IS NOT NULL", name="imported_has_file"),
@@ -58,6 +59,12 @@ ingest = table(
         postgresql_where=sa.text("status = 'imported'"),
     ),
 )
+
+IN_USE = ingest.c.status.in_((str(IngestStatus.IMPORTED), str(IngestStatus.WAITING)))
+"""The last reading of a file that is in use; it gave nothing where it waits for a declaration."""
+
+LAST_READING = sa.or_(IN_USE, ingest.c.status == str(IngestStatus.WITHDRAWN))
+"""The last reading of every file that was imported, also where the file was withdrawn: exactly one a file."""
 
 finding = table(
     "finding",

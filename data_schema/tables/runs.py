@@ -15,7 +15,7 @@ from data_schema.tables.base import (
     uid_column,
     whole_column,
 )
-from data_schema.vocabulary import ChargeMode, ReasonCode, RunKind, RunState, TargetKind, Verdict
+from data_schema.vocabulary import ChargeMode, ChargeState, ReasonCode, RunKind, RunState, TargetKind, Verdict
 
 run = table(
     "run",
@@ -50,6 +50,7 @@ charge = table(
     uid_column(),
     reference("file", optional=True),
     whole_column("row_number"),
+    whole_column("line", optional=True),
     reference("run", optional=True),
     text_column("stated_run", optional=True),
     reference("battery", optional=True),
@@ -61,7 +62,10 @@ charge = table(
     text_column("mode"),
     text_column("ended_utc", optional=True),
     text_column("ended_original", optional=True),
+    text_column("state", usually=ChargeState.COUNTED),
+    text_column("repeats", optional=True),
     one_of("mode", ChargeMode),
+    one_of("state", ChargeState),
     sa.CheckConstraint("charge_mah >= 0", name="charge_counted"),
     sa.CheckConstraint("resolution_mah > 0", name="resolution_positive"),
     sa.CheckConstraint("duration_s IS NULL OR duration_s > 0", name="duration_positive"),

@@ -22,6 +22,7 @@ signal = table(
     key_column(),
     uid_column(),
     reference("file"),
+    reference("ingest"),
     text_column("part"),
     text_column("reader"),
     whole_column("reader_version"),
@@ -30,8 +31,10 @@ signal = table(
     whole_column("n_samples"),
     text_column("sha256"),
     text_column("store_path"),
+    text_column("time_sha256", optional=True),
+    text_column("recorded_sha256", optional=True),
     sa.CheckConstraint("n_samples >= 0", name="n_samples_counted"),
-    sa.UniqueConstraint("file", "part", "reader_version"),
+    sa.UniqueConstraint("ingest", "part"),
 )
 
 channel = table(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import sqlalchemy as sa
+
 from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.imported_files import (
     ChargeRef,
@@ -11,11 +13,14 @@ from data_schema.queries.imported_files import (
     Link,
     charges_of_file,
     find_files,
-    imported_names,
     links_of_file,
+    parts_of_file,
 )
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Action, FileRole
+from labbook.actions.assigning_parts import assign_part
+from labbook.actions.named_files import file_named
+from labbook.actions.second_charge import refuse_second_charge
 from labbook.book.desk import Desk, Statement
 from labbook.book.naming import refuse_empty, run_named
 
@@ -28,15 +33,18 @@ def assign(desk: Desk, what: str, run_name: str, why: str | None) -> str:
     if why is not None:
         refuse_empty("--why", why)
     run = None if run_name == NO_RUN else run_named(desk.connection, run_name)
-    name, mark, row_text = what.rpartition("#")
-    if mark and row_text.isdigit():
-        file = _the_file(desk, name)
-        charge = _the_charge(desk, file, int(row_text))
-        if run is None:
-            return _take_charge_off(desk, file, charge, why)
-        return _assign_charge(desk, file, charge, run, why)
-    file = _the_file(desk, what)
-    return _take_file_off(desk, file, what, why) if run is None else _assign_file(desk, file, what, run, why)
+    name, mark, place = what.rpartition("#")
+    if not mark or not (place.isdigit() or find_files(desk.connection, name)):
+        file = file_named(desk.connection, what)
+        return _take_file_off(desk, file, what, why) if run is None else _assign_file(desk, file, what, run, why)
+    file = file_named(desk.connection, name)
+    parts = parts_of_file(desk.connection, file.uid)
+    if place in parts:
+        return assign_part(desk, file, place, run, why)
+    if not place.isdigit():
+        raise unknown_name(f"part of {file.name}", place, parts, f"`labbook files show {file.name}` lists them.")
+    charge = charge_of(desk.connection, file, int(place))
+    return _take_charge_off(desk, file, charge, why) if run is None else _assign_charge(desk, file, charge, run, why)
 
 
 def _assign_file(desk: Desk, file: FileRow, what: str, run: RunRow, why: str | None) -> str:
@@ -44,11 +52,16 @@ def _assign_file(desk: Desk, file: FileRow, what: str, run: RunRow, why: str | N
     if any(link.run_uid == run.uid for link in links):
         raise UsageError(f"{what} belongs to run {run.name} already.")
     if not links:
+        waiting = [charge for charge in charges_of_file(desk.connection, file.uid) if charge.run_uid is None]
+        if file.role == FileRole.CHARGE and len(waiting) == 1:
+            refuse_second_charge(desk.connection, run.uid, run.name, mode=waiting[0].mode)
         desk.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": run.uid, "role": file.role}, reason=why))
         return f"{what} belongs to run {run.name} now."
     if why is None:
         raise UsageError(f"{what} belongs to run {_names(links)}: add --why to move it to {run.name}.")
     charges = _charges_with(desk, file, links)
+    for charge in charges:
+        refuse_second_charge(desk.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
     moved = [("run_file", link.uid, link.run_uid) for link in links]
     moved += [("charge", charge.uid, charge.run_uid or "") for charge in charges]
     for kind, uid, old_run in moved:
@@ -92,6 +105,8 @@ def _charges_with(desk: Desk, file: FileRow, links: list[Link]) -> list[ChargeRe
 
 def _assign_charge(desk: Desk, file: FileRow, charge: ChargeRef, run: RunRow, why: str | None) -> str:
     what = f"charge {charge.row_number} of {file.name}"
+    if charge.run_uid != run.uid:
+        refuse_second_charge(desk.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
     if charge.run_uid is None:
         desk.state(Statement(Action.ASSIGN, "charge", charge.uid, new={"run": run.uid}, reason=why))
         return f"{what} belongs to run {run.name} now."
@@ -123,18 +138,9 @@ def _names(rows: Sequence[Link | ChargeRef]) -> str:
     return ", ".join(sorted({row.run_name for row in rows if row.run_name is not None}))
 
 
-def _the_charge(desk: Desk, file: FileRow, row_number: int) -> ChargeRef:
-    for charge in charges_of_file(desk.connection, file.uid):
+def charge_of(connection: sa.Connection, file: FileRow, row_number: int) -> ChargeRef:
+    """Return the charge in a row of a file; raises `UsageError` where there is none."""
+    for charge in charges_of_file(connection, file.uid):
         if charge.row_number == row_number:
             return charge
     raise UsageError(f"{file.name} has no charge {row_number}: `labbook runs inbox` lists the rows without a run.")
-
-
-def _the_file(desk: Desk, name: str) -> FileRow:
-    found = find_files(desk.connection, name)
-    if not found:
-        raise unknown_name("imported file", name, imported_names(desk.connection), "Ingest it first.")
-    if len(found) > 1:
-        listed = ", ".join(f"{row.uid} ({row.at_utc})" for row in found)
-        raise UsageError(f"{len(found)} imported files are called {name!r}: name one by its uid: {listed}.")
-    return found[0]

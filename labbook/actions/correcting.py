@@ -15,6 +15,7 @@ from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import factors
 from data_schema.vocabulary import Action, RunKind, RunState
 from labbook.actions.corrected_values import date_value, number_value, text_value
+from labbook.actions.second_charge import refuse_second_charge
 from labbook.actions.sheet_words import MAH, charge_meant, in_columns, words_of
 from labbook.book.desk import Desk, Statement
 from labbook.book.naming import (
@@ -31,10 +32,11 @@ from labbook.book.opening import Book
 from labbook.config.parsing import Configuration
 
 _NAMED = ("robot", "battery", "instrument", "factor")
-_FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number", "factor", "label"}
+_FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number", "line", "factor", "label"}
 _FIXED_OF: Mapping[str, set[str]] = {
     "factor": {"name"},  # it stands in the names of conditions
     "level": {"value"},  # it is what the label says
+    "charge": {"repeats"},  # it is found when its file is read
 }
 NO_LEVELS = "levels"
 """`levels=none` takes a run's levels away."""
@@ -87,10 +89,20 @@ def _stated(desk: Desk, kind: str, uid: str, new: Mapping[str, Any], why: str) -
     """State what of `new` a row does not say yet; returns (old, new) by column."""
     old = old_values(desk.connection, kind, uid, new) if new else {}
     changed = {name: value for name, value in new.items() if old[name] != value}
+    if kind == "charge" and changed.keys() & {"run", "mode"}:
+        _refuse_second_charge(desk.connection, uid, changed)
     before = {name: old[name] for name in changed}
     if changed:
         desk.state(Statement(Action.CORRECT, kind, uid, new=changed, old=before, reason=why))
     return {name: (before[name], value) for name, value in changed.items()}
+
+
+def _refuse_second_charge(connection: sa.Connection, uid: str, changed: Mapping[str, Any]) -> None:
+    """Raise `UsageError` where a run would have two charges."""
+    charge = {**read_fact(connection, "charge", uid, ["run", "mode"]), **changed}
+    if charge["run"]:
+        name = read_fact(connection, "run", charge["run"], ["name"])["name"]
+        refuse_second_charge(connection, charge["run"], name, charge_uid=uid, mode=charge["mode"])
 
 
 def runs_corrected(connection: sa.Connection, target: str, changed: Mapping[str, tuple[Any, Any]]) -> list[str]:

@@ -22,6 +22,8 @@ from data_schema.errors import BookError
 from data_schema.journal import Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.integrity import KeptFile, raw_copies, signal_files
+from data_schema.queries.readings import waiting_files
+from data_schema.queries.verdicts import verdicts_waiting
 from ingest.store import Store
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
 from labbook.config.parsing import Configuration
@@ -41,6 +43,8 @@ class Health:
 
     `waiting` entries of the journal file were cut off before the database had them; the next command applies them.
     What is `left_out` at the end of that file is no complete command; the next one that writes sets it aside.
+    `verdicts_waiting` were given on samples that no reading in force has, `files_waiting` are refused by this labbook:
+    both wait for a person.
     """
 
     whole: bool
@@ -51,6 +55,8 @@ class Health:
     signal_files: int
     problems: tuple[str, ...]
     orphans: tuple[str, ...]
+    verdicts_waiting: int
+    files_waiting: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +67,8 @@ class _Told:
     raw: list[KeptFile]
     samples: list[KeptFile]
     entries: list[Entry] | None
+    verdicts_waiting: int = 0
+    files_waiting: int = 0
 
 
 def check_book(folder: Path, counted: Counted) -> Health:
@@ -93,6 +101,8 @@ def check_book(folder: Path, counted: Counted) -> Health:
         signal_files=len(told.samples),
         problems=tuple(problems),
         orphans=() if told.entries is None else tuple(sorted(set(_lying_in(store)) - spoken_of)),
+        verdicts_waiting=told.verdicts_waiting,
+        files_waiting=told.files_waiting,
     )
 
 
@@ -115,7 +125,8 @@ def _ask(folder: Path, configuration: Configuration) -> _Told:
                 problems += _damage_of_sqlite(connection)
             raw, samples = raw_copies(connection), signal_files(connection)
             entries = _attempt(problems, lambda: list(journal.chained(journal.stored(connection))))
-        return _Told(problems, raw, samples, entries)
+            waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
+        return _Told(problems, raw, samples, entries, *waiting)
     finally:
         engine.dispose()
 

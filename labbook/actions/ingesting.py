@@ -17,19 +17,19 @@ import numpy as np
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.journal import canonical
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
 from data_schema.queries.imported_files import runs_of_file
-from data_schema.queries.imports import FirstImport, findings_about_runs, first_import, refused_before
+from data_schema.queries.imports import ABOUT_RUNS, FirstImport, first_import
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.model import Finding, Limits, ReadFile, SignalPart
 from ingest.read import UNKNOWN, read_file
-from labbook.book.desk import Desk, Statement, new_uid
+from labbook.actions.known_files import take_known
+from labbook.actions.rereading import state_refusal, with_findings_of_book
+from labbook.book.desk import Statement, new_uid
 from labbook.book.opening import Book
-from labbook.statements.findings import finding_values
-from labbook.statements.importing import PreparedImport, declarations, read_and_store
+from labbook.statements.importing import PreparedImport, read_and_store, settings_now
 from labbook.statements.ingesting import as_read
 
 
@@ -37,7 +37,8 @@ from labbook.statements.ingesting import as_read
 class IngestRequest:
     """What was asked for with a file: the run it belongs to, what was declared about it, and whether only to try.
 
-    `batch` is the same for all files that one command takes in, None where it takes one.
+    `batch` is the same for all files that one command takes in, None where it takes one; `again` lets what is declared
+    also hold for files of a batch that the book has.
     """
 
     run: str | None = None
@@ -45,11 +46,16 @@ class IngestRequest:
     dry_run: bool = False
     person: str | None = None
     batch: str | None = None
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class FileOutcome:
-    """How the ingest of one file ended."""
+    """How the ingest of one file ended.
+
+    Where the book had its bytes, `first` is their first import, and `said` what was made of what was asked for;
+    `changes` is what another reading gave otherwise, None where there was none.
+    """
 
     path: str
     sha256: str
@@ -59,6 +65,8 @@ class FileOutcome:
     first: FirstImport | None
     prepared: PreparedImport | None
     raw_restored: bool = False
+    said: tuple[str, ...] = ()
+    changes: tuple[str, ...] | None = None
 
 
 def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
@@ -85,20 +93,43 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         first = first_import(connection, sha256)
     if first is not None:
         restored = not request.dry_run and book.store.restore_raw(data, sha256)
-        return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None, restored)
+        return _known(book, path, request, first, sha256, restored)
     options = dict(request.options or {})
+    settings = settings_now(book.configuration, options, readable(Path(path.name)))
     if request.dry_run:
-        read = read_file(data, declarations(book.configuration, options, readable(Path(path.name))))
+        read = read_file(data, settings.declared)
         if read.refused:
             return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
         with book.reading() as connection:
             runs = _runs_meant(connection, request.run or stated_run(book, path), read)
         return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, None)
-    prepared = read_and_store(
-        book.store, data, sha256, book.configuration, options, file_name=readable(Path(path.name))
-    )
+    prepared = read_and_store(book.store, data, sha256, settings)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
     return _stored(book, path, request, prepared, run_uid, options, modified_utc)
+
+
+def _known(
+    book: Book, path: Path, request: IngestRequest, first: FirstImport, sha256: str, restored: bool
+) -> FileOutcome:
+    """Say what became of bytes that the book has."""
+    known = take_known(
+        book,
+        sha256,
+        request.options or {},
+        request.run,
+        again=request.again,
+        person=request.person,
+        dry_run=request.dry_run,
+        batch=request.batch,
+    )
+    with book.reading() as connection:
+        runs = runs_of_file(connection, sha256)
+    outcome = FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, runs, first, None, restored, known.said)
+    if known.again is None:
+        return outcome
+    if known.again.read.refused:
+        return replace(outcome, status=IngestStatus.REFUSED, read=known.again.read)
+    return replace(outcome, changes=known.again.changes, read=known.again.read)
 
 
 def _runs_meant(connection: sa.Connection, of_file: str | None, read: ReadFile) -> tuple[str, ...]:
@@ -168,14 +199,14 @@ def _stored(
         if first is not None:
             return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None)
         if read.refused:
-            _refuse(desk, new, read)
+            state_refusal(desk, new, prepared)
             return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
         uid = new_uid()
         desk.state(
             Statement(Action.INGEST, "ingest", uid, new={**new, **as_read(prepared), "run": run_uid}, prepared=prepared)
         )
         runs = runs_of_file(desk.connection, sha256)
-        read = _with_findings_about_runs(desk, uid, read)
+        read = with_findings_of_book(desk.connection, uid, read, ABOUT_RUNS)
     return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, prepared)
 
 
@@ -192,26 +223,3 @@ def _counted(part: SignalPart) -> SignalPart:
     nothing = np.broadcast_to(np.float64(0.0), part.time_s.shape)  # a shape without memory behind it
     channels = tuple(replace(channel, values=nothing) for channel in part.channels)
     return replace(part, time_s=nothing, channels=channels)
-
-
-def _with_findings_about_runs(desk: Desk, ingest_uid: str, read: ReadFile) -> ReadFile:
-    """Add what only the book could tell: a charge that is known, one that contradicts, jumps that were not found."""
-    added = tuple(
-        Finding(Severity.NOTE, rule, message, None, None, value, 1, ())
-        for rule, message, value in findings_about_runs(desk.connection, ingest_uid)
-    )
-    return replace(read, findings=read.findings + added)
-
-
-def _refuse(desk: Desk, new: dict[str, Any], read: ReadFile) -> None:
-    """Leave one row with the findings, the first time that these bytes are refused for this."""
-    if refused_before(desk.connection, new["sha256"], read.format, canonical(new["options"])):
-        return
-    record = {
-        **new,
-        "reader": read.format,
-        "reader_version": read.reader_version,
-        "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
-        "findings": [finding_values(finding) for finding in read.findings],
-    }
-    desk.state(Statement(Action.REFUSE, "ingest", new_uid(), new=record))

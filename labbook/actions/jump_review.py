@@ -10,8 +10,10 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.detections import DecisionRow, DetectionRow, jump_decisions
+from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
+from data_schema.queries.verdicts import WaitingVerdict, verdicts_waiting
 from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Verdict
 from labbook.analysis.detecting import BODY_HEIGHT
 from labbook.analysis.detections import Detections, rest_length_m
@@ -24,18 +26,25 @@ from labbook.book.opening import Book
 
 @dataclass(frozen=True, slots=True)
 class RunReview:
-    """A run's logs in their order, what the study's detector finds in them, and what counts."""
+    """A run's logs in their order, what the study's detector finds in them, and what counts.
+
+    `waiting` are verdicts that fit no jump of the logs any more, `lost` those on samples that are not in force.
+    """
 
     run: RunRow
     signals: tuple[SignalRow, ...]
     detections: tuple[DetectionRow, ...]
     jumps: tuple[JudgedJump, ...]
     waiting: tuple[DecisionRow, ...]
+    lost: tuple[WaitingVerdict, ...] = ()
 
 
 def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
-    """Find and judge the jumps of a run; raises when it has no log, or too many."""
+    """Find and judge the jumps of a run; raises when it has no log, or too many, or one waits for a declaration."""
     run = run_named(connection, name)
+    for file in waiting_files(connection):
+        if run.uid in file.runs and file.role == FileRole.LOG:
+            raise UsageError(f"{file.reason}.")
     logs = [
         signal
         for signal in signals_of_runs(connection, FileRole.LOG, run_uid=run.uid)
@@ -54,7 +63,8 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
     rules = Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps)
     decisions = jump_decisions(connection, [signal.sha256 for signal in signals])
     judgement = judge(found, decisions, rules)
-    return RunReview(run, signals, found, judgement.jumps, judgement.waiting)
+    lost = tuple(verdicts_waiting(connection, run.uid))
+    return RunReview(run, signals, found, judgement.jumps, judgement.waiting, lost)
 
 
 def jumps_meant(texts: Sequence[str], found: RunReview) -> list[int]:
@@ -114,6 +124,30 @@ def decide(
         desk.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
 
 
+def clear_waiting(desk: Desk, name: str, note: str | None) -> int:
+    """Take back the verdicts of a run that were given on samples that are not in force; returns how many."""
+    run = run_named(desk.connection, name)
+    waiting = verdicts_waiting(desk.connection, run.uid)
+    if not waiting:
+        raise UsageError(f"no verdict on a jump of run {name} waits for review.")
+    for verdict in waiting:
+        new = {
+            "target_kind": str(TargetKind.JUMP),
+            "target_uid": run.uid,
+            "signal_sha256": verdict.signal_sha256,
+            "anchor_s": verdict.anchor_s,
+            "verdict": str(Verdict.CLEAR),
+            "reason_code": str(ReasonCode.OTHER),
+            "note": note,
+            "old_value": None,
+            "algorithm": None,
+            "version": None,
+            "blind": 0,
+        }
+        desk.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
+    return len(waiting)
+
+
 def _refuse_unknown(found: RunReview, known: Collection[int], numbers: Iterable[int]) -> None:
     for number in numbers:
         if number not in known:
@@ -145,4 +179,4 @@ def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]]
         f"waiting for review: {decision.verdict} at {decision.anchor_s:.3f} s by {decision.person} fits none now."
         for decision in found.waiting
     ]
-    return head, rows, waiting
+    return head, rows, [*waiting, *(verdict.sentence for verdict in found.lost)]

@@ -12,8 +12,10 @@ from data_schema.queries.charges import charges_by_run
 from data_schema.queries.days import checks_by_day
 from data_schema.queries.first_measurement import first_measurement
 from data_schema.queries.plans import planned_runs
+from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.signals import SignalRow, signals_of_runs
+from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
 from labbook.actions.without_numbers import without_apexes, without_joules
@@ -47,6 +49,8 @@ class ToDo:
     checks_not_made: tuple[str, ...]
     inbox: int
     analysis_undecided: bool
+    files_waiting: tuple[str, ...] = ()
+    verdicts_waiting: tuple[str, ...] = ()
 
 
 def to_do(detections: Detections, configuration: Configuration, day: str | None) -> ToDo:
@@ -89,6 +93,8 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         no_apexes={} if evidence is None else without_apexes(detections, evidence, jumped, logs),
         checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
         inbox=len(inbox(connection)),
+        files_waiting=tuple(file.reason for file in waiting_files(connection)),
+        verdicts_waiting=tuple(verdict.sentence for verdict in verdicts_waiting(connection)),
         analysis_undecided=configuration.analysis is None and first_measurement(connection) is None,
     )
 
@@ -110,6 +116,8 @@ def to_do_lines(found: ToDo) -> list[str]:
     uncharged, unlogged = {*found.log_without_charge, *found.neither}, {*found.charge_without_log, *found.neither}
     lines += _by_reason("no joules", found.no_joules, uncharged)
     lines += _by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
+    lines += [f"{reason}." for reason in found.files_waiting]
+    lines += found.verdicts_waiting
     if found.inbox:
         lines.append(f"in the inbox: {found.inbox} (`labbook runs inbox`)")
     if found.analysis_undecided:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from data_schema.errors import UsageError
-from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
 from data_schema.vocabulary import ChargeMode
+from labbook.actions.second_charge import refuse_second_charge
 from labbook.book.desk import Desk
 from labbook.book.naming import run_named
 from labbook.config.parsing import Configuration
@@ -40,11 +40,7 @@ def state_charge(
         raise UsageError(
             f"{charge_mah:g} mAh is more than pack {run.battery} can take ({most:g} mAh): check number and unit."
         )
-    if charges_of_run(desk.connection, run.uid):
-        raise UsageError(
-            f"run {name} has a charge already: correct that one with `labbook correct charge:UID charge_mah=VALUE`, "
-            f"`labbook show {name}` gives its uid."
-        )
+    refuse_second_charge(desk.connection, run.uid, name)
     return desk.declare(
         "charge",
         row_number=1,

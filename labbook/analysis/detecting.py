@@ -15,7 +15,6 @@ from data_schema.queries.detections import JumpRow
 from data_schema.queries.signals import GapRow
 from data_schema.vocabulary import GapKind, Undefined
 from ingest.model import Gap, SignalPart
-from labbook.config.parsing import Configuration
 from stats.apexes import DETECTORS, find_jumps
 from stats.jumps import Jump, Jumps
 
@@ -78,18 +77,13 @@ def settings(algorithm: str, rest_length_m: float) -> dict[str, Any]:
     return {"rest_length_m": rest_length_m, **asdict(DETECTORS[algorithm].parameters)}
 
 
-def detect_part(part: SignalPart, configuration: Configuration) -> Detection | None:
-    """Find the jumps of a part just read, or None where it holds no body height or the book has no robot yet.
-
-    Whose log it is may not be known yet: the first robot is taken. What is found is used for runs of a robot with that
-    rest length only, for the key of a detection holds the length.
-    """
+def detect_part(part: SignalPart, algorithm: str, rest_length_m: float | None) -> Detection | None:
+    """Find the jumps of a part just read, or None where it holds no body height or no robot's rest length is known."""
     channels = {channel.name: channel.values for channel in part.channels}
-    if BODY_HEIGHT not in channels or not configuration.robots:
+    if BODY_HEIGHT not in channels or rest_length_m is None:
         return None
     log = Log(part.time_s, channels[BODY_HEIGHT], channels.get(LEG_LENGTH), heeded_gaps(part.gaps))
-    first = next(iter(configuration.robots.values()))
-    return detect(log, configuration.protocol.detector, first.rest_length_m)
+    return detect(log, algorithm, rest_length_m)
 
 
 def heeded_gaps(gaps: Iterable[Gap | GapRow]) -> tuple[tuple[float, float], ...]:

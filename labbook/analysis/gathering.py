@@ -10,6 +10,7 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError
 from data_schema.queries.charges import ChargeOfRun, charges_by_run
 from data_schema.queries.detections import DecisionRow, jump_decisions
+from data_schema.queries.readings import WaitingFile, waiting_files
 from data_schema.queries.runs import RunRow, list_runs, where_columns
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
@@ -25,7 +26,8 @@ class Evidence:
 
     `beside` are jump runs that count, of conditions of which none is selected.
     `void` holds what was left out: the selected jump runs and all idle runs that are void.
-    `logs` holds, by a run's uid, the signals with a body height; `charges` what was put back after it.
+    `logs` holds, by a run's uid, the signals with a body height; `charges` what was put back after it. `waiting` are
+    the files that give nothing until something is declared about them.
     """
 
     study: StudyRow
@@ -40,6 +42,17 @@ class Evidence:
     charges: Mapping[str, list[ChargeOfRun]]
     logs: Mapping[str, list[SignalRow]]
     decisions: Mapping[str, list[DecisionRow]]
+    waiting: tuple[WaitingFile, ...] = ()
+
+    def waits(self, run_uid: str, role: FileRole) -> str | None:
+        """Return why a run's logs, or its charge, cannot be used: a file of it waits; None where none does.
+
+        Whose charges a charger's sheet holds is not known while it waits.
+        """
+        for item in self.waiting:
+            if item.role == role and (run_uid in item.runs or (role is FileRole.CHARGE and not item.runs)):
+                return item.reason
+        return None
 
 
 def gather(connection: sa.Connection, configuration: Configuration, where: str | None) -> Evidence:
@@ -78,4 +91,5 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
         charges=charges_by_run(connection),
         logs=logs,
         decisions=jump_decisions(connection),
+        waiting=tuple(waiting_files(connection)),
     )

@@ -12,6 +12,7 @@ import sqlalchemy as sa
 
 from data_schema.journal import Entry
 from data_schema.queries.integrity import readings
+from data_schema.queries.readings import waiting_files
 from data_schema.queries.shown_numbers import shown_numbers
 from data_schema.vocabulary import Action
 from labbook.analysis.as_printed import agree
@@ -23,7 +24,8 @@ class Differences:
 
     `numbers_gone` shown numbers of `reports_concerned` reports could not be computed again under their ids,
     `numbers_changed` could, and have another value; `files_read_anew` were read by another version of their reader,
-    `files_changed` of them gave other rows or samples.
+    `files_changed` of them gave other rows or samples. `files_waiting` says of each file that this labbook refuses, and
+    an earlier one read, what it waits for.
     """
 
     numbers_gone: int = 0
@@ -31,6 +33,7 @@ class Differences:
     numbers_changed: int = 0
     files_read_anew: int = 0
     files_changed: int = 0
+    files_waiting: tuple[str, ...] = ()
 
     @property
     def sentences(self) -> list[str]:
@@ -55,7 +58,7 @@ class Differences:
                 f"{_counted(self.files_read_anew, 'file')} went through another version of their reader than at their "
                 f"import, {result}."
             )
-        return said
+        return [*said, *self.files_waiting]
 
 
 def differences(connection: sa.Connection, entries: Sequence[Entry]) -> Differences:
@@ -64,7 +67,7 @@ def differences(connection: sa.Connection, entries: Sequence[Entry]) -> Differen
     gone = [item for item in shown if not item.known]
     changed = [item for item in shown if item.known and not agree(item.printed, item.value)]
     now = readings(connection)
-    said = {entry.entity_uid: entry.new or {} for entry in entries if entry.action is Action.INGEST}
+    said = {entry.entity_uid: entry.new or {} for entry in entries if entry.action in (Action.INGEST, Action.READ)}
     versions = {uid: (new["reader"], new["reader_version"]) for uid, new in said.items()}
     anew = [uid for uid, reading in now.items() if versions[uid] != (reading.reader, reading.reader_version)]
     return Differences(
@@ -75,6 +78,7 @@ def differences(connection: sa.Connection, entries: Sequence[Entry]) -> Differen
         files_changed=sum(
             (said[uid]["rows"], said[uid]["signals"]) != (now[uid].rows, now[uid].signals) for uid in anew
         ),
+        files_waiting=tuple(f"{waiting.reason}." for waiting in waiting_files(connection)),
     )
 
 

@@ -13,7 +13,7 @@ def register(app: typer.Typer) -> None:
 
 
 def assign(
-    file: Annotated[str, typer.Argument(help="A file by name or uid; NAME#ROW for one row of a charger sheet.")],
+    file: Annotated[str, typer.Argument(help="A file by name or uid; NAME#ROW or NAME#PART for a part of it.")],
     run: Annotated[str, typer.Argument(help="The run it belongs to; none takes it off its run.")],
     why: Annotated[str | None, typer.Option("--why", help="Why, where it belonged to a run before.")] = None,
     book: BookOption = None,
@@ -21,6 +21,8 @@ def assign(
     as_json: JsonOption = False,
 ) -> None:
     """Say to which run a file, or a row of a charger sheet, belongs; no result uses it before.
+
+    NAME#ROW is one row of a charger sheet, NAME#PART one of several runs in a file (`labbook files show NAME`).
 
     Example: labbook assign log_0007.csv r007; labbook assign charges.csv#3 none --why "read a line too low"
     """

@@ -51,6 +51,11 @@ def check_command(book: BookOption = None, as_json: JsonOption = False) -> None:
             "1 entry of journal.jsonl waits" if found.waiting == 1 else f"{found.waiting} entries of journal.jsonl wait"
         )
         lines.append(f"{what} for the next command that writes, which applies what it finds there.")
+    waiting = ((found.verdicts_waiting, "verdict"), (found.files_waiting, "file"))
+    for count, what in waiting:
+        if count:
+            doing = f"{what}s wait" if count > 1 else f"{what} waits"
+            lines.append(f"{count} {doing} for a person: `labbook today` says which.")
     if found.left_out.sentence:
         lines.append(found.left_out.sentence)
     if found.orphans:
@@ -65,11 +70,15 @@ def check_command(book: BookOption = None, as_json: JsonOption = False) -> None:
 
 @app.command("upgrade")
 def upgrade_command(book: BookOption = None, as_json: JsonOption = False) -> None:
-    """Bring the database to this labbook's revision: backup first, rows counted before and after.
+    """Bring the database to this labbook's revision: backup first, rows counted before and after, then a rebuild.
+
+    The rebuild brings what the earlier labbook did not keep, from the raw copies and the journal; where one is lost,
+    the upgraded database is in use all the same, and `labbook rebuild` does it later.
 
     Example: labbook db upgrade
     """
     from labbook.book.opening import engine_of, find_folder, read_configuration
+    from labbook.book.rebuilding import rebuild_database
     from labbook.book.upgrading import upgrade_database
 
     folder = find_folder(book or Path.cwd())
@@ -78,9 +87,10 @@ def upgrade_command(book: BookOption = None, as_json: JsonOption = False) -> Non
         done = upgrade_database(folder, engine)
     finally:
         engine.dispose()
-    line = (
-        f"revision {done.after} already, nothing to do."
-        if done.before == done.after
-        else f"upgraded from {done.before} to {done.after}; backup: {done.backup or 'yours (PostgreSQL)'}."
-    )
-    emit(done, [line], as_json)
+    if done.before == done.after:
+        emit(done, [f"revision {done.after} already, nothing to do."], as_json)
+        return
+    line = f"upgraded from {done.before} to {done.after}; backup: {done.backup or 'yours (PostgreSQL)'}."
+    with progress("rebuilding", None, shown=not as_json) as step:
+        rebuilt = rebuild_database(folder, step)
+    emit(done, [line, f"rebuilt from {rebuilt.entries} entries.", *rebuilt.differences.sentences], as_json)

@@ -64,6 +64,9 @@ def ingest(
     draft_profile: Annotated[
         bool, typer.Option("--draft-profile", help="Print the [profiles.NAME] of a file, to be corrected.")
     ] = False,
+    again: Annotated[
+        bool, typer.Option("--again", help="In a folder: what is declared also holds for files that the book has.")
+    ] = False,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Read and check; store nothing.")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", help="Of many files, list also those in order.")] = False,
     book: BookOption = None,
@@ -72,7 +75,8 @@ def ingest(
 ) -> None:
     """Ingest files: a byte-exact copy, its samples and charges, and everything that the checks found.
 
-    The same bytes again change nothing. A refused file stores nothing but its findings; then the exit code is 2.
+    The same bytes again change nothing, unless other things are declared about them: then the kept copy is read again,
+    with all that is declared now. A refused file stores nothing but its findings; then the exit code is 2.
     Of many files the sum comes first, then what needs attention, worst first, then the rest.
 
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007; labbook ingest odd.txt --explain
@@ -122,7 +126,7 @@ def ingest(
         try:
             with progress("ingesting", len(files), shown=many) as step:
                 for path in files:
-                    outcome = take(opened_book, path, IngestRequest(run, options, dry_run, person, batch))
+                    outcome = take(opened_book, path, IngestRequest(run, options, dry_run, person, batch, again))
                     if asking() and not as_json and not many:
                         said = ask_for(outcome, options)
                         if said is not None:

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from data_schema.queries.imports import FirstImport
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import IngestStatus, Severity
 from ingest.model import Finding
@@ -24,17 +23,15 @@ _CONTRADICTIONS = ("charge_contradicts",)
 """Rules of notes that wait for a person's word."""
 
 
-def outcome_lines(
-    outcome: FileOutcome, run: str | None, missing: MissingHeight | None = None, *, remarks: bool = True
-) -> list[str]:
-    """Return the lines for people: what became of the file that was to belong to `run`, and its findings.
+def outcome_lines(outcome: FileOutcome, missing: MissingHeight | None = None, *, remarks: bool = True) -> list[str]:
+    """Return the lines for people: what became of the file, and its findings.
 
     `missing` is said before all else: the log has no body height. Without `remarks` only findings that a person must
     act on are told.
     """
     if outcome.first is not None:
         restored = ["  raw copy restored: the book's own was missing or damaged."] if outcome.raw_restored else []
-        return [file_head(outcome), *restored, *_run_not_heeded(outcome.first, run)]
+        return [file_head(outcome), *restored, *(f"  {text}" for text in outcome.said)]
     loud = [] if missing is None else missing_height_lines(outcome.path, missing)
     found = () if outcome.read is None else outcome.read.findings
     findings = [finding for finding in found if remarks or not _is_remark(finding)]
@@ -44,7 +41,11 @@ def outcome_lines(
 def file_line(outcome: FileOutcome) -> str:
     """Return the one line that is enough where nothing needs attention: what was read, and the rules of its remarks."""
     if outcome.first is not None:
-        return file_head(outcome) + (" Raw copy restored." if outcome.raw_restored else "")
+        return (
+            file_head(outcome)
+            + ("".join(f" {text}" for text in outcome.said))
+            + (" Raw copy restored." if outcome.raw_restored else "")
+        )
     noted = noted_in(outcome)
     return file_head(outcome) + (f" Noted: {noted}." if noted else "")
 
@@ -121,16 +122,6 @@ def _logs_too_many(run: RunRow, evidence: Evidence) -> list[RigLine]:
     return [RigLine(text, logs_do_not_count=True)]
 
 
-def _run_not_heeded(first: FirstImport, run: str | None) -> list[str]:
-    """Say that `--run` does not move a file that is in the book, and what does."""
-    if run is None or run in first.runs:
-        return []
-    if not first.runs:
-        return [f"  it belongs to no run, and --run was not heeded: `labbook assign {first.original_name} {run}`."]
-    move = f"`labbook assign {first.original_name} {run} --why ...` moves it"
-    return [f"  --run {run} was not heeded, for the file belongs to run {', '.join(first.runs)}: {move}."]
-
-
 def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingHeight | None) -> dict[str, Any]:
     """Return the record for programs; `rig` says how the file's runs do, `missing` what a log lacks for jumps."""
     read = outcome.read
@@ -150,6 +141,8 @@ def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingH
         ],
         "findings": [_finding_json(finding) for finding in (read.findings if read else ())],
         "first_import": outcome.first,
+        "changes": outcome.changes,
+        "said": list(outcome.said),
         "raw_restored": outcome.raw_restored,
         "rig": [line.text for line in rig],
         "missing_body_height": missing,

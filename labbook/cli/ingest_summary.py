@@ -54,7 +54,7 @@ def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
         full = [
             line
             for outcome, missing in zip(batch.outcomes, batch.heights, strict=True)
-            for line in outcome_lines(outcome, batch.run, missing)
+            for line in outcome_lines(outcome, missing)
         ]
         rig = sorted((line for of_file in batch.rig for line in of_file), key=_of_run)
         return [summary, *full, *(f"  {line.text}" for line in rig)]
@@ -88,12 +88,12 @@ def _sorted(batch: Batch) -> _Sorted:
     for outcome, of_file, missing in zip(batch.outcomes, batch.rig, batch.heights, strict=True):
         concern = _concern(outcome, missing, batch.run)
         if concern is not None:
-            lines = outcome_lines(outcome, batch.run, missing, remarks=False)
+            lines = outcome_lines(outcome, missing, remarks=False)
             alike = tuple(line.replace(outcome.path, "") for line in lines if line != file_head(outcome))
             noted = "" if outcome.status is IngestStatus.REFUSED else noted_in(outcome)
             lines += [f"  noted: {noted}."] if noted else []
             found.attention.append(_Concern(concern, lines, outcome.path, alike))
-        elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored:
+        elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored or outcome.said:
             found.noted.append(file_line(outcome))
         else:
             found.fine.append(file_line(outcome))
@@ -129,7 +129,7 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
         return _NO_HEIGHT, 0
     if read is not None and (read.rows_rejected or any(map(needs_a_person, read.findings))):
         return _ROWS, -read.rows_rejected
-    not_heeded = outcome.first is not None and run is not None and run not in outcome.first.runs
+    not_heeded = outcome.first is not None and run is not None and run not in outcome.runs
     return (_NO_RUN, 0) if not_heeded or (read is not None and not outcome.runs) else None
 
 

@@ -79,9 +79,23 @@ def clear_command(
 ) -> None:
     """Take verdicts back: the protocol's rules decide again.
 
-    Example: labbook jumps clear r017 4
+    `waiting` in place of numbers takes back those that were given on an earlier reading of the log.
+
+    Example: labbook jumps clear r017 4; labbook jumps clear r017 waiting
     """
+    if numbers == ["waiting"]:
+        _clear_waiting(run, note, book, person, as_json)
+        return
     _decide(run, numbers, "clear", "other", note, book, person, as_json)
+
+
+def _clear_waiting(run: str, note: str | None, book: BookOption, person: AsOption, as_json: bool) -> None:
+    from labbook.actions.jump_review import clear_waiting
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.desk(person) as desk:
+        count = clear_waiting(desk, run, note)
+    emit({"run": run, "cleared": count}, [f"{run}: {count} waiting verdicts taken back."], as_json)
 
 
 def _decide(

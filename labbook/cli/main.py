@@ -71,6 +71,7 @@ COMMANDS = (
 
 GROUPS = {
     "runs": "Runs: list them, import a run sheet, see what has no run yet.",
+    "files": "Files of the instruments: how they were read, reading them again, taking them out of use.",
     "jumps": "Jumps of a run: list, reject, accept, clear.",
     "sim": "Simulate jumps: one scene, from robot to ground.",
     "stats": "Statistics on a table or on the book: tests, savings, equivalence, power.",

@@ -1,4 +1,4 @@
-"""`labbook runs`: list, import, inbox."""
+"""`labbook runs`: list, import, inbox, dismiss, restore."""
 
 import contextlib
 from enum import StrEnum
@@ -83,6 +83,42 @@ def import_command(
         line += f" {len(done.withdrawn)} were planned and are withdrawn."
     read_as = [] if page is None else [f"look again: {sheet} is no UTF-8 text and was read as {page} (`--encoding`)."]
     emit({**plain(done), "encoding": page or "utf-8"}, [line, *read_as, *remark_lines(done.remarks)], as_json)
+
+
+@app.command("dismiss")
+def dismiss_command(
+    what: Annotated[str, typer.Argument(metavar="ITEM", help="A name of the inbox: FILE#ROW, or FILE.")],
+    why: Annotated[str, typer.Option("--why", help="Why it belongs to no run.")],
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Take an item out of the inbox that belongs to no run; it stays in the book, and can come back.
+
+    Example: labbook runs dismiss charges.csv#4 --why "the pack of another robot"
+    """
+    from labbook.actions.kept_files import dismiss
+    from labbook.cli.files_lines import state
+
+    state(book, person, lambda desk: dismiss(desk, what, why), {"item": what, "why": why}, as_json)
+
+
+@app.command("restore")
+def restore_command(
+    what: Annotated[str, typer.Argument(metavar="ITEM", help="What was dismissed: FILE#ROW, or FILE.")],
+    why: Annotated[str | None, typer.Option("--why", help="Why.")] = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Bring a dismissed item back to the inbox.
+
+    Example: labbook runs restore charges.csv#4
+    """
+    from labbook.actions.kept_files import restore_item
+    from labbook.cli.files_lines import state
+
+    state(book, person, lambda desk: restore_item(desk, what, why), {"item": what, "why": why}, as_json)
 
 
 @app.command("inbox")

@@ -22,6 +22,30 @@ def _ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str
     return apply_ingest(scene, entry, prepared)
 
 
+def _read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+    from labbook.statements.ingesting import apply_read
+
+    return apply_read(scene, entry, prepared)
+
+
+def _withdraw(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+    from labbook.statements.withdrawing import apply_withdraw
+
+    return apply_withdraw(scene, entry, prepared)
+
+
+def _restore(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+    from labbook.statements.withdrawing import apply_restore
+
+    return apply_restore(scene, entry, prepared)
+
+
+def _dismiss(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+    from labbook.statements.withdrawing import apply_dismiss
+
+    return apply_dismiss(scene, entry, prepared)
+
+
 def _refuse(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     from labbook.statements.ingesting import apply_refuse
 
@@ -42,6 +66,10 @@ APPLY: dict[Action, Apply] = {
     Action.DECIDE: apply_decide,
     Action.NOTE: apply_declare,
     Action.INGEST: _ingest,
+    Action.READ: _read,
+    Action.WITHDRAW: _withdraw,
+    Action.RESTORE: _restore,
+    Action.DISMISS: _dismiss,
     Action.REFUSE: _refuse,
     Action.REPORT: _report,
 }

@@ -6,9 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from data_schema.journal import Entry
-from data_schema.queries.facts import read_fact, update_fact
+from data_schema.queries.facts import fact_exists, read_fact, update_fact
 from data_schema.queries.results import mark_stale
-from labbook.statements.scene import Scene, around_run
+from labbook.statements.assigning import move_waiting
+from labbook.statements.scene import Scene, around_run, refuse_unless_deferred
 
 NUMBERS_REST_ON: Mapping[str, frozenset[str]] = {
     "run": frozenset(
@@ -36,6 +37,11 @@ def apply_correct(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[s
     if not new:
         return []
     kind, uid = entry.entity_kind, entry.entity_uid
+    if kind in ("charge", "run_file") and not fact_exists(scene.connection, kind, uid):
+        refuse_unless_deferred(scene, kind, uid)
+        if kind == "run_file" and "run" in new:
+            move_waiting(scene, uid, new["run"])
+        return []
     update_fact(scene.connection, kind, uid, new)
     changed = [("robot_body", uid)] if kind == "robot" and SCENES_REST_ON & new.keys() else []
     if NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from data_schema.journal import Entry
+from data_schema.queries.charges import charges_of_run
 from data_schema.queries.conditions import add_condition_levels, add_planned_run
 from data_schema.queries.facts import insert_fact
 from data_schema.queries.results import mark_stale
@@ -50,8 +51,9 @@ def _link_what_waited(scene: Scene, uid: str, values: Mapping[str, Any]) -> None
     files, charges = waiting_for_run(scene.connection, values["name"])
     for file_uid, role in files:
         assign_file(scene, file_uid, uid, FileRole(role))
-    for charge_uid in charges:
-        assign_charge(scene, charge_uid, uid)
+    for charge_uid, may_be_second in charges:
+        if may_be_second or not charges_of_run(scene.connection, uid):
+            assign_charge(scene, charge_uid, uid)
 
 
 _SIGNED = ("note", "day_check")

@@ -6,13 +6,17 @@ file are made side by side. Files are on disk and synced before a row speaks of 
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Self
+
+import numpy as np
 
 from data_schema.errors import unknown_name
-from ingest.model import ColumnDeclaration, Declarations, Limits, Profile, ReadFile, RobotFacts
+from ingest.declared_json import declared_from_json, declared_to_json
+from ingest.model import ColumnDeclaration, Declarations, FloatArray, Limits, Profile, ReadFile, RobotFacts
 from ingest.read import read_file
 from ingest.store import Store
 from labbook.analysis.detecting import Detection, detect_part
@@ -21,48 +25,125 @@ from labbook.config.parsing import Configuration
 
 
 @dataclass(frozen=True, slots=True)
+class ReadSettings:
+    """All that a reading depends on beside the bytes and the readers: what is declared, and how jumps are found.
+
+    `rest_length_m` is None where the book has no robot: then no jumps are found yet.
+    """
+
+    declared: Declarations
+    detector: str
+    rest_length_m: float | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what the journal keeps."""
+        detection = {"detector": self.detector, "rest_length_m": self.rest_length_m}
+        return {"declared": declared_to_json(self.declared), **detection}
+
+    @classmethod
+    def from_json(cls, record: Mapping[str, Any]) -> Self:
+        """Return the settings that the journal keeps."""
+        return cls(declared_from_json(record["declared"]), record["detector"], record["rest_length_m"])
+
+
+@dataclass(frozen=True, slots=True)
 class StoredPart:
-    """Where the samples of one part lie, and the jumps found in them if it holds a body height."""
+    """Where the samples of one part lie, and the jumps found in them if it holds a body height.
+
+    `time_sha256` is the hash of its elapsed times: verdicts on jumps hold for all readings that have the same.
+    """
 
     sha256: str
     store_path: str
+    time_sha256: str
     detection: Detection | None
 
 
 @dataclass(frozen=True, slots=True)
 class PreparedImport:
-    """One file read, and its copy and samples on disk; `parts` are in the order of `read.parts`."""
+    """One file read, and its copy and samples on disk; `parts` are in the order of `read.parts`.
+
+    `settings` are those that were in force: of the profiles, the one that was used.
+    """
 
     sha256: str
     n_bytes: int
     read: ReadFile
-    raw_path: str
+    settings: ReadSettings
     parts: tuple[StoredPart, ...]
 
 
+def times_sha256(time_s: FloatArray) -> str:
+    """Return the SHA-256 of elapsed times in s, shape (n,)."""
+    return hashlib.sha256(np.ascontiguousarray(time_s, dtype="<f8").data).hexdigest()
+
+
 def read_and_store(
-    store: Store,
-    data: bytes,
-    sha256: str,
-    configuration: Configuration,
-    options: Mapping[str, Any],
-    *,
-    file_name: str | None = None,
-    anew: bool = False,
+    store: Store, data: bytes, sha256: str, settings: ReadSettings, *, anew: bool = False
 ) -> PreparedImport:
     """Read a file and keep its copy and samples; a refused file is read only, nothing is kept.
 
     `anew` writes samples that are there already once more, because a rebuild must not trust them.
     """
-    read = read_file(data, declarations(configuration, options, file_name))
+    read = read_file(data, settings.declared)
+    in_force = resolved(settings, read)
     if read.refused:
-        return PreparedImport(sha256, len(data), read, "", ())
+        return PreparedImport(sha256, len(data), read, in_force, ())
     with ThreadPoolExecutor(max_workers=2) as pool:
         raw = pool.submit(store.put_raw, data, sha256)
         kept = [pool.submit(store.put_signal, part, anew=anew) for part in read.parts]
-        detections = [detect_part(part, configuration) for part in read.parts]
-        parts = tuple(StoredPart(*done.result(), detection) for done, detection in zip(kept, detections, strict=True))
-        return PreparedImport(sha256, len(data), read, raw.result(), parts)
+        found = [detect_part(part, settings.detector, settings.rest_length_m) for part in read.parts]
+        times = [times_sha256(part.time_s) for part in read.parts]
+        parts = zip(kept, times, found, strict=True)
+        stored = tuple(StoredPart(*done.result(), time_sha256, detection) for done, time_sha256, detection in parts)
+        raw.result()
+        return PreparedImport(sha256, len(data), read, in_force, stored)
+
+
+def read_only(data: bytes, sha256: str, settings: ReadSettings) -> PreparedImport:
+    """Read a file as `read_and_store` does, and keep nothing."""
+    from ingest.samples import signal_sha256
+
+    read = read_file(data, settings.declared)
+    parts = tuple(
+        StoredPart(
+            signal_sha256(part),
+            "",
+            times_sha256(part.time_s),
+            detect_part(part, settings.detector, settings.rest_length_m),
+        )
+        for part in (() if read.refused else read.parts)
+    )
+    return PreparedImport(sha256, len(data), read, resolved(settings, read), parts)
+
+
+def resolved(settings: ReadSettings, read: ReadFile) -> ReadSettings:
+    """Return the settings with no profile but the one that was used."""
+    used = [profile for profile in settings.declared.profiles if _was_used(profile, read)]
+    return replace(settings, declared=replace(settings.declared, profiles=tuple(used)))
+
+
+def _was_used(profile: Profile, read: ReadFile) -> bool:
+    if read.profile is not None:
+        return profile.name == read.profile
+    said = [finding.message for finding in read.findings if finding.rule == "profile_used"]
+    return any(repr(profile.name) in message for message in said)
+
+
+def settings_now(
+    configuration: Configuration, options: Mapping[str, Any], file_name: str | None = None
+) -> ReadSettings:
+    """Return how a file is read under a configuration: the command line's `options` over the book's profiles.
+
+    Whose log it is may not be known yet: the first robot is taken. What is found is used for runs of a robot with that
+    rest length only, for the key of a detection holds the length.
+    """
+    first = next(iter(configuration.robots.values()), None)
+    return ReadSettings(
+        declarations(configuration, options, file_name),
+        configuration.protocol.detector,
+        None if first is None else first.rest_length_m,
+    )
 
 
 def declarations(

@@ -1,68 +1,136 @@
-"""A file was ingested, or refused: the rows that it leaves."""
+"""A file was ingested, read again, or refused: the rows that it leaves."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from data_schema.errors import BookDamaged
-from data_schema.journal import Entry, canonical
+from data_schema import journal
+from data_schema.errors import InputRefused, UsageError
+from data_schema.journal import Entry
 from data_schema.queries import imports
-from data_schema.queries.detections import NewDetection, add_detections
 from data_schema.queries.facts import read_fact
 from data_schema.queries.people import config_in_force
+from data_schema.queries.readings import last_reading, parts_of_reading, said_about, set_status
 from data_schema.queries.results import mark_stale
-from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
-from ingest.model import Finding, ReadFile, SignalPart
-from labbook.analysis.detecting import detection_rows, jumps_found
+from data_schema.queries.sheet_rows import rows_of_file
+from data_schema.vocabulary import Action, FileRole, IngestStatus, RunKind, Severity
+from ingest.model import Finding, ReadFile
+from ingest.read import UNKNOWN
+from labbook.analysis.detecting import jumps_found
 from labbook.config.parsing import Configuration, parse_configuration
-from labbook.statements.assigning import assign_file
+from labbook.statements.assigning import apply_assign, assign_file, link_parts_again
+from labbook.statements.correcting import apply_correct
 from labbook.statements.findings import finding_values
-from labbook.statements.importing import PreparedImport, StoredPart, read_and_store
-from labbook.statements.scene import Scene, around_run, derived_uid, run_named
-from labbook.statements.sheet_charges import add_charges
+from labbook.statements.importing import PreparedImport, ReadSettings, read_and_store, settings_now
+from labbook.statements.reading_rows import add_reading, add_refusal, add_signals
+from labbook.statements.scene import Apply, Scene, around_run, derived_uid, run_named
+from labbook.statements.sheet_charges import lose_charges, update_charges
+from labbook.statements.withdrawing import apply_dismiss, apply_restore
+
+_ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
+"""What files were for that earlier labbooks read: their entries do not say."""
 
 
 def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
-    """Add the file, what was read from it, and its run where that is known."""
+    """Add the file, what was read from it, and its run where that is known.
+
+    A file that this labbook's reader refuses, on rebuilding, waits for a declaration; it belongs to its run all the
+    same.
+    """
     new = entry.new or {}
     done = prepared if isinstance(prepared, PreparedImport) else _read_again(scene, new)
-    read = done.read
     file_uid = derived_uid("file", done.sha256)
     file_key = imports.add_file(
-        scene.connection, uid=file_uid, sha256=done.sha256, n_bytes=done.n_bytes, store_path=done.raw_path
+        scene.connection,
+        uid=file_uid,
+        sha256=done.sha256,
+        n_bytes=done.n_bytes,
+        store_path=raw_path(done.sha256),
     )
-    ingest_key = _add_ingest(scene, entry, read.format, read.reader_version, IngestStatus.IMPORTED, file_key, read)
-    imports.add_findings(scene.connection, ingest_key, [finding_values(finding) for finding in read.findings])
-    for part, stored in zip(read.parts, done.parts, strict=True):
-        _add_signal(scene, file_key, done.sha256, read, part, stored)
-    touched = add_charges(scene, ingest_key, file_uid, read)
+    role = _role(new, done)
+    ingest_key = add_reading(scene, entry, done, file_key, role)
+    touched = []
+    if not done.read.refused:
+        add_signals(scene, file_key, ingest_key, done, new, None)
+        touched += update_charges(scene, ingest_key, file_uid, done.read, new.get("charge_lines"))
     run_uid = new.get("run") or run_named(scene, new.get("stated_run"))
     if run_uid:
-        assign_file(scene, file_uid, run_uid, read.role or FileRole.LOG)
+        assign_file(scene, file_uid, run_uid, role)
         touched.append(run_uid)
         imports.add_findings(scene.connection, ingest_key, _jumps_mismatch(scene, run_uid, done))
     return mark_stale(scene.connection, [changed for uid in touched for changed in around_run(scene, uid)])
 
 
+def apply_read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+    """Add another reading of a file, which is in force from now on, and bring what belongs to the file up to it.
+
+    Parts that there are no longer belong to no run, and parts that are new belong to the one run that the file belongs
+    to. What was said about a file while it waited for this takes effect now.
+    """
+    new = entry.new or {}
+    done = prepared if isinstance(prepared, PreparedImport) else _read_again(scene, new)
+    before = last_reading(scene.connection, done.sha256)
+    assert before is not None, "a file is imported before it is read again"  # noqa: S101
+    assert before.file_uid is not None  # noqa: S101
+    old_parts = parts_of_reading(scene.connection, before.uid)
+    set_status(scene.connection, before.uid, IngestStatus.SUPERSEDED)
+    role = _role(new, done)
+    file_key = imports.file_key(scene.connection, done.sha256)
+    ingest_key = add_reading(scene, entry, done, file_key, role)
+    touched: list[str] = []
+    changed = [("file", before.file_uid), *(("signal", part.sha256) for part in old_parts)]
+    if done.read.refused:
+        touched += lose_charges(scene, before.file_uid)
+    else:
+        add_signals(scene, file_key, ingest_key, done, new, entry.entity_uid)
+        touched += link_parts_again(scene, before.file_uid, role, new.get("stated_run"))
+        lines = said_about(scene.connection, before.uid, [Action.INGEST, Action.READ])[-1][1].get("charge_lines")
+        touched += update_charges(scene, ingest_key, before.file_uid, done.read, lines)
+        if before.status is IngestStatus.WAITING:
+            _apply_deferred(scene, before.file_uid)
+    for run_uid in dict.fromkeys(touched):
+        changed += around_run(scene, run_uid)
+        imports.add_findings(scene.connection, ingest_key, _jumps_mismatch(scene, run_uid, done))
+    return mark_stale(scene.connection, list(dict.fromkeys(changed)))
+
+
+def _apply_deferred(scene: Scene, file_uid: str) -> None:
+    """Let what people said about the charges of a file, while it waited for a declaration, take effect."""
+    uids = {row.uid for row in rows_of_file(scene.connection, file_uid)}
+    apply: dict[Action, Apply] = {
+        Action.ASSIGN: apply_assign,
+        Action.CORRECT: apply_correct,
+        Action.DISMISS: apply_dismiss,
+        Action.RESTORE: apply_restore,
+    }
+    for entry in list(journal.stored(scene.connection)) if uids else []:
+        if entry.entity_kind == "charge" and entry.entity_uid in uids and entry.action in apply:
+            apply[entry.action](scene, entry, None)
+
+
 def apply_refuse(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Add the row that says why a file was refused; its findings stand in the entry, for no copy is kept."""
-    new = entry.new or {}
-    ingest_key = _add_ingest(
-        scene, entry, new["reader"], new["reader_version"], IngestStatus.REFUSED, None, counts=new["rows"]
-    )
-    imports.add_findings(scene.connection, ingest_key, new["findings"])
+    add_refusal(scene, entry)
     return []
 
 
 def as_read(done: PreparedImport) -> dict[str, Any]:
-    """Return what the journal keeps of how a file was read, so that another reading can be compared with it."""
+    """Return what the journal keeps of how a file was read: all that it depended on, and what came of it.
+
+    Another reading can be made from the first and compared with the second.
+    """
     read = done.read
     return {
         "reader": read.format,
         "reader_version": read.reader_version,
+        "settings": done.settings.as_json(),
+        "role": str(read.role or FileRole.LOG),
         "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
+        "parts": [part.part for part in read.parts],
         "signals": [part.sha256 for part in done.parts],
+        "times": [part.time_sha256 for part in done.parts],
+        "charge_lines": [row.line for row in read.charges],
     }
 
 
@@ -73,106 +141,31 @@ def configuration_in_force(scene: Scene) -> Configuration:
     return parse_configuration(row.text, "the book's configuration")
 
 
+def raw_path(sha256: str) -> str:
+    """Return where the store keeps the bytes of a file."""
+    return f"raw/{sha256[:2]}/{sha256}.zst"
+
+
 def _read_again(scene: Scene, new: Mapping[str, Any]) -> PreparedImport:
+    """Read the kept copy as the journal says; an earlier labbook read as its configuration and options said."""
     sha256 = new["sha256"]
-    data = scene.store.raw(f"raw/{sha256[:2]}/{sha256}.zst", sha256)
-    done = read_and_store(
-        scene.store,
-        data,
-        sha256,
-        configuration_in_force(scene),
-        new["options"],
-        file_name=new["original_name"],
-        anew=True,
-    )
-    if done.read.refused:
-        raise BookDamaged(
-            f"{new['original_name']} was imported once and is refused by this labbook's {done.read.format} reader, "
-            f"version {done.read.reader_version} ({done.read.findings[0].message}): rebuild with the labbook that "
-            "imported it."
-        )
-    return done
+    if "settings" in new:
+        settings = ReadSettings.from_json(new["settings"])
+    else:
+        settings = settings_now(configuration_in_force(scene), new["options"], new["original_name"])
+    data = scene.store.raw(raw_path(sha256), sha256)
+    try:
+        return read_and_store(scene.store, data, sha256, settings, anew=True)
+    except (UsageError, InputRefused) as error:
+        # what was declared then has no meaning any more: a format's plug-in is not there
+        finding = Finding(Severity.FILE, "declaration_unknown", str(error), None, None, None, 1, ())
+        return PreparedImport(sha256, len(data), ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0), settings, ())
 
 
-def _add_ingest(
-    scene: Scene,
-    entry: Entry,
-    reader: str,
-    reader_version: int,
-    status: IngestStatus,
-    file_key: int | None,
-    read: ReadFile | None = None,
-    counts: Mapping[str, int] | None = None,
-) -> int:
-    new = entry.new or {}
-    rows = counts or {name: getattr(read, f"rows_{name}") for name in ("read", "kept", "rejected")}
-    return imports.add_ingest(
-        scene.connection,
-        person_name=entry.person,
-        values={
-            "uid": entry.entity_uid,
-            "sha256": new["sha256"],
-            "file": file_key,
-            "original_name": new["original_name"],
-            "modified_utc": new["modified_utc"],
-            "status": str(status),
-            "reader": reader,
-            "reader_version": reader_version,
-            "options_json": canonical(new["options"]),
-            "role": None if read is None else str(read.role or FileRole.LOG),
-            "stated_run": new["stated_run"],
-            "at_utc": entry.at_utc,
-            **{f"rows_{name}": count for name, count in rows.items()},
-        },
-    )
-
-
-def _add_signal(
-    scene: Scene, file_key: int, file_sha256: str, read: ReadFile, part: SignalPart, stored: StoredPart
-) -> None:
-    uid = derived_uid("signal", file_sha256, part.part, read.reader_version)
-    imports.add_signal(
-        scene.connection,
-        {
-            "uid": uid,
-            "file": file_key,
-            "part": part.part,
-            "reader": read.format,
-            "reader_version": read.reader_version,
-            "start_utc": part.start_utc,
-            "rate_hz": part.rate_hz,
-            "n_samples": len(part.time_s),
-            "sha256": stored.sha256,
-            "store_path": stored.store_path,
-        },
-        [
-            {
-                "position": position,
-                "name": channel.name,
-                "unit": channel.unit,
-                "source_name": channel.source_name,
-                "source_unit": channel.source_unit,
-                "scale": channel.scale,
-                "zero_offset": channel.offset,
-                "sign": channel.sign,
-                "assumed_json": canonical(list(channel.assumed)),
-            }
-            for position, channel in enumerate(part.channels)
-        ],
-        [
-            {
-                "start_s": gap.start_s,
-                "length_s": gap.length_s,
-                "samples_expected": gap.samples_expected,
-                "samples_missing": gap.samples_missing,
-                "kind": str(gap.kind),
-            }
-            for gap in part.gaps
-        ],
-    )
-    if stored.detection is not None:
-        values, jumps = detection_rows(stored.detection, stored.sha256)
-        add_detections(scene.connection, [NewDetection(uid, values, jumps)])
+def _role(new: Mapping[str, Any], done: PreparedImport) -> FileRole:
+    if not done.read.refused:
+        return done.read.role or FileRole.LOG
+    return FileRole(new["role"]) if "role" in new else _ROLES.get(new["reader"], FileRole.LOG)
 
 
 def _jumps_mismatch(scene: Scene, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:

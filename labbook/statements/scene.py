@@ -9,9 +9,11 @@ from typing import Any, TypeAlias
 
 import sqlalchemy as sa
 
+from data_schema.errors import UnknownName
 from data_schema.journal import Entry
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.people import person_uid
+from data_schema.queries.readings import waiting_files
 from data_schema.vocabulary import RunKind
 from ingest.store import Store
 
@@ -54,6 +56,15 @@ Apply: TypeAlias = Callable[[Scene, Entry, object], list[tuple[str, str]]]
 def run_named(scene: Scene, name: str | None) -> str | None:
     """Return the uid of the run of this name, if there is one."""
     return find_uid(scene.connection, "run", name=name) if name else None
+
+
+def refuse_unless_deferred(scene: Scene, kind: str, uid: str) -> None:
+    """Let a statement about a row that is not there wait where it may be one of a file that waits for a declaration.
+
+    Raises `UnknownName` where no file waits: then there never was such a row.
+    """
+    if not waiting_files(scene.connection):
+        raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
 
 
 def derived_uid(*parts: object) -> str:

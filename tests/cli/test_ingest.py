@@ -15,7 +15,7 @@ from tests.ingest.synthetic import SHEET, bertec_acquire, icharger_rows, robot_l
 
 KEYS = {
     "status", "format", "runs", "rows_read", "rows_kept", "rows_rejected", "channels", "findings", "sha256",
-    "file", "first_import", "raw_restored", "rig", "missing_body_height",
+    "file", "first_import", "raw_restored", "changes", "said", "rig", "missing_body_height",
 }  # fmt: skip
 CHANNEL_KEYS = {"name", "unit", "rate_hz", "n"}
 FINDING_KEYS = {"severity", "rule", "line", "column", "count", "message", "more_lines", "value"}
@@ -235,4 +235,6 @@ def test_run_is_named_before_import_and_not_silently_ignored_after(stated: Small
     assert tried[0]["runs"] == ["r001"]
     good(labbook("ingest", folder / "log.csv", at=stated.folder))
     again = good(labbook("ingest", folder / "log.csv", "--run", "r002", at=stated.folder))
-    assert "`labbook assign log.csv r002`" in again.out
+    assert "it belongs to run r002 now" in again.out
+    moved = good(labbook("ingest", folder / "log.csv", "--run", "r003", at=stated.folder))
+    assert "`labbook assign log.csv r003 --why ...`" in moved.out

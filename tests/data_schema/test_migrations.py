@@ -5,7 +5,9 @@ After a change on purpose: LABBOOK_GOLDEN=write pytest tests/data_schema/test_mi
 
 from __future__ import annotations
 
+import hashlib
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -80,12 +82,15 @@ def test_running_all_migrations_again_changes_nothing(engine: sa.Engine) -> None
         assert schema_lines(connection) == before
 
 
-BROKEN = """
+NEWEST = migrations.newest()
+NEXT = f"{int(NEWEST) + 1:04d}"
+
+BROKEN = f"""
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0002"
-down_revision = "0001"
+revision = "{NEXT}"
+down_revision = "{NEWEST}"
 branch_labels = None
 depends_on = None
 
@@ -100,11 +105,9 @@ def upgrade():
 
 def test_half_a_migration_never_survives(engine: sa.Engine, tmp_path: Path) -> None:
     versions = tmp_path / "versions"
-    versions.mkdir()
-    first = migrations.VERSIONS / "m0001_first_tables.py"
-    (versions / first.name).write_bytes(first.read_bytes())
-    (versions / "m0002_broken.py").write_text(BROKEN)
-    assert migrations.newest(versions) == "0002"
+    shutil.copytree(migrations.VERSIONS, versions)
+    (versions / f"m{NEXT}_broken.py").write_text(BROKEN)
+    assert migrations.newest(versions) == NEXT
     with reading(engine) as connection:
         before = schema_lines(connection)
 
@@ -116,4 +119,14 @@ def test_half_a_migration_never_survives(engine: sa.Engine, tmp_path: Path) -> N
         run()
     with reading(engine) as connection:
         assert schema_lines(connection) == before
-        assert migrations.current(connection) == "0001"
+        assert migrations.current(connection) == NEWEST
+
+
+ON_RECORD = {"m0001_first_tables.py": "287dd20a6cd5cba2a0bdc48169c610a2266fff36648e4cc1f6292542cb83601a"}
+"""Migrations that books were made with, by the SHA-256 of their file."""
+
+
+@pytest.mark.parametrize("name", sorted(ON_RECORD))
+def test_migrations_are_only_added_to(name: str) -> None:
+    content = (migrations.VERSIONS / name).read_bytes()
+    assert hashlib.sha256(content).hexdigest() == ON_RECORD[name], "migrations are only added to: write another one"

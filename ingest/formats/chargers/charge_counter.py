@@ -65,6 +65,7 @@ def charge_row(row_number: int, counted: CountedCharge, findings: FindingCollect
         counted.mode,
         None,
         None,
+        counted.lines[0] if counted.lines else None,
     )
 
 

@@ -306,6 +306,7 @@ def _charge(
         mode or ChargeMode.CHARGE,
         None if ended is None else to_utc(iso_text(ended, dates or "y-m-d"), head.declared.time_zone, findings),
         ended,
+        line,
     )
 
 

@@ -36,10 +36,13 @@ column charge.ended_original text
 column charge.ended_utc text
 column charge.file bigint
 column charge.id bigint NOT NULL
+column charge.line bigint
 column charge.mode text NOT NULL
+column charge.repeats text
 column charge.resolution_mah double precision NOT NULL
 column charge.row_number bigint NOT NULL
 column charge.run bigint
+column charge.state text NOT NULL
 column charge.stated_pack text
 column charge.stated_run text
 column charge.uid text NOT NULL
@@ -124,6 +127,7 @@ column gap.signal bigint NOT NULL
 column gap.start_s double precision NOT NULL
 column ingest.at_utc text NOT NULL
 column ingest.config bigint NOT NULL
+column ingest.declared_json text
 column ingest.file bigint
 column ingest.id bigint NOT NULL
 column ingest.modified_utc text
@@ -290,14 +294,17 @@ column run_file.run bigint NOT NULL
 column run_file.uid text NOT NULL
 column signal.file bigint NOT NULL
 column signal.id bigint NOT NULL
+column signal.ingest bigint NOT NULL
 column signal.n_samples bigint NOT NULL
 column signal.part text NOT NULL
 column signal.rate_hz double precision
 column signal.reader text NOT NULL
 column signal.reader_version bigint NOT NULL
+column signal.recorded_sha256 text
 column signal.sha256 text NOT NULL
 column signal.start_utc text
 column signal.store_path text NOT NULL
+column signal.time_sha256 text
 column signal.uid text NOT NULL
 column study.id bigint NOT NULL
 column study.jumps_nominal bigint NOT NULL
@@ -357,6 +364,7 @@ index CREATE INDEX ix_run_file_run ON public.run_file USING btree (run)
 index CREATE INDEX ix_run_robot ON public.run USING btree (robot)
 index CREATE INDEX ix_run_study ON public.run USING btree (study)
 index CREATE INDEX ix_signal_file ON public.signal USING btree (file)
+index CREATE INDEX ix_signal_ingest ON public.signal USING btree (ingest)
 index CREATE UNIQUE INDEX alembic_version_pkc ON public.alembic_version USING btree (version_num)
 index CREATE UNIQUE INDEX pk_battery ON public.battery USING btree (id)
 index CREATE UNIQUE INDEX pk_calibration ON public.calibration USING btree (id)
@@ -443,7 +451,7 @@ index CREATE UNIQUE INDEX uq_run_file_uid ON public.run_file USING btree (uid)
 index CREATE UNIQUE INDEX uq_run_planned_run ON public.run USING btree (planned_run)
 index CREATE UNIQUE INDEX uq_run_study_name ON public.run USING btree (study, name)
 index CREATE UNIQUE INDEX uq_run_uid ON public.run USING btree (uid)
-index CREATE UNIQUE INDEX uq_signal_file_part_reader_version ON public.signal USING btree (file, part, reader_version)
+index CREATE UNIQUE INDEX uq_signal_ingest_part ON public.signal USING btree (ingest, part)
 index CREATE UNIQUE INDEX uq_signal_uid ON public.signal USING btree (uid)
 index CREATE UNIQUE INDEX uq_study_name ON public.study USING btree (name)
 index CREATE UNIQUE INDEX uq_study_uid ON public.study USING btree (uid)
@@ -468,6 +476,7 @@ rule charge.ck_charge_charge_counted CHECK ((charge_mah >= (0)::double precision
 rule charge.ck_charge_duration_positive CHECK (((duration_s IS NULL) OR (duration_s > (0)::double precision)))
 rule charge.ck_charge_mode_known CHECK ((mode = ANY (ARRAY['charge'::text, 'discharge'::text])))
 rule charge.ck_charge_resolution_positive CHECK ((resolution_mah > (0)::double precision))
+rule charge.ck_charge_state_known CHECK ((state = ANY (ARRAY['counted'::text, 'known'::text, 'gone'::text, 'dismissed'::text])))
 rule charge.fk_charge_battery FOREIGN KEY (battery) REFERENCES battery(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule charge.fk_charge_file FOREIGN KEY (file) REFERENCES file(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule charge.fk_charge_run FOREIGN KEY (run) REFERENCES run(id) ON UPDATE RESTRICT ON DELETE RESTRICT
@@ -528,7 +537,7 @@ rule gap.fk_gap_signal FOREIGN KEY (signal) REFERENCES signal(id) ON UPDATE REST
 rule gap.pk_gap PRIMARY KEY (id)
 rule ingest.ck_ingest_imported_has_file CHECK (((status <> 'imported'::text) OR (file IS NOT NULL)))
 rule ingest.ck_ingest_role_known CHECK (((role IS NULL) OR (role = ANY (ARRAY['log'::text, 'force'::text, 'charge'::text, 'video'::text]))))
-rule ingest.ck_ingest_status_known CHECK ((status = ANY (ARRAY['imported'::text, 'duplicate'::text, 'refused'::text])))
+rule ingest.ck_ingest_status_known CHECK ((status = ANY (ARRAY['imported'::text, 'duplicate'::text, 'refused'::text, 'superseded'::text, 'withdrawn'::text, 'waiting'::text])))
 rule ingest.fk_ingest_config FOREIGN KEY (config) REFERENCES config(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule ingest.fk_ingest_file FOREIGN KEY (file) REFERENCES file(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule ingest.fk_ingest_person FOREIGN KEY (person) REFERENCES person(id) ON UPDATE RESTRICT ON DELETE RESTRICT
@@ -537,7 +546,7 @@ rule ingest.uq_ingest_uid UNIQUE (uid)
 rule instrument.pk_instrument PRIMARY KEY (id)
 rule instrument.uq_instrument_name UNIQUE (name)
 rule instrument.uq_instrument_uid UNIQUE (uid)
-rule journal.ck_journal_action_known CHECK ((action = ANY (ARRAY['declare'::text, 'correct'::text, 'void'::text, 'assign'::text, 'decide'::text, 'note'::text, 'ingest'::text, 'refuse'::text, 'report'::text])))
+rule journal.ck_journal_action_known CHECK ((action = ANY (ARRAY['declare'::text, 'correct'::text, 'void'::text, 'assign'::text, 'decide'::text, 'note'::text, 'ingest'::text, 'refuse'::text, 'report'::text, 'read'::text, 'withdraw'::text, 'restore'::text, 'dismiss'::text])))
 rule journal.ck_journal_following_counted CHECK ((following >= 0))
 rule journal.fk_journal_person FOREIGN KEY (person) REFERENCES person(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule journal.pk_journal PRIMARY KEY (id)
@@ -623,8 +632,9 @@ rule run_file.uq_run_file_run_file_part UNIQUE (run, file, part)
 rule run_file.uq_run_file_uid UNIQUE (uid)
 rule signal.ck_signal_n_samples_counted CHECK ((n_samples >= 0))
 rule signal.fk_signal_file FOREIGN KEY (file) REFERENCES file(id) ON UPDATE RESTRICT ON DELETE RESTRICT
+rule signal.fk_signal_ingest FOREIGN KEY (ingest) REFERENCES ingest(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule signal.pk_signal PRIMARY KEY (id)
-rule signal.uq_signal_file_part_reader_version UNIQUE (file, part, reader_version)
+rule signal.uq_signal_ingest_part UNIQUE (ingest, part)
 rule signal.uq_signal_uid UNIQUE (uid)
 rule study.ck_study_jumps_nominal_positive CHECK ((jumps_nominal > 0))
 rule study.ck_study_kind_known CHECK ((kind = ANY (ARRAY['bed'::text, 'emulator'::text, 'force_plate'::text, 'field'::text])))

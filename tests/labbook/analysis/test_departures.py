@@ -16,6 +16,7 @@ from labbook.book.rebuilding import rebuild_database
 from reports.numbers import Quantity
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
 from tests.helpers.decided import DECIDED, decided_book
+from tests.helpers.statements import gives_charge
 
 
 @pytest.fixture
@@ -188,7 +189,7 @@ def test_a_charge_taken_off_its_run_takes_the_run_out(honest: SmallBook) -> None
 
 def test_a_second_charge_moved_to_a_run_takes_that_out_too(honest: SmallBook) -> None:
     with honest.open() as book, book.desk(ADA) as desk:
-        assign(desk, "2021-06-14.csv#2", "r003", "looked odd")
+        gives_charge(desk, "2021-06-14.csv#2", "r003", "looked odd")
     (said,) = planned(honest).departures
     assert said.endswith("which leaves run r002, r003 without joules a jump")
 

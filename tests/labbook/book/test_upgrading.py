@@ -27,12 +27,14 @@ from tests.helpers.books import SmallBook, small_book
 from tests.helpers.databases import Rows, all_rows
 from tests.helpers.schemas import schema_lines
 
-HEAD = """
+NEWEST = migrations.newest()
+NEXT = f"{int(NEWEST) + 1:04d}"
+HEAD = f"""
 import sqlalchemy as sa
 from alembic import op
 
-revision = "0002"
-down_revision = "0001"
+revision = "{NEXT}"
+down_revision = "{NEWEST}"
 branch_labels = None
 depends_on = None
 
@@ -82,15 +84,13 @@ class Old:
             return schema_lines(connection), all_rows(self.engine), migrations.current(connection)
 
     def write_migration(self, body: str) -> None:
-        (self.versions / "m0002_next.py").write_text(HEAD + body)
+        (self.versions / f"m{NEXT}_next.py").write_text(HEAD + body)
 
 
 @pytest.fixture
 def old(tmp_path: Path, book: SmallBook) -> Iterator[Old]:
     versions = tmp_path / "my 50%: versions"
-    versions.mkdir()
-    first = migrations.VERSIONS / "m0001_first_tables.py"
-    shutil.copy(first, versions)
+    shutil.copytree(migrations.VERSIONS, versions)
     engine = engine_of(book.folder, read_configuration(book.folder))
     yield Old(book, engine, versions)
     engine.dispose()
@@ -107,13 +107,15 @@ def named_rules(lines: list[str]) -> set[str]:
 def test_a_rebuild_of_parents_keeps_every_row_rule_and_trigger(old: Old) -> None:
     old.write_migration(REBUILDS_PARENTS)
     lines, rows, _revision = old.state()
-    with pytest.raises(BookVersion, match=r"has revision 0001, this labbook writes 0002: run `labbook db upgrade`"):
+    with pytest.raises(
+        BookVersion, match=rf"has revision {NEWEST}, this labbook writes {NEXT}: run `labbook db upgrade`"
+    ):
         check_revision(old.engine, old.versions)
     done = old.upgrade()
-    assert (done.before, done.after) == ("0001", "0002")
+    assert (done.before, done.after) == (NEWEST, NEXT)
     check_revision(old.engine, old.versions)
     after_lines, after_rows, revision = old.state()
-    assert revision == "0002"
+    assert revision == NEXT
     assert after_rows == rows
     assert all(rows[name] for name in ("run", "charge", "run_file", "note", "signal", "jump", "journal"))
     named = {
@@ -170,7 +172,7 @@ def test_with_foreign_keys_on_a_rebuild_would_empty_the_children(tmp_path: Path)
 @pytest.mark.parametrize(
     ("body", "says"),
     [
-        (FAILS_LATE, "upgrade from 0001 to 0002 failed .*there_is_no_such_column.* nothing was changed"),
+        (FAILS_LATE, f"upgrade from {NEWEST} to {NEXT} failed .*there_is_no_such_column.* nothing was changed"),
         (LOSES_ROWS, r"lost rows of \['note'\].*nothing was changed"),
         (BREAKS_REFERENCES, r"broken 16 references|violates foreign key"),
     ],
@@ -204,7 +206,7 @@ def test_the_backup_is_the_database_as_it_was(old: Old) -> None:
 
 def test_an_upgrade_of_what_is_newest_does_nothing(old: Old) -> None:
     before = old.state()
-    assert old.upgrade() == Upgrade("0001", "0001", None)
+    assert old.upgrade() == Upgrade(NEWEST, NEWEST, None)
     assert old.state() == before
     assert backups(old.book) == []
 

@@ -1,0 +1,221 @@
+"""How files were read: the history of readings, the one that is in force, and what a person decided about them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
+from data_schema.tables.people import config, journal, person
+from data_schema.tables.runs import run
+from data_schema.tables.signals import channel, signal
+from data_schema.vocabulary import Action, IngestStatus, Severity
+
+
+@dataclass(frozen=True, slots=True)
+class ReadingRow:
+    """One reading of a file.
+
+    `settings_json` is all that it depended on, None where an earlier labbook read; then `config_text` is the
+    labbook.toml that was in force. `why` is what the person said who had the file read again.
+    """
+
+    uid: str
+    file_uid: str | None
+    sha256: str
+    name: str
+    at_utc: str
+    person: str
+    status: IngestStatus
+    reader: str
+    reader_version: int
+    options_json: str
+    settings_json: str | None
+    config_text: str
+    role: str | None
+    stated_run: str | None
+    modified_utc: str | None
+    rows_read: int
+    rows_kept: int
+    rows_rejected: int
+    why: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class PartRow:
+    """What was sampled together in one reading; channels as (name, unit)."""
+
+    part: str
+    sha256: str
+    time_sha256: str | None
+    rate_hz: float | None
+    n_samples: int
+    channels: tuple[tuple[str, str | None], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WaitingFile:
+    """A file that was imported and that this labbook refuses; `said` is the sentence of the refusal."""
+
+    file_uid: str
+    name: str
+    role: str | None
+    said: str
+    runs: tuple[str, ...]
+
+    @property
+    def reason(self) -> str:
+        """Say why numbers that would come from it are undefined, and what to do."""
+        return (
+            f"{self.role or 'file'} {self.name} waits for a declaration: {self.said} Then "
+            f"`labbook files reread {self.name}` with it"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """Who said something about a file, when and why."""
+
+    person: str
+    at_utc: str
+    reason: str | None
+
+
+def readings_of(connection: sa.Connection, sha256: str) -> list[ReadingRow]:
+    """Return all readings of the bytes with this hash, also refused ones, the oldest first."""
+    return _readings(connection, ingest.c.sha256 == sha256)
+
+
+def last_readings(connection: sa.Connection) -> list[ReadingRow]:
+    """Return the last reading of every file that was imported, in the order of the files' import."""
+    found = _readings(connection, LAST_READING)
+    order = {
+        uid: place for place, uid in enumerate(connection.execute(sa.select(file.c.uid).order_by(file.c.id)).scalars())
+    }
+    return sorted(found, key=lambda row: order[row.file_uid or ""])
+
+
+def last_reading(connection: sa.Connection, sha256: str) -> ReadingRow | None:
+    """Return the last reading of the bytes with this hash, if they were imported."""
+    return next(iter(_readings(connection, sa.and_(LAST_READING, ingest.c.sha256 == sha256))), None)
+
+
+def _readings(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> list[ReadingRow]:
+    why = sa.select(journal.c.reason).where(journal.c.entity_uid == ingest.c.uid).limit(1).scalar_subquery()
+    query = (
+        sa.select(
+            ingest.c.uid,
+            file.c.uid,
+            ingest.c.sha256,
+            ingest.c.original_name,
+            ingest.c.at_utc,
+            person.c.name,
+            ingest.c.status,
+            ingest.c.reader,
+            ingest.c.reader_version,
+            ingest.c.options_json,
+            ingest.c.declared_json,
+            config.c.text,
+            ingest.c.role,
+            ingest.c.stated_run,
+            ingest.c.modified_utc,
+            ingest.c.rows_read,
+            ingest.c.rows_kept,
+            ingest.c.rows_rejected,
+            why,
+        )
+        .join(person, ingest.c.person == person.c.id)
+        .join(config, ingest.c.config == config.c.id)
+        .outerjoin(file, ingest.c.file == file.c.id)
+        .where(wanted)
+        .order_by(ingest.c.id)
+    )
+    rows = [list(row) for row in connection.execute(query)]
+    return [ReadingRow(*[*row[:6], IngestStatus(row[6]), *row[7:]]) for row in rows]
+
+
+def parts_of_reading(connection: sa.Connection, ingest_uid: str) -> list[PartRow]:
+    """Return what a reading gave, in the order of the file."""
+    query = (
+        sa.select(
+            signal.c.id,
+            signal.c.part,
+            signal.c.sha256,
+            signal.c.time_sha256,
+            signal.c.rate_hz,
+            signal.c.n_samples,
+        )
+        .join(ingest, signal.c.ingest == ingest.c.id)
+        .where(ingest.c.uid == ingest_uid)
+        .order_by(signal.c.id)
+    )
+    rows = connection.execute(query).all()
+    channels: dict[int, list[tuple[str, str | None]]] = {row.id: [] for row in rows}
+    of_rows = (
+        sa.select(channel.c.signal, channel.c.name, channel.c.unit)
+        .where(channel.c.signal.in_(channels))
+        .order_by(channel.c.signal, channel.c.position)
+    )
+    for owner, name, unit in connection.execute(of_rows):
+        channels[owner].append((name, unit))
+    return [PartRow(*row[1:], tuple(channels[row.id])) for row in rows]
+
+
+def set_status(connection: sa.Connection, ingest_uid: str, status: IngestStatus) -> None:
+    """Say how a reading stands now."""
+    connection.execute(ingest.update().where(ingest.c.uid == ingest_uid).values(status=str(status)))
+
+
+def waiting_files(connection: sa.Connection) -> list[WaitingFile]:
+    """Return the files that wait for a declaration, with the runs that they belong to."""
+    rows = connection.execute(
+        sa.select(ingest.c.id, file.c.uid, ingest.c.original_name, ingest.c.role)
+        .join(file, ingest.c.file == file.c.id)
+        .where(ingest.c.status == str(IngestStatus.WAITING))
+        .order_by(ingest.c.id)
+    ).all()
+    found = []
+    for row in rows:
+        said = connection.execute(
+            sa.select(finding.c.message)
+            .where(finding.c.ingest == row.id, finding.c.severity == str(Severity.FILE))
+            .order_by(finding.c.id)
+        ).scalar()
+        runs = (
+            sa.select(run.c.uid)
+            .join(run_file, run_file.c.run == run.c.id)
+            .join(file, run_file.c.file == file.c.id)
+            .where(file.c.uid == row.uid)
+            .distinct()
+        )
+        of_file = tuple(sorted(connection.execute(runs).scalars()))
+        found.append(WaitingFile(row.uid, row.original_name, row.role, said or "it is refused.", of_file))
+    return found
+
+
+def said_last(connection: sa.Connection, uid: str, actions: Sequence[Action]) -> Said | None:
+    """Return the last statement of some actions about a thing."""
+    row = connection.execute(
+        sa.select(person.c.name, journal.c.at_utc, journal.c.reason)
+        .join(person, journal.c.person == person.c.id)
+        .where(journal.c.entity_uid == uid, journal.c.action.in_([str(action) for action in actions]))
+        .order_by(journal.c.seq.desc())
+        .limit(1)
+    ).first()
+    return None if row is None else Said(*row)
+
+
+def said_about(
+    connection: sa.Connection, uid: str, actions: Sequence[Action]
+) -> list[tuple[dict[str, Any], dict[str, Any]]]:
+    """Return (old, new) of every statement of some actions about a thing, in order."""
+    rows = connection.execute(
+        sa.select(journal.c.old_json, journal.c.new_json)
+        .where(journal.c.entity_uid == uid, journal.c.action.in_([str(action) for action in actions]))
+        .order_by(journal.c.seq)
+    )
+    return [(json.loads(row.old_json or "{}"), json.loads(row.new_json or "{}")) for row in rows]

@@ -1,0 +1,73 @@
+"""The charges that a file's rows say, in whatever state they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.tables.files import file
+from data_schema.tables.runs import charge, run
+from data_schema.vocabulary import ChargeState
+
+
+@dataclass(frozen=True, slots=True)
+class SheetRow:
+    """A charge of a file; `repeats` is the uid of the charge that said the same when this one came."""
+
+    uid: str
+    row_number: int
+    line: int | None
+    run_uid: str | None
+    stated_run: str | None
+    repeats: str | None
+    state: ChargeState
+
+
+def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
+    """Return all charges that a file ever held, by row number."""
+    return _rows(connection, file.c.uid == file_uid)
+
+
+def repeating(connection: sa.Connection, uid: str, state: ChargeState) -> list[SheetRow]:
+    """Return the charges in a state that say what another one said before them."""
+    return _rows(connection, sa.and_(charge.c.repeats == uid, charge.c.state == str(state)))
+
+
+def said_by_rows(connection: sa.Connection, file_uid: str) -> dict[str, tuple[Any, ...]]:
+    """Return what each charge of a file says and where it stands now, by uid."""
+    query = (
+        sa.select(
+            charge.c.uid,
+            charge.c.charge_mah,
+            charge.c.duration_s,
+            charge.c.end_voltage_v,
+            charge.c.mode,
+            charge.c.stated_run,
+            charge.c.stated_pack,
+            charge.c.run,
+        )
+        .join(file, charge.c.file == file.c.id)
+        .where(file.c.uid == file_uid)
+    )
+    return {row[0]: tuple(row[1:]) for row in connection.execute(query)}
+
+
+def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[SheetRow]:
+    query = (
+        sa.select(
+            charge.c.uid,
+            charge.c.row_number,
+            charge.c.line,
+            run.c.uid,
+            charge.c.stated_run,
+            charge.c.repeats,
+            charge.c.state,
+        )
+        .outerjoin(run, charge.c.run == run.c.id)
+        .outerjoin(file, charge.c.file == file.c.id)
+        .where(wanted)
+        .order_by(charge.c.row_number, charge.c.id)
+    )
+    return [SheetRow(*row[:-1], ChargeState(row[-1])) for row in connection.execute(query)]

@@ -1,0 +1,180 @@
+"""`labbook files`: the instruments' files that the book has, and how they are read."""
+
+from typing import Annotated
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption, JsonOption, columns, emit, progress
+
+app = typer.Typer(no_args_is_help=True)
+
+NameArgument = Annotated[
+    str, typer.Argument(metavar="NAME", help="A file by name, path, uid or the beginning of its SHA-256.")
+]
+WhyOption = Annotated[str, typer.Option("--why", help="Why.")]
+MaybeWhyOption = Annotated[str | None, typer.Option("--why", help="Why.")]
+
+
+@app.command("list")
+def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
+    """List the files of the book, how they were read, and which wait or are withdrawn.
+
+    Example: labbook files list
+    """
+    from labbook.actions.kept_files import list_cells, list_files
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = list_files(connection)
+    emit(found, columns(*list_cells(found)) if found else ["no files."], as_json)
+
+
+@app.command("show")
+def show_command(name: NameArgument, book: BookOption = None, as_json: JsonOption = False) -> None:
+    """Show how a file was read, each time: by whom, with what declared, and what came of it.
+
+    Example: labbook files show r007.csv
+    """
+    from labbook.actions.kept_files import show_file, show_lines
+    from labbook.book.opening import opened
+
+    with opened(book) as opened_book, opened_book.reading() as connection:
+        found = show_file(connection, name)
+    emit(found, show_lines(found), as_json)
+
+
+@app.command("reread")
+def reread_command(
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="A file by name, path, uid or the beginning of its SHA-256.")
+    ] = None,
+    every: Annotated[
+        bool, typer.Option("--all", help="All files that labbook.toml would have read otherwise now.")
+    ] = False,
+    rate: Annotated[float | None, typer.Option("--rate", help="Samples a second, where the file has no time.")] = None,
+    unit: Annotated[
+        list[str] | None, typer.Option("--unit", metavar="COLUMN=UNIT", help="A column's unit, for example time=ms.")
+    ] = None,
+    column: Annotated[
+        list[str] | None,
+        typer.Option("--column", metavar="COLUMN=CHANNEL[:UNIT]", help='What a column holds: "h=body_height:mm".'),
+    ] = None,
+    encoding: Annotated[str | None, typer.Option("--encoding", help="The page of text that is not UTF-8.")] = None,
+    decimal: Annotated[str | None, typer.Option("--decimal", help="The decimal sign, . or ,")] = None,
+    format_name: Annotated[
+        str | None, typer.Option("--format", help="What the file is, whatever it looks like.")
+    ] = None,
+    profile: Annotated[
+        str | None, typer.Option("--profile", help="The profile of labbook.toml to read it with.")
+    ] = None,
+    dates: Annotated[
+        str | None, typer.Option("--dates", help="The order in dates: y-m-d, d.m.y, d/m/y or m/d/y.")
+    ] = None,
+    clock: Annotated[
+        str | None, typer.Option("--clock", help="Whether 12:30 is hours first, h:m, or minutes first, m:s.")
+    ] = None,
+    axes: Annotated[str | None, typer.Option("--axes", help="The frame of forces: 'z up', 'z down' or 'y up'.")] = None,
+    instrument: Annotated[
+        str | None, typer.Option("--instrument", help="Whose axes, signs and units: bertec_acquire, action_z_down, ...")
+    ] = None,
+    override_units: Annotated[
+        bool, typer.Option("--override-units", help="Declared units stand against those of the header.")
+    ] = False,
+    complete: Annotated[
+        bool, typer.Option("--complete", help="The last line is whole, though it has no line end.")
+    ] = False,
+    no_robot_check: Annotated[
+        bool, typer.Option("--no-robot-check", help="Do not compare with the masses and legs of [robots].")
+    ] = False,
+    nothing: Annotated[
+        bool, typer.Option("--nothing-declared", help="Take back what was declared about the file.")
+    ] = False,
+    why: MaybeWhyOption = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would change; store nothing.")] = False,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Read the kept copy of a file again: with what is declared here, or, without that, with what was declared.
+
+    Either way under today's labbook.toml. What changes and what becomes stale is said; a reading that is refused
+    changes nothing, and the exit code is 2.
+
+    Example: labbook files reread r007.csv --column "z=body_height:mm" --why "the unit was missing"
+    """
+    from labbook.actions.declaring import declared_options, declared_words
+    from labbook.actions.kept_files import files_to_reread, reread_named
+    from labbook.actions.known_files import reread_lines
+    from labbook.actions.rereading import RereadRequest
+    from labbook.book.desk import new_uid
+    from labbook.book.opening import opened
+    from labbook.cli.files_lines import reread_json, which_files
+
+    options = declared_options(rate, unit or [], column or [], encoding, decimal)
+    options |= declared_words(dates, clock, axes)
+    flags = {
+        "format": format_name,
+        "profile": profile,
+        "instrument": instrument,
+        "override_units": override_units,
+        "complete": complete,
+        "no_robot_check": no_robot_check,
+    }
+    options |= {flag: value for flag, value in flags.items() if value}
+    which_files(name, every, bool(options), nothing)
+    done = []
+    with opened(book) as opened_book:
+        if not dry_run:
+            opened_book.speaker(person)
+        names, batch = [name or ""], None
+        if every:
+            with progress("comparing", None, shown=not as_json) as step:
+                names = [row.file_uid or "" for row in files_to_reread(opened_book, step)]
+            batch = new_uid()
+        with progress("reading again", len(names), shown=every) as step:
+            for each in names:
+                request = RereadRequest(options, person, why, dry_run, batch)
+                done.append(reread_named(opened_book, each, request, keep_options=not options and not nothing))
+                step(done[-1].name)
+    lines = [
+        line for item in done for line in (f"{item.name}:", *(f"  {x}" for x in reread_lines(item, dry_run=dry_run)))
+    ]
+    emit([reread_json(item) for item in done], lines or ["no file would be read otherwise."], as_json)
+    if any(item.read.refused for item in done):
+        raise typer.Exit(2)
+
+
+@app.command("withdraw")
+def withdraw_command(
+    name: NameArgument,
+    why: WhyOption,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Take a file out of use: no number uses it, nothing is deleted, and the same bytes coming again are named.
+
+    Example: labbook files withdraw r007.csv --why "the log of another robot"
+    """
+    from labbook.actions.kept_files import withdraw
+    from labbook.cli.files_lines import state
+
+    state(book, person, lambda desk: withdraw(desk, name, why), {"file": name, "why": why}, as_json)
+
+
+@app.command("restore")
+def restore_command(
+    name: NameArgument,
+    why: MaybeWhyOption = None,
+    book: BookOption = None,
+    person: AsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Take a withdrawn file into use again, as it was read.
+
+    Example: labbook files restore r007.csv
+    """
+    from labbook.actions.kept_files import restore
+    from labbook.cli.files_lines import state
+
+    state(book, person, lambda desk: restore(desk, name, why), {"file": name, "why": why}, as_json)

@@ -1,0 +1,51 @@
+"""What `labbook files` is asked for and prints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from data_schema.errors import UsageError
+from labbook.actions.rereading import Reread
+from labbook.actions.stale import stale_lines
+from labbook.book.desk import Desk
+from labbook.book.opening import opened
+from labbook.cli.common import emit
+
+
+def which_files(name: str | None, every: bool, declared: bool, nothing: bool) -> None:
+    """Raise `UsageError` where it is not clear what is to be read again, and how."""
+    if (name is None) == (not every):
+        raise UsageError("name the file to be read again, or give --all for those that labbook.toml reads otherwise.")
+    if every and (declared or nothing):
+        raise UsageError("what is declared here is about one file: name it, or leave it out with --all.")
+    if declared and nothing:
+        raise UsageError("--nothing-declared takes back what is declared: give either that or the other options.")
+
+
+def reread_json(done: Reread) -> dict[str, Any]:
+    """Return the record for programs."""
+    return {
+        "file": done.name,
+        "sha256": done.sha256,
+        "refused": done.read.refused,
+        "changes": list(done.changes),
+        "runs": list(done.runs),
+        "stale": list(done.stale),
+        "verdicts_waiting": list(done.waiting),
+        "findings": [
+            {"severity": str(finding.severity), "rule": finding.rule, "message": finding.message}
+            for finding in done.read.findings
+        ],
+    }
+
+
+def state(
+    book: Path | None, person: str | None, say: Callable[[Desk], str], record: dict[str, Any], as_json: bool
+) -> None:
+    """Make one statement and print what it says and what became stale."""
+    with opened(book) as opened_book, opened_book.desk(person) as desk:
+        said = say(desk)
+        stale = desk.stale
+    emit({**record, "said": said, "stale": stale}, [said, *(stale_lines(stale) if stale else ())], as_json)

@@ -1,0 +1,59 @@
+"""A file is taken out of use, or comes back; a charge that waits in the inbox is dismissed, or comes back.
+
+Nothing is deleted: the readings, the samples and the links to runs stay, and no query counts them.
+"""
+
+from __future__ import annotations
+
+from data_schema.journal import Entry
+from data_schema.queries.facts import fact_exists, read_fact, update_fact
+from data_schema.queries.imported_files import links_of_file
+from data_schema.queries.imports import findings_of
+from data_schema.queries.readings import last_reading, parts_of_reading, set_status
+from data_schema.queries.results import mark_stale
+from data_schema.vocabulary import ChargeState, IngestStatus, Severity
+from labbook.statements.scene import Scene, around_run, refuse_unless_deferred
+from labbook.statements.sheet_charges import lose_charges, regain_charges
+
+
+def apply_withdraw(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+    """Take a file out of use: its samples and charges count no more."""
+    return _use(scene, entry.entity_uid, IngestStatus.WITHDRAWN)
+
+
+def apply_restore(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+    """Take a file into use again under the reading that it had, or a charge into the inbox."""
+    if entry.entity_kind == "charge":
+        return _set_charge(scene, entry.entity_uid, ChargeState.COUNTED)
+    return _use(scene, entry.entity_uid, IngestStatus.IMPORTED)
+
+
+def apply_dismiss(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+    """Take a charge that belongs to no run out of the inbox."""
+    return _set_charge(scene, entry.entity_uid, ChargeState.DISMISSED)
+
+
+def _use(scene: Scene, file_uid: str, status: IngestStatus) -> list[tuple[str, str]]:
+    sha256 = read_fact(scene.connection, "file", file_uid, ["sha256"])["sha256"]
+    reading = last_reading(scene.connection, sha256)
+    assert reading is not None, "a file in the book was read"  # noqa: S101
+    refused = any(finding.severity == Severity.FILE for finding in findings_of(scene.connection, reading.uid))
+    if refused and status is IngestStatus.IMPORTED:
+        status = IngestStatus.WAITING
+    set_status(scene.connection, reading.uid, status)
+    touched = [link.run_uid for link in links_of_file(scene.connection, file_uid)]
+    withdrawn = status is IngestStatus.WITHDRAWN
+    touched += lose_charges(scene, file_uid) if withdrawn else regain_charges(scene, file_uid)
+    changed = [("file", file_uid)]
+    changed += [("signal", part.sha256) for part in parts_of_reading(scene.connection, reading.uid)]
+    for run_uid in dict.fromkeys(touched):
+        changed += around_run(scene, run_uid)
+    return mark_stale(scene.connection, changed)
+
+
+def _set_charge(scene: Scene, uid: str, state: ChargeState) -> list[tuple[str, str]]:
+    if not fact_exists(scene.connection, "charge", uid):
+        refuse_unless_deferred(scene, "charge", uid)
+        return []
+    update_fact(scene.connection, "charge", uid, {"state": str(state)})
+    return mark_stale(scene.connection, [("charge", uid)])
