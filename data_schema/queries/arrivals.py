@@ -186,6 +186,9 @@ def _named_with_runs(connection: sa.Connection) -> dict[tuple[str, str], list[_S
     for row in connection.execute(query).mappings():
         uid = file_of.get(row["entity_uid"], row["entity_uid"])
         old, new = json.loads(row["old_json"] or "{}"), json.loads(row["new_json"] or "{}")
+        for words, came in ((old, False), (new, True)):
+            for charge_uid, run_uid in words.get("charges", {}).items():
+                found.setdefault((charge_uid, run_uid), []).append((row, came))
         for run_uid in old.get("runs", [old.get("run")]):
             if run_uid:
                 found.setdefault((uid, run_uid), []).append((row, False))

@@ -10,7 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.facts import FACTS
-from data_schema.tables.files import LAST_READING, file, ingest, run_file
+from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.people import journal, person
 from data_schema.tables.runs import run
 from data_schema.vocabulary import Action
@@ -54,22 +54,24 @@ def changes_after(connection: sa.Connection, seq: int) -> list[Change]:
         .where(
             journal.c.seq > seq,
             journal.c.entity_kind.in_(("run", "charge", "run_file", "file")),
-            journal.c.action.in_((str(Action.CORRECT), str(Action.ASSIGN))),
+            journal.c.action.in_((str(Action.CORRECT), str(Action.ASSIGN), str(Action.WITHDRAW))),
         )
         .order_by(journal.c.seq)
     )
-    return [
+    found = [
         Change(*row[:4], old=json.loads(row[4] or "{}"), new=json.loads(row[5] or "{}"), seq=row[6])
         for row in connection.execute(query)
     ]
+    return [change for change in found if change.new or change.old.get("runs")]  # withdrawing what had no run is none
 
 
 def file_links(connection: sa.Connection) -> list[FileLink]:
-    """List which files belong to which runs."""
+    """List which files that are in use belong to which runs."""
     query = (
         sa.select(run_file.c.uid, file.c.uid, run.c.uid)
         .join(file, run_file.c.file == file.c.id)
         .join(run, run_file.c.run == run.c.id)
+        .join(ingest, sa.and_(ingest.c.file == file.c.id, IN_USE))
         .order_by(run_file.c.id)
     )
     return [FileLink(*row) for row in connection.execute(query)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import sqlalchemy as sa
 
@@ -155,7 +156,8 @@ def withdraw(desk: Desk, name: str, why: str) -> str:
         raise UsageError(f"{file.name} is withdrawn already: `labbook files show {file.uid}` says by whom and why.")
     charges = [row for row in charges_of_file(desk.connection, file.uid) if row.state is ChargeState.COUNTED]
     runs = {link.run_uid for link in links_of_file(desk.connection, file.uid)}
-    old = {"runs": sorted(runs | {row.run_uid for row in charges if row.run_uid})}
+    of_runs = {row.uid: row.run_uid for row in charges if row.run_uid}
+    old = {"runs": sorted({*runs, *of_runs.values()}), "charges": of_runs}
     desk.state(Statement(Action.WITHDRAW, "file", file.uid, old=old, reason=why))
     in_place = [other for row in charges for other in repeating(desk.connection, row.uid, ChargeState.COUNTED)]
     lost = f", {len(charges)} charges count no more" if charges else ""
@@ -205,10 +207,10 @@ def restore_item(desk: Desk, what: str, why: str | None) -> str:
 _LAST = (IngestStatus.IMPORTED, IngestStatus.WITHDRAWN, IngestStatus.WAITING)
 
 
-def _runs_left(connection: sa.Connection, file_uid: str) -> dict[str, list[str]]:
-    """Return the runs that a file left when it was withdrawn, as the statement says that it belongs to again."""
+def _runs_left(connection: sa.Connection, file_uid: str) -> dict[str, Any]:
+    """Return what a file left when it was withdrawn, as the statement says that it belongs to again."""
     *_earlier, (old, _new) = said_about(connection, file_uid, [Action.WITHDRAW])
-    return {"runs": old["runs"]}
+    return old
 
 
 def _remark(connection: sa.Connection, row: ReadingRow) -> str:

@@ -6,7 +6,8 @@ charge counts. What the journal and the raw copies say beyond that comes with th
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager
+import contextlib
+from collections.abc import Iterator
 
 import sqlalchemy as sa
 from alembic import op
@@ -41,12 +42,19 @@ def upgrade() -> None:
     _signals()
 
 
-def _altering(name: str) -> AbstractContextManager[BatchOperations]:
-    """Alter a table; where SQLite has it made anew, its rules stand in the same order whenever that is done."""
+@contextlib.contextmanager
+def _altering(name: str) -> Iterator[BatchOperations]:
+    """Alter a table; where SQLite has it made anew, its rules stand in one order, and its triggers are made again."""
+    triggers = "SELECT sql FROM sqlite_master WHERE type = 'trigger' AND tbl_name = :name"
+    sqlite = op.get_bind().dialect.name == "sqlite"
+    kept = op.get_bind().execute(sa.text(triggers), {"name": name}).scalars().all() if sqlite else ()
     table = sa.Table(name, sa.MetaData(), autoload_with=op.get_bind())
     table.constraints = OrderedSet(sorted(table.constraints, key=lambda rule: str(rule.name)))
     table.indexes = OrderedSet(sorted(table.indexes, key=lambda index: str(index.name)))
-    return op.batch_alter_table(name, copy_from=table)
+    with op.batch_alter_table(name, copy_from=table) as batch:
+        yield batch
+    for trigger in kept:
+        op.execute(trigger)
 
 
 def _charges() -> None:

@@ -271,3 +271,21 @@ def test_many_speakers_at_once_make_one_chain(lab: Lab) -> None:
     assert [one.wait() for one in running] == [0] * 8
     assert len(said_alike(lab.standing)) == before + 8
     assert {f"remark {number}" for number in range(8)} <= set(notes(lab.standing))
+
+
+@ON_SQLITE
+def test_another_reading_killed_after_each_sync_is_made_or_not(lab: Lab) -> None:
+    (path,) = lab.record(0).iterdir()
+    code, said = lab.commands.run(*lab.ingest(path))
+    assert code == 0, said
+    meant = ("aux", "sync", "sequence", "aux", "sync", "sequence", "aux", "sync")
+    for number, channel in enumerate(meant):
+        gain = f"k_gain={channel}"
+        words = ["files", "reread", path.name, "--column", gain, "--book", lab.book.folder]
+        code, said = lab.commands.run(*words, die_after_sync=number + 1)
+        assert code in (0, KILLED), said
+        lab.check()
+        if code == 0:
+            break
+    assert number >= 2
+    lab.check_all_there()

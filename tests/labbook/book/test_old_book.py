@@ -76,7 +76,7 @@ def test_an_old_book_is_named_as_such_and_upgrades(old: tuple[Path, dict[str, fl
     upgrade(folder)
     with opened(folder) as book:
         holds(book)
-        assert answers(book, printed, every=97) == len(list(printed)[::97])
+        assert answers(book, printed, every=199) == len(list(printed)[::199])
 
 
 @pytest.mark.soak
@@ -88,7 +88,7 @@ def test_an_upgraded_book_is_a_rebuilt_one(old: tuple[Path, dict[str, float | No
     assert found.files_waiting == ()
     with opened(folder) as book:
         holds(book)
-        answers(book, printed, every=7)
+        answers(book, printed, every=31)
         rows = all_rows_by_name(book.engine)
     if not (folder / "labbook.db").exists():
         return

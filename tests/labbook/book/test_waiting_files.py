@@ -20,6 +20,7 @@ from labbook.actions.jump_review import decide, review
 from labbook.actions.kept_files import files_to_reread, list_files, reread_named
 from labbook.actions.rereading import RereadRequest
 from labbook.actions.to_do import to_do, to_do_lines
+from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import gather
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
@@ -81,9 +82,8 @@ def test_it_is_listed_and_its_numbers_say_why_they_are_undefined(waiting: tuple[
         assert {file.name for file in waiting_files(connection)} == {SHEET, LOG}
         remarks = {item.reading.name: item.remark for item in list_files(connection)}
         assert remarks[LOG].startswith("waits for a declaration: ")
-        assert sum(
-            "waits for a declaration" in line for line in to_do_lines(to_do(connection, book.configuration, None))
-        )
+        lines = to_do_lines(to_do(Detections(connection, book.store), book.configuration, None))
+        assert sum("waits for a declaration" in line for line in lines) == 2
         with pytest.raises(UsageError, match=r"log r001.csv waits for a declaration"):
             review(book, connection, "r001")
         evidence = gather(connection, book.configuration, None)

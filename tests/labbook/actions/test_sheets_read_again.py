@@ -1,0 +1,143 @@
+"""A charge is known by its file and line: what people said of it outlives another reading of the sheet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from data_schema.errors import UsageError
+from data_schema.queries.charges import charges_by_run
+from data_schema.queries.waiting import inbox
+from labbook.actions.assigning import assign
+from labbook.actions.correcting import correct
+from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
+from labbook.actions.kept_files import dismiss, restore, restore_item, withdraw
+from labbook.actions.typed_charge import state_charge
+from labbook.book.naming import run_named
+from labbook.book.opening import Book
+from labbook.book.rebuilding import rebuild_database
+from tests.helpers.books import ADA, SmallBook, import_sheet, small_book
+from tests.helpers.databases import all_rows_by_name
+
+SHEET = "run,charge,minutes\nr001,0.15,12\nr002,0.16,12\nr003,0.17,12\n,0.18,12\n"
+
+
+def take(book: Book, folder: Path, name: str, text: str, options: dict[str, object] | None = None) -> FileOutcome:
+    path = folder / name
+    path.write_text(text)
+    return ingest_file(book, path, IngestRequest(options=options, person=ADA))
+
+
+def charges(book: Book) -> dict[str, list[float]]:
+    """What was put back after each run, by its name."""
+    with book.reading() as connection:
+        by_uid = charges_by_run(connection)
+        runs = {name: run_named(connection, name).uid for name in ("r001", "r002", "r003", "r004")}
+    return {name: [charge.charge_mah for charge in by_uid.get(uid, [])] for name, uid in runs.items()}
+
+
+def uid_of(book: Book, run: str) -> str:
+    with book.reading() as connection:
+        return charges_by_run(connection)[run_named(connection, run).uid][0].uid
+
+
+def rebuilt_alike(small: SmallBook) -> None:
+    with small.open() as book:
+        before = all_rows_by_name(book.engine)
+    rebuild_database(small.folder, lambda _step: None)
+    with small.open() as book:
+        assert all_rows_by_name(book.engine) == before
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> SmallBook:
+    return small_book(tmp_path, ingested=False)
+
+
+def declared(unit: str) -> dict[str, object]:
+    return {"columns": {"charge": {"channel": "charge", "unit": unit}}}
+
+
+def test_corrections_and_assignments_outlive_another_reading(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", SHEET, declared("mAh"))
+        assert charges(book) == {"r001": [0.15], "r002": [0.16], "r003": [0.17], "r004": []}
+        before = uid_of(book, "r001")
+        with book.desk(ADA) as desk:
+            correct(book, desk, f"charge:{uid_of(book, 'r002')}", ["charge_mah=149"], "the display said 149")
+        with book.desk(ADA) as desk:
+            assign(desk, "s.csv#3", "none", "another pack's")
+        with book.desk(ADA) as desk:
+            assign(desk, "s.csv#4", "r004", None)
+        again = take(book, tmp_path, "s.csv", SHEET, declared("Ah"))
+        assert again.changes is not None
+        assert again.read is not None
+        assert charges(book) == {"r001": [150.0], "r002": [149.0], "r003": [], "r004": [pytest.approx(180.0)]}
+        assert uid_of(book, "r001") == before
+        (said,) = [finding.message for finding in again.read.findings if finding.rule == "correction_stands"]
+        assert "charge_mah=160" in said
+        assert "149" in said
+    rebuilt_alike(small)
+
+
+def test_rows_of_other_sheets_step_in_when_a_sheet_is_withdrawn_and_back(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", SHEET, declared("Ah"))
+        grown = take(book, tmp_path, "grown.csv", SHEET + "r004,0.19,12\n", declared("Ah"))
+        assert grown.read is not None
+        assert [(item.rule, item.count) for item in grown.read.findings if item.rule == "charge_known"] == [
+            ("charge_known", 3)
+        ]
+        both = charges(book)
+        with book.desk(ADA) as desk:
+            said = withdraw(desk, "s.csv", "was a draft")
+        assert "3 rows of other sheets" in said
+        assert charges(book) == both
+        with book.desk(ADA) as desk:
+            withdraw(desk, "grown.csv", "so was this")
+        assert not any(charges(book).values())
+        for name in ("grown.csv", "s.csv"):
+            with book.desk(ADA) as desk:
+                restore(desk, name, None)
+        assert charges(book) == both
+    rebuilt_alike(small)
+
+
+def test_the_second_charge_of_a_run_is_refused_by_every_door(small: SmallBook, tmp_path: Path) -> None:
+    other = "run,mAh,minutes\nr001,99,12\n"
+    with small.open() as book:
+        with book.desk(ADA) as desk:
+            state_charge(desk, book.configuration, "r001", 150.0, None, None)
+        take(book, tmp_path, "other.csv", other)
+        for say in (
+            lambda desk: assign(desk, "other.csv#1", "r001", "it is"),
+            lambda desk: assign(desk, "other.csv", "r001", "it is"),
+            lambda desk: state_charge(desk, book.configuration, "r001", 99.0, None, None),
+        ):
+            with pytest.raises(UsageError, match="run r001 has a charge already, 150 mAh"), book.desk(ADA) as desk:
+                say(desk)
+        assert charges(book)["r001"] == [150.0]
+        with book.desk(ADA) as desk:
+            dismiss(desk, "other.csv#1", "of another robot")
+        with book.reading() as connection:
+            assert inbox(connection) == []
+        with book.desk(ADA) as desk:
+            restore_item(desk, "other.csv#1", None)
+        with book.reading() as connection:
+            assert [item.name for item in inbox(connection)] == ["other.csv#1"]
+    rebuilt_alike(small)
+
+
+def test_two_charges_that_came_before_their_run_are_no_different(tmp_path: Path) -> None:
+    """The old answer: both were given to the run when it was stated, and its joules were undefined."""
+    small = small_book(tmp_path, runs=False, ingested=False)
+    with small.open() as book:
+        take(book, tmp_path, "a.csv", "run,mAh,minutes\nr001,150,12\n")
+        take(book, tmp_path, "b.csv", "run,mAh,minutes\nr001,99,12\n")
+
+        import_sheet(book, small.instruments / "runs.csv")
+        assert charges(book)["r001"] == [150.0]
+        with book.reading() as connection:
+            assert [item.name for item in inbox(connection)] == ["b.csv#1"]
+    rebuilt_alike(small)
