@@ -30,9 +30,9 @@ signal = table(
     real_column("rate_hz", optional=True),
     whole_column("n_samples"),
     text_column("sha256"),
-    text_column("store_path"),
     text_column("time_sha256", optional=True),
     text_column("recorded_sha256", optional=True),
+    text_column("store_path"),
     sa.CheckConstraint("n_samples >= 0", name="n_samples_counted"),
     sa.UniqueConstraint("ingest", "part"),
 )

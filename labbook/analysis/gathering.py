@@ -44,6 +44,10 @@ class Evidence:
     decisions: Mapping[str, list[DecisionRow]]
     waiting: tuple[WaitingFile, ...] = ()
 
+    def reasons(self, missing: Mapping[str, str], role: FileRole) -> dict[str, str]:
+        """Return why runs lack a number; that a file of theirs waits is said before all else."""
+        return {run_uid: self.waits(run_uid, role) or reason for run_uid, reason in missing.items()}
+
     def waits(self, run_uid: str, role: FileRole) -> str | None:
         """Return why a run's logs, or its charge, cannot be used: a file of it waits; None where none does.
 
@@ -66,8 +70,10 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
     runs = tuple(run for run in selected if run.kind is RunKind.JUMPS and run.state is not RunState.VOID)
     taken = {run.condition_key for run in runs}
     logs: dict[str, list[SignalRow]] = {}
+    waiting = tuple(waiting_files(connection))
+    incomplete = {run_uid for file in waiting if file.role == FileRole.LOG for run_uid in file.runs}
     for signal in signals_of_runs(connection, FileRole.LOG):
-        if BODY_HEIGHT in signal.channels:
+        if BODY_HEIGHT in signal.channels and signal.run_uid not in incomplete:
             logs.setdefault(signal.run_uid, []).append(signal)
     return Evidence(
         study=study,
@@ -91,5 +97,5 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
         charges=charges_by_run(connection),
         logs=logs,
         decisions=jump_decisions(connection),
-        waiting=tuple(waiting_files(connection)),
+        waiting=waiting,
     )

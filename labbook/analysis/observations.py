@@ -12,6 +12,7 @@ import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import FileRole
 from ingest.store import Store
 from labbook.analysis import pairing
 from labbook.analysis.conditions import NUMBER_OF, RunNumber, run_numbers
@@ -213,9 +214,11 @@ def _numbers(
     bench = Workbench(connection)
     if quantity is Quantity.JOULES:
         energies = run_energies(bench, evidence, passive_drains(bench, evidence))
-        return run_numbers(evidence.runs, energies.results, quantity), energies.missing
+        return run_numbers(evidence.runs, energies.results, quantity), evidence.reasons(
+            energies.missing, FileRole.CHARGE
+        )
     apexes = run_apexes(bench, Detections(connection, store, step), evidence, as_protocol(evidence))
-    return run_numbers(evidence.runs, apexes.results, quantity), apexes.missing
+    return run_numbers(evidence.runs, apexes.results, quantity), evidence.reasons(apexes.missing, FileRole.LOG)
 
 
 def _label(run: RunRow, by: str) -> str:

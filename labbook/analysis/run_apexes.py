@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from data_schema.queries.results import InputRow, ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
-from data_schema.vocabulary import FileRole
 from labbook.analysis.detecting import jumps_found
 from labbook.analysis.detections import Detections, rest_length_m
 from labbook.analysis.facts import decision_input, run_input, signal_input
@@ -90,7 +89,7 @@ def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, var
     logs: dict[str, tuple[SignalRow, ...]] = {}
     missing: dict[str, str] = {}
     for run in evidence.runs:
-        usable = evidence.waits(run.uid, FileRole.LOG) or usable_logs(run, evidence.logs.get(run.uid, []))
+        usable = usable_logs(run, evidence.logs.get(run.uid, []))
         if isinstance(usable, str):
             missing[run.uid] = usable
         else:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import FileRole, Undefined
+from data_schema.vocabulary import Undefined
 from labbook.analysis.facts import charge_input, run_input
 from labbook.analysis.gathering import Evidence
 from labbook.analysis.passive_drain import Drain, recharge_of
@@ -45,7 +45,7 @@ def run_energies(
         charge = usable_charge(run, evidence.charges.get(run.uid, []))
         drain = drains[run.robot_uid]
         if isinstance(charge, str):
-            missing[run.uid] = evidence.waits(run.uid, FileRole.CHARGE) or charge
+            missing[run.uid] = charge
         elif isinstance(drain.line, Undefined):
             missing[run.uid] = f"no passive-drain fit for robot {drain.robot}"
         else:

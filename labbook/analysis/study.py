@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from data_schema.queries.results import ResultRow
+from data_schema.vocabulary import FileRole
 from labbook.analysis import pairing
 from labbook.analysis.budget import budget
 from labbook.analysis.checking import Checked, check_conditions, check_savings
@@ -78,8 +79,10 @@ def analyse(
     progress("passive drain and joules a jump")
     drains = passive_drains(bench, evidence)
     energies = run_energies(bench, evidence, drains)
+    energies = replace(energies, missing=evidence.reasons(energies.missing, FileRole.CHARGE))
     progress("apex heights")
     apexes = run_apexes(bench, detections, evidence, as_protocol(evidence))
+    apexes = replace(apexes, missing=evidence.reasons(apexes.missing, FileRole.LOG))
     progress("comparisons")
     scope = {"selection": evidence.selection}
     joules = condition_values(

@@ -24,13 +24,14 @@ def test_a_file_is_listed_read_again_withdrawn_and_restored(tmp_path: Path) -> N
     assert [item["reading"]["why"] for item in shown["readings"]] == [None, "tried"]
     good(labbook("files", "reread", "r001.csv", "--nothing-declared", at=at))
     assert "no file would be read otherwise" in good(labbook("files", "reread", "--all", at=at)).out
-    good(labbook("files", "withdraw", "r001.csv", "--why", "another robot", at=at))
+    said = good(labbook("files", "withdraw", "r001.csv", "--why", "another robot", "--json", at=at)).json
+    assert {"file", "why", "said", "stale"} <= set(said)
     again = good(labbook("ingest", small.log("r001"), at=at)).out
     assert "another robot" in again
     assert "labbook files restore r001.csv" in again
     refused(labbook("files", "reread", "r001.csv", at=at), 2, "was withdrawn")
     refused(labbook("files", "withdraw", "r001.csv", "--why", "again", at=at), 2, "withdrawn already")
-    good(labbook("files", "restore", "r001.csv", at=at))
+    assert "in use again" in good(labbook("files", "restore", "r001.csv", "--json", at=at)).json["said"]
     good(labbook("jumps", "list", "r001", at=at))
     refused(labbook("files", "show", "r999.csv", at=at), 2, "r999.csv")
     refused(labbook("files", "reread", at=at), 2, "--all")
@@ -49,3 +50,19 @@ def test_two_files_of_one_name_are_told_apart_by_uid(tmp_path: Path) -> None:
     ]
     assert len(uids) == 2
     good(labbook("files", "show", uids[1], at=small.folder))
+
+
+def test_an_item_of_the_inbox_is_dismissed_and_comes_back(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    sheet, log = tmp_path / "other.csv", tmp_path / "bench.csv"
+    sheet.write_text("run,mAh,minutes\nr001,99,12\n")
+    log.write_bytes(small.log("r001").read_bytes().rsplit(b"\n", 2)[0] + b"\n")
+    good(labbook("ingest", sheet, log, at=small.folder))
+    for item in ("other.csv#1", "bench.csv"):
+        assert item in good(labbook("runs", "inbox", at=small.folder)).out
+        said = good(labbook("runs", "dismiss", item, "--why", "not ours", "--json", at=small.folder)).json
+        assert {"item", "why", "said", "stale"} <= set(said)
+        assert item not in good(labbook("runs", "inbox", at=small.folder)).out
+        assert set(good(labbook("runs", "restore", item, "--json", at=small.folder)).json) == set(said)
+        assert item in good(labbook("runs", "inbox", at=small.folder)).out
+    refused(labbook("runs", "dismiss", "2021-06-14.csv#1", "--why", "x", at=small.folder), 2, "belongs to run r001")

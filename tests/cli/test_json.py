@@ -44,6 +44,13 @@ IN_ORDER = {
 ELSEWHERE = {
     "report": "tests/cli/test_report.py",
     "why": "tests/cli/test_report.py",
+    "files list": "tests/cli/test_files.py",
+    "files show": "tests/cli/test_files.py",
+    "files reread": "tests/cli/test_files.py",
+    "files withdraw": "tests/cli/test_files.py",
+    "files restore": "tests/cli/test_files.py",
+    "runs dismiss": "tests/cli/test_files.py",
+    "runs restore": "tests/cli/test_files.py",
     "compare": "tests/labbook/analysis/test_predicting.py",
     "demo": "makes a whole campaign: `make demo` runs it",
     "sim run": "tests/cli/test_sim_run.py",

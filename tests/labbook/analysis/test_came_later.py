@@ -17,6 +17,7 @@ from labbook.analysis.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
 from reports.numbers import Quantity
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+from tests.helpers.statements import gives_charge
 
 DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
 
@@ -62,7 +63,10 @@ def ingests(made: SmallBook, path: Path, person: str = ADA) -> None:
 
 def assigns(made: SmallBook, what: str, run: str, why: str | None = None) -> None:
     with made.open() as book, book.desk(ADA) as desk:
-        assign(desk, what, run, why)
+        if "#" in what and run != "none":
+            gives_charge(desk, what, run, why)
+        else:
+            assign(desk, what, run, why)
 
 
 def reports(made: SmallBook) -> None:
