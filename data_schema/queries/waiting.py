@@ -8,6 +8,7 @@ import sqlalchemy as sa
 
 from data_schema.tables.files import IN_USE, file, ingest, run_file
 from data_schema.tables.runs import charge
+from data_schema.tables.signals import signal
 from data_schema.vocabulary import ChargeState, FileRole
 
 
@@ -35,6 +36,7 @@ def inbox(connection: sa.Connection) -> list[InboxItem]:
         InboxItem("file", row.original_name, row.stated_run, f"{row.reader}, {row.rows_kept} rows, {row.uid}")
         for row in files
     ]
+    items += _loose_parts(connection)
     charges = connection.execute(
         sa.select(charge.c.uid, charge.c.row_number, charge.c.stated_run, charge.c.charge_mah, ingest.c.original_name)
         .join(file, charge.c.file == file.c.id)
@@ -49,6 +51,23 @@ def inbox(connection: sa.Connection) -> list[InboxItem]:
         for row in charges
     ]
     return items
+
+
+def _loose_parts(connection: sa.Connection) -> list[InboxItem]:
+    """List the parts without a run of files whose other parts have one."""
+    linked = sa.select(run_file.c.id).where(run_file.c.file == file.c.id, run_file.c.part == signal.c.part)
+    rows = connection.execute(
+        sa.select(ingest.c.original_name, signal.c.part, signal.c.n_samples, file.c.uid, ingest.c.reader)
+        .join(file, signal.c.file == file.c.id)
+        .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, IN_USE))
+        .where(file.c.id.in_(sa.select(run_file.c.file)), ~linked.exists())
+        .where(ingest.c.role != str(FileRole.CHARGE))
+        .order_by(signal.c.id)
+    )
+    return [
+        InboxItem("part", f"{row.original_name}#{row.part}", None, f"{row.reader}, {row.n_samples} rows, {row.uid}")
+        for row in rows
+    ]
 
 
 def waiting_for_run(connection: sa.Connection, run_name: str) -> tuple[list[tuple[str, str]], list[tuple[str, bool]]]:

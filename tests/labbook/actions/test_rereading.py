@@ -7,8 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.errors import UsageError
+from data_schema.queries.imported_files import find_files
 from data_schema.queries.readings import last_reading, parts_of_reading, readings_of
+from data_schema.queries.signals import signals_of_runs
+from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import Action, IngestStatus
+from labbook.actions.assigning import assign
 from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
 from labbook.actions.tracing import NumberTrace, trace
@@ -156,4 +161,37 @@ def test_a_run_is_given_to_known_bytes_that_have_none(home: tuple[SmallBook, Pat
         assert take(book, path, run="r002").said == ("it belongs to run r002 now.",)
         (line,) = take(book, path, run="r003").said
         assert "labbook assign LOG001.csv r003 --why" in line
+    rebuilt_alike(small)
+
+
+def test_parts_of_a_file_are_given_to_runs_one_by_one(tmp_path: Path) -> None:
+    """A logger that was started twice without a new file: the clock begins again, and each part is another run's."""
+    small = small_book(tmp_path, ingested=False)
+    first, second = (small.log(run).read_bytes() for run in ("r001", "r002"))
+    path = tmp_path / "both.csv"
+    path.write_bytes(first + second.split(b"\n", 1)[1])
+    with small.open() as book:
+        take(book, path)
+        with book.reading() as connection:
+            row = last_reading(connection, find_files(connection, "both.csv")[0].sha256)
+            assert row is not None
+            names = [part.part for part in parts_of_reading(connection, row.uid)]
+        assert len(names) == 2
+        for part, run in zip(names, ("r001", "r002"), strict=True):
+            with book.desk(ADA) as desk:
+                assign(desk, f"both.csv#{part}", run, None)
+            with book.reading() as connection:
+                loose = [item.name for item in inbox(connection)]
+            assert loose == ([f"both.csv#{names[1]}"] if run == "r001" else [])
+        with book.reading() as connection:
+            assert {item.run_name: item.n_samples for item in signals_of_runs(connection)} == {
+                "r001": first.count(b"\n") - 1,
+                "r002": second.count(b"\n") - 1,
+            }
+        with book.desk(ADA) as desk, pytest.raises(UsageError, match="add --why to move it"):
+            assign(desk, f"both.csv#{names[0]}", "r003", None)
+        with book.desk(ADA) as desk:
+            assert "moved to run r003" in assign(desk, f"both.csv#{names[0]}", "r003", "it was the third")
+        with book.desk(ADA) as desk, pytest.raises(UsageError, match="not a known part of"):
+            assign(desk, "both.csv#nothing", "r003", None)
     rebuilt_alike(small)
