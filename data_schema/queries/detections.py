@@ -94,9 +94,11 @@ def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> No
 
 def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | None) -> dict[str, int]:
     """Return how many jumps an algorithm found in each part of a reading; the last one that looked, without a name."""
+    looked = signal.alias("looked")  # the same samples may have been looked at in an earlier reading, or another file
     query = (
         sa.select(signal.c.part, detection.c.n_jumps)
-        .join(signal, detection.c.signal == signal.c.id)
+        .join(looked, detection.c.signal == looked.c.id)
+        .join(signal, signal.c.sha256 == looked.c.sha256)
         .join(ingest, signal.c.ingest == ingest.c.id)
         .where(ingest.c.uid == ingest_uid)
         .order_by(detection.c.id)

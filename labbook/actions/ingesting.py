@@ -129,7 +129,8 @@ def _known(
         return outcome
     if known.again.read.refused:
         return replace(outcome, status=IngestStatus.REFUSED, read=known.again.read)
-    return replace(outcome, changes=known.again.changes, read=known.again.read)
+    prepared = None if request.dry_run else known.again.prepared
+    return replace(outcome, changes=known.again.changes, read=known.again.read, prepared=prepared)
 
 
 def _runs_meant(connection: sa.Connection, of_file: str | None, read: ReadFile) -> tuple[str, ...]:

@@ -137,7 +137,7 @@ def reread_named(book: Book, name: str, request: RereadRequest, *, keep_options:
 
 
 def files_to_reread(book: Book, step: Callable[[str], None]) -> list[ReadingRow]:
-    """Return the files that today's labbook.toml or readers would read otherwise, and those that wait."""
+    """Return the files that today's labbook.toml would have read otherwise, and those that wait."""
     with book.reading() as connection:
         rows = [row for row in last_readings(connection) if row.status is not IngestStatus.WITHDRAWN]
     found = []

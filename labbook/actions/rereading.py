@@ -87,7 +87,7 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
 
 
 def would_differ(book: Book, row: ReadingRow) -> bool:
-    """Tell whether today's labbook.toml and readers would read a file otherwise, the same being declared about it.
+    """Tell whether today's labbook.toml would have a file read otherwise, the same being declared about it.
 
     The file is read only where the configuration is another one than at its reading.
     """

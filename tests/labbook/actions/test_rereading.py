@@ -15,7 +15,9 @@ from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.assigning import assign
 from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
+from labbook.actions.kept_files import files_to_reread, reread_named
 from labbook.actions.report_command import state_report
+from labbook.actions.rereading import RereadRequest
 from labbook.actions.tracing import NumberTrace, trace
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
@@ -87,11 +89,15 @@ def test_a_reading_needs_no_labbook_toml(home: tuple[SmallBook, Path]) -> None:
     small.toml.write_text(toml + profile)
     with small.open() as book:
         first = take(book, path, run="r001")
-    small.toml.write_text(toml + profile.replace('"mm"', '"cm"'))
+    small.toml.write_text(toml + profile.replace('"mm"', '"mm", sign = -1'))
     with small.open() as book:
         (line,) = take(book, path).said
         assert "labbook files reread LOG001.csv" in line
-        assert take(book, path, MM).changes == ("nothing comes out otherwise",)
+        (row,) = files_to_reread(book, lambda _name: None)
+        mended = reread_named(book, row.name, RereadRequest({}, ADA, "it hangs upside down"), keep_options=True)
+        assert mended.changes == ("values differ", "0 jumps found, were 3")
+        assert files_to_reread(book, lambda _name: None) == []
+        assert take(book, path, MM).changes == ("values differ", "3 jumps found, were 0")
     small.toml.write_text(toml)
     with small.open() as book, book.reading() as connection:
         kept = json.loads(readings_of(connection, first.sha256)[0].settings_json or "")
