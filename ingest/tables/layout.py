@@ -97,9 +97,11 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
         above_data = find_header(split)
     header, units_row = above_data.names, above_data.units
     width = split.width - above_data.trailing
-    if header is not None and declared.header_row is not None and len(header.cells) != width + (not header.cells[-1]):
-        report_other_width(header, width, findings)
-        return None
+    if header is not None and declared.header_row is not None:
+        blank_end = header.cells[-1:] == [b""] and len(header.cells) > 1
+        if len(header.cells) != width + blank_end:
+            report_other_width(header, width, findings)
+            return None
     named = {**declared.profile_columns, **declared.columns}
     if header is None and not any(name.isdigit() for name in named):
         report_no_header(split, findings)

@@ -20,6 +20,7 @@ IN_ORDER = {
     ),
     "ingest": ("ingest ../instruments/logs", {"status", "format", "runs", "sha256", "findings", "channels"}),
     "channels": ("channels", {"name", "unit", "meaning"}),
+    "formats": ("formats", {"formats", "faults"}),
     "charge": ("charge r001 112", {"run", "charge", "charge_mah"}),
     "runs list": ("runs list", {"name", "state", "levels", "day"}),
     "runs inbox": ("runs inbox", set()),
