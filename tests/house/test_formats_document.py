@@ -1,0 +1,35 @@
+"""docs/formats.md says what the readers do."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+from ingest.formats import FORMATS
+
+PROJECT = Path(__file__).parents[2]
+SAMPLES = PROJECT.parent / "shared" / "samples"
+
+
+def writer() -> ModuleType:
+    spec = importlib.util.spec_from_file_location("formats_document", PROJECT / "scripts" / "formats_document.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_every_format_stands_in_the_document() -> None:
+    text = (PROJECT / "docs" / "formats.md").read_text(encoding="utf-8")
+    assert [each.name for each in FORMATS if f"`{each.name}`" not in text] == []
+
+
+@pytest.mark.skipif(not SAMPLES.is_dir(), reason="the sample files lie beside the project: ../shared/samples")
+def test_the_document_is_what_the_samples_give() -> None:
+    assert (PROJECT / "docs" / "formats.md").read_text(encoding="utf-8") == writer().document(SAMPLES), (
+        "write it anew: python scripts/formats_document.py ../shared/samples"
+    )
