@@ -10,6 +10,9 @@ from ingest.profiles import with_profile
 from ingest.text.declared import as_declared
 from ingest.text.source import DEFAULT_PAGE, TextSource, is_text, open_text
 
+HEAD_LINES = 60
+"""Lines from which a format is recognised, those that a quoted cell spans counted as one."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Head:
@@ -41,5 +44,5 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> He
     if source.encoding != "utf-8":
         message = f"The text is not UTF-8; names are read as {source.encoding}, the page declared for such files."
         findings.add(NOTE, "encoding_declared", message)
-    lines = tuple(source.decode(line.content) for line in source.head_lines(60))
+    lines = tuple(source.decode(line.content) for line in source.head_lines(HEAD_LINES))
     return Head(data, declared, source, lines)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from ingest.model import Declarations, ReadFile
@@ -78,6 +78,7 @@ def edited(whole: bytes, edits: list[tuple[float, int, bytes]]) -> bytes:
 @pytest.mark.parametrize("name", GOOD_FILES)
 @settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(edits=EDITS)
+@example(edits=[(0.25, 26, b'"'), (0.13352092079026615, 2, b'"')])  # a quote that spans lines, an IndexError once
 def test_any_damage_ends_in_sentences(name: str, edits: list[tuple[float, int, bytes]]) -> None:
     read(edited(GOOD_FILES[name](), edits), name)
 

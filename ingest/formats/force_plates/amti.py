@@ -11,7 +11,7 @@ import re
 from ingest.findings import FindingCollector
 from ingest.formats.force_plates.maker_header import plate_channel, positive, read_fixed, refuse_layout
 from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.head import HEAD_LINES, Head
 from ingest.instruments import INSTRUMENTS
 from ingest.model import Reading
 from ingest.tables.fixed_table import FixedHeader
@@ -53,7 +53,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     first = _first_row(head)
     if head.source is None or first is None:
         return refuse_layout("NetForce", "six numbers for each plate, with commas between them", findings)
-    line = head.source.head_lines(first + 1)[first]
+    line = head.source.head_lines(HEAD_LINES)[first]  # fewer would join the lines of a quoted cell otherwise
     width = len(split_cells(line.content, b",") or [])
     channels = [
         plate_channel(*component, plate)
