@@ -70,6 +70,11 @@ def file_key(connection: sa.Connection, sha256: str) -> int:
     return int(key)
 
 
+def ingest_key(connection: sa.Connection, uid: str) -> int:
+    """Return the key of a reading."""
+    return int(connection.execute(sa.select(ingest.c.id).where(ingest.c.uid == uid)).scalar_one())
+
+
 def add_ingest(connection: sa.Connection, *, person_name: str, values: Mapping[str, Any]) -> int:
     """Add the row that says how a file was read, under the configuration in force; returns its key."""
     newest_config = sa.select(sa.func.max(config.c.id)).scalar_subquery()

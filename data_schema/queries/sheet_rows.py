@@ -23,6 +23,9 @@ class SheetRow:
     stated_run: str | None
     repeats: str | None
     state: ChargeState
+    charge_mah: float
+    end_voltage_v: float | None
+    mode: str
 
 
 def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
@@ -33,6 +36,12 @@ def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
 def repeating(connection: sa.Connection, uid: str, state: ChargeState) -> list[SheetRow]:
     """Return the charges in a state that say what another one said before them."""
     return _rows(connection, sa.and_(charge.c.repeats == uid, charge.c.state == str(state)))
+
+
+def known_of_run(connection: sa.Connection, run_name: str) -> list[SheetRow]:
+    """Return the charges that name a run and do not count because another one says the same."""
+    of_run = sa.and_(charge.c.stated_run == run_name, charge.c.state == str(ChargeState.KNOWN))
+    return _rows(connection, of_run)
 
 
 def said_by_rows(connection: sa.Connection, file_uid: str) -> dict[str, tuple[Any, ...]]:
@@ -60,14 +69,17 @@ def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[Shee
             charge.c.uid,
             charge.c.row_number,
             charge.c.line,
-            run.c.uid,
+            run.c.uid.label("run_uid"),
             charge.c.stated_run,
             charge.c.repeats,
             charge.c.state,
+            charge.c.charge_mah,
+            charge.c.end_voltage_v,
+            charge.c.mode,
         )
         .outerjoin(run, charge.c.run == run.c.id)
         .outerjoin(file, charge.c.file == file.c.id)
         .where(wanted)
         .order_by(charge.c.row_number, charge.c.id)
     )
-    return [SheetRow(*row[:-1], ChargeState(row[-1])) for row in connection.execute(query)]
+    return [SheetRow(**{**row, "state": ChargeState(row["state"])}) for row in connection.execute(query).mappings()]

@@ -14,7 +14,7 @@ from data_schema.queries import imports
 from data_schema.queries.charges import ChargeOfRun, charges_of_run, charges_waiting_for
 from data_schema.queries.facts import find_uid, insert_fact, update_fact
 from data_schema.queries.readings import said_about
-from data_schema.queries.sheet_rows import SheetRow, repeating, rows_of_file
+from data_schema.queries.sheet_rows import SheetRow, known_of_run, repeating, rows_of_file
 from data_schema.vocabulary import Action, ChargeState, Severity
 from ingest.findings import MORE_LINES
 from ingest.model import ChargeRow, Finding, ReadFile
@@ -28,7 +28,7 @@ class _Found:
     """What the rows of one file turn out to be."""
 
     touched: list[str] = field(default_factory=list)
-    known: list[ChargeRow] = field(default_factory=list)
+    known: list[ChargeRow | SheetRow] = field(default_factory=list)
     findings: list[dict[str, Any]] = field(default_factory=list)
 
 
@@ -70,20 +70,36 @@ def lose_charges(scene: Scene, file_uid: str) -> list[str]:
     return _lose(scene, rows_of_file(scene.connection, file_uid))
 
 
-def regain_charges(scene: Scene, file_uid: str) -> list[str]:
-    """Let the charges of a file count again, and those that had stepped in for them no longer; returns the runs."""
-    touched = []
-    for row in rows_of_file(scene.connection, file_uid):
-        if row.state is not ChargeState.GONE:
+def regain_charges(scene: Scene, file_uid: str, ingest_key: int, lines: list[int | None] | None) -> list[str]:
+    """Let the charges of a file in use again count by the rules of new ones; returns the runs that it concerns.
+
+    Charges that stepped in for them give way, unless a person spoke of them since. `lines` are those that the reading
+    in force holds, None where the journal does not say; what it does not hold stays gone.
+    """
+    found = _Found()
+    rows = [row for row in rows_of_file(scene.connection, file_uid) if row.state is ChargeState.GONE]
+    for row in rows:
+        if lines is not None and row.line not in lines:
             continue
         for other in repeating(scene.connection, row.uid, ChargeState.COUNTED):
-            if not said_about(scene.connection, other.uid, [Action.ASSIGN, Action.CORRECT]):
+            if not _by_hand(scene, other.uid):
                 values = {"state": str(ChargeState.KNOWN), "run": None}
                 update_fact(scene.connection, "charge", other.uid, values)
-        state = ChargeState.COUNTED if row.repeats is None else ChargeState.KNOWN
-        update_fact(scene.connection, "charge", row.uid, {"state": str(state)})
-        touched += [row.run_uid] if row.run_uid else []
-    return touched
+        standing = charges_of_run(scene.connection, row.run_uid) if row.run_uid else []
+        if row.run_uid and not standing and _by_hand(scene, row.uid):
+            update_fact(scene.connection, "charge", row.uid, {"state": str(ChargeState.COUNTED)})
+            found.touched.append(row.run_uid)
+            continue
+        stands_back = {"run": None, "state": str(ChargeState.COUNTED), "repeats": None}
+        update_fact(scene.connection, "charge", row.uid, stands_back)
+        _place(scene, row.uid, row, found)
+    found.findings += _folded(found.known)
+    imports.add_findings(scene.connection, ingest_key, found.findings)
+    return found.touched
+
+
+def _by_hand(scene: Scene, uid: str) -> bool:
+    return bool(said_about(scene.connection, uid, [Action.ASSIGN, Action.CORRECT]))
 
 
 def _update(scene: Scene, old: SheetRow, row: ChargeRow, found: _Found) -> None:
@@ -123,7 +139,7 @@ def _update(scene: Scene, old: SheetRow, row: ChargeRow, found: _Found) -> None:
     _place(scene, old.uid, row, found)
 
 
-def _place(scene: Scene, uid: str, row: ChargeRow, found: _Found) -> None:
+def _place(scene: Scene, uid: str, row: ChargeRow | SheetRow, found: _Found) -> None:
     """Give a charge that belongs to no run yet to the one it names, unless that is known or contradicted."""
     run_uid = run_named(scene, row.stated_run)
     standing = charges_of_run(scene.connection, run_uid) if run_uid else []
@@ -157,13 +173,11 @@ def _lose(scene: Scene, rows: list[SheetRow]) -> list[str]:
 
 def _step_in(scene: Scene, gone: SheetRow) -> list[str]:
     """Let the first row of another sheet that said the same count in the place of one that is gone."""
-    rows = repeating(scene.connection, gone.uid, ChargeState.KNOWN)
-    if not rows:
+    known = known_of_run(scene.connection, gone.stated_run) if gone.stated_run else []
+    first = next((row for row in known if _same_charge(row, gone)), None)
+    if first is None:
         return []
-    first, *others = rows
-    for other in others:
-        update_fact(scene.connection, "charge", other.uid, {"repeats": first.uid})
-    update_fact(scene.connection, "charge", first.uid, {"state": str(ChargeState.COUNTED)})
+    update_fact(scene.connection, "charge", first.uid, {"state": str(ChargeState.COUNTED), "repeats": gone.uid})
     run_uid = run_named(scene, first.stated_run)
     if run_uid is None or charges_of_run(scene.connection, run_uid):
         return []
@@ -180,12 +194,12 @@ def _corrected(scene: Scene, uid: str) -> dict[str, tuple[Any, Any]]:
     return found
 
 
-def _same_charge(row: ChargeRow, standing: ChargeOfRun) -> bool:
+def _same_charge(row: ChargeRow | SheetRow, standing: ChargeOfRun | SheetRow) -> bool:
     voltages = {row.end_voltage_v, standing.end_voltage_v} - {None}
     return row.charge_mah == standing.charge_mah and str(row.mode) == standing.mode and len(voltages) < 2
 
 
-def _folded(known: list[ChargeRow]) -> list[dict[str, Any]]:
+def _folded(known: list[ChargeRow | SheetRow]) -> list[dict[str, Any]]:
     """Say in one finding which rows the book knows already."""
     if not known:
         return []
@@ -200,7 +214,7 @@ def _row(old: SheetRow, row: ChargeRow) -> str:
     return f"Row {old.row_number}" if row.line is None else f"Line {row.line}"
 
 
-def _finding(rule: str, row: ChargeRow, message: str) -> dict[str, Any]:
+def _finding(rule: str, row: ChargeRow | SheetRow, message: str) -> dict[str, Any]:
     value = f"{row.charge_mah:g} mAh"
     return finding_values(Finding(Severity.NOTE, rule, message, row.line, None, value, 1, ()))
 

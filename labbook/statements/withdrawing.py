@@ -6,12 +6,13 @@ Nothing is deleted: the readings, the samples and the links to runs stay, and no
 from __future__ import annotations
 
 from data_schema.journal import Entry
+from data_schema.queries import imports
 from data_schema.queries.facts import fact_exists, read_fact, update_fact
 from data_schema.queries.imported_files import links_of_file
 from data_schema.queries.imports import findings_of
-from data_schema.queries.readings import last_reading, parts_of_reading, set_status
+from data_schema.queries.readings import last_reading, parts_of_reading, said_about, set_status
 from data_schema.queries.results import mark_stale
-from data_schema.vocabulary import ChargeState, IngestStatus, Severity
+from data_schema.vocabulary import Action, ChargeState, IngestStatus, Severity
 from labbook.statements.scene import Scene, around_run, refuse_unless_deferred
 from labbook.statements.sheet_charges import lose_charges, regain_charges
 
@@ -42,8 +43,13 @@ def _use(scene: Scene, file_uid: str, status: IngestStatus) -> list[tuple[str, s
         status = IngestStatus.WAITING
     set_status(scene.connection, reading.uid, status)
     touched = [link.run_uid for link in links_of_file(scene.connection, file_uid)]
-    withdrawn = status is IngestStatus.WITHDRAWN
-    touched += lose_charges(scene, file_uid) if withdrawn else regain_charges(scene, file_uid)
+    if status is IngestStatus.WITHDRAWN:
+        touched += lose_charges(scene, file_uid)
+    elif status is IngestStatus.IMPORTED:
+        said = said_about(scene.connection, reading.uid, [Action.INGEST, Action.READ])
+        lines = said[-1][1].get("charge_lines") if said else None
+        key = imports.ingest_key(scene.connection, reading.uid)
+        touched += regain_charges(scene, file_uid, key, lines)
     changed = [("file", file_uid)]
     changed += [("signal", part.sha256) for part in parts_of_reading(scene.connection, reading.uid)]
     for run_uid in dict.fromkeys(touched):

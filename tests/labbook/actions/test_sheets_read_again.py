@@ -104,6 +104,56 @@ def test_rows_of_other_sheets_step_in_when_a_sheet_is_withdrawn_and_back(small: 
     rebuilt_alike(small)
 
 
+def use(book: Book, *steps: str) -> None:
+    """Withdraw (`-NAME`) and restore (`+NAME`) sheets in this order."""
+    for step in steps:
+        with book.desk(ADA) as desk:
+            if step.startswith("-"):
+                withdraw(desk, step[1:], "a draft")
+            else:
+                restore(desk, step[1:], None)
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        ("-s.csv", "-g1.csv", "+g1.csv"),  # no charge once: the restored row repeated one that is withdrawn
+        ("-s.csv", "-g1.csv", "+s.csv"),  # two charges once: the second stand-in went on counting
+        ("-s.csv", "+s.csv", "-g1.csv", "-s.csv"),  # no charge once: the third sheet repeated the second
+        ("-g2.csv", "-s.csv", "-g1.csv", "+g2.csv", "+s.csv", "-g2.csv"),
+    ],
+)
+def test_of_sheets_that_say_the_same_one_counts_whatever_the_order(
+    small: SmallBook, tmp_path: Path, steps: tuple[str, ...]
+) -> None:
+    with small.open() as book:
+        for name in ("s.csv", "g1.csv", "g2.csv"):
+            take(book, tmp_path, name, SHEET + f"# {name}\n", declared("Ah"))
+        before = charges(book)
+        assert [len(of_run) for of_run in before.values()] == [1, 1, 1, 0]
+        use(book, *steps)
+        assert charges(book) == before
+    rebuilt_alike(small)
+
+
+def test_a_restored_sheet_adds_no_second_charge_and_no_row_that_is_gone(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", SHEET, declared("Ah"))
+        use(book, "-s.csv")
+        with book.desk(ADA) as desk:
+            state_charge(desk, book.configuration, "r001", 155.0, None, None)
+        use(book, "+s.csv")
+        assert charges(book)["r001"] == [155.0]
+        take(book, tmp_path, "grown.csv", SHEET + "r004,0.19,12\n", declared("Ah"))
+        use(book, "-s.csv")
+        uid = uid_of(book, "r002")
+        with book.desk(ADA) as desk:
+            correct(book, desk, f"charge:{uid}", ["charge_mah=161"], "misread")
+        use(book, "+s.csv")
+        assert charges(book)["r002"] == [161.0]
+    rebuilt_alike(small)
+
+
 def test_the_second_charge_of_a_run_is_refused_by_every_door(small: SmallBook, tmp_path: Path) -> None:
     other = "run,mAh,minutes\nr001,99,12\n"
     with small.open() as book:
