@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from data_schema.journal import Entry
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import fact_exists, insert_fact, read_fact, update_fact
@@ -55,11 +57,13 @@ def _link(scene: Scene, file_uid: str, run_uid: str, role: FileRole, part: str) 
     )
 
 
-def link_parts_again(scene: Scene, file_uid: str, role: FileRole, stated_run: str | None) -> list[str]:
-    """Let the parts of a new reading belong to runs as those before did; returns the runs concerned.
+def link_parts_again(
+    scene: Scene, file_uid: str, role: FileRole, stated_run: str | None, before: Sequence[str]
+) -> list[str]:
+    """Let the parts of a new reading belong to runs as those of the reading `before` did; returns the runs concerned.
 
-    A part keeps its run. Where all parts belong to one run, so do new ones; a file that belongs to none goes to the run
-    that its name states, unless a person has decided where it belongs.
+    A part keeps its run, or that it has none. Where all parts belonged to one run, so do new ones; a file that belongs
+    to none goes to the run that its name states, unless a person has decided where it belongs.
     """
     links = links_of_file(scene.connection, file_uid)
     if not links:
@@ -75,9 +79,10 @@ def link_parts_again(scene: Scene, file_uid: str, role: FileRole, stated_run: st
         elif link.role != role:
             update_fact(scene.connection, "run_file", link.uid, {"role": str(role)})
     runs = list(dict.fromkeys(link.run_uid for link in links))
-    for part in set(parts) - {link.part for link in links}:
-        if len(runs) == 1:
-            _link(scene, file_uid, runs[0], role, part)
+    if len(runs) == 1 and {link.part for link in links}.issuperset(before):
+        for part in parts:
+            if part not in before:
+                _link(scene, file_uid, runs[0], role, part)
     return runs
 
 

@@ -10,6 +10,7 @@ from data_schema.errors import InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.queries import imports
 from data_schema.queries.facts import read_fact
+from data_schema.queries.imported_files import links_of_file
 from data_schema.queries.people import config_in_force
 from data_schema.queries.readings import last_reading, parts_of_reading, said_about, set_status
 from data_schema.queries.results import mark_stale
@@ -84,7 +85,9 @@ def apply_read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, 
         touched += lose_charges(scene, before.file_uid)
     else:
         add_signals(scene, file_key, ingest_key, done, new, entry.entity_uid)
-        touched += link_parts_again(scene, before.file_uid, role, new.get("stated_run"))
+        touched += link_parts_again(
+            scene, before.file_uid, role, new.get("stated_run"), [part.part for part in old_parts]
+        )
         lines = said_about(scene.connection, before.uid, [Action.INGEST, Action.READ])[-1][1].get("charge_lines")
         touched += update_charges(scene, ingest_key, before.file_uid, done.read, lines)
         if before.status is IngestStatus.WAITING:
@@ -174,7 +177,13 @@ def _jumps_mismatch(scene: Scene, run_uid: str, done: PreparedImport) -> list[di
     A run that was started again may have more logs to come: fewer jumps in one of them mean nothing yet.
     """
     run = read_fact(scene.connection, "run", run_uid, ["name", "kind", "jumps_made", "starts"])
-    found = [jumps_found(part.detection.found.jumps) for part in done.parts if part.detection is not None]
+    links = links_of_file(scene.connection, derived_uid("file", done.sha256))
+    of_run = {link.part for link in links if link.run_uid == run_uid}
+    found = [
+        jumps_found(stored.detection.found.jumps)
+        for part, stored in zip(done.read.parts, done.parts, strict=True)
+        if stored.detection is not None and part.part in of_run
+    ]
     more_to_come = run["starts"] > 1 and sum(found) < run["jumps_made"]
     if run["kind"] != RunKind.JUMPS or not found or sum(found) == run["jumps_made"] or more_to_come:
         return []

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import UsageError
-from data_schema.queries.imported_files import find_files
+from data_schema.queries.imported_files import find_files, links_of_file
 from data_schema.queries.readings import last_reading, parts_of_reading, readings_of
 from data_schema.queries.signals import signals_of_runs
 from data_schema.queries.waiting import inbox
@@ -201,3 +201,23 @@ def test_parts_of_a_file_are_given_to_runs_one_by_one(tmp_path: Path) -> None:
         with book.desk(ADA) as desk, pytest.raises(UsageError, match="not a known part of"):
             assign(desk, "both.csv#nothing", "r003", None)
     rebuilt_alike(small)
+
+
+def test_a_part_taken_off_its_run_stays_off_in_another_reading(tmp_path: Path) -> None:
+    """It came back to the run of the other parts, and its jumps with it."""
+    small = small_book(tmp_path, ingested=False)
+    header, *rows = small.log("r001").read_text().splitlines(keepends=True)
+    log = tmp_path / "both.csv"
+    log.write_text("".join([header, *rows, *rows]))
+    with small.open() as book:
+        first = ingest_file(book, log, IngestRequest(run="r001", person=ADA))
+        with book.desk(ADA) as desk:
+            assign(desk, "both.csv#log_segment_2", "none", "a rehearsal")
+        again = ingest_file(book, log, IngestRequest(options={"decimal_sign": "."}, person=ADA))
+        assert again.read is not None
+        assert first.read is not None
+        assert "jumps_found_not_made" in {finding.rule for finding in first.read.findings}
+        assert "jumps_found_not_made" not in {finding.rule for finding in again.read.findings}
+        with book.reading() as connection:
+            (file,) = find_files(connection, "both.csv")
+            assert [link.part for link in links_of_file(connection, file.uid)] == ["log"]
