@@ -95,10 +95,12 @@ def out_of_range(
 
 
 def _impossible(values: FloatArray, low: float, high: float) -> BoolArray:
-    with np.errstate(invalid="ignore"):
-        size = np.abs(values)
-        found: BoolArray = (values < low) | (values > high) | ((size < _SMALLEST) & (size > 0))
-        return found
+    found: BoolArray = np.abs(values) < _SMALLEST
+    if found.any():
+        found &= values != 0
+    if np.fmin.reduce(values, initial=np.inf) < low or np.fmax.reduce(values, initial=-np.inf) > high:
+        found |= (values < low) | (values > high)
+    return found
 
 
 def note_missing(

@@ -144,5 +144,5 @@ def _expanded(data: bytes, limits: Limits) -> bytes:
     return b"".join(pieces)
 
 
-ZIP = Format("zip", 1, _recognise_zip, _read_zip, container=True)
-GZIP = Format("gzip", 1, _recognise_gzip, _read_gzip, container=True)
+ZIP = Format("zip", 2, _recognise_zip, _read_zip, container=True)
+GZIP = Format("gzip", 2, _recognise_gzip, _read_gzip, container=True)

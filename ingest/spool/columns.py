@@ -1,6 +1,6 @@
 """Columns of large tables in mapped temporary files, and work on columns block by block wherever they lie.
 
-A column in memory is worked on as a whole, one in a file in blocks, each dropped from memory before the next.
+A block of a column in a file is dropped from memory before the next.
 """
 
 from __future__ import annotations
@@ -21,6 +21,9 @@ Scalar = TypeVar("Scalar", bound=np.generic)
 
 BLOCK_ROWS = 1 << 17
 """Rows of a block: 1 MiB of float64, a multiple of the size of a page."""
+
+CACHED_ROWS = 1 << 15
+"""Rows of a block in memory: what is computed of 256 KiB stays in the processor's cache."""
 
 
 class _ColumnMap(mmap.mmap):
@@ -66,12 +69,10 @@ def let_go(*columns: Array) -> None:
 
 
 def row_blocks(values: Array) -> Iterator[slice]:
-    """Yield slices of the rows: all at once of a column in memory, else blocks, dropped from memory after use."""
-    if _map_of(values) is None:
-        yield slice(0, len(values))
-        return
-    for start in range(0, len(values), BLOCK_ROWS):
-        yield slice(start, min(start + BLOCK_ROWS, len(values)))
+    """Yield slices of the rows in blocks; those of a mapped column are dropped from memory after use."""
+    size = CACHED_ROWS if _map_of(values) is None else BLOCK_ROWS
+    for start in range(0, max(1, len(values)), size):
+        yield slice(start, min(start + size, len(values)))
         let_go(values)
 
 

@@ -16,7 +16,7 @@ from typing import IO, Any, cast
 
 from data_schema.errors import InputRefused
 
-LARGE_BYTES = 48 << 20
+LARGE_BYTES = 1 << 27
 """A file larger than this is mapped; a smaller one is read into memory, which is quicker."""
 
 BLOCK_BYTES = 1 << 20

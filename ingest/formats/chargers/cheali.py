@@ -110,4 +110,4 @@ def _is_measurement(fields: list[bytes]) -> bool:
     return clock and all(map(_INTEGER.fullmatch, fields[:_TIME] + fields[_TIME + 1 :]))
 
 
-FORMAT = Format("cheali_log", 1, _recognise, _read)
+FORMAT = Format("cheali_log", 2, _recognise, _read)

@@ -108,4 +108,4 @@ def _row(record: Record, findings: FindingCollector) -> list[float] | None:
     return row
 
 
-FORMAT = Format("icharger_log", 2, _recognise, _read)
+FORMAT = Format("icharger_log", 3, _recognise, _read)

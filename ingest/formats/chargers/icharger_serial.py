@@ -99,4 +99,4 @@ def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
     return Sequel.BEGINS if turned or abs(row[-1]) <= COUNTER_ANEW * abs(before[-1]) else Sequel.OUT_OF_ORDER
 
 
-FORMAT = Format("icharger_serial", 1, _recognise, _read)
+FORMAT = Format("icharger_serial", 2, _recognise, _read)

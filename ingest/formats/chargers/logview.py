@@ -105,4 +105,4 @@ def joined(readings: Sequence[Reading], rejected: int, findings: FindingCollecto
     )
 
 
-FORMAT = Format("logview_openformat", 1, _recognise, _read)
+FORMAT = Format("logview_openformat", 2, _recognise, _read)

@@ -195,4 +195,4 @@ def _zero_signals(
     return read_signals(table, declared, findings, instrument)
 
 
-FORMAT = Format("logview_zero", 1, _recognise, _read)
+FORMAT = Format("logview_zero", 2, _recognise, _read)

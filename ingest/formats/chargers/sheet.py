@@ -319,4 +319,4 @@ def _note_repeated_runs(charges: list[ChargeRow], findings: FindingCollector) ->
         seen.add(charge.stated_run or "")
 
 
-FORMAT = Format("charger_sheet", 2, _recognise, _read)
+FORMAT = Format("charger_sheet", 3, _recognise, _read)

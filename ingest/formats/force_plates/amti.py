@@ -66,4 +66,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(head.source, header, head.declared, findings, INSTRUMENTS[INSTRUMENT])
 
 
-FORMAT = Format("amti_text", 1, _recognise, _read)
+FORMAT = Format("amti_text", 2, _recognise, _read)

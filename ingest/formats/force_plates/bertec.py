@@ -83,4 +83,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return Reading() if table is None else read_signals(table, head.declared, findings, instrument)
 
 
-FORMAT = Format("bertec_text", 5, _recognise, _read)
+FORMAT = Format("bertec_text", 6, _recognise, _read)

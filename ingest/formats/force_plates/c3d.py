@@ -127,4 +127,4 @@ def _padded(texts: tuple[str, ...], count: int, word: str) -> list[str]:
     return [text or (f"{word} {number}" if word else "") for number, text in enumerate(given, start=1)]
 
 
-FORMAT = Format("c3d", 1, _recognise, _read)
+FORMAT = Format("c3d", 2, _recognise, _read)

@@ -103,4 +103,4 @@ def _frame(block: Block, plates: int, findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("cortex_forces", 1, _recognise, _read)
+FORMAT = Format("cortex_forces", 2, _recognise, _read)

@@ -59,4 +59,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(source, header, head.declared, findings, _FORCEDECKS)
 
 
-FORMAT = Format("forcedecks", 1, _recognise, _read)
+FORMAT = Format("forcedecks", 2, _recognise, _read)

@@ -135,5 +135,5 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
     return read_signals(table, head.declared, findings, Instrument())
 
 
-FORMAT = Format("bioware", 1, _recognise, _read)
-CHANNELS_FORMAT = Format("kistler_channels", 1, _recognise_channels, _read_channels)
+FORMAT = Format("bioware", 2, _recognise, _read)
+CHANNELS_FORMAT = Format("kistler_channels", 2, _recognise_channels, _read_channels)

@@ -79,4 +79,4 @@ def _channels(names: list[str]) -> list[str | None]:
     return channels
 
 
-FORMAT = Format("opensim", 1, _recognise, _read)
+FORMAT = Format("opensim", 2, _recognise, _read)

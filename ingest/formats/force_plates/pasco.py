@@ -109,4 +109,4 @@ def _run_table(table: Table, block: Block, columns: Sequence[int], first: Sequen
     )
 
 
-FORMAT = Format("pasco", 1, _recognise, _read)
+FORMAT = Format("pasco", 2, _recognise, _read)

@@ -101,4 +101,4 @@ def _frame(entries: Mapping[str, str], findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("qualisys_tsv", 1, _recognise, _read)
+FORMAT = Format("qualisys_tsv", 2, _recognise, _read)

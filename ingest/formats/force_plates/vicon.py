@@ -197,4 +197,4 @@ def _compare(spans: Sequence[_Span], findings: FindingCollector) -> None:
             findings.add(FILE, "rate_contradicts", message)
 
 
-FORMAT = Format("vicon_csv", 1, _recognise, _read)
+FORMAT = Format("vicon_csv", 2, _recognise, _read)

@@ -150,4 +150,4 @@ class _Turns:
             del self.rows[-1], self.lines[-1], self.ordinals[-1]
 
 
-FORMAT = Format("debug_lines", 1, _recognise, _read)
+FORMAT = Format("debug_lines", 2, _recognise, _read)

@@ -28,4 +28,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return Reading() if head.source is None else read_stacked(head.source, head.declared, findings, _LOG)
 
 
-FORMAT = Format("delimited_log", 5, _recognise, _read)
+FORMAT = Format("delimited_log", 6, _recognise, _read)

@@ -180,5 +180,5 @@ def _text(cell: Cell) -> str:
     return str(cell)
 
 
-XLSX = Format("xlsx", 1, _recognise_xlsx, _read, container=True)
-XLS = Format("xls", 1, _recognise_xls, _read, container=True)
+XLSX = Format("xlsx", 2, _recognise_xlsx, _read, container=True)
+XLS = Format("xls", 2, _recognise_xls, _read, container=True)

@@ -115,4 +115,4 @@ def _column(values: np.ndarray) -> Column:
     return np.ascontiguousarray(values, dtype=np.float64)
 
 
-FORMAT = Format("mat", 1, _recognise, _read)
+FORMAT = Format("mat", 2, _recognise, _read)

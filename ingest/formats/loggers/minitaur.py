@@ -307,4 +307,4 @@ def _with_states(declared: Declarations, header: _Header) -> Declarations:
     return dataclasses.replace(declared, profile_columns={**states, **declared.profile_columns})
 
 
-FORMAT = Format("minitaur_log", 1, _recognise, _read)
+FORMAT = Format("minitaur_log", 2, _recognise, _read)
