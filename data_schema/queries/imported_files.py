@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.readings import reading_entries
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import charge, run
 from data_schema.tables.signals import signal
@@ -40,6 +42,7 @@ class Link:
     """A part of a file that belongs to a run."""
 
     uid: str
+    file_uid: str
     run_uid: str
     run_name: str
     part: str
@@ -87,11 +90,20 @@ def imported_names(connection: sa.Connection) -> list[str]:
 
 def links_of_file(connection: sa.Connection, file_uid: str) -> list[Link]:
     """Return which runs the parts of a file belong to."""
+    return _links(connection, file.c.uid == file_uid)
+
+
+def links_of_run(connection: sa.Connection, run_uid: str) -> list[Link]:
+    """Return the parts of files that belong to a run."""
+    return _links(connection, run.c.uid == run_uid)
+
+
+def _links(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> list[Link]:
     query = (
-        sa.select(run_file.c.uid, run.c.uid, run.c.name, run_file.c.part, run_file.c.role)
+        sa.select(run_file.c.uid, file.c.uid, run.c.uid, run.c.name, run_file.c.part, run_file.c.role)
         .join(run, run_file.c.run == run.c.id)
         .join(file, run_file.c.file == file.c.id)
-        .where(file.c.uid == file_uid)
+        .where(wanted)
         .order_by(run_file.c.id)
     )
     return [Link(*row) for row in connection.execute(query)]
@@ -141,7 +153,14 @@ def unlink_file(connection: sa.Connection, file_uid: str, part: str | None = Non
 
 
 def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
-    """Return the parts of a file's reading that were sampled apart; one without signals has one part, ''."""
+    """Return the parts of a file's reading that were sampled apart; one without signals has one part, ''.
+
+    Those of a file that waits for a declaration are the ones that the entry of its reading names.
+    """
+    waiting = sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.WAITING))
+    sha256 = connection.execute(sa.select(file.c.sha256).join(ingest, waiting).where(file.c.uid == file_uid)).scalar()
+    if sha256 is not None:
+        return parts_named(reading_entries(connection, sha256)[-1])
     query = (
         sa.select(signal.c.part)
         .join(file, signal.c.file == file.c.id)
@@ -151,6 +170,23 @@ def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
         .order_by(signal.c.part)
     )
     return list(connection.execute(query).scalars()) or [""]
+
+
+def parts_said(connection: sa.Connection, file_uid: str) -> list[str]:
+    """Return the parts that any reading of a file gave when it was made, as the journal has them."""
+    sha256 = connection.execute(sa.select(file.c.sha256).where(file.c.uid == file_uid)).scalar_one()
+    return list(dict.fromkeys(part for new in reading_entries(connection, sha256) for part in parts_named(new)))
+
+
+def parts_named(new: Mapping[str, Any]) -> list[str]:
+    """Return the parts that the entry of a reading names; the first labbook did not write them down."""
+    if "parts" in new:
+        return list(new["parts"]) or [""]
+    places = range(1, len(new.get("signals", [])) + 1)
+    if new["reader"] == "icharger_log":
+        return [f"channel_{place}" for place in places] or [""]
+    first = "force" if new["reader"] == "bertec_text" else "log"
+    return [first if place == 1 else f"{first}_segment_{place}" for place in places] or [""]
 
 
 def unassigned_charges_of_file(connection: sa.Connection, file_uid: str) -> list[str]:

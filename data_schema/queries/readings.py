@@ -9,6 +9,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.chunks import in_chunks
 from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.people import config, journal, person
 from data_schema.tables.runs import run
@@ -219,3 +220,31 @@ def said_about(
         .order_by(journal.c.seq)
     )
     return [(json.loads(row.old_json or "{}"), json.loads(row.new_json or "{}")) for row in rows]
+
+
+def said_of_charges(
+    connection: sa.Connection, uids: Sequence[str]
+) -> dict[str, list[tuple[Action, dict[str, Any], dict[str, Any]]]]:
+    """Return (action, old, new) of every statement about each of some charges, in order."""
+    found: dict[str, list[tuple[Action, dict[str, Any], dict[str, Any]]]] = {uid: [] for uid in uids}
+    for some in in_chunks(uids):
+        query = (
+            sa.select(journal.c.entity_uid, journal.c.action, journal.c.old_json, journal.c.new_json)
+            .where(journal.c.entity_kind == "charge", journal.c.entity_uid.in_(some))
+            .order_by(journal.c.seq)
+        )
+        for row in connection.execute(query):
+            old, new = json.loads(row.old_json or "{}"), json.loads(row.new_json or "{}")
+            found[row.entity_uid].append((Action(row.action), old, new))
+    return found
+
+
+def reading_entries(connection: sa.Connection, sha256: str) -> list[dict[str, Any]]:
+    """Return what the journal says of each reading of a file that was imported, in order."""
+    query = (
+        sa.select(journal.c.new_json)
+        .join(ingest, ingest.c.uid == journal.c.entity_uid)
+        .where(ingest.c.sha256 == sha256, journal.c.action.in_((str(Action.INGEST), str(Action.READ))))
+        .order_by(journal.c.seq)
+    )
+    return [json.loads(text) for text in connection.execute(query).scalars()]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.queries.chunks import in_chunks
 from data_schema.tables.files import file
 from data_schema.tables.runs import charge, run
 from data_schema.vocabulary import ChargeState
@@ -14,9 +16,14 @@ from data_schema.vocabulary import ChargeState
 
 @dataclass(frozen=True, slots=True)
 class SheetRow:
-    """A charge of a file; `repeats` is the uid of the charge that said the same when this one came."""
+    """A charge of a file, or a typed one; `repeats` is the uid of the charge that said the same when this one came.
 
+    `order` rises from the charges that came first to the last.
+    """
+
+    order: int
     uid: str
+    typed: bool
     row_number: int
     line: int | None
     run_uid: str | None
@@ -38,10 +45,22 @@ def repeating(connection: sa.Connection, uid: str, state: ChargeState) -> list[S
     return _rows(connection, sa.and_(charge.c.repeats == uid, charge.c.state == str(state)))
 
 
-def known_of_run(connection: sa.Connection, run_name: str) -> list[SheetRow]:
-    """Return the charges that name a run and do not count because another one says the same."""
-    of_run = sa.and_(charge.c.stated_run == run_name, charge.c.state == str(ChargeState.KNOWN))
-    return _rows(connection, of_run)
+def rows_with_uids(connection: sa.Connection, uids: Sequence[str]) -> list[SheetRow]:
+    """Return the charges with these uids, those that came first before the others."""
+    found = [row for some in in_chunks(uids) for row in _rows(connection, charge.c.uid.in_(some))]
+    return sorted(found, key=lambda row: row.order)
+
+
+def rows_about(connection: sa.Connection, run_uid: str | None, run_name: str | None) -> list[SheetRow]:
+    """Return the charges that belong to a run, then those that name one and belong to none; dismissed ones too."""
+    wanted = []
+    if run_uid is not None:
+        wanted.append(sa.and_(run.c.uid == run_uid, charge.c.state == str(ChargeState.COUNTED)))
+    if run_name is not None:
+        standing = charge.c.state.in_((str(ChargeState.COUNTED), str(ChargeState.DISMISSED)))
+        wanted.append(sa.and_(charge.c.run.is_(None), charge.c.stated_run == run_name, standing))
+    found = _rows(connection, sa.or_(*wanted)) if wanted else []
+    return sorted(found, key=lambda row: (row.run_uid is None, row.order))
 
 
 def said_by_rows(connection: sa.Connection, file_uid: str) -> dict[str, tuple[Any, ...]]:
@@ -66,7 +85,9 @@ def said_by_rows(connection: sa.Connection, file_uid: str) -> dict[str, tuple[An
 def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[SheetRow]:
     query = (
         sa.select(
+            charge.c.id.label("order"),
             charge.c.uid,
+            charge.c.file.is_(None).label("typed"),
             charge.c.row_number,
             charge.c.line,
             run.c.uid.label("run_uid"),
@@ -82,4 +103,5 @@ def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[Shee
         .where(wanted)
         .order_by(charge.c.row_number, charge.c.id)
     )
-    return [SheetRow(**{**row, "state": ChargeState(row["state"])}) for row in connection.execute(query).mappings()]
+    rows = connection.execute(query).mappings()
+    return [SheetRow(**{**row, "state": ChargeState(row["state"]), "typed": bool(row["typed"])}) for row in rows]

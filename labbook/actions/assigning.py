@@ -20,7 +20,7 @@ from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Action, FileRole
 from labbook.actions.assigning_parts import assign_part
 from labbook.actions.named_files import file_named
-from labbook.actions.second_charge import refuse_second_charge
+from labbook.actions.second_charge import refuse_second_charge, refuse_second_of_file
 from labbook.book.desk import Desk, Statement
 from labbook.book.naming import refuse_empty, run_named
 
@@ -52,9 +52,7 @@ def _assign_file(desk: Desk, file: FileRow, what: str, run: RunRow, why: str | N
     if any(link.run_uid == run.uid for link in links):
         raise UsageError(f"{what} belongs to run {run.name} already.")
     if not links:
-        waiting = [charge for charge in charges_of_file(desk.connection, file.uid) if charge.run_uid is None]
-        if file.role == FileRole.CHARGE and len(waiting) == 1:
-            refuse_second_charge(desk.connection, run.uid, run.name, mode=waiting[0].mode)
+        refuse_second_of_file(desk.connection, file.uid, file.role, run)
         desk.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": run.uid, "role": file.role}, reason=why))
         return f"{what} belongs to run {run.name} now."
     if why is None:

@@ -11,6 +11,7 @@ from data_schema.queries.imported_files import links_of_file, runs_of_file
 from data_schema.queries.readings import ReadingRow, last_reading, said_last
 from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.rereading import Reread, RereadRequest, reread, would_differ
+from labbook.actions.second_charge import refuse_second_of_file
 from labbook.actions.stale import stale_lines
 from labbook.book.desk import Statement
 from labbook.book.naming import run_named
@@ -90,6 +91,7 @@ def _to_run(book: Book, row: ReadingRow, run: str, person: str | None, dry_run: 
     if dry_run:
         return [f"it would belong to run {run}."]
     with book.desk(person) as desk:
+        refuse_second_of_file(desk.connection, row.file_uid or "", row.role, meant)
         new = {"run": meant.uid, "role": row.role}
         desk.state(Statement(Action.ASSIGN, "file", row.file_uid or "", new=new))
     return [f"it belongs to run {run} now."]

@@ -6,8 +6,17 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_of_run
-from data_schema.queries.imported_files import place_of_charge
-from data_schema.vocabulary import ChargeMode
+from data_schema.queries.imported_files import charges_of_file, place_of_charge
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import ChargeMode, ChargeState, FileRole
+
+
+def refuse_second_of_file(connection: sa.Connection, file_uid: str, role: str | None, run: RunRow) -> None:
+    """Raise `UsageError` where a file that comes to a run brings its only charge along, and the run has one."""
+    charges = charges_of_file(connection, file_uid)
+    waiting = [charge for charge in charges if charge.run_uid is None and charge.state is ChargeState.COUNTED]
+    if role == FileRole.CHARGE and len(waiting) == 1:
+        refuse_second_charge(connection, run.uid, run.name, mode=waiting[0].mode)
 
 
 def refuse_second_charge(

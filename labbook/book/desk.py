@@ -101,20 +101,23 @@ def _surrogates(text: str) -> bool:
 
 
 def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: object = None) -> list[tuple[str, str]]:
-    """Let one entry take effect; returns (kind, scope) of results now stale."""
+    """Let one entry take effect while a person speaks; returns (kind, scope) of results now stale."""
     return APPLY[entry.action](Scene(connection, store), entry, prepared)
 
 
-def apply_again(connection: sa.Connection, store: Store, entries: Iterable[Entry]) -> None:
+def apply_again(connection: sa.Connection, store: Store, entries: Iterable[Entry]) -> list[Entry]:
     """Let commands of the journal file take effect and stand in the journal table, as they did the first time.
 
-    A command's entries stand there when all have taken effect: while it was spoken they did not either.
+    A command's entries stand there when all have taken effect: while it was spoken they did not either. Returns the
+    entries that speak of a charge or a link which is not there now.
     """
+    without_rows: list[Entry] = []
     for command in journal.commands(entries):
         for entry in command:
-            apply(connection, store, entry)
+            APPLY[entry.action](Scene(connection, store, without_rows), entry, None)
         for entry in command:
             journal.insert(connection, entry)
+    return without_rows
 
 
 @contextlib.contextmanager

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.journal import Entry
+from data_schema.queries.facts import fact_exists
 from data_schema.queries.integrity import readings
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.shown_numbers import shown_numbers
@@ -25,7 +26,8 @@ class Differences:
     `numbers_gone` shown numbers of `reports_concerned` reports could not be computed again under their ids,
     `numbers_changed` could, and have another value; `files_read_anew` were read by another version of their reader,
     `files_changed` of them gave other rows or samples. `files_waiting` says of each file that this labbook refuses, and
-    an earlier one read, what it waits for.
+    an earlier one read, what it waits for. `without_rows` says of each statement about a charge or a part of a file
+    that no reading gives it now.
     """
 
     numbers_gone: int = 0
@@ -34,6 +36,7 @@ class Differences:
     files_read_anew: int = 0
     files_changed: int = 0
     files_waiting: tuple[str, ...] = ()
+    without_rows: tuple[str, ...] = ()
 
     @property
     def sentences(self) -> list[str]:
@@ -58,11 +61,15 @@ class Differences:
                 f"{_counted(self.files_read_anew, 'file')} went through another version of their reader than at their "
                 f"import, {result}."
             )
-        return [*said, *self.files_waiting]
+        return [*said, *self.files_waiting, *self.without_rows]
 
 
-def differences(connection: sa.Connection, entries: Sequence[Entry]) -> Differences:
-    """Compare a rebuilt database with what its journal says of reports and files."""
+def differences(connection: sa.Connection, entries: Sequence[Entry], without_rows: Sequence[Entry] = ()) -> Differences:
+    """Compare a rebuilt database with what its journal says of reports and files.
+
+    `without_rows` are the statements about rows that were not there when they were replayed; those about charges have
+    taken effect where a later reading gave the charge.
+    """
     shown = shown_numbers(connection)
     gone = [item for item in shown if not item.known]
     changed = [item for item in shown if item.known and not agree(item.printed, item.value)]
@@ -79,6 +86,19 @@ def differences(connection: sa.Connection, entries: Sequence[Entry]) -> Differen
             (said[uid]["rows"], said[uid]["signals"]) != (now[uid].rows, now[uid].signals) for uid in anew
         ),
         files_waiting=tuple(f"{waiting.reason}." for waiting in waiting_files(connection)),
+        without_rows=tuple(
+            _without_row(entry)
+            for entry in without_rows
+            if entry.entity_kind != "charge" or not fact_exists(connection, "charge", entry.entity_uid)
+        ),
+    )
+
+
+def _without_row(entry: Entry) -> str:
+    why = f" ({entry.reason})" if entry.reason else ""
+    return (
+        f"Entry {entry.seq} of {entry.person}, {entry.action} {entry.entity_kind} {entry.entity_uid}{why}, speaks of "
+        "what no reading of its file gives now: it has no effect until one does, see `labbook files show`."
     )
 
 

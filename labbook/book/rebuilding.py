@@ -59,6 +59,7 @@ class Replay:
     mirror: JournalFile
     step: Callable[[str], None]
     entries: list[Entry] = field(default_factory=list)
+    without_rows: list[Entry] = field(default_factory=list)
     left_out: LeftOut = NOTHING
 
     def onto(self, engine: sa.Engine) -> None:
@@ -67,7 +68,7 @@ class Replay:
         new = list(journal.chained(self.mirror.tail(seq) if seq else self.mirror.entries(), (seq, last_hash)))
         for command in journal.commands(new):
             with writing(engine) as connection:
-                apply_again(connection, self.store, command)
+                self.without_rows += apply_again(connection, self.store, command)
             last = command[-1]
             self.step(f"{last.seq}/{new[-1].seq} {last.action} {last.entity_kind}")
             self.entries += command
@@ -117,7 +118,7 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
     engine = engine_of(folder, configuration)
     try:
         with reading(engine) as connection:
-            found = differences(connection, replay.entries)
+            found = differences(connection, replay.entries, replay.without_rows)
     finally:
         engine.dispose()
     return Rebuilt(len(replay.entries), old, found, replay.left_out)

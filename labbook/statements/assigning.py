@@ -9,17 +9,19 @@ from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import fact_exists, insert_fact, read_fact, update_fact
 from data_schema.queries.imported_files import (
     links_of_file,
+    links_of_run,
     parts_of_file,
+    parts_said,
     signals_of_file,
     unassigned_charges_of_file,
     unlink_file,
 )
-from data_schema.queries.readings import said_about, waiting_files
+from data_schema.queries.readings import said_about
 from data_schema.queries.results import mark_stale
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
-from data_schema.vocabulary import Action, FileRole
-from labbook.statements.scene import Scene, around_run, derived_uid, refuse_unless_deferred, run_named
+from data_schema.vocabulary import Action, ChargeState, FileRole
+from labbook.statements.scene import Scene, around_run, derived_uid, no_such_row, run_named
 
 
 def apply_assign(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
@@ -27,7 +29,7 @@ def apply_assign(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[st
     values = entry.new or {}
     kind, uid = entry.entity_kind, entry.entity_uid
     if kind == "charge" and not fact_exists(scene.connection, "charge", uid):
-        refuse_unless_deferred(scene, kind, uid)
+        no_such_row(scene, entry)
         return []
     if values["run"] is None:
         changed = _take_charge_off(scene, uid) if kind == "charge" else _take_file_off(scene, uid, values.get("part"))
@@ -35,20 +37,33 @@ def apply_assign(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[st
     if kind == "charge":
         assign_charge(scene, uid, values["run"])
     else:
-        assign_file(scene, uid, values["run"], FileRole(values["role"]), values.get("part"))
+        role, part = FileRole(values["role"]), values.get("part")
+        if part is not None and part not in parts_of_file(scene.connection, uid):
+            no_such_row(scene, entry)
+            return []
+        assign_file(scene, uid, values["run"], role, part)
+        if part is None:
+            assign_only_charge(scene, uid, values["run"], role)
     return mark_stale(scene.connection, [*around_run(scene, values["run"]), (kind, uid)])
 
 
-def assign_file(scene: Scene, file_uid: str, run_uid: str, role: FileRole, part: str | None = None) -> None:
-    """Link every part of a file to a run, or one; a file with one unassigned charge gives it to the run too."""
-    for name in parts_of_file(scene.connection, file_uid) if part is None else [part]:
+def assign_file(
+    scene: Scene, file_uid: str, run_uid: str, role: FileRole, part: str | None = None, *, parts: Sequence[str] = ()
+) -> None:
+    """Link every part of a file to a run, or one; `parts` are those of the reading that is being made."""
+    for name in (parts or parts_of_file(scene.connection, file_uid)) if part is None else [part]:
         _link(scene, file_uid, run_uid, role, name)
+
+
+def assign_only_charge(scene: Scene, file_uid: str, run_uid: str, role: FileRole) -> None:
+    """Give the one charge of a file that belongs to no run to the run of the file."""
     charges = unassigned_charges_of_file(scene.connection, file_uid)
-    if part is None and role is FileRole.CHARGE and len(charges) == 1:
+    if role is FileRole.CHARGE and len(charges) == 1:
         assign_charge(scene, charges[0], run_uid)
 
 
 def _link(scene: Scene, file_uid: str, run_uid: str, role: FileRole, part: str) -> None:
+    unlink_file(scene.connection, file_uid, part)
     insert_fact(
         scene.connection,
         "run_file",
@@ -58,7 +73,7 @@ def _link(scene: Scene, file_uid: str, run_uid: str, role: FileRole, part: str) 
 
 
 def link_parts_again(
-    scene: Scene, file_uid: str, role: FileRole, stated_run: str | None, before: Sequence[str]
+    scene: Scene, file_uid: str, role: FileRole, stated_run: str | None, before: Sequence[str], parts: Sequence[str]
 ) -> list[str]:
     """Let the parts of a new reading belong to runs as those of the reading `before` did; returns the runs concerned.
 
@@ -70,9 +85,8 @@ def link_parts_again(
         run_uid = run_named(scene, stated_run)
         if run_uid is None or said_about(scene.connection, file_uid, [Action.ASSIGN]):
             return []
-        assign_file(scene, file_uid, run_uid, role)
+        assign_file(scene, file_uid, run_uid, role, parts=parts)
         return [run_uid]
-    parts = parts_of_file(scene.connection, file_uid)
     for link in links:
         if link.part not in parts:
             unlink_file(scene.connection, file_uid, link.part)
@@ -87,8 +101,10 @@ def link_parts_again(
 
 
 def assign_charge(scene: Scene, charge_uid: str, run_uid: str) -> None:
-    """Say after which run a pack took this charge."""
-    update_fact(scene.connection, "charge", charge_uid, {"run": run_uid})
+    """Say after which run a pack took this charge: it counts, unless its row is gone."""
+    row = read_fact(scene.connection, "charge", charge_uid, ["state", "repeats"])
+    stays = {} if row["state"] in (ChargeState.COUNTED, ChargeState.GONE) else {"state": str(ChargeState.COUNTED)}
+    update_fact(scene.connection, "charge", charge_uid, {"run": run_uid, **stays})
 
 
 def _take_file_off(scene: Scene, file_uid: str, part: str | None) -> list[tuple[str, str]]:
@@ -103,22 +119,22 @@ def _take_file_off(scene: Scene, file_uid: str, part: str | None) -> list[tuple[
     return changed
 
 
-def move_waiting(scene: Scene, link_uid: str, run_uid: str) -> None:
-    """Move a waiting file to another run, where a statement is about a link of its parts.
+def links_meant(scene: Scene, link_uid: str, run_uid: str | None) -> list[str]:
+    """Return the links to a run that a statement means by one which is not there under that uid.
 
-    While a file waits it has no parts, so that the links which were stated for them are not there: one stands for all.
+    A link is named after its file, part and first run. Where the reading in force calls the parts otherwise, the links
+    of those that no earlier reading knew are meant.
     """
     runs = [run.uid for run in list_runs(scene.connection)]
-    for file in waiting_files(scene.connection):
-        for link in links_of_file(scene.connection, file.file_uid):
-            first = [run for run in runs if derived_uid("run_file", run, file.file_uid, link.part) == link.uid]
-            if link_uid in [derived_uid("run_file", run, file.file_uid, part) for run in first for part in _PARTS]:
-                update_fact(scene.connection, "run_file", link.uid, {"run": run_uid})
-                return
-
-
-_PARTS = ("", "log", "force", "charge", "channel_1", *(f"log_segment_{number}" for number in range(2, 10)))
-"""Names of parts by readers; a waiting file's are not known."""
+    links = [] if run_uid is None else links_of_run(scene.connection, run_uid)
+    for file_uid in dict.fromkeys(link.file_uid for link in links):
+        said = parts_said(scene.connection, file_uid)
+        named = [part for part in said for run in runs if derived_uid("run_file", run, file_uid, part) == link_uid]
+        if named:
+            of_file = [link for link in links if link.file_uid == file_uid]
+            same = [link.uid for link in of_file if link.part == named[0]]
+            return same or [link.uid for link in of_file if link.part not in said]
+    return []
 
 
 def _take_charge_off(scene: Scene, charge_uid: str) -> list[tuple[str, str]]:

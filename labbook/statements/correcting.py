@@ -8,8 +8,8 @@ from typing import Any
 from data_schema.journal import Entry
 from data_schema.queries.facts import fact_exists, read_fact, update_fact
 from data_schema.queries.results import mark_stale
-from labbook.statements.assigning import move_waiting
-from labbook.statements.scene import Scene, around_run, refuse_unless_deferred
+from labbook.statements.assigning import assign_charge, links_meant
+from labbook.statements.scene import Scene, around_run, no_such_row
 
 NUMBERS_REST_ON: Mapping[str, frozenset[str]] = {
     "run": frozenset(
@@ -38,11 +38,16 @@ def apply_correct(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[s
         return []
     kind, uid = entry.entity_kind, entry.entity_uid
     if kind in ("charge", "run_file") and not fact_exists(scene.connection, kind, uid):
-        refuse_unless_deferred(scene, kind, uid)
-        if kind == "run_file" and "run" in new:
-            move_waiting(scene, uid, new["run"])
-        return []
-    update_fact(scene.connection, kind, uid, new)
+        uids = links_meant(scene, uid, (entry.old or {}).get("run")) if kind == "run_file" else []
+        if not uids:
+            no_such_row(scene, entry)
+            return []
+    else:
+        uids = [uid]
+    for each in uids:
+        update_fact(scene.connection, kind, each, new)
+    if kind == "charge" and new.get("run"):
+        assign_charge(scene, uid, new["run"])
     changed = [("robot_body", uid)] if kind == "robot" and SCENES_REST_ON & new.keys() else []
     if NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
         changed += [(kind, uid), *_around(scene, kind, uid, new)]

@@ -12,7 +12,7 @@ from data_schema.queries.facts import insert_fact
 from data_schema.queries.results import mark_stale
 from data_schema.queries.waiting import waiting_for_run
 from data_schema.vocabulary import FileRole
-from labbook.statements.assigning import assign_charge, assign_file
+from labbook.statements.assigning import assign_charge, assign_file, assign_only_charge
 from labbook.statements.scene import Scene, around, around_run, derived_uid, spoken
 
 
@@ -51,6 +51,8 @@ def _link_what_waited(scene: Scene, uid: str, values: Mapping[str, Any]) -> None
     files, charges = waiting_for_run(scene.connection, values["name"])
     for file_uid, role in files:
         assign_file(scene, file_uid, uid, FileRole(role))
+        if not charges_of_run(scene.connection, uid):
+            assign_only_charge(scene, file_uid, uid, FileRole(role))
     for charge_uid, may_be_second in charges:
         if may_be_second or not charges_of_run(scene.connection, uid):
             assign_charge(scene, charge_uid, uid)

@@ -5,29 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from data_schema import journal
 from data_schema.errors import InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.queries import imports
 from data_schema.queries.facts import read_fact
-from data_schema.queries.imported_files import links_of_file
+from data_schema.queries.imported_files import links_of_file, parts_named, parts_of_file
 from data_schema.queries.people import config_in_force
-from data_schema.queries.readings import last_reading, parts_of_reading, said_about, set_status
+from data_schema.queries.readings import last_reading, parts_of_reading, set_status
 from data_schema.queries.results import mark_stale
-from data_schema.queries.sheet_rows import rows_of_file
-from data_schema.vocabulary import Action, FileRole, IngestStatus, RunKind, Severity
+from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.model import Finding, ReadFile
 from ingest.read import UNKNOWN
 from labbook.analysis.detecting import jumps_found
 from labbook.config.parsing import Configuration, parse_configuration
-from labbook.statements.assigning import apply_assign, assign_file, link_parts_again
-from labbook.statements.correcting import apply_correct
+from labbook.statements.assigning import assign_file, assign_only_charge, link_parts_again
 from labbook.statements.findings import finding_values
 from labbook.statements.importing import PreparedImport, ReadSettings, read_and_store, settings_now
 from labbook.statements.reading_rows import add_reading, add_refusal, add_signals
-from labbook.statements.scene import Apply, Scene, around_run, derived_uid, run_named
-from labbook.statements.sheet_charges import lose_charges, update_charges
-from labbook.statements.withdrawing import apply_dismiss, apply_restore
+from labbook.statements.scene import Scene, around_run, derived_uid, run_named
+from labbook.statements.sheet_charges import charge_numbers, lose_charges, update_charges
 
 _ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
 """What files were for that earlier labbooks read: their entries do not say."""
@@ -52,15 +48,21 @@ def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
     role = _role(new, done)
     ingest_key = add_reading(scene, entry, done, file_key, role)
     touched = []
-    if not done.read.refused:
-        add_signals(scene, file_key, ingest_key, done, new, None)
-        touched += update_charges(scene, ingest_key, file_uid, done.read, new.get("charge_lines"))
     run_uid = new.get("run") or run_named(scene, new.get("stated_run"))
     if run_uid:
-        assign_file(scene, file_uid, run_uid, role)
+        assign_file(scene, file_uid, run_uid, role, parts=_parts(new, done))
         touched.append(run_uid)
+    if not done.read.refused:
+        add_signals(scene, file_key, ingest_key, done, new, None)
+        of_file = run_uid if role is FileRole.CHARGE and "settings" in new else None
+        touched += _update_charges(scene, ingest_key, file_uid, done, new, of_file)
+    if run_uid:
+        if "settings" not in new:  # an earlier labbook gave a run its file's charge whatever charge it had
+            assign_only_charge(scene, file_uid, run_uid, role)
         imports.add_findings(scene.connection, ingest_key, _jumps_mismatch(scene, run_uid, done))
-    return mark_stale(scene.connection, [changed for uid in touched for changed in around_run(scene, uid)])
+    return mark_stale(
+        scene.connection, [changed for uid in dict.fromkeys(touched) for changed in around_run(scene, uid)]
+    )
 
 
 def apply_read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
@@ -75,41 +77,37 @@ def apply_read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, 
     assert before is not None, "a file is imported before it is read again"  # noqa: S101
     assert before.file_uid is not None  # noqa: S101
     old_parts = parts_of_reading(scene.connection, before.uid)
+    before_parts = parts_of_file(scene.connection, before.file_uid)
     set_status(scene.connection, before.uid, IngestStatus.SUPERSEDED)
     role = _role(new, done)
     file_key = imports.file_key(scene.connection, done.sha256)
     ingest_key = add_reading(scene, entry, done, file_key, role)
-    touched: list[str] = []
     changed = [("file", before.file_uid), *(("signal", part.sha256) for part in old_parts)]
+    touched = link_parts_again(scene, before.file_uid, role, new.get("stated_run"), before_parts, _parts(new, done))
     if done.read.refused:
         touched += lose_charges(scene, before.file_uid)
     else:
         add_signals(scene, file_key, ingest_key, done, new, entry.entity_uid)
-        touched += link_parts_again(
-            scene, before.file_uid, role, new.get("stated_run"), [part.part for part in old_parts]
-        )
-        lines = said_about(scene.connection, before.uid, [Action.INGEST, Action.READ])[-1][1].get("charge_lines")
-        touched += update_charges(scene, ingest_key, before.file_uid, done.read, lines)
-        if before.status is IngestStatus.WAITING:
-            _apply_deferred(scene, before.file_uid)
+        runs = {link.run_uid for link in links_of_file(scene.connection, before.file_uid)}
+        of_file = runs.pop() if role is FileRole.CHARGE and len(runs) == 1 else None
+        touched += _update_charges(scene, ingest_key, before.file_uid, done, new, of_file)
     for run_uid in dict.fromkeys(touched):
         changed += around_run(scene, run_uid)
         imports.add_findings(scene.connection, ingest_key, _jumps_mismatch(scene, run_uid, done))
     return mark_stale(scene.connection, list(dict.fromkeys(changed)))
 
 
-def _apply_deferred(scene: Scene, file_uid: str) -> None:
-    """Let what people said about the charges of a file, while it waited for a declaration, take effect."""
-    uids = {row.uid for row in rows_of_file(scene.connection, file_uid)}
-    apply: dict[Action, Apply] = {
-        Action.ASSIGN: apply_assign,
-        Action.CORRECT: apply_correct,
-        Action.DISMISS: apply_dismiss,
-        Action.RESTORE: apply_restore,
-    }
-    for entry in list(journal.stored(scene.connection)) if uids else []:
-        if entry.entity_kind == "charge" and entry.entity_uid in uids and entry.action in apply:
-            apply[entry.action](scene, entry, None)
+def _update_charges(
+    scene: Scene, ingest_key: int, file_uid: str, done: PreparedImport, new: Mapping[str, Any], of_file: str | None
+) -> list[str]:
+    lines = [row.line for row in done.read.charges]
+    numbers = charge_numbers(scene, file_uid, done.sha256, lines, new)
+    return update_charges(scene, ingest_key, file_uid, done.read, numbers, of_file)
+
+
+def _parts(new: Mapping[str, Any], done: PreparedImport) -> list[str]:
+    """Return the parts of a reading; of one that is refused now, those that it gave when it was made."""
+    return parts_named(new) if done.read.refused else [part.part for part in done.read.parts] or [""]
 
 
 def apply_refuse(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:

@@ -13,17 +13,21 @@ from data_schema.errors import UnknownName
 from data_schema.journal import Entry
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.people import person_uid
-from data_schema.queries.readings import waiting_files
 from data_schema.vocabulary import RunKind
 from ingest.store import Store
 
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """The open transaction and the store of files."""
+    """The open transaction and the store of files.
+
+    `without_rows` is None while a person speaks; on replaying the journal it gathers the statements about charges and
+    links that no reading of their file gives now.
+    """
 
     connection: sa.Connection
     store: Store
+    without_rows: list[Entry] | None = None
 
 
 def around_run(scene: Scene, run_uid: str) -> list[tuple[str, str]]:
@@ -58,13 +62,18 @@ def run_named(scene: Scene, name: str | None) -> str | None:
     return find_uid(scene.connection, "run", name=name) if name else None
 
 
-def refuse_unless_deferred(scene: Scene, kind: str, uid: str) -> None:
-    """Let a statement about a row that is not there wait where it may be one of a file that waits for a declaration.
+def no_such_row(scene: Scene, entry: Entry) -> None:
+    """Let a statement about a row that is not there pass where the journal is replayed; nothing may stop that.
 
-    Raises `UnknownName` where no file waits: then there never was such a row.
+    A newer reader may give fewer rows than an earlier one, and a file may wait for a declaration. What was said of a
+    charge takes effect when a reading gives it. Raises `UnknownName` for what a person says now.
     """
-    if not waiting_files(scene.connection):
-        raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
+    if scene.without_rows is None:
+        raise UnknownName(
+            f"there is no {entry.entity_kind} with uid {entry.entity_uid!r}: list what there is and use a name from "
+            "there."
+        )
+    scene.without_rows.append(entry)
 
 
 def derived_uid(*parts: object) -> str:

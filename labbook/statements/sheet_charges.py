@@ -1,222 +1,175 @@
-"""The charges of a file: which are new, which are known, which contradict what stands, and which are there no longer.
+"""The charges of a file: which are new, which changed, which are back, and which are there no longer.
 
 A charge is known by its file and its line, so that a new reading changes it and keeps its uid, its run and what people
-corrected. A hand-kept sheet grows and comes again: a row that a run's charge says already, or one that waits for the
-run, does not count as a second charge, and one that contradicts the run's waits in the inbox.
+corrected. Which of the charges of a run counts is worked out by `counted_charges`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from data_schema.queries import imports
-from data_schema.queries.charges import ChargeOfRun, charges_of_run, charges_waiting_for
 from data_schema.queries.facts import find_uid, insert_fact, update_fact
-from data_schema.queries.readings import said_about
-from data_schema.queries.sheet_rows import SheetRow, known_of_run, repeating, rows_of_file
-from data_schema.vocabulary import Action, ChargeState, Severity
-from ingest.findings import MORE_LINES
-from ingest.model import ChargeRow, Finding, ReadFile
-from labbook.statements.assigning import assign_charge
-from labbook.statements.findings import finding_values
-from labbook.statements.scene import Scene, derived_uid, run_named
+from data_schema.queries.readings import reading_entries
+from data_schema.queries.sheet_rows import SheetRow, rows_of_file
+from data_schema.vocabulary import ChargeState
+from ingest.model import ChargeRow, ReadFile
+from labbook.statements.counted_charges import Placed, lose, note_on, place
+from labbook.statements.said_by_hand import SaidByHand, said_by_hand
+from labbook.statements.scene import Scene, derived_uid
 
 
-@dataclass
-class _Found:
-    """What the rows of one file turn out to be."""
+def charge_numbers(
+    scene: Scene, file_uid: str, sha256: str, lines: Sequence[int | None], new: Mapping[str, Any]
+) -> dict[int, int]:
+    """Return the row numbers of a file's charges by line (by minus their place where they have none).
 
-    touched: list[str] = field(default_factory=list)
-    known: list[ChargeRow | SheetRow] = field(default_factory=list)
-    findings: list[dict[str, Any]] = field(default_factory=list)
+    A line keeps the number that it had first: what an entry says comes before what the book holds, and that before what
+    follows from the order of earlier readings. `new` is the entry of the reading that gave `lines`.
+    """
+    numbers: dict[int, int] = {}
+    unsaid: list[int] = []
+    for first, said in enumerate([*reading_entries(scene.connection, sha256), new]):
+        keys = _keys(said.get("charge_lines") or [])
+        given = said.get("charge_numbers") or (range(1, len(keys) + 1) if first == 0 else None)
+        if given is None:
+            unsaid += keys
+            continue
+        for key, number in zip(keys, given, strict=True):
+            numbers.setdefault(key, number)
+    for row in rows_of_file(scene.connection, file_uid):
+        numbers.setdefault(_key(row.line, row.row_number), row.row_number)
+    for key in (*unsaid, *_keys(lines)):
+        numbers.setdefault(key, 1 + max(numbers.values(), default=0))
+    return numbers
 
 
 def update_charges(
-    scene: Scene, ingest_key: int, file_uid: str, read: ReadFile, lines: list[int | None] | None
+    scene: Scene, ingest_key: int, file_uid: str, read: ReadFile, numbers: Mapping[int, int], of_file: str | None = None
 ) -> list[str]:
     """Bring the charges of a file up to what was read from it; returns the runs that it concerns.
 
-    `lines` are those of the file's charges when it was imported first, by row number, where the journal says them.
+    `numbers` are the row numbers by line, and `of_file` the run that the only charge of a file belongs to.
     """
-    found = _Found()
-    standing = rows_of_file(scene.connection, file_uid)
-    by_line = {row.line if row.line is not None else -row.row_number: row for row in standing}
-    numbers = {line: place for place, line in enumerate(lines or [], start=1)}
-    free = max([len(numbers), *(row.row_number for row in standing)])
+    placed = Placed()
+    standing = {row.uid: row for row in rows_of_file(scene.connection, file_uid)}
+    by_line = {_key(row.line, row.row_number): row.uid for row in standing.values()}
+    uids = {}
     for row in read.charges:
-        old = by_line.pop(row.line or -row.row_number, None) or by_line.pop(-row.row_number, None)
-        if old is not None:
-            _update(scene, old, row, found)
+        key = _key(row.line, row.row_number)
+        uids[by_line.pop(key, "") or by_line.pop(-row.row_number, "") or _uid(file_uid, numbers[key])] = row
+    said = said_by_hand(scene, list(uids))
+    moving, back, changed = [], [], []
+    for uid, row in uids.items():
+        old = standing.get(uid)
+        values = _overlaid(_values(scene, row), row, old, uid, said[uid], placed)
+        if old is None:
+            new = {"file": file_uid, "row_number": numbers[_key(row.line, row.row_number)], "run": None}
+            insert_fact(scene.connection, "charge", uid, {**new, "state": str(ChargeState.GONE), **values})
+            moving.append(uid)
             continue
-        if lines is None and not standing:
-            number = row.row_number
-        elif row.line in numbers:
-            number = numbers[row.line]
+        same = _says_same(old, values)
+        if _stays(old, row, values, said[uid], placed):
+            changed += [] if same else [uid]
         else:
-            number = free = free + 1
-        uid = derived_uid("charge", file_uid, number)
-        values = {"file": file_uid, "row_number": number, "run": None, "state": str(ChargeState.COUNTED)}
-        insert_fact(scene.connection, "charge", uid, {**values, **_values(scene, row)})
-        _place(scene, uid, row, found)
-    found.touched += _lose(scene, list(by_line.values()))
-    found.findings += _folded(found.known)
-    imports.add_findings(scene.connection, ingest_key, found.findings)
-    return found.touched
+            moving.append(uid)
+            back += [uid] if old.state is ChargeState.GONE else []
+            lose(scene, [] if old.state is ChargeState.GONE else [old], placed)
+            values |= (
+                {"run": None} if old.state is not ChargeState.GONE or old.stated_run != values["stated_run"] else {}
+            )
+            values |= {} if same else {"repeats": None}
+        update_fact(scene.connection, "charge", uid, values)
+    lost = [row for row in standing.values() if row.uid not in uids and row.state is not ChargeState.GONE]
+    lose(scene, lost, placed)
+    others = [*changed, *(row.uid for row in lost)]
+    only = of_file if len(read.charges) == 1 else None
+    place(scene, moving, placed, back=frozenset(back), others=others, of_file=only)
+    imports.add_findings(scene.connection, ingest_key, placed.all_findings())
+    return placed.runs
 
 
 def lose_charges(scene: Scene, file_uid: str) -> list[str]:
     """Let no charge of a file count any more; rows of other sheets that say the same step in. Returns the runs."""
-    return _lose(scene, rows_of_file(scene.connection, file_uid))
+    placed = Placed()
+    rows = [row for row in rows_of_file(scene.connection, file_uid) if row.state is not ChargeState.GONE]
+    lose(scene, rows, placed)
+    place(scene, [], placed, others=[row.uid for row in rows])
+    return placed.runs
 
 
-def regain_charges(scene: Scene, file_uid: str, ingest_key: int, lines: list[int | None] | None) -> list[str]:
-    """Let the charges of a file in use again count by the rules of new ones; returns the runs that it concerns.
+def regain_charges(scene: Scene, file_uid: str, ingest_key: int, lines: Sequence[int | None] | None) -> list[str]:
+    """Let the charges of a file in use again count as they did; returns the runs that it concerns.
 
-    Charges that stepped in for them give way, unless a person spoke of them since. `lines` are those that the reading
-    in force holds, None where the journal does not say; what it does not hold stays gone.
+    `lines` are those that the reading in force holds, None where the journal does not say; what it does not hold stays
+    gone.
     """
-    found = _Found()
+    placed = Placed()
     rows = [row for row in rows_of_file(scene.connection, file_uid) if row.state is ChargeState.GONE]
-    for row in rows:
-        if lines is not None and row.line not in lines:
-            continue
-        for other in repeating(scene.connection, row.uid, ChargeState.COUNTED):
-            if not _by_hand(scene, other.uid):
-                values = {"state": str(ChargeState.KNOWN), "run": None}
-                update_fact(scene.connection, "charge", other.uid, values)
-        standing = charges_of_run(scene.connection, row.run_uid) if row.run_uid else []
-        if row.run_uid and not standing and _by_hand(scene, row.uid):
-            update_fact(scene.connection, "charge", row.uid, {"state": str(ChargeState.COUNTED)})
-            found.touched.append(row.run_uid)
-            continue
-        stands_back = {"run": None, "state": str(ChargeState.COUNTED), "repeats": None}
-        update_fact(scene.connection, "charge", row.uid, stands_back)
-        _place(scene, row.uid, row, found)
-    found.findings += _folded(found.known)
-    imports.add_findings(scene.connection, ingest_key, found.findings)
-    return found.touched
+    uids = [row.uid for row in rows if lines is None or row.line in lines]
+    place(scene, uids, placed, back=frozenset(uids))
+    imports.add_findings(scene.connection, ingest_key, placed.all_findings())
+    return placed.runs
 
 
-def _by_hand(scene: Scene, uid: str) -> bool:
-    return bool(said_about(scene.connection, uid, [Action.ASSIGN, Action.CORRECT]))
-
-
-def _update(scene: Scene, old: SheetRow, row: ChargeRow, found: _Found) -> None:
-    """Change a charge to what its line says now, but for what a person corrected in it."""
-    values = _values(scene, row)
-    corrected = _corrected(scene, old.uid)
-    for name in sorted(corrected.keys() & values.keys()):
-        said = values.pop(name)
-        before, now = corrected[name]
-        if said not in (before, now):
-            message = (
-                f"{_row(old, row)} says {name}={said}, where {before} stood, and a person corrected that to {now}: the "
-                f"correction stands; correct charge:{old.uid} again if the sheet is right."
-            )
-            found.findings.append(_finding("correction_stands", row, message))
-    update_fact(scene.connection, "charge", old.uid, values)
-    if old.state is ChargeState.DISMISSED:
-        return
-    by_hand = [
-        new for _old, new in said_about(scene.connection, old.uid, [Action.ASSIGN, Action.CORRECT]) if "run" in new
-    ]
-    if by_hand and old.state is ChargeState.COUNTED:
-        if row.stated_run != old.stated_run:
-            message = (
-                f"{_row(old, row)} names run {row.stated_run} now, and a person said where it belongs: that stands; "
-                "`labbook assign` moves it."
-            )
-            found.findings.append(_finding("assignment_stands", row, message))
-        found.touched += [old.run_uid] if old.run_uid else []
-        return
-    if old.run_uid is not None and old.state is ChargeState.COUNTED and row.stated_run == old.stated_run:
-        found.touched.append(old.run_uid)
-        return
-    found.touched += [old.run_uid] if old.run_uid else []
-    stands_back = {"run": None, "state": str(ChargeState.COUNTED), "repeats": None}
-    update_fact(scene.connection, "charge", old.uid, stands_back)
-    _place(scene, old.uid, row, found)
-
-
-def _place(scene: Scene, uid: str, row: ChargeRow | SheetRow, found: _Found) -> None:
-    """Give a charge that belongs to no run yet to the one it names, unless that is known or contradicted."""
-    run_uid = run_named(scene, row.stated_run)
-    standing = charges_of_run(scene.connection, run_uid) if run_uid else []
-    waiting = charges_waiting_for(scene.connection, row.stated_run) if row.stated_run else []
-    same = [charge for charge in (*standing, *waiting) if charge.uid != uid and _same_charge(row, charge)]
-    if same:
-        update_fact(scene.connection, "charge", uid, {"state": str(ChargeState.KNOWN), "repeats": same[0].uid})
-        found.known.append(row)
-    elif standing:
+def _stays(old: SheetRow, row: ChargeRow, values: Mapping[str, Any], said: SaidByHand, placed: Placed) -> bool:
+    """Tell whether a charge stays where it is: dismissed, with the run it has, or known."""
+    same, same_run = _says_same(old, values), values["stated_run"] == old.stated_run
+    if old.state is ChargeState.KNOWN and same:
+        placed.known.append(old)
+    if old.state is ChargeState.COUNTED and said.assigned and not same_run:
         message = (
-            f"Run {row.stated_run} has a charge of {standing[0].charge_mah:g} mAh (charge:{standing[0].uid}); this "
-            f"row waits in the inbox: correct that charge if it is wrong."
+            f"{_row(old, row)} names run {row.stated_run} now, and a person said where it belongs: that stands; "
+            "`labbook assign` moves it."
         )
-        found.findings.append(_finding("charge_contradicts", row, message))
-    elif run_uid:
-        assign_charge(scene, uid, run_uid)
-        found.touched.append(run_uid)
+        placed.findings.append(note_on("assignment_stands", row.charge_mah, row.line, message))
+    stays = {
+        ChargeState.DISMISSED: True,
+        ChargeState.KNOWN: same,
+        ChargeState.COUNTED: said.assigned or (same_run and old.run_uid is not None),
+        ChargeState.GONE: False,
+    }[old.state]
+    placed.runs += [old.run_uid] if stays and old.run_uid else []
+    return stays
 
 
-def _lose(scene: Scene, rows: list[SheetRow]) -> list[str]:
-    touched = []
-    for row in rows:
-        if row.state not in (ChargeState.COUNTED, ChargeState.KNOWN):
-            continue
-        update_fact(scene.connection, "charge", row.uid, {"state": str(ChargeState.GONE)})
-        touched += [row.run_uid] if row.run_uid else []
-        if row.state is ChargeState.COUNTED:
-            touched += _step_in(scene, row)
-    return touched
+def _overlaid(
+    values: dict[str, Any], row: ChargeRow, old: SheetRow | None, uid: str, said: SaidByHand, placed: Placed
+) -> dict[str, Any]:
+    """Return what a line says now, but for what a person corrected in it."""
+    for name in sorted(said.corrected.keys() & values.keys()):
+        says = values[name]
+        before, now = said.corrected[name]
+        values[name] = now
+        if says not in (before, now):
+            message = (
+                f"{_row(old, row)} says {name}={says}, where {before} stood, and a person corrected that to {now}: the "
+                f"correction stands; correct charge:{uid} again if the sheet is right."
+            )
+            placed.findings.append(note_on("correction_stands", row.charge_mah, row.line, message))
+    return values
 
 
-def _step_in(scene: Scene, gone: SheetRow) -> list[str]:
-    """Let the first row of another sheet that said the same count in the place of one that is gone."""
-    known = known_of_run(scene.connection, gone.stated_run) if gone.stated_run else []
-    first = next((row for row in known if _same_charge(row, gone)), None)
-    if first is None:
-        return []
-    update_fact(scene.connection, "charge", first.uid, {"state": str(ChargeState.COUNTED), "repeats": gone.uid})
-    run_uid = run_named(scene, first.stated_run)
-    if run_uid is None or charges_of_run(scene.connection, run_uid):
-        return []
-    assign_charge(scene, first.uid, run_uid)
-    return [run_uid]
+def _says_same(old: SheetRow, values: Mapping[str, Any]) -> bool:
+    names = ("charge_mah", "end_voltage_v", "mode", "stated_run")
+    return all(getattr(old, name) == values[name] for name in names)
 
 
-def _corrected(scene: Scene, uid: str) -> dict[str, tuple[Any, Any]]:
-    """Return, by column, what stood before the first correction by a person, and what the last one says."""
-    found: dict[str, tuple[Any, Any]] = {}
-    for old, new in said_about(scene.connection, uid, [Action.CORRECT]):
-        for name, value in new.items():
-            found[name] = (found[name][0] if name in found else old.get(name), value)
-    return found
+def _keys(lines: Sequence[int | None]) -> list[int]:
+    return [_key(line, place) for place, line in enumerate(lines, start=1)]
 
 
-def _same_charge(row: ChargeRow | SheetRow, standing: ChargeOfRun | SheetRow) -> bool:
-    voltages = {row.end_voltage_v, standing.end_voltage_v} - {None}
-    return row.charge_mah == standing.charge_mah and str(row.mode) == standing.mode and len(voltages) < 2
+def _key(line: int | None, row_number: int) -> int:
+    return -row_number if line is None else line
 
 
-def _folded(known: list[ChargeRow | SheetRow]) -> list[dict[str, Any]]:
-    """Say in one finding which rows the book knows already."""
-    if not known:
-        return []
-    lines = [row.line for row in known if row.line is not None]
-    what = "1 row is" if len(known) == 1 else f"{len(known)} rows are"
-    message = f"{what} known already: the book has these charges of these runs, so nothing is added."
-    first, more = (lines[0], tuple(lines[1 : MORE_LINES + 1])) if lines else (None, ())
-    return [finding_values(Finding(Severity.NOTE, "charge_known", message, first, None, None, len(known), more))]
+def _uid(file_uid: str, number: int) -> str:
+    return derived_uid("charge", file_uid, number)
 
 
-def _row(old: SheetRow, row: ChargeRow) -> str:
-    return f"Row {old.row_number}" if row.line is None else f"Line {row.line}"
-
-
-def _finding(rule: str, row: ChargeRow | SheetRow, message: str) -> dict[str, Any]:
-    value = f"{row.charge_mah:g} mAh"
-    return finding_values(Finding(Severity.NOTE, rule, message, row.line, None, value, 1, ()))
+def _row(old: SheetRow | None, row: ChargeRow) -> str:
+    return f"Line {row.line}" if row.line is not None else f"Row {(old or row).row_number}"
 
 
 def _values(scene: Scene, row: ChargeRow) -> dict[str, Any]:

@@ -10,10 +10,10 @@ from data_schema.queries import imports
 from data_schema.queries.facts import fact_exists, read_fact, update_fact
 from data_schema.queries.imported_files import links_of_file
 from data_schema.queries.imports import findings_of
-from data_schema.queries.readings import last_reading, parts_of_reading, said_about, set_status
+from data_schema.queries.readings import last_reading, parts_of_reading, reading_entries, set_status
 from data_schema.queries.results import mark_stale
-from data_schema.vocabulary import Action, ChargeState, IngestStatus, Severity
-from labbook.statements.scene import Scene, around_run, refuse_unless_deferred
+from data_schema.vocabulary import ChargeState, IngestStatus, Severity
+from labbook.statements.scene import Scene, around_run, no_such_row
 from labbook.statements.sheet_charges import lose_charges, regain_charges
 
 
@@ -25,13 +25,13 @@ def apply_withdraw(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[
 def apply_restore(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Take a file into use again under the reading that it had, or a charge into the inbox."""
     if entry.entity_kind == "charge":
-        return _set_charge(scene, entry.entity_uid, ChargeState.COUNTED)
+        return _set_charge(scene, entry, ChargeState.DISMISSED, ChargeState.COUNTED)
     return _use(scene, entry.entity_uid, IngestStatus.IMPORTED)
 
 
 def apply_dismiss(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Take a charge that belongs to no run out of the inbox."""
-    return _set_charge(scene, entry.entity_uid, ChargeState.DISMISSED)
+    return _set_charge(scene, entry, ChargeState.COUNTED, ChargeState.DISMISSED)
 
 
 def _use(scene: Scene, file_uid: str, status: IngestStatus) -> list[tuple[str, str]]:
@@ -46,8 +46,7 @@ def _use(scene: Scene, file_uid: str, status: IngestStatus) -> list[tuple[str, s
     if status is IngestStatus.WITHDRAWN:
         touched += lose_charges(scene, file_uid)
     elif status is IngestStatus.IMPORTED:
-        said = said_about(scene.connection, reading.uid, [Action.INGEST, Action.READ])
-        lines = said[-1][1].get("charge_lines") if said else None
+        lines = reading_entries(scene.connection, sha256)[-1].get("charge_lines")
         key = imports.ingest_key(scene.connection, reading.uid)
         touched += regain_charges(scene, file_uid, key, lines)
     changed = [("file", file_uid)]
@@ -57,9 +56,12 @@ def _use(scene: Scene, file_uid: str, status: IngestStatus) -> list[tuple[str, s
     return mark_stale(scene.connection, changed)
 
 
-def _set_charge(scene: Scene, uid: str, state: ChargeState) -> list[tuple[str, str]]:
+def _set_charge(scene: Scene, entry: Entry, old: ChargeState, new: ChargeState) -> list[tuple[str, str]]:
+    """Change the state of a charge; one whose row is gone stays so, and comes back as a person said last."""
+    uid = entry.entity_uid
     if not fact_exists(scene.connection, "charge", uid):
-        refuse_unless_deferred(scene, "charge", uid)
+        no_such_row(scene, entry)
         return []
-    update_fact(scene.connection, "charge", uid, {"state": str(state)})
+    if read_fact(scene.connection, "charge", uid, ["state"])["state"] == old:
+        update_fact(scene.connection, "charge", uid, {"state": str(new), "run": None})
     return mark_stale(scene.connection, [("charge", uid)])

@@ -1,0 +1,265 @@
+"""Whatever is said of files and charges in whatever order: a run has one charge, and a rebuild makes the same book.
+
+Sheets name a charge of each run twice over, by two columns of runs and two of amounts: another declaration has a row
+name another run, another amount, or leaves the row out.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import itertools
+import json
+import shutil
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, Phase, settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
+
+from data_schema.errors import LabbookError
+from data_schema.queries.imported_files import find_files, links_of_file, parts_of_file
+from data_schema.queries.readings import last_readings
+from data_schema.vocabulary import FileRole, IngestStatus
+from labbook.actions.assigning import assign
+from labbook.actions.correcting import correct
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.jump_review import decide
+from labbook.actions.kept_files import dismiss, reread_named, restore, restore_item, withdraw
+from labbook.actions.rereading import RereadRequest
+from labbook.actions.runs_importing import import_runs
+from labbook.actions.typed_charge import state_charge
+from labbook.book.desk import Desk
+from labbook.book.opening import opened
+from labbook.book.rebuilding import rebuild_database
+from tests.helpers.books import ADA, instrument_files, small_book
+from tests.helpers.databases import all_rows_by_name
+
+RUNS = ("r001", "r002", "r003")
+SHEETS = ("s1.csv", "s2.csv", "s3.csv")
+HEADER = "run_a,run_b,first,second,minutes"
+ROWS = st.tuples(
+    st.sampled_from(("r001", "r001", "r002", "r009", "")),
+    st.sampled_from(("r001", "r002", "r003")),
+    st.sampled_from(("150", "150", "99")),
+    st.sampled_from(("150", "99", "")),
+)
+READINGS = tuple(itertools.product(("run_a", "run_b"), ("first", "second")))
+LOG_ROWS = "".join(f"{4 * i},{0.4 + 0.001 * i:.4f}\n" for i in range(30))
+LOGS = ("r003.csv", "both.csv")
+
+
+def as_sheet(of_run: str, amount: str) -> dict[str, Any]:
+    """What is declared: which column names the run, and which the charge."""
+    return {"columns": {of_run: {"channel": "run"}, amount: {"channel": "charge", "unit": "mAh"}}}
+
+
+@functools.cache
+def template() -> Path:
+    """A book with three runs and nothing of the instruments."""
+    folder = Path(_HOLD.name)
+    small = small_book(folder, runs=False, ingested=False)
+    sheet = (small.instruments / "runs.csv").read_text().splitlines(keepends=True)[: 1 + len(RUNS)]
+    with small.open() as book, book.desk(ADA) as desk:
+        import_runs(book, desk, "".join(sheet), "runs.csv")
+    return small.folder
+
+
+_HOLD = tempfile.TemporaryDirectory(prefix="any-order-")
+
+COUNTED = """
+SELECT c.uid, c.state, c.line, c.mode, r.name AS run, c.repeats, c.file, i.status, i.uid AS reading
+FROM charge c LEFT JOIN run r ON r.id = c.run
+LEFT JOIN ingest i ON i.file = c.file AND i.status IN ('imported', 'withdrawn', 'waiting')
+ORDER BY c.id
+"""
+
+
+class Statements(RuleBasedStateMachine):
+    """A person at a book who may say anything at any time."""
+
+    @initialize(rows=st.lists(ROWS, min_size=3, max_size=4), cut=st.integers(1, 3), more=ROWS)
+    def begin(self, rows: list[tuple[str, ...]], cut: int, more: tuple[str, ...]) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="any-order-"))
+        shutil.copytree(template(), self.folder / "book", copy_function=shutil.copyfile)
+        lines = [",".join((*row, "12")) for row in rows]
+        sheets = (lines, [*lines, ",".join((*more, "12"))], [*lines[:cut], "# kept by another", *lines[cut + 1 :]])
+        for name, content in zip(SHEETS, sheets, strict=True):
+            (self.folder / name).write_text("\n".join([HEADER, *content]) + "\n")
+        header, *jumps = instrument_files()["logs/r003.csv"].decode().splitlines(keepends=True)
+        (self.folder / "r003.csv").write_text("".join([header, *jumps[::5]]))
+        (self.folder / "both.csv").write_text(f"time [ms],z\n{LOG_ROWS}{LOG_ROWS}")
+        self.on_book = contextlib.ExitStack()
+        self.book = self.on_book.enter_context(opened(self.folder / "book"))
+        for name in (*SHEETS[:2], *LOGS):
+            ingest_file(
+                self.book,
+                self.folder / name,
+                IngestRequest(None, as_sheet(*READINGS[0]) if name in SHEETS else {}, person=ADA),
+            )
+
+    def teardown(self) -> None:
+        if not hasattr(self, "book"):
+            return
+        try:
+            before = all_rows_by_name(self.book.engine)
+            self.on_book.close()
+            rebuild_database(self.folder / "book", lambda _step: None)
+            with opened(self.folder / "book") as book:
+                after = all_rows_by_name(book.engine)
+            for table, rows in before.items():
+                assert after[table] == rows, table
+        finally:
+            self.on_book.close()
+            shutil.rmtree(self.folder)
+
+    @contextlib.contextmanager
+    def may_be_refused(self) -> Iterator[None]:
+        """A statement that has no meaning now is refused in one sentence."""
+        try:
+            yield
+        except LabbookError as error:
+            self.refused = str(error)
+            assert "\n" not in self.refused
+
+    def say(self, words: Callable[[Desk], object]) -> None:
+        with self.may_be_refused(), self.book.desk(ADA) as desk:
+            words(desk)
+
+    def rows(self) -> list[dict[str, Any]]:
+        with self.book.reading() as connection:
+            return [dict(row) for row in connection.exec_driver_sql(COUNTED).mappings()]
+
+    def charge(self, which: int) -> str | None:
+        found = self.rows()
+        return found[which % len(found)]["uid"] if found else None
+
+    @rule(name=st.sampled_from(SHEETS), how=st.sampled_from(READINGS), run=st.sampled_from((None, None, "r002")))
+    def ingest_sheet(self, name: str, how: tuple[str, str], run: str | None) -> None:
+        with self.may_be_refused():
+            ingest_file(self.book, self.folder / name, IngestRequest(run, as_sheet(*how), person=ADA))
+
+    @rule(name=st.sampled_from(LOGS), run=st.sampled_from((None, "r001", "r003")))
+    def ingest_log(self, name: str, run: str | None) -> None:
+        with self.may_be_refused():
+            ingest_file(self.book, self.folder / name, IngestRequest(run, {}, person=ADA))
+
+    @rule(name=st.sampled_from(SHEETS), how=st.sampled_from(READINGS))
+    def reread_sheet(self, name: str, how: tuple[str, str]) -> None:
+        with self.may_be_refused():
+            reread_named(self.book, name, RereadRequest(as_sheet(*how), ADA, "otherwise"), keep_options=False)
+
+    @rule(name=st.sampled_from(LOGS), sign=st.sampled_from((1, -1)))
+    def reread_log(self, name: str, sign: int) -> None:
+        column = {"r003.csv": "body_height [m]", "both.csv": "z"}[name]
+        height = {"channel": "body_height", "unit": "m", "sign": sign}
+        options = {"columns": {column: height}, "no_robot_check": True}
+        with self.may_be_refused():
+            reread_named(self.book, name, RereadRequest(options, ADA, "otherwise"), keep_options=False)
+
+    @rule(name=st.sampled_from((*SHEETS, *LOGS)))
+    def withdraw_file(self, name: str) -> None:
+        self.say(lambda desk: withdraw(desk, name, "a draft"))
+
+    @rule(name=st.sampled_from((*SHEETS, *LOGS)))
+    def restore_file(self, name: str) -> None:
+        self.say(lambda desk: restore(desk, name, None))
+
+    @rule(name=st.sampled_from((*SHEETS, *LOGS)), run=st.sampled_from((*RUNS, "none")))
+    def assign_file(self, name: str, run: str) -> None:
+        self.say(lambda desk: assign(desk, name, run, "so it was"))
+
+    @rule(part=st.sampled_from(("log", "log_segment_2")), run=st.sampled_from((*RUNS, "none")))
+    def assign_part(self, part: str, run: str) -> None:
+        self.say(lambda desk: assign(desk, f"both.csv#{part}", run, "so it was"))
+
+    @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5), run=st.sampled_from((*RUNS, "none")))
+    def assign_row(self, name: str, row: int, run: str) -> None:
+        self.say(lambda desk: assign(desk, f"{name}#{row}", run, "so it was"))
+
+    @rule(which=st.integers(0, 20), said=st.sampled_from(("charge_mah=150", "charge_mah=77", "run=r003", "run=none")))
+    def correct_charge(self, which: int, said: str) -> None:
+        uid = self.charge(which)
+        self.say(lambda desk: correct(self.book, desk, f"charge:{uid}", [said], "misread"))
+
+    @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5))
+    def dismiss_row(self, name: str, row: int) -> None:
+        self.say(lambda desk: dismiss(desk, f"{name}#{row}", "of another robot"))
+
+    @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5))
+    def restore_row(self, name: str, row: int) -> None:
+        self.say(lambda desk: restore_item(desk, f"{name}#{row}", None))
+
+    @rule(run=st.sampled_from(RUNS), amount=st.sampled_from((150.0, 99.0)))
+    def type_charge(self, run: str, amount: float) -> None:
+        self.say(lambda desk: state_charge(desk, self.book.configuration, run, amount, None, None))
+
+    @rule(jump=st.integers(1, 3), verdict=st.sampled_from(("accept", "reject")))
+    def decide_on_jump(self, jump: int, verdict: str) -> None:
+        self.say(lambda desk: decide(self.book, desk, "r003", [jump], verdict, "touched_by_hand", None))
+
+    @invariant()
+    def a_run_has_one_charge_that_its_sheet_holds(self) -> None:
+        if not hasattr(self, "book"):
+            return
+        found = self.rows()
+        state = {row["uid"]: row["state"] for row in found}
+        held = self.lines_held()
+        of_runs = [row["run"] for row in found if row["state"] == "counted" and row["run"]]
+        assert len(of_runs) == len(set(of_runs)), found
+        for row in found:
+            if row["state"] == "counted" and row["file"] is not None:
+                assert row["status"] == "imported", found
+                assert row["line"] in held[row["reading"]], found
+            if row["state"] == "known":
+                assert state[row["repeats"]] in ("counted", "dismissed"), found
+                assert row["run"] is None, found
+
+    @invariant()
+    def parts_that_belong_to_runs_are_parts_of_the_reading(self) -> None:
+        if not hasattr(self, "book"):
+            return
+        with self.book.reading() as connection:
+            for row in last_readings(connection):
+                if row.role == FileRole.LOG and row.status is IngestStatus.IMPORTED:
+                    (file,) = find_files(connection, row.file_uid or "")
+                    linked = [link.part for link in links_of_file(connection, file.uid)]
+                    assert len(linked) == len(set(linked))
+                    assert set(linked) <= set(parts_of_file(connection, file.uid))
+
+    def lines_held(self) -> dict[str, list[int]]:
+        """The lines of the charges that each reading gave, as the journal has it."""
+        query = "SELECT entity_uid, new_json FROM journal WHERE action IN ('ingest', 'read')"
+        with self.book.reading() as connection:
+            return {row[0]: json.loads(row[1])["charge_lines"] for row in connection.exec_driver_sql(query)}
+
+
+CHECKS, PHASES = list(HealthCheck), (Phase.generate,)
+
+
+def test_any_order_of_statements() -> None:
+    run_state_machine_as_test(
+        Statements,
+        settings=settings(
+            max_examples=12,
+            stateful_step_count=15,
+            deadline=None,
+            derandomize=True,
+            phases=PHASES,
+            suppress_health_check=CHECKS,
+        ),
+    )
+
+
+@pytest.mark.soak
+def test_any_order_of_many_statements() -> None:
+    run_state_machine_as_test(
+        Statements,
+        settings=settings(
+            max_examples=300, stateful_step_count=30, deadline=None, phases=PHASES, suppress_health_check=CHECKS
+        ),
+    )
