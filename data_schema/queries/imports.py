@@ -45,13 +45,16 @@ def first_import(connection: sa.Connection, sha256: str) -> FirstImport | None:
     return FirstImport(row.uid, row.file_uid, row.original_name, row.name, row.at_utc, runs_of_file(connection, sha256))
 
 
-def refused_before(connection: sa.Connection, sha256: str, reader: str, options_json: str) -> bool:
-    """Tell whether the same bytes were refused by the same reader and options before."""
+def refused_before(
+    connection: sa.Connection, sha256: str, reader: str, options_json: str, settings_json: str
+) -> bool:
+    """Tell whether the same bytes were refused by the same reader, options and settings before."""
     query = sa.select(sa.func.count()).where(
         ingest.c.sha256 == sha256,
         ingest.c.status == str(IngestStatus.REFUSED),
         ingest.c.reader == reader,
         ingest.c.options_json == options_json,
+        ingest.c.declared_json == settings_json,
     )
     return bool(connection.execute(query).scalar_one())
 

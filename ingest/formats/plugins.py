@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from data_schema.errors import LabbookError
+from data_schema.errors import InputRefused, UsageError
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats import FORMATS
 from ingest.formats.format import Format, Recognition
@@ -89,10 +89,9 @@ def reading(format_: Format, head: Head, findings: FindingCollector) -> Reading:
         return format_.read(head, findings)
     try:
         found = format_.read(head, findings)
-        for part in found.parts:
-            _check(part)
+        _check(found)
         return found
-    except (LabbookError, SecondHeader):
+    except (InputRefused, UsageError, SecondHeader):
         raise
     except Exception as error:  # whatever somebody else's code does
         advice = "tell its author, or read the file as another format with `--format`."
@@ -104,8 +103,27 @@ def _failed(format_: Format, error: Exception) -> str:
     return f"Format {format_.name!r} of plug-in {format_.plugin} failed ({type(error).__name__}: {error})"
 
 
-def _check(part: SignalPart) -> None:
-    """Raise `ValueError` for samples of other lengths than their times, or times that do not increase."""
+def _check(found: Reading) -> None:
+    """Raise `ValueError` for samples and charges that no book can store."""
+    names = [part.part for part in found.parts]
+    if len(set(names)) < len(names):
+        raise ValueError(f"two parts have one name, of {', '.join(map(repr, names))}")
+    for part in found.parts:
+        _check_part(part)
+    for charge in found.charges:
+        amounts = (charge.charge_mah, charge.resolution_mah, charge.duration_s or 1.0, charge.end_voltage_v or 0.0)
+        if not np.isfinite(amounts).all() or charge.charge_mah < 0 or charge.resolution_mah <= 0 or amounts[2] <= 0:
+            raise ValueError(f"charge {charge.row_number} holds an amount that cannot be: {amounts}")
+
+
+def _check_part(part: SignalPart) -> None:
+    """Raise for samples of other lengths than their times, times that do not increase, and names that are no text."""
+    names = [channel.name for channel in part.channels]
+    units = [channel.unit or "" for channel in part.channels]
+    texts = [part.part, *names, *units, *(channel.source_name for channel in part.channels)]
+    if len(set(names)) < len(names) or not all(isinstance(text, str) for text in texts):
+        raise ValueError(f"the names of part {part.part!r}, its channels and units are not one text each: {texts}")
+    "".join(texts).encode()
     if not np.isfinite(part.time_s).all() or (np.diff(part.time_s) <= 0).any():
         raise ValueError(f"the times of part {part.part!r} do not increase")
     for channel in part.channels:

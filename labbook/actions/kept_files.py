@@ -42,11 +42,12 @@ class ListedFile:
 
 @dataclass(frozen=True, slots=True)
 class ShownReading:
-    """One reading of a file with what it gave and found."""
+    """One reading of a file with what it gave and found; `plugin` is whose format it was where not labbook's own."""
 
     reading: ReadingRow
     parts: tuple[PartRow, ...]
     findings: tuple[FindingRow, ...]
+    plugin: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +75,12 @@ def show_file(connection: sa.Connection, name: str) -> ShownFile:
     file = file_named(connection, name, withdrawn=True)
     readings = readings_of(connection, file.sha256)
     shown = tuple(
-        ShownReading(row, tuple(parts_of_reading(connection, row.uid)), tuple(findings_of(connection, row.uid)))
+        ShownReading(
+            row,
+            tuple(parts_of_reading(connection, row.uid)),
+            tuple(findings_of(connection, row.uid)),
+            said_about(connection, row.uid, _READ)[-1][1].get("plugin"),
+        )
         for row in readings
     )
     last = next(row for row in reversed(readings) if row.status in _LAST)
@@ -109,9 +115,11 @@ def show_lines(shown: ShownFile) -> list[str]:
     for item in shown.readings:
         row = item.reading
         why = f" ({row.why})" if row.why else ""
+        reader = f"{row.reader} version {row.reader_version}"
+        reader += f" of plug-in {item.plugin}" if item.plugin else ""
         lines.append(
-            f"  {row.at_utc} {row.person}: {row.status}, {row.reader} version {row.reader_version}, {row.rows_kept} of "
-            f"{row.rows_read} rows kept, {len(item.findings)} findings{why}"
+            f"  {row.at_utc} {row.person}: {row.status}, {reader}, {row.rows_kept} of {row.rows_read} rows kept, "
+            f"{len(item.findings)} findings{why}"
         )
         lines.append(f"    declared: {_declared(row)}")
         for part in item.parts:
@@ -204,6 +212,7 @@ def restore_item(desk: Desk, what: str, why: str | None) -> str:
     return f"{what} is in the inbox again."
 
 
+_READ = (Action.INGEST, Action.READ, Action.REFUSE)
 _LAST = (IngestStatus.IMPORTED, IngestStatus.WITHDRAWN, IngestStatus.WAITING)
 
 

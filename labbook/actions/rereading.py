@@ -10,12 +10,13 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.errors import UsageError
 from data_schema.journal import canonical
 from data_schema.queries.imported_files import runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS, findings_of, refused_before
 from data_schema.queries.readings import ReadingRow, last_reading
 from data_schema.queries.verdicts import verdicts_waiting
-from data_schema.vocabulary import Action, Severity
+from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
 from labbook.actions.reading_changes import Gave, changes
@@ -32,6 +33,7 @@ from labbook.statements.importing import (
     settings_now,
 )
 from labbook.statements.ingesting import as_read, raw_path
+from labbook.statements.sheet_charges import charge_numbers, numbers_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,14 +124,16 @@ def _configuration(text: str) -> Configuration:
 
 def state_refusal(desk: Desk, new: Mapping[str, Any], prepared: PreparedImport) -> None:
     """Leave one row with the findings, the first time that these bytes are refused for this."""
-    read = prepared.read
-    if refused_before(desk.connection, prepared.sha256, read.format, canonical(new["options"])):
+    read, settings = prepared.read, prepared.settings.as_json()
+    how = (read.format, canonical(new["options"]), canonical(settings))
+    if refused_before(desk.connection, prepared.sha256, *how):
         return
     record = {
         **new,
         "reader": read.format,
         "reader_version": read.reader_version,
-        "settings": prepared.settings.as_json(),
+        "plugin": read.plugin,
+        "settings": settings,
         "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
         "findings": [finding_values(finding) for finding in read.findings],
     }
@@ -161,10 +165,17 @@ def _entry(row: ReadingRow, request: RereadRequest) -> dict[str, Any]:
 def _state(desk: Desk, row: ReadingRow, request: RereadRequest, prepared: PreparedImport) -> Reread:
     connection = desk.connection
     before = last_reading(connection, row.sha256) or row  # another program may have been faster
+    if before.status is IngestStatus.WITHDRAWN:
+        raise UsageError(
+            f"{row.name} was withdrawn meanwhile: take it into use with `labbook files restore {row.name}`, then have "
+            "it read again."
+        )
     old = Gave.of(connection, before)
     waited = set(verdicts_waiting(connection))
     uid = new_uid()
     new = {**_entry(before, request), **as_read(prepared)}
+    if lines := new["charge_lines"]:
+        new["charge_numbers"] = numbers_of(charge_numbers(connection, before.file_uid or "", new, lines), lines)
     desk.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
     after = last_reading(connection, row.sha256)
     assert after is not None  # noqa: S101 - it was stated just now

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from data_schema.errors import InputRefused, UsageError
+from data_schema.errors import BookError, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.queries import imports
 from data_schema.queries.facts import read_fact
@@ -101,7 +101,7 @@ def _update_charges(
     scene: Scene, ingest_key: int, file_uid: str, done: PreparedImport, new: Mapping[str, Any], of_file: str | None
 ) -> list[str]:
     lines = [row.line for row in done.read.charges]
-    numbers = charge_numbers(scene, file_uid, done.sha256, lines, new)
+    numbers = charge_numbers(scene.connection, file_uid, new, lines)
     return update_charges(scene, ingest_key, file_uid, done.read, numbers, of_file)
 
 
@@ -128,6 +128,7 @@ def as_read(done: PreparedImport) -> dict[str, Any]:
         "settings": done.settings.as_json(),
         "role": str(read.role or FileRole.LOG),
         "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
+        "plugin": read.plugin,
         "parts": [part.part for part in read.parts],
         "signals": [part.sha256 for part in done.parts],
         "times": [part.time_sha256 for part in done.parts],
@@ -159,8 +160,21 @@ def _read_again(scene: Scene, new: Mapping[str, Any]) -> PreparedImport:
         return read_and_store(scene.store, data, sha256, settings, anew=True)
     except (UsageError, InputRefused) as error:
         # what was declared then has no meaning any more: a format's plug-in is not there
-        finding = Finding(Severity.FILE, "declaration_unknown", str(error), None, None, None, 1, ())
-        return PreparedImport(sha256, len(data), ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0), settings, ())
+        return _unread(new, len(data), settings, "declaration_unknown", _named_plugin(new, str(error)))
+    except (BookError, OSError, MemoryError):
+        raise
+    except Exception as error:  # whatever somebody else's code does
+        said = f"Reading it failed ({type(error).__name__}: {error})."
+        return _unread(new, len(data), settings, "plugin_failed", _named_plugin(new, said))
+
+
+def _named_plugin(new: Mapping[str, Any], said: str) -> str:
+    return f"It was read by plug-in {new['plugin']}: {said}" if new.get("plugin") else said
+
+
+def _unread(new: Mapping[str, Any], n_bytes: int, settings: ReadSettings, rule: str, message: str) -> PreparedImport:
+    finding = Finding(Severity.FILE, rule, message, None, None, None, 1, ())
+    return PreparedImport(new["sha256"], n_bytes, ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0), settings, ())
 
 
 def _role(new: Mapping[str, Any], done: PreparedImport) -> FileRole:

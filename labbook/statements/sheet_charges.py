@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import sqlalchemy as sa
+
 from data_schema.queries import imports
 from data_schema.queries.facts import find_uid, insert_fact, update_fact
 from data_schema.queries.readings import reading_entries
@@ -21,28 +23,34 @@ from labbook.statements.scene import Scene, derived_uid
 
 
 def charge_numbers(
-    scene: Scene, file_uid: str, sha256: str, lines: Sequence[int | None], new: Mapping[str, Any]
+    connection: sa.Connection, file_uid: str, new: Mapping[str, Any], lines: Sequence[int | None]
 ) -> dict[int, int]:
     """Return the row numbers of a file's charges by line (by minus their place where they have none).
 
     A line keeps the number that it had first: what an entry says comes before what the book holds, and that before what
-    follows from the order of earlier readings. `new` is the entry of the reading that gave `lines`.
+    follows from the order of readings, for an earlier labbook did not write numbers down; those of a first reading are
+    the places of its lines. `new` is the entry of the reading that gave `lines`.
     """
     numbers: dict[int, int] = {}
     unsaid: list[int] = []
-    for first, said in enumerate([*reading_entries(scene.connection, sha256), new]):
+    for earlier, said in enumerate([*reading_entries(connection, new["sha256"]), new]):
         keys = _keys(said.get("charge_lines") or [])
-        given = said.get("charge_numbers") or (range(1, len(keys) + 1) if first == 0 else None)
+        given = said.get("charge_numbers") or (range(1, len(keys) + 1) if earlier == 0 else None)
         if given is None:
             unsaid += keys
             continue
         for key, number in zip(keys, given, strict=True):
             numbers.setdefault(key, number)
-    for row in rows_of_file(scene.connection, file_uid):
+    for row in rows_of_file(connection, file_uid):
         numbers.setdefault(_key(row.line, row.row_number), row.row_number)
     for key in (*unsaid, *_keys(lines)):
         numbers.setdefault(key, 1 + max(numbers.values(), default=0))
     return numbers
+
+
+def numbers_of(numbers: Mapping[int, int], lines: Sequence[int | None]) -> list[int]:
+    """Return the row numbers of the charges in these lines, in their order."""
+    return [numbers[key] for key in _keys(lines)]
 
 
 def update_charges(

@@ -8,11 +8,13 @@ import pytest
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_by_run
+from data_schema.queries.readings import last_reading
 from data_schema.queries.waiting import inbox
 from labbook.actions.assigning import assign
 from labbook.actions.correcting import correct
 from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
-from labbook.actions.kept_files import dismiss, restore, restore_item, withdraw
+from labbook.actions.kept_files import dismiss, reread_named, restore, restore_item, withdraw
+from labbook.actions.rereading import RereadRequest, reread
 from labbook.actions.typed_charge import state_charge
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
@@ -190,4 +192,104 @@ def test_two_charges_that_came_before_their_run_are_no_different(tmp_path: Path)
         assert charges(book)["r001"] == [150.0]
         with book.reading() as connection:
             assert [item.name for item in inbox(connection)] == ["b.csv#1"]
+    rebuilt_alike(small)
+
+
+TWICE = "run_a,run_b,first,second,minutes\nr001,r002,150,150,12\n,,160,,12\n"
+
+
+def columns(run: str = "run_a", amount: str = "first") -> dict[str, object]:
+    """Have a sheet read by one of its columns of runs and one of its columns of amounts."""
+    return {"columns": {run: {"channel": "run"}, amount: {"channel": "charge", "unit": "mAh"}}}
+
+
+def read_again(book: Book, name: str, options: dict[str, object]) -> None:
+    assert not reread_named(book, name, RereadRequest(options, ADA, "otherwise"), keep_options=False).read.refused
+
+
+def test_a_row_that_goes_and_comes_back_is_where_a_person_put_it(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", TWICE, columns())
+        with book.desk(ADA) as desk:
+            assign(desk, "s.csv#2", "r004", None)
+        read_again(book, "s.csv", columns(amount="second"))
+        assert charges(book)["r004"] == []
+        read_again(book, "s.csv", columns())
+        assert charges(book)["r004"] == [160.0]
+        read_again(book, "s.csv", columns(amount="second"))
+        with book.desk(ADA) as desk:
+            state_charge(desk, book.configuration, "r004", 99.0, None, None)
+        read_again(book, "s.csv", columns())
+        assert charges(book)["r004"] == [99.0], "the second charge of a run waits"
+        with book.reading() as connection:
+            assert [item.name for item in inbox(connection)] == ["s.csv#2"]
+    rebuilt_alike(small)
+
+
+def test_rows_that_repeated_one_are_placed_when_it_says_something_else(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", TWICE, columns())
+        take(book, tmp_path, "grown.csv", f"{TWICE}r003,,170,,12\n", columns())
+        read_again(book, "s.csv", columns("run_b"))
+        assert charges(book) == {"r001": [150.0], "r002": [150.0], "r003": [170.0], "r004": []}
+    rebuilt_alike(small)
+
+
+def test_a_dismissed_row_that_is_gone_is_not_restored(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", TWICE, columns())
+        with book.desk(ADA) as desk:
+            dismiss(desk, "s.csv#2", "of another robot")
+        read_again(book, "s.csv", columns(amount="second"))
+        with pytest.raises(UsageError, match="has no charge 2"), book.desk(ADA) as desk:
+            restore_item(desk, "s.csv#2", None)
+        read_again(book, "s.csv", columns())
+        with book.reading() as connection:
+            assert inbox(connection) == [], "it is dismissed still"
+        with book.desk(ADA) as desk:
+            restore_item(desk, "s.csv#2", None)
+        with book.reading() as connection:
+            assert [item.name for item in inbox(connection)] == ["s.csv#2"]
+    rebuilt_alike(small)
+
+
+def test_a_charge_given_back_to_a_run_by_hand_counts_whatever_it_repeats(small: SmallBook, tmp_path: Path) -> None:
+    """A known row that was assigned was said to belong to its run, and did not count."""
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", TWICE, columns())
+        take(book, tmp_path, "grown.csv", f"{TWICE}# more\n", columns())
+        with book.desk(ADA) as desk:
+            assign(desk, "s.csv#1", "none", "that sheet is a draft")
+            assign(desk, "grown.csv#1", "r001", None)
+        assert charges(book)["r001"] == [150.0]
+    rebuilt_alike(small)
+
+
+def test_a_file_withdrawn_meanwhile_is_not_read_again(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        taken = take(book, tmp_path, "s.csv", TWICE, columns())
+        with book.reading() as connection:
+            row = last_reading(connection, taken.sha256)
+        assert row is not None
+        use(book, "-s.csv")
+        with pytest.raises(UsageError, match=r"s\.csv was withdrawn meanwhile"):
+            reread(book, row, RereadRequest(columns("run_b"), ADA, "otherwise"))
+        assert not any(charges(book).values())
+
+
+def test_the_second_charge_of_a_run_waits_whatever_file_it_came_in(small: SmallBook, tmp_path: Path) -> None:
+    """A file of one charge that names its run was given to it as a second one, by ingest and by another assignment."""
+    one = "pack,mAh,minutes\nA,99,12\n"
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", TWICE, columns())
+        path = tmp_path / "one.csv"
+        path.write_text(one)
+        first = ingest_file(book, path, IngestRequest(run="r001", person=ADA))
+        assert first.read is not None
+        assert "charge_contradicts" in {finding.rule for finding in first.read.findings}
+        assert charges(book)["r001"] == [150.0]
+        path.write_text(f"{one}# again\n")
+        ingest_file(book, path, IngestRequest(person=ADA))
+        with pytest.raises(UsageError, match="run r001 has a charge already"):
+            ingest_file(book, path, IngestRequest(run="r001", person=ADA))
     rebuilt_alike(small)

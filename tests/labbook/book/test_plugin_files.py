@@ -1,0 +1,130 @@
+"""A file that a plug-in's format read stays in its book, whatever becomes of the plug-in."""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from data_schema.vocabulary import Action, IngestStatus
+from ingest.formats.plugins import plugins
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.kept_files import reread_named, show_file, show_lines
+from labbook.actions.rereading import RereadRequest
+from labbook.book.opening import Book
+from labbook.book.rebuilding import rebuild_database
+from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.databases import all_rows_by_name
+from tests.helpers.statements import said_alike
+
+READS = """
+import numpy as np
+from data_schema.errors import BookDamaged, LabbookError
+from data_schema.vocabulary import ChargeMode, FileRole
+from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.model import ChannelData, ChargeRow, Reading, SignalPart
+
+def recognise(head):
+    return Recognition(SIGNATURE, "its first line") if head.data.startswith(b"odd meter") else None
+
+def read(head, findings):
+    BODY
+
+FORMAT = Format("odd_meter", 1, recognise, read)
+"""
+WORKS = """charge = ChargeRow(1, "r001", None, AMOUNT, 1.0, None, None, ChargeMode.CHARGE, None, None)
+    time_s = np.arange(3.0)
+    channel = ChannelData(NAME, UNIT, "h", "m", 1.0, 0.0, 1, (), np.ones(3))
+    part = SignalPart("log", time_s, 1.0, None, None, (channel,), ())
+    return Reading((part,), (charge,), ROWS, 0, FileRole.LOG)"""
+
+Install = Callable[[str, str], None]
+
+
+def works(amount: str = "150.0", name: str = '"height"', unit: str = '"m"', rows: str = "3") -> str:
+    said = {"AMOUNT": amount, "NAME": name, "UNIT": unit, "ROWS": rows}
+    return functools.reduce(lambda text, word: text.replace(word, said[word]), said, WORKS)
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """Install the plug-in `labbook-odd` in a version, with what its reader does."""
+    site = tmp_path / "site"
+    site.mkdir()
+    monkeypatch.syspath_prepend(site)
+
+    def put(version: str, body: str) -> None:
+        for old in site.glob("*.dist-info"):
+            old.rename(tmp_path / f"{old.name}.old")
+        about = site / f"labbook_odd-{version}.dist-info"
+        about.mkdir()
+        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: labbook-odd\nVersion: {version}\n")
+        (about / "entry_points.txt").write_text(f"[labbook.formats]\nodd = labbook_odd_{version}:FORMAT\n")
+        (site / f"labbook_odd_{version}.py").write_text(READS.replace("BODY", body))
+        importlib.invalidate_caches()
+        plugins.cache_clear()
+
+    yield put
+    plugins.cache_clear()
+    for name in [name for name in sys.modules if name.startswith("labbook_odd_")]:
+        del sys.modules[name]
+
+
+def shown(book: Book) -> str:
+    with book.reading() as connection:
+        return "\n".join(show_lines(show_file(connection, "odd.txt")))
+
+
+@pytest.fixture
+def odd(tmp_path: Path, install: Install) -> SmallBook:
+    """A book with a file that the plug-in read."""
+    install("1", works())
+    small = small_book(tmp_path, ingested=False)
+    (tmp_path / "odd.txt").write_text("odd meter\n")
+    with small.open() as book:
+        outcome = ingest_file(book, tmp_path / "odd.txt", IngestRequest(person=ADA))
+    assert outcome.status is IngestStatus.IMPORTED
+    return small
+
+
+def test_the_journal_names_the_plugin_of_a_reading(odd: SmallBook) -> None:
+    with odd.open() as book:
+        (entry,) = [entry for entry in said_alike(book) if entry.action is Action.INGEST]
+        assert (entry.new or {})["plugin"] == "labbook-odd 1"
+        assert "odd_meter version 1 of plug-in labbook-odd 1" in shown(book)
+
+
+@pytest.mark.parametrize(
+    ("body", "said"),
+    [
+        ('raise KeyError("volts")', "KeyError"),
+        ('raise LabbookError("no such meter")', "no such meter"),
+        ('raise BookDamaged("what it calls damaged")', "what it calls damaged"),
+        (works(amount="-1.0"), "charge 1"),
+        (works(amount="None"), "TypeError"),
+        (works(name="None"), "names of part"),
+        (works(unit="5"), "names of part"),
+        (works(unit=repr("\ud800")), "UnicodeEncodeError"),
+        (works(rows='"three"'), "was read by plug-in labbook-odd 1: Reading it failed (TypeError"),
+        ("return None", "AttributeError"),
+    ],
+)
+def test_a_rebuild_does_not_stop_for_a_plugin(odd: SmallBook, install: Install, body: str, said: str) -> None:
+    with odd.open() as book:
+        before = all_rows_by_name(book.engine)
+    install("2", body)
+    done = rebuild_database(odd.folder, lambda _step: None)
+    (waits,) = done.differences.files_waiting
+    assert said in waits
+    assert "plug-in labbook-odd" in waits
+    install("3", works())
+    with odd.open() as book:
+        assert not reread_named(book, "odd.txt", RereadRequest({}, ADA), keep_options=True).read.refused
+        after = all_rows_by_name(book.engine)
+    assert {table: after[table] for table in ("charge", "run_file")} == {
+        table: before[table] for table in ("charge", "run_file")
+    }
