@@ -49,7 +49,7 @@ ROWS = st.tuples(
     st.sampled_from(("150", "99", "")),
 )
 READINGS = tuple(itertools.product(("run_a", "run_b"), ("first", "second")))
-LOG_ROWS = "".join(f"{4 * i},{0.4 + 0.001 * i:.4f}\n" for i in range(30))
+LOG_ROWS = "".join(f"{4 * i},{0.4 + 0.001 * i:.4f}\n" for i in range(300))
 LOGS = ("r003.csv", "both.csv")
 
 
@@ -96,11 +96,9 @@ class Statements(RuleBasedStateMachine):
         self.on_book = contextlib.ExitStack()
         self.book = self.on_book.enter_context(opened(self.folder / "book"))
         for name in (*SHEETS[:2], *LOGS):
-            ingest_file(
-                self.book,
-                self.folder / name,
-                IngestRequest(None, as_sheet(*READINGS[0]) if name in SHEETS else {}, person=ADA),
-            )
+            options = as_sheet(*READINGS[0]) if name in SHEETS else {}
+            taken = ingest_file(self.book, self.folder / name, IngestRequest(None, options, person=ADA))
+            assert taken.status is IngestStatus.IMPORTED
 
     def teardown(self) -> None:
         if not hasattr(self, "book"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,10 +12,12 @@ import pytest
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
 from data_schema.queries.charges import charges_by_run
-from data_schema.queries.readings import waiting_files
-from data_schema.vocabulary import Action
+from data_schema.queries.imported_files import find_files, links_of_file
+from data_schema.queries.readings import readings_of, waiting_files
+from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.assigning import assign
 from labbook.actions.correcting import correct
+from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.jump_review import decide, review
 from labbook.actions.kept_files import files_to_reread, list_files, reread_named
 from labbook.actions.rereading import RereadRequest
@@ -33,21 +35,26 @@ from tests.helpers.statements import in_file
 SHEET, LOG = "2021-06-14.csv", "r001.csv"
 
 
-def as_by_another_labbook(book: SmallBook, names: tuple[str, ...]) -> Rebuilt:
-    """Rebuild from the journal of a labbook with a format that this one does not have."""
+def read_otherwise(book: SmallBook, declared: Mapping[str, Mapping[str, Any]]) -> Rebuilt:
+    """Rebuild from the journal of a labbook whose readers did as this one's do where something else is declared."""
 
     def said(entry: Entry) -> Entry:
         new = dict(entry.new or {})
-        if entry.action is not Action.INGEST or new["original_name"] not in names:
+        if entry.action not in (Action.INGEST, Action.READ) or new["original_name"] not in declared:
             return entry
-        declared = {**new["settings"]["declared"], "format": "of_a_plugin"}
-        return replace(entry, new={**new, "settings": {**new["settings"], "declared": declared}})
+        now = {**new["settings"]["declared"], **declared[new["original_name"]]}
+        return replace(entry, new={**new, "settings": {**new["settings"], "declared": now}})
 
     with book.open() as standing:
         entries = renumbered([said(entry) for entry in in_file(standing)])
     book.journal.write_text("".join(entry.line + "\n" for entry in entries), encoding="utf-8")
     book.database.unlink()
     return rebuild_database(book.folder, lambda _step: None)
+
+
+def as_by_another_labbook(book: SmallBook, names: tuple[str, ...]) -> Rebuilt:
+    """Rebuild from the journal of a labbook with a format that this one does not have."""
+    return read_otherwise(book, {name: {"format": "of_a_plugin"} for name in names})
 
 
 def state(book: Book, say: Callable[[Any], object]) -> None:
@@ -112,3 +119,112 @@ def test_a_declaration_mends_it_and_what_was_said_meanwhile_takes_effect(waiting
     rebuild_database(small.folder, lambda _step: None)
     with small.open() as book:
         assert all_rows_by_name(book.engine) == rows
+
+
+LINES = "run_a,first,second,minutes\nr001,150,,12\nr003,160,160,12\n"
+PARTS = "".join(f"{4 * place},{0.4 + 0.001 * place:.4f}\n" for place in range(300))
+
+
+def amounts(column: str) -> dict[str, Any]:
+    """Read the sheet by one of its two columns of amounts; the second leaves its first row out."""
+    return {"columns": {"run_a": {"channel": "run"}, column: {"channel": "charge", "unit": "mAh"}}}
+
+
+def as_declared(column: str) -> dict[str, Any]:
+    """The same as the journal has it."""
+    said = {"channel": "charge", "unit": "mAh", "sign": 1}
+    return {"columns": {"run_a": {"channel": "run", "unit": None, "sign": 1}, column: said}}
+
+
+def take(book: Book, path: Path, text: str, options: dict[str, Any] | None = None, run: str | None = None) -> None:
+    path.write_text(text)
+    outcome = ingest_file(book, path, IngestRequest(run, options, person=ADA))
+    assert outcome.status is IngestStatus.IMPORTED
+
+
+def read_again(book: Book, name: str, options: dict[str, Any]) -> None:
+    assert not reread_named(book, name, RereadRequest(options, ADA, "otherwise"), keep_options=False).read.refused
+
+
+def links(book: Book, name: str) -> dict[str, str]:
+    with book.reading() as connection:
+        (file,) = find_files(connection, name)
+        return {link.part: link.run_name for link in links_of_file(connection, file.uid)}
+
+
+def rebuilt_alike(small: SmallBook) -> None:
+    with small.open() as book:
+        rows = all_rows_by_name(book.engine)
+    rebuild_database(small.folder, lambda _step: None)
+    with small.open() as book:
+        assert all_rows_by_name(book.engine) == rows
+
+
+@pytest.fixture
+def bare(tmp_path: Path) -> SmallBook:
+    """A book with runs, and nothing of the instruments."""
+    return small_book(tmp_path, ingested=False)
+
+
+def test_a_reader_that_gives_fewer_rows_and_parts_stops_no_rebuild(bare: SmallBook, tmp_path: Path) -> None:
+    with bare.open() as book:
+        take(book, tmp_path / "s.csv", LINES, amounts("first"))
+        take(book, tmp_path / "both.csv", f"time [ms],z\n{PARTS}# again\n{PARTS}", run="r001")
+        uid = charge_of(book, "r001").uid
+        state(book, lambda desk: correct(book, desk, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
+        state(book, lambda desk: assign(desk, "s.csv#1", "r004", "of that run"))
+        state(book, lambda desk: assign(desk, "both.csv#log_segment_2", "r002", "started again"))
+    done = read_otherwise(bare, {"s.csv": as_declared("second"), "both.csv": {"footer": "# again"}})
+    assert done.differences.files_waiting == ()
+    assert [uid in sentence for sentence in done.differences.without_rows] == [True, True, False]
+    with bare.open() as book:
+        assert links(book, "both.csv") == {"log": "r001"}
+        read_again(book, "s.csv", amounts("first"))
+        assert charge_of(book, "r001") is None
+        assert charge_of(book, "r004").charge_mah == 77
+    rebuilt_alike(bare)
+
+
+def test_parts_of_a_waiting_file_belong_to_the_runs_that_people_say(bare: SmallBook, tmp_path: Path) -> None:
+    with bare.open() as book:
+        take(book, tmp_path / "both.csv", f"time [ms],z\n{PARTS}{PARTS}", run="r001")
+        state(book, lambda desk: assign(desk, "both.csv", "r002", "names were swapped"))
+    as_by_another_labbook(bare, ("both.csv",))
+    with bare.open() as book:
+        assert links(book, "both.csv") == {"log": "r002", "log_segment_2": "r002"}
+        state(book, lambda desk: assign(desk, "both.csv#log_segment_2", "r003", "started again"))
+        state(book, lambda desk: assign(desk, "both.csv#log", "none", "a rehearsal"))
+        assert links(book, "both.csv") == {"log_segment_2": "r003"}
+    rebuilt_alike(bare)
+    with bare.open() as book:
+        read_again(book, "both.csv", {})
+        assert links(book, "both.csv") == {"log_segment_2": "r003"}
+    read_otherwise(bare, {"both.csv": {"format": None}})
+    with bare.open() as book:
+        assert links(book, "both.csv") == {"log_segment_2": "r003"}, "where it never waited too"
+
+
+def test_a_correction_finds_its_line_though_two_readings_wait(bare: SmallBook, tmp_path: Path) -> None:
+    with bare.open() as book:
+        take(book, tmp_path / "s.csv", LINES, amounts("first"))
+        uid = charge_of(book, "r003").uid
+        state(book, lambda desk: correct(book, desk, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
+        read_again(book, "s.csv", amounts("second"))
+    as_by_another_labbook(bare, ("s.csv",))
+    with bare.open() as book:
+        read_again(book, "s.csv", amounts("first"))
+        assert [charge_of(book, run).charge_mah for run in ("r001", "r003")] == [150, 77]
+    rebuilt_alike(bare)
+
+
+def test_a_file_refused_under_another_profile_is_refused_again(bare: SmallBook, tmp_path: Path) -> None:
+    toml, path = bare.toml.read_text(), tmp_path / "odd.csv"
+    path.write_text("t [s],z\n0,1\n1,2\n")
+    for rate_hz, rows in ((100, 1), (100, 1), (120, 2)):
+        bare.toml.write_text(f'{toml}\n[profiles.bench]\nfiles = "odd*"\nrate_hz = {rate_hz}\n')
+        with bare.open() as book:
+            outcome = ingest_file(book, path, IngestRequest(person=ADA))
+            assert outcome.status is IngestStatus.REFUSED
+            with book.reading() as connection:
+                assert len(readings_of(connection, outcome.sha256)) == rows
+    rebuilt_alike(bare)
