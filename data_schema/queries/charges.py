@@ -55,12 +55,6 @@ def charges_of_runs(connection: sa.Connection, run_uids: Sequence[str]) -> dict[
     return found
 
 
-def charges_waiting_for(connection: sa.Connection, run_name: str) -> list[ChargeOfRun]:
-    """Return the charges that name a run and belong to none: it is not known yet, or they were taken off it."""
-    query = _charges().where(charge.c.run.is_(None), charge.c.stated_run == run_name, _COUNTED)
-    return [ChargeOfRun(*row) for row in connection.execute(query)]
-
-
 def _of_runs() -> sa.Select[Any]:
     return _charges().where(charge.c.run.is_not(None), _COUNTED)
 

@@ -45,9 +45,7 @@ def first_import(connection: sa.Connection, sha256: str) -> FirstImport | None:
     return FirstImport(row.uid, row.file_uid, row.original_name, row.name, row.at_utc, runs_of_file(connection, sha256))
 
 
-def refused_before(
-    connection: sa.Connection, sha256: str, reader: str, options_json: str, settings_json: str
-) -> bool:
+def refused_before(connection: sa.Connection, sha256: str, reader: str, options_json: str, settings_json: str) -> bool:
     """Tell whether the same bytes were refused by the same reader, options and settings before."""
     query = sa.select(sa.func.count()).where(
         ingest.c.sha256 == sha256,

@@ -108,8 +108,9 @@ def add_signals(
 def _recorded(scene: Scene, done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:
     """Return, by part, the hash that the journal says its samples had, where they are sampled at the same times now.
 
-    Verdicts of people name that hash. Whether the times are the same is asked of the entry; an earlier labbook's does
-    not say, so then of the samples, where they are still kept, or of the number of rows.
+    Verdicts of people name that hash. Whether the times are the same is asked of the entry. The first labbook did not
+    write that down; then, and only then, a rebuild asks a derived file, the samples of that hash where they are still
+    kept, for a reader that corrects times keeps the number of rows. Without the samples that number decides.
     """
     signals = new.get("signals", [])
     if len(signals) != len(done.parts):

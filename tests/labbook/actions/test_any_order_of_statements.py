@@ -243,7 +243,7 @@ def test_any_order_of_statements() -> None:
     run_state_machine_as_test(
         Statements,
         settings=settings(
-            max_examples=12,
+            max_examples=9,
             stateful_step_count=15,
             deadline=None,
             derandomize=True,
