@@ -226,7 +226,10 @@ def test_a_row_that_goes_and_comes_back_is_where_a_person_put_it(small: SmallBoo
     rebuilt_alike(small)
 
 
-def test_rows_that_repeated_one_are_placed_when_it_says_something_else(small: SmallBook, tmp_path: Path) -> None:
+def test_rows_that_repeated_one_are_placed_when_it_says_something_else(
+    tmp_path: Path, database_url: str | None
+) -> None:
+    small = small_book(tmp_path, ingested=False, database_url=database_url)
     with small.open() as book:
         take(book, tmp_path, "s.csv", TWICE, columns())
         take(book, tmp_path, "grown.csv", f"{TWICE}r003,,170,,12\n", columns())
