@@ -9,7 +9,9 @@ one piece. The rows of a large file are read in blocks, and their columns lie in
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,9 +24,14 @@ from ingest.tables.table import Block, CellKind, Column, Wanted
 from ingest.tables.tail import data_end
 from ingest.text.source import TextSource
 
+if TYPE_CHECKING:
+    import pyarrow as pa
+
 PIECE_BYTES = 1 << 18
 BLOCK_BYTES = 1 << 24
 """What is tried at once of a large file."""
+
+_WAIT_S = 1e-4
 
 
 def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], findings: FindingCollector) -> Block:
@@ -72,28 +79,14 @@ def _read_clean(
     ordinal: int,
 ) -> Block | None:
     """Return the rows of `data[start:stop]`, whole lines, or None where they are not proved clean."""
-    import pyarrow as pa
-    from pyarrow import csv
-
     from ingest.tables.arrow_columns import to_numpy
 
     if start >= stop or not wanted:
         return None
-    types = {CellKind.NUMBER: pa.float64(), CellKind.INTEGER: pa.int64(), CellKind.CLOCK: pa.binary()}
-    width = layout.width + layout.trailing
-    try:
-        table = csv.read_csv(
-            pa.BufferReader(pa.py_buffer(source.data).slice(start, stop - start)),
-            read_options=csv.ReadOptions(column_names=[str(position) for position in range(width)]),
-            parse_options=csv.ParseOptions(delimiter=layout.delimiter.decode("latin-1"), quote_char=False),
-            convert_options=csv.ConvertOptions(
-                column_types={str(column.position): types[column.kind] for column in wanted},
-                include_columns=[str(column.position) for column in wanted],
-                null_values=[""],
-                decimal_point=layout.decimal.decode(),
-            ),
-        )
-    except pa.ArrowException:
+    lent = memoryview(source.data)[start:stop]
+    table = _parsed(lent, layout, wanted)
+    _take_back(lent)
+    if table is None:
         return None
     rows = table.num_rows
     if rows != _count_line_ends(source.data, start, stop) + (source.data[stop - 1] != 0x0A):
@@ -112,6 +105,41 @@ def _read_clean(
             return None
         numbers[column.position] = values
     return Block(numbers, clocks, rows, line, None, ordinal, None, 0)
+
+
+def _parsed(lines: memoryview, layout: Layout, wanted: Sequence[Wanted]) -> pa.Table | None:
+    import pyarrow as pa
+    from pyarrow import csv
+
+    types = {CellKind.NUMBER: pa.float64(), CellKind.INTEGER: pa.int64(), CellKind.CLOCK: pa.binary()}
+    width = layout.width + layout.trailing
+    try:
+        return csv.read_csv(
+            pa.BufferReader(pa.py_buffer(lines)),
+            read_options=csv.ReadOptions(column_names=[str(position) for position in range(width)]),
+            parse_options=csv.ParseOptions(delimiter=layout.delimiter.decode("latin-1"), quote_char=False),
+            convert_options=csv.ConvertOptions(
+                column_types={str(column.position): types[column.kind] for column in wanted},
+                include_columns=[str(column.position) for column in wanted],
+                null_values=[""],
+                decimal_point=layout.decimal.decode(),
+            ),
+        )
+    except pa.ArrowException:
+        return None
+
+
+def _take_back(lent: memoryview) -> None:
+    """Wait until no thread of Arrow holds the bytes; some still do when its parser has returned.
+
+    To let go of Python's bytes a thread needs the interpreter, and one that first asks while the interpreter ends
+    aborts the process.
+    """
+    while True:
+        try:
+            return lent.release()
+        except BufferError:
+            time.sleep(_WAIT_S)
 
 
 def _count_line_ends(data: bytes, start: int, stop: int) -> int:

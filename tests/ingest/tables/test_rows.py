@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
+import pyarrow as pa
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ingest.model import Declarations, SignalPart
 from ingest.read import read_file
-from ingest.tables.rows import PIECE_BYTES
+from ingest.tables.rows import PIECE_BYTES, _take_back
 from tests.ingest.synthetic import LOG_HEADER, robot_rows, text
 
 ORDINARY = st.floats(-1e17, 1e17).filter(lambda x: x == 0 or abs(x) > 1e-29)  # smaller ones are misframed rows
@@ -84,3 +88,14 @@ def test_integers_beyond_2_to_53_keep_their_last_digit() -> None:
         (part,) = read_file(data, declared).parts
         assert part.start_original == f"{first} filetime"
         assert np.array_equal(part.time_s, np.arange(200) * 33_333 / 1e7)
+
+
+def test_bytes_lent_to_other_threads_are_back_before_reading_goes_on() -> None:
+    lent = memoryview(bytearray(b"1,2"))
+    held = [pa.py_buffer(lent)]
+    thread = threading.Timer(0.05, held.clear)
+    thread.start()
+    _take_back(lent)
+    with pytest.raises(ValueError, match="released"):
+        lent.tobytes()
+    thread.join()
