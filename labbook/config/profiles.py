@@ -48,7 +48,7 @@ def _profile(table: TableReader, in_force: bool) -> ProfileSettings:
         "trials": _text(table, "trials"),
         "format": _text(table, "format"),
         "instrument": _text(table, "instrument"),
-        "override_units": table.flag("override_units", False) or None,
+        **{key: table.flag(key, False) or None for key in ("override_units", "complete", "no_robot_check")},
     }
     columns = {name: _column(below, in_force) for name, below in table.tables("columns")}
     channels = [column.channel for column in columns.values() if column.channel]

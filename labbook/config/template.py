@@ -102,7 +102,7 @@ run_pattern = '^(?P<run>r\\d+)'
 #largest_expansion = 200
 #most_members = 200
 #deepest_nesting = 2
-#most_cells = 50000000
+#most_cells = 20000000
 
 # What is decided about the analysis before the first run: the book keeps it, and the report calls exploratory whatever
 # departs from it. Comparisons of the primary outcome are corrected over the family: each (level against the control) or

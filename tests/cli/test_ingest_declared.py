@@ -156,9 +156,10 @@ CONTRADICTIONS = {
 }
 
 
+@pytest.mark.parametrize("by_profile", [False, True], ids=["by flag", "by profile"])
 @pytest.mark.parametrize(("scale", "said", "flag", "rule"), CONTRADICTIONS.values(), ids=CONTRADICTIONS)
-def test_what_contradicts_itself_is_refused_until_a_flag_decides(
-    scale: float, said: tuple[str, ...], flag: str, rule: str, fresh: SmallBook, tmp_path: Path
+def test_what_contradicts_itself_is_refused_until_a_flag_or_a_profile_decides(
+    scale: float, said: tuple[str, ...], flag: str, rule: str, by_profile: bool, fresh: SmallBook, tmp_path: Path
 ) -> None:
     path = tmp_path / "hops.csv"
     heights = [scale * (0.2 + 0.1 * abs(math.sin(k / 40.0))) for k in range(1200)]
@@ -167,6 +168,27 @@ def test_what_contradicts_itself_is_refused_until_a_flag_decides(
     assert answer.code == 2
     assert rule in answer.out
     assert flag in answer.out
-    good(labbook("ingest", path, *said, flag, at=fresh.folder))
+    _decided(fresh, path, said, flag, by_profile)
     good(labbook("rebuild", at=fresh.folder))
     assert rows(fresh.folder, "SELECT count(*) FROM signal") == [(1,)]
+
+
+def _decided(book: SmallBook, path: Path, said: tuple[str, ...], flag: str, by_profile: bool) -> None:
+    if by_profile:
+        with book.toml.open("a") as toml:
+            toml.write(f'\n[profiles.decided]\nfiles = "{path.name}"\n{flag[2:].replace("-", "_")} = true\n')
+        flag = "--profile=decided"
+    good(labbook("ingest", path, *said, flag, at=book.folder))
+
+
+@pytest.mark.parametrize("by_profile", [False, True], ids=["by flag", "by profile"])
+def test_a_last_number_that_may_be_cut_counts_where_it_is_said_to_be_whole(
+    by_profile: bool, fresh: SmallBook, tmp_path: Path
+) -> None:
+    path = tmp_path / "charges.csv"
+    path.write_text("run,charge (mAh)\nr001,812\nr002,790\nr003,79")
+    answer = labbook("ingest", path, at=fresh.folder)
+    assert answer.code == 2
+    assert "--complete" in answer.out
+    _decided(fresh, path, (), "--complete", by_profile)
+    assert rows(fresh.folder, "SELECT charge_mah FROM charge ORDER BY 1") == [(79.0,), (790.0,), (812.0,)]

@@ -2,40 +2,41 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
+from collections.abc import Mapping
+from typing import Any, get_args, get_origin, get_type_hints
 
 from hypothesis import given
 from hypothesis import strategies as st
 
 from ingest.declared_json import declared_from_json, declared_to_json
-from ingest.model import ColumnDeclaration, Declarations, Profile
+from ingest.model import Declarations
 
 TEXT = st.text(max_size=8)
 NUMBER = st.floats(allow_nan=False, allow_infinity=False)
-COLUMN = st.builds(ColumnDeclaration, st.none() | TEXT, st.none() | TEXT, st.sampled_from((-1, 1)))
-COLUMNS = st.dictionaries(TEXT, COLUMN, max_size=3)
-PROFILE = st.builds(
-    Profile,
-    name=TEXT,
-    recognise=st.lists(TEXT, max_size=3).map(tuple),
-    rate_hz=st.none() | NUMBER,
-    time_column=st.none() | TEXT,
-    time_unit=st.none() | TEXT,
-    columns=COLUMNS,
-)
-DECLARED = st.builds(
-    Declarations,
-    rate_hz=st.none() | NUMBER,
-    time_column=st.none() | TEXT,
-    time_unit=st.none() | TEXT,
-    columns=COLUMNS,
-    profiles=st.lists(PROFILE, max_size=2).map(tuple),
-    encoding=TEXT,
-    time_zone=st.none() | TEXT,
-    decimal_sign=st.none() | st.sampled_from((".", ",")),
-    format=st.none() | TEXT,
-    instrument=st.none() | TEXT,
-)
+
+
+def drawn(kind: type[Any]) -> st.SearchStrategy[Any]:
+    """Draw every field of a dataclass, also those that are new."""
+    return st.builds(kind, **{name: of(hint) for name, hint in get_type_hints(kind).items()})
+
+
+def of(hint: Any) -> st.SearchStrategy[Any]:
+    inner = get_args(hint)
+    if dataclasses.is_dataclass(hint):
+        assert isinstance(hint, type)
+        return drawn(hint)
+    if type(None) in inner:
+        return st.none() | of(inner[0])
+    if get_origin(hint) is tuple:
+        return st.lists(of(inner[0]), max_size=2).map(tuple)
+    if get_origin(hint) is Mapping:
+        return st.dictionaries(TEXT, of(inner[1]), max_size=2)
+    return NUMBER if hint is float else TEXT if hint is str else st.from_type(hint)
+
+
+DECLARED = drawn(Declarations)
 
 
 @given(DECLARED)

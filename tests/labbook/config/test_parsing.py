@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.vocabulary import FactorKind, StudyKind
+from ingest.model import DEFAULT_LIMITS, Limits
 from labbook.config.model import Detector, GainSettings, ProfileColumn
 from labbook.config.parsing import parse_configuration, template
 
@@ -112,6 +113,8 @@ trials = "trial"
 format = "delimited_log"
 instrument = "bertec_acquire"
 override_units = true
+complete = true
+no_robot_check = true
 
 [database]
 url = "postgresql+psycopg://ada@server/labbook"
@@ -124,7 +127,8 @@ OPTIONAL = {
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "run_pattern", "time", "columns"),
     *("encoding", "delimiter", "decimal", "header_row", "units_row", "first_row", "comment", "footer", "date", "clock"),
-    *("axes", "trials", "format", "instrument", "override_units", "files", 'recognise = ["encoder"]'),
+    *("axes", "trials", "format", "instrument", "files", 'recognise = ["encoder"]'),
+    *("override_units", "complete", "no_robot_check"),
     *("rate_hz", "url", "path", "factors", "primary_outcome", "alpha"),
 }
 KEY_LINES = [line for line in SAMPLE.splitlines() if re.match(r"[a-z_0-9]+ = ", line)]
@@ -168,7 +172,7 @@ def test_everything_is_read() -> None:
         "rate_hz": 300.0, "encoding": "cp1250", "delimiter": "\t", "decimal_sign": ",", "header_row": 0,
         "units_row": 2, "first_row": 7, "comment": "%", "footer": "end", "date_format": "d.m.y",
         "clock_format": "m:s", "axes": "y up", "trials": "trial", "format": "delimited_log",
-        "instrument": "bertec_acquire", "override_units": True,
+        "instrument": "bertec_acquire", "override_units": True, "complete": True, "no_robot_check": True,
     }  # fmt: skip
     assert configuration.database_url == "postgresql+psycopg://ada@server/labbook"
     assert configuration.store_path == "/mnt/lab/book"
@@ -315,6 +319,7 @@ def test_every_example_in_the_template_is_right() -> None:
     assert set(configuration.gains) < set(configuration.factors)
     assert configuration.profiles
     assert configuration.instruments
+    assert Limits(**configuration.files.limits) == DEFAULT_LIMITS
     assert configuration.people["Ada Nwosu"] == "AdN"
     assert configuration.study.time_zone == "Europe/Oslo"
     assert set(tomllib.loads(text)) == set(tomllib.loads(SAMPLE))  # it shows every table that there is
