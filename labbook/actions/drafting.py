@@ -5,19 +5,18 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from data_schema.errors import nearest
+from data_schema.errors import InputRefused, nearest
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.synonyms import channel_kind
 from ingest.explanation import ColumnUse, TableUse, TextShape
 from ingest.model import ReadFile
 from ingest.tables.header_cells import clean_name
-from labbook.actions.explaining import read_as_ingest
-from labbook.actions.files_meant import read_bytes
+from labbook.actions.explaining import bytes_of, read_as_ingest
 from labbook.actions.ingesting import readable
 from labbook.book.opening import Book
 from labbook.config.channels import OWN, SHEET_COLUMNS
@@ -42,13 +41,22 @@ class Draft:
 
 def draft_profile(book: Book, path: Path, options: Mapping[str, Any]) -> Draft:
     """Draft the profile of a file from all that could be found in it, whether or not it is refused."""
-    data = read_bytes(path)
+    data = bytes_of(book, path)
     read = read_as_ingest(book, path, options)
     file_name = readable(Path(path.name))
     taken = book.configuration.profiles
     stem = clean_name(re.sub(r"\d+", " ", Path(file_name).stem)) or "logger"
     name = next(n for n in (stem, *(f"{stem}_{number}" for number in range(2, len(taken) + 3))) if n not in taken)
     return Draft(file_name, name, "\n".join(_lines(name, file_name, read, data)) + "\n")
+
+
+def write_drafts(drafts: Sequence[Draft], path: Path) -> None:
+    """Write drafts to a new file; raises `InputRefused` where one of that name is there already."""
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write("\n".join(draft.toml for draft in drafts))
+    except FileExistsError as error:
+        raise InputRefused(f"{path} is there already: name another file, or move it away.") from error
 
 
 def _lines(name: str, file_name: str, read: ReadFile, data: bytes) -> Iterator[str]:

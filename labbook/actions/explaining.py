@@ -9,9 +9,8 @@ from typing import Any
 
 from data_schema.queries.facts import find_uid
 from ingest.explanation import Explanation
-from ingest.model import ChargeRow, Finding, ReadFile
+from ingest.model import ChargeRow, Finding, Limits, ReadFile
 from ingest.read import read_file
-from labbook.actions.files_meant import read_bytes
 from labbook.actions.ingesting import readable, stated_run
 from labbook.book.opening import Book
 from labbook.statements.importing import declarations
@@ -79,7 +78,13 @@ def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | 
 
 def read_as_ingest(book: Book, path: Path, options: Mapping[str, Any]) -> ReadFile:
     """Read a file with what the command line and the book's profiles say of it; nothing is stored."""
-    return read_file(read_bytes(path), declarations(book.configuration, options, readable(Path(path.name))))
+    return read_file(bytes_of(book, path), declarations(book.configuration, options, readable(Path(path.name))))
+
+
+def bytes_of(book: Book, path: Path) -> bytes:
+    """Return the bytes of a file, mapped where they are many; raises `InputRefused` beyond the book's limit."""
+    data, _ = book.store.read_and_hash(path, Limits(**book.configuration.files.limits).largest_file_bytes)
+    return data
 
 
 def _parts(read: ReadFile) -> tuple[PartStored, ...]:

@@ -8,6 +8,7 @@ import typer
 if TYPE_CHECKING:
     from labbook.book.opening import Book
 
+from data_schema.errors import UsageError
 from labbook.cli.common import AsOption, BookOption, JsonOption, asking, emit, progress
 
 
@@ -64,6 +65,9 @@ def ingest(
     draft_profile: Annotated[
         bool, typer.Option("--draft-profile", help="Print the [profiles.NAME] of a file, to be corrected.")
     ] = False,
+    out: Annotated[
+        Path | None, typer.Option("--out", "--output", metavar="FILE", help="Write the drafted profile to a new file.")
+    ] = None,
     again: Annotated[
         bool, typer.Option("--again", help="In a folder: what is declared also holds for files that the book has.")
     ] = False,
@@ -109,9 +113,15 @@ def ingest(
         "no_robot_check": no_robot_check,
     }
     options |= {name: value for name, value in flags.items() if value}
+    if out is not None and not draft_profile:
+        raise UsageError("--out is where a drafted profile is written: give --draft-profile too.")
     if explain or draft_profile:
         with opened(book) as opened_book:
-            _tell(opened_book, files_of(paths, opened_book.folder), options, run, draft_profile, as_json)
+            files = files_of(paths, opened_book.folder)
+            if draft_profile:
+                _draft(opened_book, files, options, out, as_json)
+            else:
+                _explain(opened_book, files, options, run, as_json)
         return
     outcomes: list[FileOutcome] = []
     rig: list[list[RigLine]] = []
@@ -148,17 +158,22 @@ def ingest(
         raise typer.Exit(2)
 
 
-def _tell(
-    book: "Book", files: list[Path], options: dict[str, Any], run: str | None, draft: bool, as_json: bool
-) -> None:
-    """Print how files would be read, or draft a profile for the first of them."""
-    from labbook.actions.drafting import draft_profile
+def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str | None, as_json: bool) -> None:
+    """Print how files would be read."""
     from labbook.actions.explaining import explain_file
     from labbook.cli.explain_lines import explained_lines
 
-    if draft:
-        drafts = [draft_profile(book, path, options) for path in files]
-        emit(drafts, [line for each in drafts for line in each.toml.splitlines()], as_json)
-        return
     explained = [explain_file(book, path, options, run) for path in files]
     emit(explained, [line for each in explained for line in explained_lines(each)], as_json)
+
+
+def _draft(book: "Book", files: list[Path], options: dict[str, Any], out: Path | None, as_json: bool) -> None:
+    """Print the drafted profiles of files, or write them to the new file `out`."""
+    from labbook.actions.drafting import draft_profile, write_drafts
+
+    drafts = [draft_profile(book, path, options) for path in files]
+    lines = [line for each in drafts for line in each.toml.splitlines()]
+    if out is not None:
+        write_drafts(drafts, out)
+        lines = [f"wrote {out}: correct it, then put it into labbook.toml."]
+    emit(drafts, lines, as_json)

@@ -127,3 +127,23 @@ def test_words_that_are_none_are_refused_with_the_nearest(fresh: SmallBook, odd:
         ("--profile", "serial", "profile"),
     ):
         refused(labbook("ingest", odd, flag, given, "--dry-run", at=fresh.folder), 2, repr(given), named)
+
+
+def test_a_draft_is_written_to_a_new_file_only(fresh: SmallBook, odd: Path, tmp_path: Path) -> None:
+    target = tmp_path / "odd.toml"
+    printed = good(labbook("ingest", odd, "--draft-profile", at=fresh.folder)).out
+    assert str(target) in good(labbook("ingest", odd, "--draft-profile", "--out", target, at=fresh.folder)).out
+    assert target.read_text() == printed
+    for there in (target, fresh.toml):
+        with unchanged(there.parent):
+            refused(
+                labbook("ingest", odd, "--draft-profile", "--out", there, at=fresh.folder), 2, there.name, "another"
+            )
+    refused(labbook("ingest", odd, "--out", tmp_path / "b.toml", at=fresh.folder), 2, "--draft-profile")
+
+
+@pytest.mark.parametrize("flag", ["--explain", "--draft-profile"])
+def test_what_is_only_told_keeps_to_the_limits(flag: str, fresh: SmallBook, odd: Path) -> None:
+    with fresh.toml.open("a") as toml:
+        toml.write("\n[files.limits]\nlargest_file_bytes = 1000\n")
+    refused(labbook("ingest", odd, flag, at=fresh.folder), 2, "largest_file_bytes")
