@@ -8,15 +8,13 @@ from data_schema.errors import unknown_name
 from ingest.explanation import Candidate, Explanation
 from ingest.findings import FILE, FindingCollector
 from ingest.formats import plugins
-from ingest.formats.format import Format, Recognition
+from ingest.formats.format import UNKNOWN, Format, Recognition
 from ingest.formats.head import Head, sniff
 from ingest.model import Declarations, ReadFile, Reading
 from ingest.tables.second_header import SecondHeader
 
 MOST_REJECTED = 0.01
 """A file of which a larger share of rows is rejected is refused."""
-
-UNKNOWN = "unknown"
 
 
 def read_file(data: bytes, declared: Declarations) -> ReadFile:
@@ -68,14 +66,14 @@ def _chosen(
 ) -> tuple[Format | None, str]:
     """Return the format that reads, and by what evidence: the one declared, or the one that scores highest."""
     declared = None if head.declared.format is None else _named(head.declared.format)
-    container = next((each for each in candidates if each[0].container), None)
+    best = [each for each in candidates if each[1].score == candidates[0][1].score]
+    container = best[0] if len(best) == 1 and best[0][0].container else None
     if declared is not None and (declared.container or container is None):
         return declared, "declared"
     if container is not None:
         return container[0], container[1].evidence
     if not candidates:
         return None, ""
-    best = [each for each in candidates if each[1].score == candidates[0][1].score]
     if len(best) > 1:
         listed = " and as ".join(f"{format_.name} ({seen.evidence})" for format_, seen in best)
         message = f"The file can be read as {listed}: say which with `--format {best[0][0].name}`."

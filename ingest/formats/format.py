@@ -9,6 +9,9 @@ from ingest.findings import FindingCollector
 from ingest.formats.head import Head
 from ingest.model import Reading
 
+UNKNOWN = "unknown"
+"""Stands for the format of a file that none reads; no format has this name."""
+
 Reader = Callable[[Head, FindingCollector], Reading]
 
 SIGNATURE = 90

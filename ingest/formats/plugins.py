@@ -8,20 +8,25 @@ from __future__ import annotations
 
 import functools
 import importlib.metadata
+import traceback
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from data_schema.errors import InputRefused, UsageError
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats import FORMATS
-from ingest.formats.format import Format, Recognition
+from ingest.formats.format import UNKNOWN, Format, Recognition
 from ingest.formats.head import Head
-from ingest.model import Reading, SignalPart
+from ingest.formats.plugin_results import check_format, check_reading, check_recognition
+from ingest.model import Reading
 from ingest.tables.second_header import SecondHeader
 
 GROUP = "labbook.formats"
+
+_FAILURES = (Exception, SystemExit)
+"""Whatever somebody else's code may raise, but a Ctrl-C."""
+
+_LONGEST_ERROR = 200
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,24 +45,41 @@ def all_formats() -> tuple[Format, ...]:
 @functools.cache
 def plugins() -> Plugins:
     """Load all plug-ins, once."""
-    formats: list[Format] = []
+    formats: dict[str, Format] = {format_.name: format_ for format_ in FORMATS}
     faults: list[str] = []
-    for entry in importlib.metadata.entry_points(group=GROUP):
-        distribution = f"{entry.dist.name} {entry.dist.version}" if entry.dist else entry.name
+    for distribution, entry in _entry_points(faults):
         try:
-            for format_ in _formats_of(entry.load()):
-                taken = {known.name for known in (*FORMATS, *formats)}
-                if format_.name in taken:
+            for found in _formats_of(entry.load()):
+                taken = formats.get(found.name)
+                if taken is not None or found.name == UNKNOWN:
+                    whose = f"plug-in {taken.plugin}" if taken is not None and taken.plugin else "labbook"
                     faults.append(
-                        f"Plug-in {distribution} has a format {format_.name!r}, a name that is taken: rename it."
+                        f"Plug-in {distribution} has a format {found.name!r}, a name of {whose}: rename it there."
                     )
                 else:
-                    formats.append(replace(format_, plugin=distribution))
-        except Exception as error:  # whatever somebody else's code does
-            faults.append(
-                f"Plug-in {distribution} cannot be loaded ({type(error).__name__}: {error}): update or uninstall it."
-            )
-    return Plugins(tuple(formats), tuple(faults))
+                    formats[found.name] = replace(found, plugin=distribution)
+        except _FAILURES as error:
+            faults.append(_not_loaded(distribution, error))
+    return Plugins(tuple(format_ for format_ in formats.values() if format_.plugin is not None), tuple(faults))
+
+
+def _entry_points(faults: list[str]) -> Iterator[tuple[str, importlib.metadata.EntryPoint]]:
+    """Yield name and version of a distribution and an entry point of its; a damaged one concerns itself only."""
+    seen: set[tuple[str, str]] = set()
+    for distribution in importlib.metadata.distributions():
+        try:
+            entries = [entry for entry in distribution.entry_points if entry.group == GROUP]
+            name = f"{distribution.name} {distribution.version}" if entries else ""
+            if entries and not (distribution.name and distribution.version):
+                raise ValueError("its metadata lack its name or version")
+        except _FAILURES as error:
+            if GROUP in (distribution.read_text("entry_points.txt") or ""):
+                faults.append(_not_loaded(str(getattr(distribution, "_path", "without a name")), error))
+            continue
+        for entry in entries:
+            if (distribution.name, entry.name) not in seen:  # an older one may lie farther down the path
+                seen.add((distribution.name, entry.name))
+                yield name, entry
 
 
 def _formats_of(loaded: object) -> Iterator[Format]:
@@ -66,6 +88,7 @@ def _formats_of(loaded: object) -> Iterator[Format]:
     for item in [loaded] if isinstance(loaded, Format) or not isinstance(loaded, Iterable) else loaded:
         if not isinstance(item, Format):
             raise TypeError(f"{GROUP} has to name a Format, a list of them, or a function that returns one")
+        check_format(item)
         yield item
 
 
@@ -75,57 +98,39 @@ def recognition(format_: Format, head: Head, findings: FindingCollector) -> Reco
         return format_.recognise(head)
     try:
         found = format_.recognise(head)
-        if found is None or isinstance(found, Recognition):
-            return found
-        raise TypeError(f"recognise gave {type(found).__name__}, no Recognition")
-    except Exception as error:  # whatever somebody else's code does
+        check_recognition(found)
+        return found
+    except _FAILURES as error:
         findings.add(NOTE, "plugin_failed", f"{_failed(format_, error)}; the file is read without it.")
         return None
 
 
 def reading(format_: Format, head: Head, findings: FindingCollector) -> Reading:
-    """Read a file; a plug-in that fails at it, or gives samples that cannot be, refuses the file."""
+    """Read a file; a plug-in that fails at it, or gives what cannot be stored, refuses the file."""
     if format_.plugin is None:
         return format_.read(head, findings)
+    own = FindingCollector()
     try:
-        found = format_.read(head, findings)
-        _check(found)
-        return found
+        found = format_.read(head, own)
+        check_reading(found, own)
     except (InputRefused, UsageError, SecondHeader):
         raise
-    except Exception as error:  # whatever somebody else's code does
+    except _FAILURES as error:
         advice = "tell its author, or read the file as another format with `--format`."
         findings.add(FILE, "plugin_failed", f"{_failed(format_, error)}: {advice}")
         return Reading()
+    findings.take_over(own)
+    return found
 
 
-def _failed(format_: Format, error: Exception) -> str:
-    return f"Format {format_.name!r} of plug-in {format_.plugin} failed ({type(error).__name__}: {error})"
+def _not_loaded(distribution: str, error: BaseException) -> str:
+    return f"Plug-in {distribution} cannot be loaded ({_said(error)}): update or uninstall it."
 
 
-def _check(found: Reading) -> None:
-    """Raise `ValueError` for samples and charges that no book can store."""
-    names = [part.part for part in found.parts]
-    if len(set(names)) < len(names):
-        raise ValueError(f"two parts have one name, of {', '.join(map(repr, names))}")
-    for part in found.parts:
-        _check_part(part)
-    for charge in found.charges:
-        amounts = (charge.charge_mah, charge.resolution_mah, charge.duration_s or 1.0, charge.end_voltage_v or 0.0)
-        if not np.isfinite(amounts).all() or charge.charge_mah < 0 or charge.resolution_mah <= 0 or amounts[2] <= 0:
-            raise ValueError(f"charge {charge.row_number} holds an amount that cannot be: {amounts}")
+def _failed(format_: Format, error: BaseException) -> str:
+    return f"Format {format_.name!r} of plug-in {format_.plugin} failed ({_said(error)})"
 
 
-def _check_part(part: SignalPart) -> None:
-    """Raise for samples of other lengths than their times, times that do not increase, and names that are no text."""
-    names = [channel.name for channel in part.channels]
-    units = [channel.unit or "" for channel in part.channels]
-    texts = [part.part, *names, *units, *(channel.source_name for channel in part.channels)]
-    if len(set(names)) < len(names) or not all(isinstance(text, str) for text in texts):
-        raise ValueError(f"the names of part {part.part!r}, its channels and units are not one text each: {texts}")
-    "".join(texts).encode()
-    if not np.isfinite(part.time_s).all() or (np.diff(part.time_s) <= 0).any():
-        raise ValueError(f"the times of part {part.part!r} do not increase")
-    for channel in part.channels:
-        if channel.values.dtype != np.float64 or channel.values.shape != part.time_s.shape:
-            raise ValueError(f"channel {channel.name!r} is not one float64 a time")
+def _said(error: BaseException) -> str:
+    """Return what kind of error it is and what it says, on one line."""
+    return " ".join(traceback.format_exception_only(error)[-1].split())[:_LONGEST_ERROR]

@@ -23,8 +23,9 @@ from data_schema.queries.imported_files import runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS, FirstImport, first_import
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, IngestStatus, Severity
+from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, Limits, ReadFile, SignalPart
-from ingest.read import UNKNOWN, read_file
+from ingest.read import read_file
 from labbook.actions.known_files import take_known
 from labbook.actions.rereading import state_refusal, with_findings_of_book
 from labbook.book.desk import Statement, new_uid

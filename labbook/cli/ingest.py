@@ -115,6 +115,8 @@ def ingest(
     options |= {name: value for name, value in flags.items() if value}
     if out is not None and not draft_profile:
         raise UsageError("--out is where a drafted profile is written: give --draft-profile too.")
+    for fault in plugins().faults:
+        typer.echo(fault, err=True)
     if explain or draft_profile:
         with opened(book) as opened_book:
             files = files_of(paths, opened_book.folder)
@@ -150,8 +152,6 @@ def ingest(
                 n = len(outcomes)
                 done = Batch(outcomes, rig or [[]] * n, heights or [None] * n, run, dry_run)
                 emit(None, batch_lines(done, verbose=verbose), as_json=False)
-    for fault in plugins().faults:
-        typer.echo(fault, err=True)
     if as_json:
         emit([outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)], [], as_json=True)
     if any(outcome.status == "refused" for outcome in outcomes):

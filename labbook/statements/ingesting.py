@@ -14,8 +14,8 @@ from data_schema.queries.people import config_in_force
 from data_schema.queries.readings import last_reading, parts_of_reading, set_status
 from data_schema.queries.results import mark_stale
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
+from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, ReadFile
-from ingest.read import UNKNOWN
 from labbook.analysis.detecting import jumps_found
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.assigning import assign_file, assign_only_charge, link_parts_again

@@ -1,0 +1,256 @@
+"""Plug-ins that fail, each an installed distribution: a sentence names it, and all other formats read on."""
+
+from __future__ import annotations
+
+import gzip
+import importlib
+import sys
+import textwrap
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from data_schema.vocabulary import Severity
+from ingest.formats import FORMATS
+from ingest.formats.described import described_formats
+from ingest.formats.plugins import Plugins, all_formats, plugins
+from ingest.model import Declarations, ReadFile
+from ingest.read import read_file
+from tests.ingest.synthetic import bertec_acquire, robot_log
+
+USUAL = """
+import numpy as np
+from data_schema.vocabulary import FileRole
+from ingest.findings import FILE
+from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.instruments import Instrument
+from ingest.model import ChannelData, Reading, SignalPart
+
+TIMES = np.arange(50) / 100
+
+def recognise(head):
+    return Recognition(SIGNATURE, "it begins with HOP1") if head.data[:4] == b"HOP1" else None
+
+def channel(name="leg_length", sign=1, values=TIMES):
+    return ChannelData(name, "m", "leg", "m", 1.0, 0.0, sign, (), values)
+
+def part(name="log", times=TIMES, rate=100.0, start=None, channels=None):
+    return SignalPart(name, times, rate, start, None, (channel(),) if channels is None else channels, ())
+
+def reading(*parts, read=50, rejected=0, role=FileRole.LOG):
+    return Reading(parts or (part(),), (), read, rejected, role)
+
+def read(head, findings):
+    return reading()
+
+FORMAT = Format("hop", 1, recognise, read)
+"""
+HOP = b"HOP1\x00\x01"
+LOG = robot_log(60)
+
+Install = Callable[..., Plugins]
+
+
+@pytest.fixture
+def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install]:
+    """Install distributions, each a name and the code of its module, and load their plug-ins."""
+    made: list[str] = []
+
+    def installed(entry_points: str | None = None, metadata: str | None = None, **modules: str) -> Plugins:
+        for name, code in modules.items():
+            (tmp_path / f"{name}.py").write_text(textwrap.dedent(code))
+            info = tmp_path / f"{name}-1.5.dist-info"
+            info.mkdir()
+            usual = f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.5\n"
+            (info / "METADATA").write_text(usual if metadata is None else metadata)
+            (info / "entry_points.txt").write_text(entry_points or f"[labbook.formats]\nhop = {name}:FORMAT\n")
+            made.append(name)
+        importlib.invalidate_caches()
+        plugins.cache_clear()
+        return plugins()
+
+    monkeypatch.syspath_prepend(str(tmp_path))
+    yield installed
+    monkeypatch.undo()
+    plugins.cache_clear()
+    for name in made:
+        sys.modules.pop(name, None)
+
+
+def read(data: bytes) -> ReadFile:
+    return read_file(data, Declarations())
+
+
+def assert_others_read_on() -> None:
+    assert all_formats()[: len(FORMATS)] == FORMATS
+    result = read(LOG)
+    assert (result.format, result.refused, result.rows_kept) == ("delimited_log", False, 60)
+    assert len(described_formats()) == len(all_formats())
+
+
+def test_a_plugin_reads_its_files_and_is_named(install: Install) -> None:
+    assert install(hopper=USUAL).faults == ()
+    result = read(HOP)
+    assert (result.refused, result.format, result.plugin, len(result.parts)) == (False, "hop", "hopper 1.5", 1)
+    assert_others_read_on()
+
+
+NOT_LOADED = {
+    "raises at import": "raise RuntimeError('no licence\\nserver')",
+    "leaves at import": "import sys\nsys.exit(3)",
+    "syntax": "def broken(:",
+    "import of what is not there": "import surely_not_installed_here",
+    "name that is not there": "OTHER = 1",
+    "no format": "FORMAT = 3",
+    "text": "FORMAT = 'hop'",
+    "a function that raises": "def FORMAT():\n    raise KeyError('hop')",
+    "an error without words": "class Odd(Exception):\n    def __str__(self):\n        raise ValueError\nraise Odd",
+    **{
+        what: f"{USUAL}\nFORMAT = {made}"
+        for what, made in {
+            "version no int": "Format('hop', '1.5', recognise, read)",
+            "version true": "Format('hop', True, recognise, read)",
+            "version 0": "Format('hop', 0, recognise, read)",
+            "name no text": "Format(7, 1, recognise, read)",
+            "name of two words": "Format('hop log', 1, recognise, read)",
+            "recognise no function": "Format('hop', 1, None, read)",
+            "read no function": "Format('hop', 1, recognise, 'read')",
+            "what no text": "Format('hop', 1, recognise, read, 8)",
+        }.items()
+    },
+}
+
+
+@pytest.mark.parametrize("code", NOT_LOADED.values(), ids=NOT_LOADED)
+def test_a_plugin_that_cannot_be_loaded_is_named_and_the_next_one_is(code: str, install: Install) -> None:
+    found = install(broken=code, hopper=USUAL.replace('"hop"', '"hop2"'))
+    (fault,) = found.faults
+    assert fault.startswith("Plug-in broken 1.5 ")
+    assert "\n" not in fault
+    assert [format_.name for format_ in found.formats] == ["hop2"]
+    assert_others_read_on()
+
+
+@pytest.mark.parametrize(
+    ("entry_points", "metadata"),
+    [
+        ("[labbook.formats]\nhop broken:FORMAT\n", None),
+        ("[labbook.formats]\nhop = broken FORMAT here\n", None),
+        (None, ""),
+    ],
+    ids=["entry point without =", "entry point of no module", "no metadata"],
+)
+def test_a_damaged_installation_concerns_itself_only(
+    entry_points: str | None, metadata: str | None, install: Install
+) -> None:
+    install(hopper=USUAL)
+    found = install(entry_points, metadata, broken=USUAL.replace('"hop"', '"hop2"'))
+    (fault,) = found.faults
+    assert "broken" in fault
+    assert [format_.name for format_ in found.formats] == ["hop"]
+    assert_others_read_on()
+
+
+@pytest.mark.parametrize("taken", ["delimited_log", "zip", "unknown"])
+def test_a_name_of_labbook_stays_labbooks(taken: str, install: Install) -> None:
+    found = install(hopper=USUAL.replace('"hop"', f'"{taken}"'))
+    (fault,) = found.faults
+    assert "hopper 1.5" in fault
+    assert repr(taken) in fault
+    assert found.formats == ()
+    assert_others_read_on()
+
+
+def test_of_two_plugins_with_one_name_both_are_named(install: Install) -> None:
+    found = install(hopper=USUAL, walker=USUAL)
+    (fault,) = found.faults
+    assert "hopper 1.5" in fault
+    assert "walker 1.5" in fault
+    assert len(found.formats) == 1
+    assert_others_read_on()
+
+
+NOT_RECOGNISED = {
+    "raises": "raise ValueError('odd')",
+    "leaves": "raise SystemExit(2)",
+    "truth": "return True",
+    "score no number": "return Recognition('high', 'so')",
+    "score not a number": "return Recognition(float('nan'), 'so')",
+    "score above all": "return Recognition(10**6, 'so')",
+    "no evidence": "return Recognition(SIGNATURE, None)",
+}
+
+
+@pytest.mark.parametrize("body", NOT_RECOGNISED.values(), ids=NOT_RECOGNISED)
+def test_a_plugin_that_fails_to_recognise_is_noted_and_left_out(body: str, install: Install) -> None:
+    code = f"{USUAL}\ndef odd(head):\n    {body}\nFORMAT = Format('hop', 1, odd, read)"
+    assert install(hopper=code).faults == ()
+    assert_others_read_on()
+    (finding,) = [finding for finding in read(LOG).findings if finding.rule == "plugin_failed"]
+    assert finding.severity is Severity.NOTE
+    assert "hopper 1.5" in finding.message
+
+
+def test_a_plugin_that_claims_every_file_as_a_container_does_not_take_it(install: Install) -> None:
+    code = f"{USUAL}\nFORMAT = Format('hop', 1, lambda head: Recognition(1, 'any'), read, container=True)"
+    assert install(hopper=code).faults == ()
+    for data, expected in ((bertec_acquire(), "bertec_text"), (gzip.compress(bertec_acquire()), "gzip")):
+        result = read(data)
+        assert (result.refused, result.format) == (False, expected)
+    (finding,) = [finding for finding in read(LOG).findings if finding.severity is Severity.FILE]
+    assert finding.rule == "format_ambiguous"
+    assert "hop" in finding.message
+
+
+NOT_READ = {
+    "raises": "raise OSError('odd')",
+    "leaves": "raise SystemExit(2)",
+    "nothing": "return None",
+    "a dictionary": "return {'log': TIMES}",
+    "parts no tuple": "return Reading([part()], (), 50, 0, FileRole.LOG)",
+    "parts of another type": "return Reading((TIMES,), (), 50, 0, FileRole.LOG)",
+    "no part": "return Reading((), (), 50, 0, FileRole.LOG)",
+    "no role": "return reading(role=None)",
+    "role in words": "return reading(role='log')",
+    "two parts of one name": "return reading(part(), part())",
+    "two channels of one name": "return reading(part(channels=(channel(), channel())))",
+    "a channel without name": "return reading(part(channels=(channel(name=''),)))",
+    "a part named by a number": "return reading(part(name=3))",
+    "fewer values than times": "return reading(part(channels=(channel(values=TIMES[1:]),)))",
+    "values of float32": "return reading(part(channels=(channel(values=TIMES.astype('f4')),)))",
+    "values in a list": "return reading(part(channels=(channel(values=list(TIMES)),)))",
+    "infinite value": "return reading(part(channels=(channel(values=np.where(TIMES > 0.1, np.inf, 0.0)),)))",
+    "sign 0": "return reading(part(channels=(channel(sign=0),)))",
+    "NaN times": "return reading(part(times=np.where(TIMES > 0.1, np.nan, TIMES)))",
+    "times backwards": "return reading(part(times=TIMES[::-1]))",
+    "equal times": "return reading(part(times=np.zeros(50)))",
+    "no sample": "return reading(part(times=TIMES[:0], channels=()))",
+    "rate of NaN": "return reading(part(rate=float('nan')))",
+    "rate of 0": "return reading(part(rate=0.0))",
+    "start in no time": "return reading(part(start='noon'))",
+    "start without zone": "return reading(part(start='2021-06-05T12:00:00'))",
+    "more rows rejected than read": "return reading(read=5, rejected=6)",
+    "rows of numpy": "return reading(read=np.int64(50))",
+    "a finding of no severity": "findings.add('fatal', 'hop', 'Odd.')\n    return reading()",
+    "a finding without words": "findings.add(FILE, 'hop', None)\n    return reading()",
+}
+
+
+@pytest.mark.parametrize("body", NOT_READ.values(), ids=NOT_READ)
+def test_a_plugin_that_fails_to_read_refuses_its_file_by_name(body: str, install: Install) -> None:
+    code = f"{USUAL}\ndef odd(head, findings):\n    {body}\nFORMAT = Format('hop', 1, recognise, odd)"
+    assert install(hopper=code).faults == ()
+    result = read(HOP)
+    refusing = [finding for finding in result.findings if finding.severity is Severity.FILE]
+    assert "plugin_failed" in {finding.rule for finding in refusing}
+    assert "hopper 1.5" in refusing[0].message
+    assert "\n" not in refusing[0].message
+    assert result.parts == ()
+    assert_others_read_on()
+
+
+def test_a_refusal_of_the_plugins_own_is_kept(install: Install) -> None:
+    code = f"{USUAL}\ndef odd(head, findings):\n    findings.add(FILE, 'hop_cut', 'Cut.')\n    return Reading()\n"
+    install(hopper=f"{code}FORMAT = Format('hop', 1, recognise, odd)")
+    assert [finding.rule for finding in read(HOP).findings] == ["hop_cut"]
