@@ -1,25 +1,32 @@
 """Regular expressions that a person writes into `labbook.toml`: whether they are any, and end in bounded time.
 
-Python's matcher tries ways of matching one after the other. A repeat inside a repeat, as in `(\\d+)*`, or several
-wildcards in a row have more ways than anybody waits for, on a name that does not match.
+Python's matcher tries ways of matching one after the other. A repeat inside a repeat, as in `(\\d+)*`, many optional
+letters or several wildcards in a row have more ways than anybody waits for, on a name that does not match. The ways are
+bounded from above, as a number of bits, by the signs of the pattern alone.
 """
 
 from __future__ import annotations
 
+import math
 import re
 
 MOST_LETTERS = 500
-MOST_WILDCARDS = 3
-"""On a name of 255 letters, each further one multiplies the tries by 255."""
+LONGEST_NAME = 255
+MOST_BITS = 26
+"""Three wildcards in a row, and two choices: seconds on the longest name, where it does not match."""
 
 _SIGN = re.compile(
     r"""\\.|\[\^?\]?(?:\\.|[^\]\\])*\]        # an escaped letter, a set of letters
-    |\(\?[aiLmsux-]*\)                       # flags
-    |\(\?P?<\w+>|\(\?(?:<?[=!]|[aiLmsux-]*:|>)|[()]  # groups
-    |\||[*+?][?+]?|\{\d*,?\d*\}[?+]?|.""",
+    |\(\?[aiLmsu-]*\)                        # flags
+    |\(\?P?<\w+>|\(\?(?:<?[=!]|[aiLmsu-]*:|>)|[()]  # groups
+    |[*+?][?+]?|\{\d*,?\d*\}[?+]?           # repeats
+    |.""",
     re.DOTALL | re.VERBOSE,
 )
-_WILDCARDS = (".", r"\w", r"\W", r"\S", r"\D", "[^")
+_REPEAT = re.compile(r"(?P<sign>[*+?])[?+]?|\{(?P<least>\d*)(?P<comma>,?)(?P<most>\d*)\}[?+]?")
+_VERBOSE = re.compile(r"\(\?[aiLmsu]*x")
+_NO_LETTER = re.compile(r"[|(^)]|\\[AbB0-9]|\(\?")
+_LETTERS = "".join(map(chr, range(256))) + "\u03bb\u0416\u4e2d\u0663"
 
 
 def pattern_fault(pattern: str, in_force: bool) -> str | None:
@@ -37,30 +44,58 @@ def pattern_fault(pattern: str, in_force: bool) -> str | None:
 
 
 def _slow(pattern: str) -> str | None:
+    if _VERBOSE.search(pattern):
+        return f"{pattern!r} has the flag x: write it without, and without blanks between its signs."
     signs = _SIGN.findall(pattern)
-    varies = [False]  # of each open group: whether it can match in several ways
-    wildcards = 0
-    for before, sign, after in zip(["", *signs], signs, [*signs[1:], ""], strict=False):
-        repeated = _repeats(after)
+    ways = [0.0]  # of each open group, in bits
+    for place, sign in enumerate(signs):
+        least, most = _counts(signs, place + 1)
         if sign.startswith("(") and not sign.endswith(")"):
-            varies.append(False)
-        elif sign == ")" and len(varies) > 1:
-            inside = varies.pop()
-            if inside and repeated:
-                return f"{pattern!r} repeats a group that itself repeats or has alternatives: write it without one."
-            varies[-1] |= inside
-        elif sign == "|" or (_repeats(sign) and before) or sign in ("?", "??", "?+"):
-            varies[-1] = True
-        elif repeated and (sign.startswith(_WILDCARDS) or _repeats(before)):
-            wildcards += 1
-    if wildcards > MOST_WILDCARDS:
-        return f"{pattern!r} repeats {wildcards} wildcards, more than {MOST_WILDCARDS}: name the letters between them."
+            ways.append(0.0)
+        elif sign == ")" and len(ways) > 1:
+            inside = ways.pop()
+            ways[-1] += most * inside + math.log2(most - least + 1)
+        elif sign == "|":
+            ways[-1] += 1.0
+        elif most > least and not _ends_in_one_way(signs, place):
+            ways[-1] += math.log2(most - least + 1)
+    if sum(ways) > MOST_BITS:
+        return (
+            f"{pattern!r} can match a name in 2 to the power of {sum(ways):.0f} ways, which takes too long: name the "
+            "letters between its wildcards, and repeat no group that repeats or has alternatives itself."
+        )
     return None
 
 
-def _repeats(sign: str) -> bool:
-    """Whether a sign repeats what is before it without a small bound."""
-    counted = re.match(r"\{(\d*)(,?)(\d*)\}", sign)
-    if counted:
-        return int(counted[3] or (counted[1] if not counted[2] else 0) or 10**6) > 20
-    return sign[:1] in ("*", "+")
+def _counts(signs: list[str], place: int) -> tuple[int, int]:
+    """Return how often at least and at most the repeat at `place` takes what is before it; once where none is there."""
+    found = _REPEAT.fullmatch(signs[place]) if place < len(signs) else None
+    if found is None:
+        return 1, 1
+    if found["sign"]:
+        return int(found["sign"] == "+"), 1 if found["sign"] == "?" else LONGEST_NAME
+    least = int(found["least"] or 0)
+    most = LONGEST_NAME if found["comma"] and not found["most"] else int(found["most"] or least)
+    return min(least, LONGEST_NAME), min(most, LONGEST_NAME)
+
+
+def _ends_in_one_way(signs: list[str], place: int) -> bool:
+    """Whether what follows the repeat of a letter or set shows where it ends: the pattern's end, or another letter."""
+    taken = _letters(signs[place])
+    after = place + 2
+    while after < len(signs) and signs[after] not in ("$", r"\Z"):
+        least, most = _counts(signs, after + 1)
+        if signs[after] == ")" and (least, most) == (1, 1):
+            after += 1
+        elif _NO_LETTER.match(signs[after]) or taken & _letters(signs[after]):
+            return False
+        elif least:
+            return True
+        else:
+            after += 2
+    return True
+
+
+def _letters(sign: str) -> set[str]:
+    """Return what a letter or set matches, whether or not letters of either case are one."""
+    return {letter for flags in (re.DOTALL, re.DOTALL | re.IGNORECASE) for letter in re.findall(sign, _LETTERS, flags)}

@@ -19,6 +19,10 @@ USUAL = [
     r"^\d{4}-\d\d-\d\d_(?P<run>[a-z]+\d+)(?:_part\d)?\.(?:csv|txt)$",
     r"^(?P<run>(?:day\d+_)?r\d+)_.*\.csv$",
     r"(?P<run>\w+)[ (].*",
+    r"^(\d+)_(\d+)_(\d+)_(\d+)_(?P<run>r\d+)",
+    r"(?P<run>[a-z]+_?\d+)(?:log|raw)?.*\.(?:csv|txt|dat)$",
+    r"^\d{8}[-_]\d{6}[-_](?P<run>r\d{3})(?:_[a-z]+)?(?:_v\d)?\.csv(?:\.gz)?$",
+    r"^(?:\w+ )?(?P<run>(?:[a-z]+-)+\d+)",
 ]
 ENDLESS = [
     r"(?P<run>(\d+)*x)",
@@ -30,6 +34,15 @@ ENDLESS = [
     r"(?P<run>((ab)?)*c)",
     r"(?P<run>a*a*a*a*a*b)",
     rf"(?P<run>{'a' * MOST_LETTERS})",
+    r"(?P<run>(a{1,20}){1,20})b",
+    rf"(?P<run>{'a?' * 30}{'a' * 30}b)",
+    rf"(?P<run>{'(a*)' * 8})b",
+    rf"(?P<run>{'(a|a)' * 30})b",
+    r"(?P<run>a)(?:\w{1,20}){15}!",
+    r"(?i)(?P<run>a)([a-z]+A)+!",
+    r"(?P<run>a)(\w+\b\w?)+!",
+    r"(?P<run>(?:a+|b)+)c",
+    r"(?x)(?P<run>a* a* a* a* a* b)",
 ]
 
 
