@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from ingest.findings import FILE, ROW, FindingCollector
 from ingest.model import Declarations
-from ingest.tables.layout import Layout, kind_of
+from ingest.tables.layout import Layout, kind_of, too_wide
 from ingest.tables.preamble import NO_PREAMBLE, Preamble
 from ingest.tables.rows import read_rows
 from ingest.tables.table import Block, Table, Wanted
@@ -46,6 +46,8 @@ def fixed_table(
     whole = [line for line in lines if line.ended and line.content.strip()] or [header.first]
     rows = _usual([split_cells(line.content, header.delimiter) or [b""] for line in whole])
     width, columns = len(rows[0]), len(header.names)
+    if too_wide(width, declared, findings):
+        return None
     if width < columns or any(cell for row in rows for cell in row[columns:]):
         message = (
             f"The header names {columns} columns and the rows have {width} cells: export again so that they agree."

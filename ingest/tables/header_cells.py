@@ -38,6 +38,8 @@ _SAFE_SUFFIXES = {
 _SUFFIX = re.compile(r"(.+?)[_ .]((?:rad|deg|mm|cm|m)_s|[A-Za-zµμ°%]+)")
 _BRACKETS = re.compile(r"(.*?)\s*(\[|\()\s*([^\])]*?)\s*[\])]\s*(.*)")
 _SEPARATED = re.compile(r"(.*\S)\s*(?:/|,|\bin\b)\s*(\S+)")
+_LONGEST_NAME = 200
+"""A longer cell is no name with a unit; to look for brackets in one of 100 kB takes minutes."""
 _CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
@@ -58,6 +60,8 @@ class HeaderCell:
 def parse_header(text: str) -> HeaderCell:
     """Take a header cell apart; the words around a unit in brackets stay part of the name."""
     text = text.strip().strip("\u200e\u200f\ufeff").strip()
+    if len(text) > _LONGEST_NAME:
+        return HeaderCell(text, None)
     brackets = _BRACKETS.fullmatch(text)
     if brackets and (brackets[2] == "[" or is_unit(brackets[3])):
         return HeaderCell(f"{brackets[1]} {brackets[4]}".strip(), normal_unit(brackets[3]))

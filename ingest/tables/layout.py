@@ -72,6 +72,16 @@ class Layout:
         return content.count(self.delimiter) + 1 != self.width or any(byte in b"0123456789" for byte in content)
 
 
+def too_wide(width: int, declared: Declarations, findings: FindingCollector) -> bool:
+    """Report rows of more columns than a file may have; they are not read."""
+    most = declared.limits.most_columns
+    if width <= most:
+        return False
+    message = f"The rows have {width} columns, more than {most} (limit most_columns); "
+    findings.add(FILE, "too_many_columns", message + "export one sample a line, not one a column.")
+    return True
+
+
 def find_layout(source: TextSource, declared: Declarations, findings: FindingCollector) -> Layout | None:
     """Return the layout of the table in `source`, or None, with a finding of severity file, when there is none."""
     head = source.head_lines()
@@ -83,13 +93,7 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
             FILE, "no_data_rows", "No line holds numbers: there is nothing to import; is this the file that was meant?"
         )
         return None
-    if split.width > declared.limits.most_columns:
-        findings.add(
-            FILE,
-            "too_many_columns",
-            f"The rows have {split.width} columns, more than {declared.limits.most_columns} (limit most_columns); "
-            "export one sample a line, not one a column.",
-        )
+    if too_wide(split.width, declared, findings):
         return None
     if declared_above or declared.header_row is not None:
         above_data = declared_header(declared_above, split, declared)

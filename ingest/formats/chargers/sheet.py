@@ -20,6 +20,7 @@ from ingest.formats.format import NAMES, Format, Recognition
 from ingest.formats.head import Head
 from ingest.model import ChargeRow, Declarations, Reading
 from ingest.tables.header_cells import squash
+from ingest.tables.layout import too_wide
 from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, split_cells
 from ingest.text.logical_lines import numbered_lines
 from ingest.timebase.clock import to_utc
@@ -48,6 +49,8 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         message = 'No line names a column of charges: say which one holds them with `--column "NAME=charge:mAh"`, or '
         message += "with `header_row` and `columns` in a [profiles.NAME] table of labbook.toml."
         findings.add(FILE, "charge_column_missing", message)
+        return Reading()
+    if too_wide(len(header.cells), head.declared, findings):
         return Reading()
     note_absent(head.declared, header.names, findings)
     for name in header.ignored:
