@@ -31,11 +31,12 @@ class MappedBytes(mmap.mmap):
     """
 
     folder: Path
-    descriptor: int
+    descriptor: int = -1
     """Of the file, so that less of it can be mapped too."""
 
     def __del__(self) -> None:
-        os.close(self.descriptor)
+        if self.descriptor >= 0:
+            os.close(self.descriptor)
 
     def count(self, part: bytes, start: int = 0, stop: int | None = None) -> int:
         """Count a byte in `self[start:stop]`."""
@@ -122,7 +123,7 @@ def map_and_hash(first: bytes, source: IO[bytes], folder: Path, largest_bytes: i
 def beginning(data: bytes, stop: int) -> bytes:
     """Return `data[:stop]`, mapped where `data` is."""
     found = mapped(data)
-    return data[:stop] if found is None else _map(found.descriptor, found.folder, stop)
+    return data[:stop] if found is None or stop == 0 else _map(found.descriptor, found.folder, stop)
 
 
 def _map(descriptor: int, folder: Path, n_bytes: int) -> bytes:

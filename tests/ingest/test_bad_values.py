@@ -10,6 +10,8 @@ from tests.ingest.synthetic import LOG_HEADER, text
 VALUES = [
     Case("cm labelled m", with_heights(lambda h: f"{100 * h:.4f}"), True, "out_of_range", 0),
     Case("mm labelled m", with_heights(lambda h: f"{1000 * h:.3f}"), True, "out_of_range", 0),
+    Case("mV labelled V", with_heights(lambda h: 16_000 + h, "battery [V]"), True, "out_of_range", 0),
+    Case("mAh labelled Ah", b"run,charge [Ah]\nr001,812\nr002,790\n", True, "out_of_range", 0),
     Case("inches", with_heights(lambda h: f"{h / 0.0254:.5f}", "height [in]"), False, "", 600),
     Case("a mass as a height", with_heights(lambda h: h, "height [kg]"), True, "unit_not_convertible"),
     Case("spike of 1e35", with_cell("2.2e35"), False, "out_of_range", 599),

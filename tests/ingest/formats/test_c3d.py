@@ -180,6 +180,14 @@ def test_what_the_header_says_against_the_parameters_is_refused(at: int, what: s
     assert read(bytes(data)).refused, what
 
 
+@pytest.mark.parametrize(("first", "last"), [(9, 8), (1, 0), (0, 0)], ids=["first after last", "no frame", "zero"])
+def test_frames_that_cannot_be_are_refused(first: int, last: int) -> None:
+    data = bytearray(c3d_bytes(forces(), platform(2)))
+    data[6:10] = struct.pack("<2H", first, last)
+    assert read(bytes(data)).refused
+    assert read(c3d_bytes(forces()[:0], platform(2))).refused
+
+
 def test_no_cut_and_no_flipped_byte_crashes() -> None:
     whole = c3d_bytes(forces(8), platform(4, np.eye(6)))
     assert not read(whole).refused

@@ -10,7 +10,7 @@ from xml.sax.saxutils import escape
 import numpy as np
 import pytest
 
-from ingest.model import ColumnDeclaration, Declarations, Limits, ReadFile
+from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 
 SAMPLE = Path(__file__).parents[4] / "shared" / "samples" / "robot" / "SingleLegTestsExcelCap.xlsx"
@@ -158,10 +158,13 @@ def test_two_cells_far_apart_are_no_memory_bomb(last: str) -> None:
     assert "most_cells" in finding.message
 
 
-def test_limits_of_a_workbook() -> None:
-    data = workbook({"a": LOG})
-    for limits in (Limits(most_cells=100), Limits(most_members=3), Limits(largest_expanded_bytes=1000)):
-        assert [finding.rule for finding in read(data, limits=limits).findings] == ["workbook_refused"]
+@pytest.mark.parametrize("entity", ["<!ENTITY a0 'lol'>", "<!ENTITY a0 SYSTEM 'file:///etc/hostname'>"])
+def test_entities_of_xml_are_never_expanded(entity: str) -> None:
+    tenfold = "".join(f"<!ENTITY a{n} '{f'&a{n - 1};' * 10}'>" for n in range(1, 10))
+    cells = '<c r="A1" t="inlineStr"><is><t>&a9;</t></is></c><c r="B1"><v>1</v></c>'
+    xml = f'<!DOCTYPE x [{entity}{tenfold}]><worksheet xmlns="{MAIN}"><sheetData><row r="1">{cells}</row></sheetData>'
+    result = read(workbook({"a": []}, raw=f'<?xml version="1.0"?>{xml}</worksheet>'))
+    assert [finding.rule for finding in result.findings] == ["workbook_refused"]
 
 
 def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:

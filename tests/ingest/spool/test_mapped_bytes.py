@@ -14,7 +14,7 @@ from ingest.model import Declarations, ReadFile
 from ingest.read import read_file
 from ingest.samples import read_samples, signal_sha256
 from ingest.spool import columns, mapped_bytes
-from ingest.spool.mapped_bytes import map_and_hash, mapped, read_and_hash
+from ingest.spool.mapped_bytes import beginning, map_and_hash, mapped, read_and_hash
 from ingest.store import Store
 from ingest.tables import rows
 from tests.ingest.bad_input import Case
@@ -99,6 +99,27 @@ def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
     with pytest.raises(InputRefused, match="largest_file_bytes"):
         store.read_and_hash(path, 20_000)
     assert sorted(child.name for child in store.root.iterdir()) == ["raw", "signals"]
+
+
+@pytest.mark.parametrize("large", [10**9, 10_000], ids=["in memory", "mapped"])
+def test_a_file_that_grows_or_is_replaced_meanwhile_is_read_as_it_was(
+    large: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mapped_bytes, "LARGE_BYTES", large)
+    data = text(LOG_HEADER, robot_rows(3000))
+    path = tmp_path / "log.csv"
+    path.write_bytes(data)
+    found, sha256 = read_and_hash(path, tmp_path, 10**9)
+    with path.open("ab") as growing:
+        growing.write(data)
+    path.write_bytes(b"other")
+    assert bytes(found) == data
+    assert sha256 == hashlib.sha256(data).hexdigest()
+
+
+def test_the_beginning_of_a_mapping_is_no_more_than_asked_for(tmp_path: Path) -> None:
+    found = map_of(b"a,b\r\nc", tmp_path)
+    assert [bytes(beginning(found, stop)) for stop in (0, 1, 5)] == [b"", b"a", b"a,b\r\n"]
 
 
 def test_what_a_mapping_lacks_of_bytes_works_on_a_copy(tmp_path: Path) -> None:

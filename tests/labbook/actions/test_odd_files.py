@@ -19,6 +19,7 @@ NAMES = [
     "two\nlines.csv",
     "\u202egpj.csv",
     "x" * 251 + ".csv",
+    "log.csv",
     "LOG.CSV",
     "-rf",
     "%s{}",
