@@ -61,8 +61,8 @@ def check_reading(found: Reading, findings: FindingCollector) -> None:
         _check_part(part)
     _check_different([charge.row_number for charge in found.charges], "recharges")
     for charge in found.charges:
-        if charge.charge_mah < 0:
-            raise ValueError(f"recharge {charge.row_number} is negative")
+        if charge.charge_mah < 0 or charge.resolution_mah <= 0 or (charge.duration_s or 1.0) <= 0:
+            raise ValueError(f"recharge {charge.row_number} holds an amount that cannot be")
         _check_instant(charge.ended_utc)
 
 

@@ -106,11 +106,11 @@ def test_the_journal_names_the_plugin_of_a_reading(odd: SmallBook) -> None:
         ('raise BookDamaged("what it calls damaged")', "what it calls damaged"),
         (works(amount="-1.0"), "charge 1"),
         (works(amount="None"), "TypeError"),
-        (works(name="None"), "names of part"),
-        (works(unit="5"), "names of part"),
+        (works(name="None"), "TypeError"),
+        (works(unit="5"), "TypeError"),
         (works(unit=repr("\ud800")), "UnicodeEncodeError"),
-        (works(rows='"three"'), "was read by plug-in labbook-odd 1: Reading it failed (TypeError"),
-        ("return None", "AttributeError"),
+        (works(rows='"three"'), "TypeError"),
+        ("return None", "TypeError"),
     ],
 )
 def test_a_rebuild_does_not_stop_for_a_plugin(odd: SmallBook, install: Install, body: str, said: str) -> None:
