@@ -15,7 +15,14 @@ from data_schema.tables.people import config, person
 from data_schema.tables.signals import channel, gap, signal
 from data_schema.vocabulary import FileState, IngestStatus
 
-ABOUT_RUNS = ("charge_known", "charge_contradicts", "correction_stands", "assignment_stands", "jumps_found_not_made")
+ABOUT_RUNS = (
+    "charge_known",
+    "charge_contradicts",
+    "correction_stands",
+    "assignment_stands",
+    "jumps_found_not_made",
+    "log_day_differs",
+)
 """Rules of findings that only a book can make, because they compare a file with a run."""
 
 

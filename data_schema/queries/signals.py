@@ -80,6 +80,26 @@ def signals_of_runs(
     return [SignalRow(*row[1:9], *(names.get(row[0], ()), *row[9:])) for row in rows]
 
 
+def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, list[str | None]]:
+    """Return the instants at which the logs of runs start, by the uid of the run; None where a log tells none."""
+    found: dict[str, list[str | None]] = {}
+    for some in in_chunks(run_uids):
+        query = (
+            sa.select(run.c.uid, signal.c.start_utc)
+            .select_from(
+                signal.join(run_file, sa.and_(run_file.c.file == signal.c.file, run_file.c.part == signal.c.part)).join(
+                    run, run_file.c.run == run.c.id
+                )
+            )
+            .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))
+            .where(run.c.uid.in_(some), run_file.c.role != str(FileRole.CHARGE))
+            .order_by(signal.c.id)
+        )
+        for uid, start_utc in connection.execute(query):
+            found.setdefault(uid, []).append(start_utc)
+    return found
+
+
 def _channel_names(connection: sa.Connection, signals: Sequence[int] | None) -> dict[int, tuple[str, ...]]:
     query = sa.select(channel.c.signal, channel.c.name).order_by(channel.c.signal, channel.c.position)
     if signals is not None:

@@ -26,6 +26,7 @@ from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, Limits, ReadFile, SignalPart
 from ingest.read import read_file
+from labbook.actions.day_of_run import with_day_of_run
 from labbook.actions.known_files import take_known
 from labbook.actions.rereading import state_refusal, with_findings_of_book
 from labbook.book.desk import Statement, new_uid
@@ -97,14 +98,20 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         return _known(book, path, request, first, sha256, restored)
     options = dict(request.options or {})
     settings = settings_now(book.configuration, options, readable(Path(path.name)))
+    of_run = request.run or stated_run(book, path)
     if request.dry_run:
-        read = read_file(data, settings.declared)
-        if read.refused:
-            return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
         with book.reading() as connection:
-            runs = _runs_meant(connection, request.run or stated_run(book, path), read)
+            read = with_day_of_run(connection, read_file(data, settings.declared), of_run, notes=True)
+            if read.refused:
+                return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
+            runs = _runs_meant(connection, of_run, read)
         return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, None)
-    prepared = read_and_store(book.store, data, sha256, settings)
+
+    def judged(read: ReadFile) -> ReadFile:
+        with book.reading() as connection:
+            return with_day_of_run(connection, read, of_run)
+
+    prepared = read_and_store(book.store, data, sha256, settings, judged=judged)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
     return _stored(book, path, request, prepared, run_uid, options, modified_utc)
 

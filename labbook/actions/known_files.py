@@ -10,6 +10,7 @@ from data_schema.journal import canonical
 from data_schema.queries.imported_files import links_of_file, runs_of_file
 from data_schema.queries.readings import ReadingRow, last_reading, said_last
 from data_schema.vocabulary import Action, IngestStatus
+from labbook.actions.remarks import remark_lines, remarks_on
 from labbook.actions.rereading import Reread, RereadRequest, reread, would_differ
 from labbook.actions.second_charge import refuse_second_of_file
 from labbook.actions.stale import stale_lines
@@ -94,4 +95,5 @@ def _to_run(book: Book, row: ReadingRow, run: str, person: str | None, dry_run: 
         refuse_second_of_file(desk.connection, row.file_uid or "", row.role, meant)
         new = {"run": meant.uid, "role": row.role}
         desk.state(Statement(Action.ASSIGN, "file", row.file_uid or "", new=new))
-    return [f"it belongs to run {run} now."]
+        remarks = remarks_on(desk.connection, book.configuration, [run], ["log"])
+    return [f"it belongs to run {run} now.", *remark_lines(remarks)]

@@ -15,8 +15,10 @@ from data_schema.queries.charges import ChargeOfRun, charges_of_runs
 from data_schema.queries.days import CheckRow, days_with_runs
 from data_schema.queries.plans import PlannedRow, planned_runs
 from data_schema.queries.runs import RunRow, runs_named
+from data_schema.queries.signals import log_starts
 from data_schema.queries.study import StudyRow
 from data_schema.vocabulary import RunKind, RunState
+from labbook.analysis.log_dates import other_day
 from labbook.book.naming import study_of
 from labbook.config.parsing import Configuration
 
@@ -38,12 +40,15 @@ class Remark:
 
 @dataclass(frozen=True, slots=True)
 class Background:
-    """What a run is compared with: the study, protocol and packs, the dates of all runs, and its plan (by run name)."""
+    """What a run is compared with: the study, protocol and packs, the dates of all runs, the instants at which its logs
+    start (by run uid), and its plan (by run name).
+    """
 
     study: StudyRow
     configuration: Configuration
     today: str
     days: Collection[str]
+    starts: Mapping[str, Sequence[str | None]]
     planned: Mapping[str, PlannedRow]
 
 
@@ -69,8 +74,9 @@ def remarks_on(
     study = study_of(connection)
     today = datetime.datetime.now(ZoneInfo(study.time_zone)).date().isoformat()
     planned = {row.run_name: row for row in planned_runs(connection) if row.run_name is not None}
-    background = Background(study, configuration, today, days_with_runs(connection), planned)
     rows = runs_named(connection, runs)
+    starts = log_starts(connection, [row.uid for row in rows])
+    background = Background(study, configuration, today, days_with_runs(connection), starts, planned)
     charges = charges_of_runs(connection, [row.uid for row in rows])
     found = []
     for name, rule in RULES.items():
@@ -161,6 +167,12 @@ def _long_ago(run: RunRow, _charges: Sequence[ChargeOfRun], background: Backgrou
     return f"run {run.name} is of {run.day}, more than a year before the other days, the first of them {min(others)}"
 
 
+def _log_day(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    others = (other_day(start, run.day, background.study.time_zone) for start in background.starts.get(run.uid, ()))
+    first = next((other for other in others if other is not None), None)
+    return None if first is None else first.sentence(run.name)
+
+
 def _jumps(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
     nominal = background.study.jumps_nominal
     if run.kind is not RunKind.JUMPS or run.state is RunState.OPEN or 0 < run.jumps_made <= 2 * nominal:
@@ -209,6 +221,7 @@ RULES: Mapping[str, Rule] = {
     "duration_unusual": Rule(frozenset({"duration_s", "kind"}), _duration),
     "date_in_future": Rule(frozenset({"day"}), _future),
     "date_long_ago": Rule(frozenset({"day"}), _long_ago),
+    "log_day_differs": Rule(frozenset({"day", "log"}), _log_day, alike=False),
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),
     "charge_unusual": Rule(frozenset({"charge_mah", "battery", "run"}), _charge),
     "pack_differs": Rule(frozenset({"battery", "stated_pack", "run"}), _pack),

@@ -19,6 +19,7 @@ from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
+from labbook.actions.day_of_run import with_day_of_run
 from labbook.actions.reading_changes import Gave, changes
 from labbook.book.desk import Desk, DryRun, Statement, new_uid
 from labbook.book.opening import Book
@@ -69,10 +70,15 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     """Read the kept copy of a file under today's labbook.toml and the options given; a refusal changes nothing."""
     data = book.store.raw(raw_path(row.sha256), row.sha256)
     settings = settings_now(book.configuration, request.options, row.name)
+
+    def judged(read: ReadFile) -> ReadFile:
+        with book.reading() as connection:
+            return with_day_of_run(connection, read, row.stated_run, file_uid=row.file_uid)
+
     if request.dry_run:
-        prepared = read_only(data, row.sha256, settings)
+        prepared = read_only(data, row.sha256, settings, judged)
     else:
-        prepared = read_and_store(book.store, data, row.sha256, settings)
+        prepared = read_and_store(book.store, data, row.sha256, settings, judged=judged)
     done = Reread(row.name, row.sha256, prepared.read, prepared)
     try:
         with book.desk(request.person) as desk:

@@ -28,11 +28,14 @@ def assign(
     """
     from labbook.actions.assigning import NO_RUN
     from labbook.actions.assigning import assign as state_assignment
+    from labbook.actions.remarks import remark_lines, remarks_on
     from labbook.actions.stale import stale_lines
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
         said = state_assignment(desk, file, run, why)
         stale = desk.stale
-    lines = [said, *stale_lines(stale)] if stale else [said]
-    emit({"file": file, "run": None if run == NO_RUN else run, "stale": stale}, lines, as_json)
+        remarks = remarks_on(desk.connection, opened_book.configuration, [] if run == NO_RUN else [run], ["log"])
+    lines = [said, *(stale_lines(stale) if stale else []), *remark_lines(remarks)]
+    data = {"file": file, "run": None if run == NO_RUN else run, "stale": stale, "remarks": remarks}
+    emit(data, lines, as_json)

@@ -19,7 +19,7 @@ from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
 
 _MOST_COLUMNS = 8
-_CONTRADICTIONS = ("charge_contradicts",)
+_CONTRADICTIONS = ("charge_contradicts", "log_day_differs")
 """Rules of notes that wait for a person's word."""
 
 

@@ -7,7 +7,7 @@ file are made side by side. Files are on disk and synced before a row speaks of 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -79,13 +79,20 @@ def times_sha256(time_s: FloatArray) -> str:
 
 
 def read_and_store(
-    store: Store, data: bytes, sha256: str, settings: ReadSettings, *, anew: bool = False
+    store: Store,
+    data: bytes,
+    sha256: str,
+    settings: ReadSettings,
+    *,
+    anew: bool = False,
+    judged: Callable[[ReadFile], ReadFile] = lambda read: read,
 ) -> PreparedImport:
     """Read a file and keep its copy and samples; a refused file is read only, nothing is kept.
 
-    `anew` writes samples that are there already once more, because a rebuild must not trust them.
+    `anew` writes samples that are there already once more, because a rebuild must not trust them. `judged` adds what
+    only a book can find.
     """
-    read = read_file(data, settings.declared)
+    read = judged(read_file(data, settings.declared))
     in_force = resolved(settings, read)
     if read.refused:
         return PreparedImport(sha256, len(data), read, in_force, ())
@@ -100,11 +107,13 @@ def read_and_store(
         return PreparedImport(sha256, len(data), read, in_force, stored)
 
 
-def read_only(data: bytes, sha256: str, settings: ReadSettings) -> PreparedImport:
+def read_only(
+    data: bytes, sha256: str, settings: ReadSettings, judged: Callable[[ReadFile], ReadFile] = lambda read: read
+) -> PreparedImport:
     """Read a file as `read_and_store` does, and keep nothing."""
     from ingest.samples import signal_sha256
 
-    read = read_file(data, settings.declared)
+    read = judged(read_file(data, settings.declared))
     parts = tuple(
         StoredPart(
             signal_sha256(part),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from data_schema.errors import BookError, InputRefused, UsageError
@@ -17,6 +17,7 @@ from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, ReadFile
 from labbook.analysis.detecting import jumps_found
+from labbook.analysis.log_dates import day_notes
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.assigning import assign_file, assign_only_charge, link_parts_again
 from labbook.statements.findings import finding_values
@@ -59,7 +60,7 @@ def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
     if run_uid:
         if "settings" not in new:  # an earlier labbook gave a run its file's charge whatever charge it had
             assign_only_charge(scene, file_uid, run_uid, role)
-        imports.add_findings(scene.connection, ingest_key, _jumps_mismatch(scene, run_uid, done))
+        imports.add_findings(scene.connection, ingest_key, _against_run(scene, run_uid, done))
     return mark_stale(
         scene.connection, [changed for uid in dict.fromkeys(touched) for changed in around_run(scene, uid)]
     )
@@ -93,7 +94,7 @@ def apply_read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, 
         touched += _update_charges(scene, ingest_key, before.file_uid, done, new, of_file)
     for run_uid in dict.fromkeys(touched):
         changed += around_run(scene, run_uid)
-        imports.add_findings(scene.connection, ingest_key, _jumps_mismatch(scene, run_uid, done))
+        imports.add_findings(scene.connection, ingest_key, _against_run(scene, run_uid, done))
     return mark_stale(scene.connection, list(dict.fromkeys(changed)))
 
 
@@ -183,14 +184,24 @@ def _role(new: Mapping[str, Any], done: PreparedImport) -> FileRole:
     return FileRole(new["role"]) if "role" in new else _ROLES.get(new["reader"], FileRole.LOG)
 
 
-def _jumps_mismatch(scene: Scene, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:
+def _against_run(scene: Scene, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:
+    """Return what is found of a file by the run that it belongs to: other jumps, another day."""
+    run = read_fact(scene.connection, "run", run_uid, ["name", "kind", "jumps_made", "starts", "day"])
+    links = links_of_file(scene.connection, derived_uid("file", done.sha256))
+    of_run = {link.part for link in links if link.run_uid == run_uid}
+    found = _jumps_mismatch(run, of_run, done)
+    if done.read.role is not FileRole.CHARGE and not done.read.refused:
+        day = read_fact(scene.connection, "day", run["day"], ["date_local"])["date_local"]
+        parts = [part for part in done.read.parts if part.part in of_run]
+        found += day_notes(parts, run["name"], day, done.settings.declared.time_zone)
+    return [finding_values(finding) for finding in found]
+
+
+def _jumps_mismatch(run: Mapping[str, Any], of_run: Collection[str], done: PreparedImport) -> list[Finding]:
     """Jumps made are what a person counted; a log that shows another number is worth a look.
 
     A run that was started again may have more logs to come: fewer jumps in one of them mean nothing yet.
     """
-    run = read_fact(scene.connection, "run", run_uid, ["name", "kind", "jumps_made", "starts"])
-    links = links_of_file(scene.connection, derived_uid("file", done.sha256))
-    of_run = {link.part for link in links if link.run_uid == run_uid}
     found = [
         jumps_found(stored.detection.found.jumps)
         for part, stored in zip(done.read.parts, done.parts, strict=True)
@@ -200,4 +211,4 @@ def _jumps_mismatch(scene: Scene, run_uid: str, done: PreparedImport) -> list[di
     if run["kind"] != RunKind.JUMPS or not found or sum(found) == run["jumps_made"] or more_to_come:
         return []
     message = f"{sum(found)} jumps were found and run {run['name']} says {run['jumps_made']} were made."
-    return [finding_values(Finding(Severity.NOTE, "jumps_found_not_made", message, None, None, str(sum(found)), 1, ()))]
+    return [Finding(Severity.NOTE, "jumps_found_not_made", message, None, None, str(sum(found)), 1, ())]

@@ -22,7 +22,7 @@ from tests.labbook.config.test_parsing import SAMPLE
 
 PROJECT = Path(__file__).parents[2]
 PAGE = (PROJECT / "docs" / "your-own-data.md").read_text(encoding="utf-8")
-RULE = re.compile(r'(?:findings\.add\(\s*FILE,|Unclear\(|rule, advice = \(?)\s*"(\w+)"')
+RULE = re.compile(r'(?:findings\.add\(\s*FILE,|_finding\(Severity\.FILE,|Unclear\(|rule, advice = \(?)\s*"(\w+)"')
 
 
 def blocks(kind: str) -> list[str]:
@@ -86,7 +86,8 @@ def test_every_key_channel_and_column_is_on_the_page() -> None:
 
 
 def test_every_refusal_is_on_the_page_and_exists() -> None:
-    code = "".join(path.read_text(encoding="utf-8") for path in (PROJECT / "ingest").rglob("*.py"))
+    places = [*(PROJECT / "ingest").rglob("*.py"), *(PROJECT / "labbook" / "analysis").rglob("*.py")]
+    code = "".join(path.read_text(encoding="utf-8") for path in places)
     table = PAGE[PAGE.index("| refused as |") : PAGE.index("## The columns of a run sheet")]
     said = set(re.findall(r"`(\w+)`", "\n".join(line.split("|")[1] for line in table.splitlines() if "|" in line)))
     assert set(RULE.findall(code)) - said == set()

@@ -1,0 +1,96 @@
+"""Whether a log begins on the day of its run, and whether day and month were read in the wrong order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import date, datetime, timedelta
+from zoneinfo import ZoneInfo
+
+from data_schema.vocabulary import Severity
+from ingest.model import Finding, SignalPart
+from ingest.timebase.clock_formats import parse_stamp
+
+ABOUT_DAY = "log_day_differs"
+"""The rule of a log that begins on another day than its run."""
+
+_NEAR = timedelta(days=1)
+"""A run may go on after midnight."""
+
+
+@dataclass(frozen=True, slots=True)
+class OtherDay:
+    """The local date at which a log begins and the other one that its run has; `swapped`: day and month explain it."""
+
+    of_log: date
+    of_run: date
+    swapped: bool
+
+    def sentence(self, run: str) -> str:
+        """Say both dates, and what decides between them."""
+        said = f"the log begins on {self.of_log} and run {run} is of {self.of_run}"
+        if self.swapped:
+            said += ", with day and month the other way round (`--dates` says their order)"
+        return (
+            f"{said}: if it is another run's, `labbook assign` it to that; if the run's date is wrong, "
+            f'`labbook correct {run} date={self.of_log} --why "..."`; if the clock was, leave it'
+        )
+
+
+def other_day(start_utc: str | None, run_day: str, zone: str | None) -> OtherDay | None:
+    """Return both dates where a log begins more than a day from its run's; None where it has no date of its own."""
+    if start_utc is None or zone is None:
+        return None
+    of_log = datetime.fromisoformat(start_utc).astimezone(ZoneInfo(zone)).date()
+    of_run = date.fromisoformat(run_day)
+    if abs(of_log - of_run) <= _NEAR:
+        return None
+    turned = _turned(of_log)
+    return OtherDay(of_log, of_run, turned is not None and abs(turned - of_run) <= _NEAR)
+
+
+def day_notes(parts: Iterable[SignalPart], run: str, run_day: str, zone: str | None) -> list[Finding]:
+    """Return what is found of the first part that begins on another day than its run; empty where none does."""
+    for part in parts:
+        other = other_day(part.start_utc, run_day, zone)
+        if other is not None:
+            message = other.sentence(run)
+            return [_finding(Severity.NOTE, ABOUT_DAY, f"{message[0].upper()}{message[1:]}.", str(other.of_log))]
+    return []
+
+
+def swapped_day(parts: Iterable[SignalPart], run: str, run_day: str, zone: str | None) -> list[Finding]:
+    """Return the refusal of the first part whose date `--dates` would make that of its run; empty where none is."""
+    for part in parts:
+        other = other_day(part.start_utc, run_day, zone)
+        order = _other_order(part.start_original or "", other.of_log) if other is not None and other.swapped else None
+        if other is None or order is None:
+            continue
+        message = (
+            f"The log's first date, {part.start_original!r}, is read as {other.of_log}, and run {run} is of "
+            f"{other.of_run}, which it is with day and month the other way round: say `--dates {order}`, or, if the "
+            f'run\'s date is wrong, `labbook correct {run} date={other.of_log} --why "..."` first.'
+        )
+        return [_finding(Severity.FILE, "day_month_swapped", message, part.start_original)]
+    return []
+
+
+def _turned(day: date) -> date | None:
+    """Return a date with day and month exchanged, None where there is no such date."""
+    try:
+        return day.replace(month=day.day, day=day.month)
+    except ValueError:
+        return None
+
+
+def _other_order(text: str, read_as: date) -> str | None:
+    """Return the order of `--dates` that exchanges day and month of a text; None where the year stands first."""
+    stamp = parse_stamp(text)
+    if stamp is None or stamp.date is None or len(stamp.date[0]) == 4:
+        return None
+    month_first = int(stamp.date[0]) == read_as.month
+    return "d/m/y" if month_first else "m/d/y"
+
+
+def _finding(severity: Severity, rule: str, message: str, value: str | None) -> Finding:
+    return Finding(severity, rule, message, None, None, value, 1, ())

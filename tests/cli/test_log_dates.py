@@ -1,0 +1,98 @@
+"""A log's own date is held against the day of its run: r001 of the small book is of 2021-06-14, r009 of 2021-06-16."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import Answer, good, labbook, rows
+from tests.helpers.books import SmallBook, small_book
+
+
+def dated_log(folder: Path, name: str, date: str) -> Path:
+    """A log with a date and a clock time in every row."""
+    path = folder / name
+    body = "".join(f"{date};10:00:{k // 100:02d}.{k % 100:02d};{0.42 + k % 7 / 100:.3f}\n" for k in range(300))
+    path.write_text("date;time;body_height [m]\n" + body)
+    return path
+
+
+def rules_of(answer: Answer) -> list[str]:
+    (item,) = answer.json
+    return [finding["rule"] for finding in item["findings"]]
+
+
+@pytest.fixture
+def early(tmp_path: Path) -> SmallBook:
+    """A book with one run of the sixth of May, which is a day and month in either order."""
+    book = small_book(tmp_path, runs=False, ingested=False)
+    lines = (book.instruments / "runs.csv").read_text().splitlines()
+    sheet = tmp_path / "runs.csv"
+    sheet.write_text("\n".join([lines[0], lines[1].replace("2021-06-14", "2021-05-06")]) + "\n")
+    good(labbook("runs", "import", sheet, "--as", "Ada Nwosu", at=book.folder))
+    return book
+
+
+def test_day_and_month_swapped_are_refused_with_both_readings_and_the_flag(early: SmallBook, tmp_path: Path) -> None:
+    log = dated_log(tmp_path, "r001.csv", "06/05/2021")
+    told = labbook("ingest", log, "--dates", "m/d/y", at=early.folder)
+    assert told.code == 2
+    assert "day_month_swapped" in told.out
+    assert all(part in told.out for part in ("2021-06-05", "2021-05-06", "--dates d/m/y", "r001"))
+    assert rows(early.folder, "SELECT count(*) FROM signal") == [(0,)]
+    assert list((early.folder / "raw").rglob("*.zst")) == []
+    good(labbook("ingest", log, "--dates", "d/m/y", at=early.folder))
+    assert rows(early.folder, "SELECT start_utc FROM signal")[0][0].startswith("2021-05-06")
+
+
+@pytest.mark.parametrize("only", ["--dry-run", "--explain"])
+def test_what_would_be_refused_is_refused_when_tried(only: str, early: SmallBook, tmp_path: Path) -> None:
+    log = dated_log(tmp_path, "r001.csv", "06/05/2021")
+    assert "day_month_swapped" in labbook("ingest", log, "--dates", "m/d/y", only, at=early.folder).out
+
+
+def test_another_reading_with_day_and_month_swapped_leaves_the_one_before(early: SmallBook, tmp_path: Path) -> None:
+    log = dated_log(tmp_path, "r001.csv", "06/05/2021")
+    good(labbook("ingest", log, "--dates", "d/m/y", at=early.folder))
+    assert labbook("ingest", log, "--dates", "m/d/y", at=early.folder).code == 2
+    assert rows(early.folder, "SELECT start_utc FROM signal")[0][0].startswith("2021-05-06")
+
+
+def test_log_of_another_day_is_told_with_both_dates_and_again_by_a_rebuild(stated: SmallBook, tmp_path: Path) -> None:
+    log = dated_log(tmp_path, "r001.csv", "2021-06-17")
+    told = good(labbook("ingest", log, at=stated.folder)).out
+    assert "log_day_differs" in told
+    assert all(part in told for part in ("2021-06-17", "2021-06-14", "labbook correct r001 date=2021-06-17"))
+    kept = "SELECT rule, message FROM finding WHERE rule = 'log_day_differs'"
+    before = rows(stated.folder, kept)
+    good(labbook("rebuild", at=stated.folder))
+    assert rows(stated.folder, kept) == before != []
+
+
+def test_of_many_files_the_one_of_another_day_stands_first(stated: SmallBook, tmp_path: Path) -> None:
+    logs = [dated_log(tmp_path, "r001.csv", "2021-06-14"), dated_log(tmp_path, "r002.csv", "2021-09-14")]
+    told = good(labbook("ingest", *logs, at=stated.folder)).out
+    attention = told[: told.index("the others:")] if "the others:" in told else told
+    assert "log_day_differs" in attention
+    assert told.count("log_day_differs") == 1
+
+
+@pytest.mark.parametrize("date", ["2021-06-13", "2021-06-14", "2021-06-15"])
+def test_a_run_across_midnight_is_of_its_day(date: str, stated: SmallBook, tmp_path: Path) -> None:
+    log = dated_log(tmp_path, "r001.csv", date)
+    assert "log_day_differs" not in rules_of(good(labbook("ingest", log, "--json", at=stated.folder)))
+
+
+def test_a_file_that_waited_is_held_against_its_run_when_the_run_comes(fresh: SmallBook, tmp_path: Path) -> None:
+    good(labbook("ingest", dated_log(tmp_path, "r001.csv", "2021-12-14"), at=fresh.folder))
+    told = good(labbook("runs", "import", fresh.instruments / "runs.csv", at=fresh.folder)).out
+    assert "2021-12-14" in told
+    assert "2021-06-14" in told
+
+
+def test_a_file_given_to_a_run_of_another_day_is_told(stated: SmallBook, tmp_path: Path) -> None:
+    good(labbook("ingest", dated_log(tmp_path, "odd.csv", "2021-12-14"), at=stated.folder))
+    told = good(labbook("assign", "odd.csv", "r001", at=stated.folder)).out
+    assert "2021-12-14" in told
+    assert "2021-06-14" in told
