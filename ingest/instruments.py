@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from data_schema.errors import unknown_name
 from ingest.channels.columns import NO_CONVENTION, Convention
-from ingest.channels.forces import ACTION, Z_DOWN_ACTION
+from ingest.channels.forces import Z_DOWN_ACTION
 
 BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 
@@ -59,7 +59,7 @@ INSTRUMENTS: Mapping[str, Instrument] = {
     "bertec_balance": Instrument(
         "force", Convention("Bertec balance plate", PLATE_UNITS), Z_DOWN_ACTION, None, _DECLARED
     ),
-    "amti": Instrument("force", Convention("AMTI NetForce", PLATE_UNITS), ACTION, evidence=_DECLARED, frame="z down"),
+    "amti": Instrument("force", Convention("AMTI NetForce", PLATE_UNITS), Z_DOWN_ACTION, evidence=_DECLARED),
     "reaction_z_up": Instrument(part="force", evidence=_DECLARED),
     "action_z_down": Instrument("force", Convention("axes z down", {}), Z_DOWN_ACTION, None, _DECLARED),
 }

@@ -46,7 +46,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     columns = turn_axes(plan.columns, stored, instrument.frame, f"{instrument.frame}: {said_by}")
     usable = ~out_of_range(stored, columns, block, findings)
     note_missing(stored, columns, block, findings)
-    columns = orient(columns, stored, instrument.axes, instrument.convention.maker, instrument.frame, findings)
+    columns = orient(columns, stored, instrument.axes, instrument.convention.maker, findings)
     if not instrument.evidence:
         note_assumed_signs(columns, findings)
     columns = check_plates(columns, stored, findings)

@@ -13,6 +13,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from ingest.channels.axes import AXES
 from ingest.channels.checks import LOADED_N
 from ingest.channels.columns import ColumnPlan
 from ingest.channels.synonyms import channel_kind, plate_of
@@ -24,17 +25,16 @@ FARTHEST_COP_M = 2.0
 COP_AGREES = 0.15
 MOST_DRIFT_N = 5.0
 
-Z_DOWN_ACTION: Mapping[str, int] = {
-    "force_x": -1, "force_y": 1, "force_z": 1, "moment_x": -1, "moment_y": 1, "moment_z": 1, "cop_x": 1, "cop_y": -1,
-    "cop_z": -1, "free_moment_x": -1, "free_moment_y": 1, "free_moment_z": 1,
-}  # fmt: skip
-"""From the force on a plate with z down to the reaction on the robot with z up."""
+_KINDS = tuple(f"{quantity}_{axis}" for quantity in ("force", "moment", "free_moment", "cop") for axis in "xyz")
 
-Z_UP_REACTION: Mapping[str, int] = dict.fromkeys(Z_DOWN_ACTION, 1)
+Z_UP_REACTION: Mapping[str, int] = dict.fromkeys(_KINDS, 1)
 """What is stored already: the reaction on the robot with z up."""
 
-ACTION: Mapping[str, int] = {kind: 1 if kind.startswith("cop") else -1 for kind in Z_DOWN_ACTION}
+ACTION: Mapping[str, int] = {kind: 1 if kind.startswith("cop") else -1 for kind in _KINDS}
 """From the force on a plate to the reaction on the robot, the axes as they are."""
+
+Z_DOWN_ACTION: Mapping[str, int] = {kind: sign * AXES["z down"][kind[-1]][1] for kind, sign in ACTION.items()}
+"""From the force on a plate with z down to the reaction on the robot with z up."""
 
 
 def orient(
@@ -42,13 +42,12 @@ def orient(
     stored: dict[int, FloatArray],
     axes: Mapping[str, int],
     maker: str,
-    frame: str,
     findings: FindingCollector,
 ) -> tuple[ColumnPlan, ...]:
     """Return the plans with their final signs, and apply these to `stored` (by position, signs declared applied).
 
-    `axes` are the maker's signs, `frame` is that from which `stored` was turned to z up. A plate whose load comes out
-    negative reports with the opposite sign throughout: it is turned round, which is noted.
+    `axes` are the maker's signs. A plate whose load comes out negative tells its forces with the opposite sign in the
+    same frame, reaction for action or the other way round: all are turned round, which is noted.
     """
     oriented = list(plans)
     for plate in sorted({plate_of(plan.channel) for plan in plans if _is_plate(plan)}):
@@ -57,11 +56,8 @@ def orient(
         signs = axes
         reason = f"axes: {maker}" if axes else ""
         if force is not None and _loaded_median(stored[force.position]) * axes.get("force_z", 1) < -LOADED_N:
-            signs = ACTION
-            reason = "sign: the load was negative, so the file tells the force on the plate with z up"
-            if frame != "z up":
-                signs = {kind: sign * axes.get(kind, 1) for kind, sign in ACTION.items()}
-                reason = f"sign: the load was negative with {frame}, so the sign is the opposite"
+            signs = {kind: sign * axes.get(kind, 1) for kind, sign in ACTION.items()}
+            reason = f"sign: the load was negative, so the sign is the opposite of {maker or 'a reaction'}"
             message = "The load on the plate is negative: all its forces and moments are stored with the opposite sign."
             findings.add(NOTE, "force_sign_flipped", message, column=force.source_name)
         for index in members:

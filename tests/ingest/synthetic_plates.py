@@ -7,11 +7,13 @@ write.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 
 import numpy as np
 
 LOAD_N = 60.0
+POUND_N, INCH_M = 4.4482216152605, 0.0254
 COP_M = (0.1, 0.05)
 SIDEWAYS_N = (6.0, -3.0)
 
@@ -24,7 +26,7 @@ def hops(n: int, rate_hz: float, load_n: float = LOAD_N) -> np.ndarray:
 
 def plate(fz: np.ndarray) -> dict[str, np.ndarray]:
     """Force, moment, centre of pressure and free moment of the stored frame, z up, reaction on the robot."""
-    loaded = (fz > 0).astype(float)
+    loaded = (fz != 0).astype(float)
     cop_x, cop_y = COP_M[0] * loaded, COP_M[1] * loaded
     fx, fy = (side * fz / LOAD_N for side in SIDEWAYS_N)
     return {
@@ -53,9 +55,9 @@ def y_up(stored: dict[str, np.ndarray], quantity: str) -> list[np.ndarray]:
     return [along["x"], along["z"], -along["y"]]
 
 
-def opensim(n: int = 900, rate_hz: float = 300.0) -> bytes:
+def opensim(n: int = 900, rate_hz: float = 300.0, load_n: float = LOAD_N) -> bytes:
     """An OpenSim .mot of two plates: y up, padded columns, force and point of both plates, then both torques."""
-    stored = plate(hops(n, rate_hz))
+    stored = plate(hops(n, rate_hz, load_n))
     forces = y_up(stored, "force") + y_up(stored, "cop")
     names = [f"{foot}_ground_force_{part}{axis}" for foot in ("1", "2") for part in "vp" for axis in "xyz"]
     names += [f"{foot}_ground_torque_{axis}" for foot in ("1", "2") for axis in "xyz"]
@@ -64,9 +66,9 @@ def opensim(n: int = 900, rate_hz: float = 300.0) -> bytes:
     return ("\n".join([*head, "\t".join(["time", *names]), *table(columns, "%16.8f")]) + "\n").encode()
 
 
-def cortex(n: int = 900, rate_hz: float = 450.0, up: str = "y", plates: int = 2) -> bytes:
+def cortex(n: int = 900, rate_hz: float = 450.0, up: str = "y", plates: int = 2, load_n: float = LOAD_N) -> bytes:
     """A Cortex .forces file: seven columns for each plate, points in millimetres, free moments in N mm."""
-    stored = plate(hops(n, rate_hz))
+    stored = plate(hops(n, rate_hz, load_n))
     millimetres = {name: 1000 * values for name, values in stored.items() if name.startswith("cop")} | stored
     millimetres |= {f"cop_{axis}": 1000 * stored[f"cop_{axis}"] for axis in "xyz"}
     if up == "y":
@@ -80,9 +82,11 @@ def cortex(n: int = 900, rate_hz: float = 450.0, up: str = "y", plates: int = 2)
     return ("\r\n".join([*head, "\t".join(["#Sample", *names]), *rows]) + "\r\n").encode()
 
 
-def bioware(n: int = 1200, rate_hz: float = 1000.0, version: str = "5.3.2.9", decimal: str = ".") -> bytes:
+def bioware(
+    n: int = 1200, rate_hz: float = 1000.0, version: str = "5.3.2.9", decimal: str = ".", load_n: float = LOAD_N
+) -> bytes:
     """A BioWare export of two plates: metadata by column, names repeated, a row of units."""
-    stored = plate(hops(n, rate_hz))
+    stored = plate(hops(n, rate_hz, load_n))
     names = ["Fx", "Fy", "Fz", "|Ft|", "Mx", "My", "Mz", "Ax", "Ay"]
     size = np.sqrt(sum(stored[f"force_{axis}"] ** 2 for axis in "xyz"))
     one = [*(stored[f"force_{axis}"] for axis in "xyz"), size, *(stored[f"moment_{axis}"] for axis in "xyz")]
@@ -104,9 +108,11 @@ def bioware(n: int = 1200, rate_hz: float = 1000.0, version: str = "5.3.2.9", de
     return "\r\n".join([*head, *(row.replace(".", decimal) for row in rows), ""]).encode()
 
 
-def vicon(n: int = 1000, rate_hz: float = 1000.0, per_frame: int = 10, padded: bool = True) -> bytes:
+def vicon(
+    n: int = 1000, rate_hz: float = 1000.0, per_frame: int = 10, padded: bool = True, load_n: float = LOAD_N
+) -> bytes:
     """A Nexus export: two plates under Devices, two markers under Trajectories, perhaps padded with commas."""
-    stored = plate(hops(n, rate_hz))
+    stored = plate(hops(n, rate_hz, load_n))
     blank, frames = "", np.arange(n) // per_frame + 1
     devices, columns, units, data = [], [], [], [frames, np.arange(n) % per_frame]
     for number in ("#1", "#2"):
@@ -190,3 +196,32 @@ def amti(n: int = 300, rate_hz: float = 100.0, plates: int = 2, header: bool = T
     head = ["Nazwa profilu: hop", "Nazwa protokołu: hop", f"Częstotliwość akwizycji: {rate_hz:.2f}".replace(".", ",")]
     lines = [*([*head, "Zoffset: 0,170202"] if header else []), *table(data, "%.6f", " , "), ""]
     return "\r\n".join(lines).encode("cp1250")
+
+
+def on_plate(stored: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """What a plate with z down that tells the force on itself measures of what is stored."""
+    turned = {"x": 1, "y": -1, "z": -1}
+    return {name: turned[name[-1]] * (1 if name.startswith("cop") else -1) * column for name, column in stored.items()}
+
+
+def bertec(n: int = 2000, load_n: float = LOAD_N) -> bytes:
+    """A Bertec Acquire export of one plate: force on the plate with z down, metres."""
+    told = on_plate(plate(hops(n, 1000.0, load_n)))
+    names = [f"{quantity}_{axis}" for quantity in ("force", "moment") for axis in "xyz"] + ["cop_x", "cop_y"]
+    head = ["Seq", "Timestamp", "Sync", "Aux", "Fx", "Fy", "Fz", "Mx", "My", "Mz", "COPx", "COPy"]
+    columns = [np.arange(n), np.arange(n), np.zeros(n), np.zeros(n), *(told[name] for name in names)]
+    return "\r\n".join([",".join(head), *table(columns, "%.4f", ","), ""]).encode()
+
+
+def bsf(stored: dict[str, np.ndarray], rate_hz: int) -> bytes:
+    """A NetForce binary file of one plate: pounds and inches, the force on the plate with z down."""
+    told, n = on_plate(stored), len(stored["force_z"])
+    header, own = bytearray(4 + 968), bytearray(948)
+    struct.pack_into("<iii", header, 0, 105, 968, 1)
+    struct.pack_into("<d", header, 164, n / rate_hz)
+    struct.pack_into("<i", header, 212, rate_hz)
+    struct.pack_into("<i", own, 0, 948)
+    struct.pack_into("<i", own, 32, 6)
+    forces = [told[f"force_{axis}"] / POUND_N for axis in "xyz"]
+    moments = [told[f"moment_{axis}"] / POUND_N / INCH_M for axis in "xyz"]
+    return bytes(header + own) + np.column_stack([*forces, *moments]).astype("<f8").tobytes()

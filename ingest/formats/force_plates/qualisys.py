@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ingest.channels.columns import Convention
-from ingest.channels.forces import ACTION, Z_UP_REACTION
+from ingest.channels.forces import Z_DOWN_ACTION, Z_UP_REACTION
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.force_plates.maker_header import number, positive, read_fixed, refuse_layout
 from ingest.formats.format import SIGNATURE, Format, Recognition
@@ -69,7 +69,8 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         preamble=Preamble(rate, _start(entries.get("TIME_STAMP"))),
     )
     frame = head.declared.axes or _frame(entries, findings)
-    instrument = dataclasses.replace(_QUALISYS, frame=frame, axes=ACTION if frame == "z down" else Z_UP_REACTION)
+    own = {"axes": Z_DOWN_ACTION} if frame == "z down" else {"frame": frame}
+    instrument = dataclasses.replace(_QUALISYS, **own)
     return read_fixed(source, header, head.declared, findings, instrument, samples)
 
 
