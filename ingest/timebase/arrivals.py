@@ -1,7 +1,8 @@
 """Stamps in bursts: they tell when packets arrived, ten samples at once, and not when samples were taken.
 
 Between one burst and the next passes the time of the samples in it, so the rate is samples over time and the axis even.
-Samples that were lost are seen from bursts that bring too few for the time that passed.
+Samples that were lost are seen from bursts that bring too few for the time that passed, and that no later ones make up
+for: a burst that comes late, and the few after it that come the sooner, have lost nothing.
 """
 
 from __future__ import annotations
@@ -23,6 +24,8 @@ _FEWEST_BURSTS = 10
 _REGULAR, _REGULAR_SHARE = 0.35, 0.7
 _CONTINUOUS = 5.0
 _LONGEST_STEP_S = 3600.0
+_MAKES_UP = 50
+"""Bursts within which a delay is made up for; later ones would take the drift of a clock for it."""
 _MOST_ROWS = 1 << 20
 """A long recording that does not begin in bursts has none."""
 
@@ -90,19 +93,20 @@ def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray, numbe
     at which bursts start, `numbers` the instrument's own numbers of the samples, where it has them.
     """
     counts = (ordinals if numbers is None else numbers).copy()
-    brought = np.diff(counts[starts])
-    passed = np.diff(seconds[starts])
-    period = float(np.median(passed / brought))
-    late = passed - brought * period
-    scatter = 1.4826 * float(np.median(np.abs(late - np.median(late))))
-    # A burst that is late and made up for by the next one has lost nothing.
-    following = np.append(late[1:], 0.0)
-    lost = (late > max(0.75 * period, 5 * scatter)) & (following > -0.5 * late)
-    missing = np.where(lost, np.rint(late / period), 0).astype(np.int64)
-    paused = late > max(PAUSE_S, PAUSE_PERIODS * period)
-    recorded = float(passed[~paused].sum())
+    last_of_burst = np.append(starts[1:], len(counts)) - 1
+    # How much of the last burst the file holds says nothing: neither its size nor when it came is judged.
+    brought = np.diff(counts[last_of_burst])[:-1]
+    passed = np.diff(seconds[starts])[:-1]
+    period, tolerated = _period(passed, brought)
+    lateness = np.concatenate([[0.0], np.cumsum(passed - brought * period)])
+    lasting = _lowest_from_here(lateness)
+    for_good = np.diff(lasting)
+    missing = np.where(for_good > tolerated, np.rint(for_good / period), 0).astype(np.int64)
+    paused = for_good > max(PAUSE_S, PAUSE_PERIODS * period)
+    passing = lateness - lasting
+    recorded = float(passed[~paused].sum()) + float(passing[0] - passing[-1])
     rate = float((brought + missing)[~paused].sum()) / recorded if recorded > 0 else 1 / period
-    for start, number in zip(starts[1:][missing > 0].tolist(), missing[missing > 0].tolist(), strict=True):
+    for start, number in zip(starts[1:-1][missing > 0].tolist(), missing[missing > 0].tolist(), strict=True):
         counts[start:] += number
     even = from_rate(counts, ordinals, rate)
     longest = max(PAUSE_S, PAUSE_PERIODS / rate)
@@ -111,3 +115,18 @@ def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray, numbe
         for gap in even.gaps
     )
     return dataclasses.replace(even, gaps=gaps)
+
+
+def _period(passed: FloatArray, brought: IntArray) -> tuple[float, float]:
+    """Return the time of one sample, the mean over bursts that came in time, and how late these are at most, in s."""
+    usual = float(np.median(passed / brought))
+    late = passed - brought * usual
+    tolerated = max(0.75 * usual, 5 * 1.4826 * float(np.median(np.abs(late - np.median(late)))))
+    in_time = np.abs(late) <= tolerated
+    return float(passed[in_time].sum() / brought[in_time].sum()) if in_time.any() else usual, tolerated
+
+
+def _lowest_from_here(lateness: FloatArray) -> FloatArray:
+    """Return the least lateness of each burst and those after it, shape (n,): what was not made up for."""
+    following = np.concatenate([lateness, np.full(_MAKES_UP - 1, np.inf)])
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(following, _MAKES_UP).min(axis=1), dtype=np.float64)

@@ -320,6 +320,42 @@ def test_samples_that_never_came_are_still_missing_among_bursts(lost: tuple[int,
     assert gap.start_s == pytest.approx(lost[0] / 100, abs=0.1)
 
 
+def bursts_at(late_ms: dict[int, float], lost: tuple[int, int] = (0, 0), bursts: int = 160) -> bytes:
+    """A log at 100 Hz of ten samples at once, of which burst k comes `late_ms[k]` late; samples `lost` never came."""
+    noise = np.random.default_rng(7)
+    rows = []
+    for k in range(10 * bursts):
+        height = 0.4 + 0.05 * np.sin(k / 15) + noise.normal(0, 1e-3)
+        if not lost[0] <= k < lost[1]:
+            rows.append(f"{100 * (k // 10) + late_ms.get(k // 10, 0):g},{height:.5f}")
+    return text("time [ms],height [m]", rows)
+
+
+@pytest.mark.parametrize(
+    "late_ms",
+    [{159: 60}, {159: 400}, {40: 60}, {40: 300, 41: 225, 42: 150, 43: 75}, {40: 80, 41: 80, 42: 80}, {0: 60}],
+    ids=["the last", "the last, very", "one", "made up over several", "three", "the first"],
+)
+def test_a_burst_that_came_late_was_lost_samples(late_ms: dict[int, float]) -> None:
+    """A late last burst, and a delay that several bursts made up for, counted as samples that never came."""
+    (part,) = read(bursts_at(late_ms)).parts
+    assert part.gaps == ()
+    assert part.rate_hz == pytest.approx(100.0, rel=1e-3)
+    assert part.time_s[-1] == pytest.approx(15.99, rel=1e-3)
+
+
+@pytest.mark.parametrize("late_ms", [{}, {48: 60}, {50: 300, 51: 225, 52: 150, 53: 75}, {159: 400}])
+@pytest.mark.parametrize("lost", [(500, 510), (503, 506), (500, 540), (1560, 1570)])
+def test_what_never_came_is_missing_beside_bursts_that_came_late(
+    lost: tuple[int, int], late_ms: dict[int, float]
+) -> None:
+    (part,) = read(bursts_at(late_ms, lost)).parts
+    (gap,) = part.gaps
+    assert gap.samples_missing == lost[1] - lost[0]
+    assert gap.start_s == pytest.approx(lost[0] / 100, abs=0.1)
+    assert part.time_s[-1] == pytest.approx(15.99, rel=1e-3)
+
+
 def test_a_logger_that_records_now_and_then_has_real_holes() -> None:
     """Ten samples in 10 ms of every 100 ms, the height far on after each hole."""
     rows = [f"{k},{0.4 + 0.1 * np.sin(k / 30):.5f}" for k in range(16_000) if k % 100 < 10]
