@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -67,6 +68,16 @@ class FindingCollector:
             self.add(
                 severity, rule, entry.message, column=column, lines=entry.lines, count=entry.count, value=entry.value
             )
+
+    def count(self, rule: str) -> int:
+        """Return how often a rule was reported."""
+        return sum(entry.count for (_, known, _), entry in self._entries.items() if known == rule)
+
+    def refuse_for(self, rule: str, message: str) -> None:
+        """Let all that was reported under a rule refuse the file, with another message."""
+        for key in [key for key in self._entries if key[1] == rule]:
+            entry = self._entries.pop(key)
+            self._entries[FILE, rule, key[2]] = dataclasses.replace(entry, message=message)
 
     def __contains__(self, rule: str) -> bool:
         return any(known == rule for _, known, _ in self._entries)

@@ -12,6 +12,7 @@ from ingest.formats.format import UNKNOWN, Format, Recognition
 from ingest.formats.head import Head, sniff
 from ingest.model import Declarations, ReadFile, Reading
 from ingest.tables.second_header import SecondHeader
+from ingest.text.cells import GROUPED
 
 MOST_REJECTED = 0.01
 """A file of which a larger share of rows is rejected is refused."""
@@ -115,9 +116,15 @@ def _judge_rows(reading: Reading, findings: FindingCollector) -> None:
     if not reading.rows_read:
         if not findings.refuse:
             findings.add(FILE, "no_rows_kept", "The file holds no row of data.")
+    elif reading.rows_rejected <= MOST_REJECTED * reading.rows_read:
+        return
+    elif 2 * findings.count(GROUPED.rule) > reading.rows_rejected:
+        message = "Numbers hold thousands separators, and may be misread by 1000: export without them."
+        findings.refuse_for(GROUPED.rule, message)
     elif reading.rows_rejected == reading.rows_read:
-        findings.add(FILE, "no_rows_kept", f"None of the {reading.rows_read} rows could be read.")
-    elif reading.rows_rejected > MOST_REJECTED * reading.rows_read:
+        if not findings.refuse:
+            findings.add(FILE, "no_rows_kept", f"None of the {reading.rows_read} rows could be read.")
+    else:
         share = 100 * reading.rows_rejected / reading.rows_read
         findings.add(
             FILE,

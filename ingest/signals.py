@@ -23,6 +23,7 @@ from ingest.profiles import with_profile_for_names
 from ingest.spool.columns import by_blocks, take
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, recordings
+from ingest.timebase.clock_column import split_clocks
 from ingest.timebase.trials import trial_position, trials
 
 
@@ -34,7 +35,9 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         instrument = _declared_instrument(declared.instrument, instrument)
     plan = plan_columns(table, declared, findings, instrument.convention)
     trial_column = trial_position(declared.trials, table, findings)
-    block = table.read_rows(_wanted(plan, trial_column))
+    no_time = plan.time is None and declared.rate_hz is None and table.preamble.rate_hz is None
+    clocks = [position for position, kind in enumerate(table.kinds) if kind is CellKind.CLOCK] if no_time else []
+    block = table.read_rows(_wanted(plan, trial_column, clocks))
     if not block.n_rows or not plan.columns:
         findings.tables.append(table_use(table, plan, plan.columns, declared, instrument, trial_column))
         role = _role(plan.columns)
@@ -52,7 +55,8 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     columns = check_plates(columns, stored, findings)
     check_robot(columns, stored, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
-    sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz)
+    clock_columns = split_clocks({table.names[position]: block.clocks[position] for position in clocks})
+    sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, clock_columns)
     parts: list[SignalPart] = []
     kept = 0
     for trial, rows in trials(block, trial_column, findings):
@@ -79,7 +83,7 @@ def _role(columns: Sequence[ColumnPlan]) -> FileRole:
     return FileRole.FORCE if any(column.channel == "force_z" for column in columns) else FileRole.LOG
 
 
-def _wanted(plan: Plan, trial_column: int | None) -> list[Wanted]:
+def _wanted(plan: Plan, trial_column: int | None, clocks: Sequence[int]) -> list[Wanted]:
     # Only time stamps need all digits of a long integer; a channel is stored as float64 anyway.
     wanted = [
         Wanted(column.position, column.source_name, CellKind.NUMBER, is_cop(column.channel)) for column in plan.columns
@@ -90,6 +94,8 @@ def _wanted(plan: Plan, trial_column: int | None) -> list[Wanted]:
             wanted.append(Wanted(plan.time.date_position, "date", CellKind.CLOCK))
     if trial_column is not None and all(column.position != trial_column for column in wanted):
         wanted.append(Wanted(trial_column, "trial", CellKind.CLOCK))
+    known = {column.position for column in wanted}
+    wanted += [Wanted(position, "clock", CellKind.CLOCK) for position in clocks if position not in known]
     return sorted(wanted, key=lambda column: column.position)
 
 

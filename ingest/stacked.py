@@ -12,6 +12,7 @@ from ingest.several import NamedTable, read_several
 from ingest.signals import read_signals
 from ingest.tables.second_header import SecondHeader
 from ingest.tables.text_table import text_table
+from ingest.text.delimiters import best_split
 from ingest.text.source import TextSource
 
 MOST_TABLES = 20
@@ -29,9 +30,11 @@ def read_stacked(
             table = text_table(source, declared, found)
             reading = Reading() if table is None else read_signals(table, declared, found, instrument)
         except SecondHeader as another:
-            sections.append(dataclasses.replace(source, data=source.data[: another.offset]))
+            section = dataclasses.replace(source, data=source.data[: another.offset])
             source = dataclasses.replace(source, start=another.offset, first_line=another.line)
-            header_lines.append(another.header_line)
+            if best_split(section.head_lines(), section.sample_lines(0.5)) is not None:  # else it is a title
+                sections.append(section)
+                header_lines.append(another.header_line)
             continue
         if not sections:
             findings.take_over(found)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.declared import declared_columns, positions_of
-from ingest.channels.factors import factor, refuse_other_unit
+from ingest.channels.factors import factor, refuse_other_unit, refuse_two_units
 from ingest.channels.synonyms import TIME_NAMES, UNIT_OF_NAME, channel_kind, channel_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import ColumnDeclaration, Declarations
@@ -123,8 +123,11 @@ def _column(
     base, unit = cell.base, cell.unit
     if cell.suffix_base is not None and _is_known(cell.suffix_base) and not _is_known(base):
         base, unit = cell.suffix_base, cell.suffix_unit
-    row_unit = table.units[position]
-    unit = unit or (normal_unit(row_unit) if row_unit else None) or UNIT_OF_NAME.get(squash(base))
+    row_unit = normal_unit(table.units[position] or "")
+    decided = declared.override_units and said is not None and said.unit is not None
+    if not decided:
+        refuse_two_units(name, unit, row_unit, findings)
+    unit = unit or row_unit or UNIT_OF_NAME.get(squash(base))
     own = table.channels[position] if table.channels else None
     channel = own or (TIME if squash(base) in TIME_NAMES else channel_of(base))
     sign = 1
@@ -220,12 +223,9 @@ def _with_date(
 
 def _channel_plan(column: _Column, convention: Convention, findings: FindingCollector) -> ColumnPlan | None:
     if column.kind in (CellKind.TEXT, CellKind.CLOCK):
-        findings.add(
-            NOTE,
-            "text_column",
-            "The column holds text, not numbers: it stays in the raw copy only.",
-            column=column.name,
-        )
+        what = "text, not numbers" if column.kind is CellKind.TEXT else "dates or times"
+        message = f"The column holds {what}: it stays in the raw copy only."
+        findings.add(NOTE, "text_column", message, column=column.name)
         return None
     if column.kind is CellKind.EMPTY:
         findings.add(NOTE, "empty_column", "The column is empty: it is left out.", column=column.name)

@@ -60,3 +60,16 @@ def refuse_other_unit(
             column=column,
             value=own,
         )
+
+
+def refuse_two_units(column: str, name: str | None, below: str | None, findings: FindingCollector) -> None:
+    """Refuse a column whose name says one unit and the row of units, or the cells, below it another."""
+    if name and below and is_unit(name) and is_unit(below) and not same_unit(name, below):
+        findings.add(
+            FILE,
+            "unit_contradicts",
+            f"The header of column {column!r} says {name} and below it stands {below}: correct the file, or say which "
+            f'holds with `--column "{column}=CHANNEL:{below}" --override-units`.',
+            column=column,
+            value=below,
+        )

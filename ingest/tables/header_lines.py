@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from ingest.channels.synonyms import TIME_NAMES, channel_of
 from ingest.findings import FILE, FindingCollector
 from ingest.model import Declarations
-from ingest.tables.header_cells import is_unit
-from ingest.text.cells import COMMENT_STARTS, is_number
+from ingest.tables.header_cells import is_unit, parse_header, squash, strip_comment
+from ingest.text.cells import COMMENT_STARTS, is_clock, is_number
 from ingest.text.delimiters import Row, Split, row_of
 from ingest.text.source import Line
+
+_UNIT_ALONE = re.compile(rb"[\[(][^\])]*[\])]")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +35,9 @@ def find_header(split: Split) -> HeaderLines:
     """
     above: list[Row] = []
     for row in split.head:
-        if row.data_like and len(row.cells) == split.width:
+        if _is_row(row, split):
             break
-        row = _without_doubled(row, split)
+        row = _whole_row(row, split)
         if _fits(row, split) and any(row.cells) and not any(is_number(cell, comma=True) for cell in row.cells):
             above.append(row)
     if not above:
@@ -45,8 +49,34 @@ def find_header(split: Split) -> HeaderLines:
     return HeaderLines(names, units, _has_trailing(split, names))
 
 
-def _without_doubled(row: Row, split: Split) -> Row:
-    """Return a line with doubled delimiters, which align names by eye, as one of as many cells as the rows have."""
+def with_units_joined(cells: list[bytes], width: int) -> list[bytes]:
+    """Return the cells of a header between blanks, `time [s] height [m]`, with each unit in the cell of its name.
+
+    Where that does not make `width` cells, a name is all that stands before its unit: `body height [m]`.
+    """
+    if len(cells) <= width or not any(map(_UNIT_ALONE.fullmatch, cells)):
+        return cells
+    pairs: list[bytes] = []
+    names: list[list[bytes]] = [[]]
+    for cell in cells:
+        unit = _UNIT_ALONE.fullmatch(cell) is not None
+        if unit and pairs:
+            pairs[-1] += b" " + cell
+        else:
+            pairs.append(cell)
+        names[-1].append(cell)
+        if unit:
+            names.append([])
+    whole = [b" ".join(name) for name in names if name]
+    return next((joined for joined in (pairs, whole) if len(joined) == width), cells)
+
+
+def _whole_row(row: Row, split: Split) -> Row:
+    """Return a line above the data as one of as many cells as the rows have, where blanks or doubled delimiters, which
+    align names by eye, part it into more.
+    """
+    if split.delimiter == b" ":
+        return dataclasses.replace(row, cells=with_units_joined(row.cells, split.width))
     filled = [cell for cell in row.cells if cell]
     doubled = len(filled) == split.width < len(row.cells) and row.cells[0] and row.cells[-1]
     return dataclasses.replace(row, cells=filled) if doubled else row
@@ -54,7 +84,7 @@ def _without_doubled(row: Row, split: Split) -> Row:
 
 def declared_header(above: Sequence[Line], split: Split, declared: Declarations) -> HeaderLines:
     """Return names and units from the lines that are declared to stand above the data."""
-    rows = [_without_doubled(row_of(line, split.delimiter), split) for line in above]
+    rows = [_whole_row(row_of(line, split.delimiter), split) for line in above]
     by_number = {row.line.number: row for row in rows}
     names = by_number.get(declared.header_row or 0)
     units = by_number.get(declared.units_row or 0)
@@ -65,9 +95,27 @@ def declared_header(above: Sequence[Line], split: Split, declared: Declarations)
     return HeaderLines(names, units, _has_trailing(split, names))
 
 
-def _looks_like_names(row: Row) -> tuple[int, bool, bool]:
+def _looks_like_names(row: Row) -> tuple[int, int, bool, bool]:
     comment = row.line.content.startswith(COMMENT_STARTS)
-    return len(set(row.cells)), not comment, not _is_units_row(row.cells)
+    texts = [cell.decode("latin-1") for cell in row.cells if cell]
+    return len(set(texts)), sum(map(_is_name, texts)), not comment, not _is_units_row(row.cells)
+
+
+def _is_name(text: str) -> bool:
+    """Whether a cell is a name with a unit, or one that is known."""
+    cell = parse_header(strip_comment(text))
+    known = squash(cell.base) in TIME_NAMES or channel_of(cell.base) is not None
+    return bool(cell.base) and (cell.unit is not None or known)
+
+
+def _is_row(row: Row, split: Split) -> bool:
+    return row.data_like and len(row.cells) == split.width
+
+
+def _has_names(row: Row) -> bool:
+    """Whether a line holds words and no number or time."""
+    filled = [cell for cell in row.cells if cell]
+    return len(filled) > 1 and not any(is_number(cell, comma=True) or is_clock(cell) for cell in filled)
 
 
 def _fits(row: Row, split: Split) -> bool:
@@ -89,30 +137,44 @@ def _has_trailing(split: Split, names: Row | None) -> bool:
 
 
 def report_other_width(header: Row, width: int, findings: FindingCollector) -> None:
-    """Report that the line declared as header has more or fewer cells than the rows."""
-    message = f"Line {header.line.number}, declared as the header, has {len(header.cells)} cells and the rows have "
-    message += (
-        f"{width}: correct `header_row` or `delimiter`, or say `header_row = 0` and name columns by their number."
+    """Report that the line that names the columns has more or fewer cells than the rows."""
+    message = (
+        f"The header in line {header.line.number} has {len(header.cells)} cells and the rows have {width}: correct "
+        "`header_row` or `delimiter` in a [profiles.NAME] table of labbook.toml, or say `header_row = 0` there and "
+        "name the columns by their number, for example `--column 1=time:s`."
     )
     findings.add(FILE, "header_mismatch", message, lines=[header.line.number])
 
 
 def report_no_header(split: Split, findings: FindingCollector) -> None:
     """Report why no line names the columns: there is none, or it has another number of cells than the rows."""
-    first_data = next((row.line.start for row in split.head if row.data_like), 0)
-    above = (row for row in split.head if row.line.start < first_data)
-    named = [row for row in above if len(row.cells) > 1 and row.share == 0.0]
+    first_data = next((row.line.start for row in split.head if _is_row(row, split)), 0)
+    named = [row for row in split.head if row.line.start < first_data and len(row.cells) > 1 and _has_names(row)]
     if not named:
-        message = "The columns have no names: name each by its number, for example `--column 1=force_z:N`."
-        findings.add(FILE, "header_missing", message)
+        message = "The columns have no names: name each by its number, for example `--column 1=force_z:N`"
+        below = next((row for row in split.head if len(row.cells) == split.width > 1 and _has_names(row)), None)
+        if below is not None:
+            message += (
+                f", or, if line {below.line.number} names them, say `header_row = {below.line.number}` in a "
+                "[profiles.NAME] table of labbook.toml"
+            )
+        findings.add(FILE, "header_missing", f"{message}.")
         return
-    names, width = len(named[-1].cells), split.width
-    counted = f"The header names {names} columns and the rows have {width} cells: "
-    if split.delimiter == b"," and names < width <= 2 * names:
+    header, width = named[-1], split.width
+    blank_end = header.cells[-1:] == [b""] and all(not row.cells[-1] for row in split.rows)
+    names, numbers = len(header.cells) - blank_end, width - blank_end
+    if split.delimiter != b"," or not names < numbers <= 2 * names:
+        report_other_width(header, width, findings)
+        return
+    counted = f"The header names {names} columns and the rows have {numbers} cells: a comma stands between cells and "
+    if any(b"." in cell and is_number(cell, comma=False) for row in split.rows for cell in row.cells):
+        rule, advice = "thousands_separator", "between thousands; export without thousands separators."
+    elif numbers == 2 * names:
+        rule = "decimal_comma_unquoted"
+        advice = "in each number; say so with `--decimal , --delimiter ,`, or export with semicolons between cells."
+    else:
         rule, advice = (
             "decimal_comma_unquoted",
-            "a decimal comma is also the separator; export with semicolons between cells.",
+            "in some numbers, and which cannot be told; export with semicolons between cells.",
         )
-    else:
-        rule, advice = "header_mismatch", "export again so that they agree."
-    findings.add(FILE, rule, counted + advice, lines=[named[-1].line.number])
+    findings.add(FILE, rule, counted + advice, lines=[header.line.number])

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
+from ingest.tables.header_lines import with_units_joined
 from ingest.tables.layout import Layout
 from ingest.tables.second_header import is_header, second_header
 from ingest.tables.table import Block, CellKind, Column, Wanted
@@ -176,6 +177,8 @@ def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
     if cells is None:
         reader.reject("quote_unbalanced", "A quote is not closed; the row is left out.", line, content)
         return 1
+    if layout.delimiter == b" ":
+        cells = with_units_joined(cells, layout.width)
     whole = len(cells) == layout.width
     if len(cells) == layout.width + 1 and not cells[-1]:
         cells.pop()

@@ -7,11 +7,13 @@ from collections.abc import Sequence
 
 from ingest.findings import FindingCollector
 from ingest.model import Declarations
+from ingest.tables.cell_units import without_cell_units
 from ingest.tables.layout import find_layout
 from ingest.tables.preamble import read_preamble
 from ingest.tables.rows import read_rows
 from ingest.tables.second_header import check_above
 from ingest.tables.table import Block, Table, Wanted
+from ingest.text.comma_pairs import BETWEEN, with_pairs_joined
 from ingest.text.source import TextSource, refuse_long_line
 
 
@@ -22,7 +24,14 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
     """
     if source.first_line > 1:  # the lines declared are those of the first table in the text
         declared = dataclasses.replace(declared, header_row=None, units_row=None, first_row=None)
-    layout = None if refuse_long_line(source, findings) else find_layout(source, declared, findings)
+    if refuse_long_line(source, findings):
+        return None
+    pairs = with_pairs_joined(source, declared)
+    if pairs is not None:
+        source, declared = pairs, dataclasses.replace(declared, delimiter=BETWEEN)
+    sign = None if declared.delimiter is None else declared.delimiter.encode("latin-1")
+    source, cell_units = without_cell_units(source, sign, findings)
+    layout = find_layout(source, declared, findings)
     if layout is None:
         return None
     check_above(source, layout)
@@ -31,4 +40,6 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
         return read_rows(source, layout, wanted, findings)
 
     preamble = read_preamble((*source.comments, *layout.preamble))
-    return Table(layout.names, layout.units, layout.kinds, preamble, rows, text=layout.shape)
+    units = tuple(cell_units.get(position) or unit for position, unit in enumerate(layout.units))
+    shape = layout.shape if pairs is None else dataclasses.replace(layout.shape, delimiter=",")
+    return Table(layout.names, units, layout.kinds, preamble, rows, text=shape)

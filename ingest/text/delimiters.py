@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass
 
-from ingest.text.cells import is_clock, is_missing, is_number, split_cells
+from ingest.text.cells import is_clock, is_grouped, is_missing, is_number, split_cells
 from ingest.text.debug_lines import debug_line, is_single_number
 from ingest.text.source import Line
 
@@ -65,7 +65,7 @@ def best_split(head: list[Line], further: list[Line], delimiter: bytes | None = 
 def row_of(line: Line, delimiter: bytes) -> Row:
     """Split one line and judge whether it holds data."""
     cells = split_cells(line.content, delimiter) or []
-    numbers = sum(is_number(cell, comma=True) or is_clock(cell) for cell in cells)
+    numbers = sum(is_number(cell, comma=True) or is_clock(cell) or is_grouped(cell) for cell in cells)
     empty = sum(is_missing(cell.lower()) for cell in cells)
     share = (numbers + empty) / len(cells) if cells else 0.0
     return Row(line, cells, numbers > 0 and share >= 0.5 and not _is_debug(line), share)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -11,6 +12,7 @@ from ingest.channels.columns import Plan, TimePlan
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, IntArray
 from ingest.spool.columns import by_blocks, take
+from ingest.tables.header_cells import parse_header
 from ingest.tables.preamble import Preamble
 from ingest.tables.table import Block, CellKind
 from ingest.timebase import clock
@@ -55,7 +57,10 @@ class Recordings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimeSources:
-    """All that bears on the time of one table: its rows, plan and values, declarations, preamble, fixed rate."""
+    """All that bears on the time of one table: its rows, plan and values, declarations, preamble, fixed rate.
+
+    `clock_columns` names its columns of clock times, with or without a date, and those of dates alone.
+    """
 
     block: Block
     plan: Plan
@@ -63,6 +68,7 @@ class TimeSources:
     declared: Declarations
     preamble: Preamble
     fixed_rate_hz: float | None
+    clock_columns: tuple[Sequence[str], Sequence[str]] = ((), ())
 
 
 def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
@@ -177,7 +183,27 @@ def _check_rates(found: Sequence[Recording], sources: TimeSources, findings: Fin
         moving = any(column.channel in MOTION for column in sources.plan.columns)
         if moving and not MOTION_RATES_HZ[0] <= rate <= MOTION_RATES_HZ[1]:
             message = f"The time stamps give {rate:.3g} Hz, at which no jump can be seen: is the unit of time right? "
-            findings.add(FILE, "rate_implausible", message + "Say it with `--unit time=ms` (or s, us).")
+            findings.add(FILE, "rate_implausible", message + _say_time_unit(sources))
+
+
+def _say_time_unit(sources: TimeSources) -> str:
+    """Return which flag corrects the time column, or the rate where none is."""
+    time = sources.plan.time
+    if time is None or time.kind is CellKind.CLOCK:
+        return "Say the rate with `--rate`, and name no time column."
+    cell = parse_header(time.source_name)
+    override = " --override-units" if cell.unit is not None else ""
+    others = [unit for unit in ("ms", "s", "us") if unit != time.unit]
+    return f"Say it with `--unit {shlex.quote(cell.base)}={others[0]}{override}` (or {others[1]})."
+
+
+def _say_clock_columns(sources: TimeSources) -> str:
+    """Return how to name the columns of dates and clock times that are there though no column is the time."""
+    times, dates = sources.clock_columns
+    if not times:
+        return ""
+    named = "".join(f' --column "{date}=date"' for date in dates[:1])
+    return f'the clock times in column {times[0]!r} with `--column "{times[0]}=time"{named}`, or '
 
 
 def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
@@ -186,8 +212,9 @@ def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: Finding
         findings.add(
             FILE,
             "rate_missing",
-            "The file has neither a time column nor a sampling rate: say `--rate 300` (hertz), or name its time column "
-            'with `--column "NAME=time:ms"`, or do either in a [profiles.NAME] table of labbook.toml.',
+            "The file has neither a time column nor a sampling rate: say `--rate 300` (hertz), or name "
+            f'{_say_clock_columns(sources)}its time column with `--column "NAME=time:ms"`, or do either in a '
+            "[profiles.NAME] table of labbook.toml.",
         )
         return Recordings(usable, ())
     rows = np.flatnonzero(usable)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,6 +62,17 @@ def read_clocks(
         days = [cell.decode("ascii", errors="replace").strip() for cell in dates]
         texts = [f"{day} {clock}" for day, clock in zip(days, clocks, strict=True)]
     return _interpreted(texts, column, declared, findings)
+
+
+def split_clocks(columns: Mapping[str, Sequence[bytes]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of the columns that hold clock times, with or without a date, and of those that hold dates."""
+    firsts = {
+        name: parse_stamp(cells[0].decode("ascii", errors="replace").strip()) if len(cells) else None
+        for name, cells in columns.items()
+    }
+    stamps = {name: stamp for name, stamp in firsts.items() if stamp is not None}
+    times = tuple(name for name, stamp in stamps.items() if stamp.clock is not None)
+    return times, tuple(name for name, stamp in stamps.items() if stamp.clock is None)
 
 
 def _without_unclear(dates: Sequence[bytes], findings: FindingCollector) -> Sequence[bytes] | None:

@@ -13,6 +13,7 @@ from ingest.channels.axes import AXES
 from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.ingesting import FileOutcome
 from labbook.config.channels import channel_meant, check_unit
+from labbook.config.profiles import can_part_cells
 
 _ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": ("clock", ("m:s", "h:m"))}
 """What is asked for where a file leaves it open, by rule: the option, and the words it takes."""
@@ -24,6 +25,7 @@ def declared_options(
     columns: Sequence[str],
     encoding: str | None,
     decimal_sign: str | None,
+    delimiter: str | None = None,
 ) -> dict[str, Any]:
     """Return the options as the journal keeps them: only what was said. Raises `UsageError` for what has no meaning."""
     options: dict[str, Any] = {}
@@ -35,6 +37,10 @@ def declared_options(
         if decimal_sign not in (".", ","):
             raise UsageError(f"--decimal {decimal_sign!r} is no decimal sign: give . or ,")
         options["decimal_sign"] = decimal_sign
+    if delimiter is not None:
+        options["delimiter"] = sign = "\t" if delimiter == "tab" else delimiter
+        if not can_part_cells(sign):
+            raise UsageError(f"--delimiter {delimiter!r} cannot part cells: give one sign such as ; , | or tab.")
     if encoding is not None:
         try:
             "".encode(encoding)

@@ -61,6 +61,9 @@ def reread_command(
     ] = None,
     encoding: Annotated[str | None, typer.Option("--encoding", help="The page of text that is not UTF-8.")] = None,
     decimal: Annotated[str | None, typer.Option("--decimal", help="The decimal sign, . or ,")] = None,
+    delimiter: Annotated[
+        str | None, typer.Option("--delimiter", help="What stands between cells: one sign, or tab.")
+    ] = None,
     format_name: Annotated[
         str | None, typer.Option("--format", help="What the file is, whatever it looks like.")
     ] = None,
@@ -110,7 +113,7 @@ def reread_command(
     from labbook.book.opening import opened
     from labbook.cli.files_lines import reread_json, which_files
 
-    options = declared_options(rate, unit or [], column or [], encoding, decimal)
+    options = declared_options(rate, unit or [], column or [], encoding, decimal, delimiter)
     options |= declared_words(dates, clock, axes)
     flags = {
         "format": format_name,

@@ -34,6 +34,9 @@ def ingest(
     ] = None,
     encoding: Annotated[str | None, typer.Option("--encoding", help="The page of text that is not UTF-8.")] = None,
     decimal: Annotated[str | None, typer.Option("--decimal", help="The decimal sign, . or ,")] = None,
+    delimiter: Annotated[
+        str | None, typer.Option("--delimiter", help="What stands between cells: one sign, or tab.")
+    ] = None,
     instrument: Annotated[
         str | None, typer.Option("--instrument", help="Whose axes, signs and units: bertec_acquire, action_z_down, ...")
     ] = None,
@@ -102,7 +105,7 @@ def ingest(
     from labbook.cli.ingest_lines import outcome_json, rig_lines_of
     from labbook.cli.ingest_summary import Batch, batch_lines
 
-    options = declared_options(rate, unit or [], column or [], encoding, decimal)
+    options = declared_options(rate, unit or [], column or [], encoding, decimal, delimiter)
     options |= declared_words(dates, clock, axes)
     flags = {
         "format": format_name,

@@ -145,12 +145,17 @@ def _encoding(table: TableReader) -> str | None:
     return given
 
 
+def can_part_cells(sign: object) -> bool:
+    """Whether something is a sign that may stand between cells."""
+    one_sign = isinstance(sign, str) and len(sign) == 1 and sign.isascii()
+    return one_sign and not str(sign).isalnum() and sign not in _NOT_DELIMITERS
+
+
 def _delimiter(table: TableReader) -> str | None:
     given = table.value("delimiter")
     if given is None:
         return None
-    one_sign = isinstance(given, str) and len(given) == 1 and given.isascii()
-    if not one_sign or given.isalnum() or given in _NOT_DELIMITERS:
+    if not can_part_cells(given):
         table.fault("delimiter", f'{given!r} cannot part cells: give one sign such as ";", ",", "|" or "\\t".')
         return None
     return str(given)

@@ -192,3 +192,17 @@ def test_a_last_number_that_may_be_cut_counts_where_it_is_said_to_be_whole(
     assert "--complete" in answer.out
     _decided(fresh, path, (), "--complete", by_profile)
     assert rows(fresh.folder, "SELECT charge_mah FROM charge ORDER BY 1") == [(79.0,), (790.0,), (812.0,)]
+
+
+def test_a_comma_between_cells_and_in_numbers_is_read_once_both_are_said(fresh: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "commas.csv"
+    rows_ = "".join(f"{k // 200},{5 * k % 1000:03d},0,{420 + k % 7}\n" for k in range(300))
+    path.write_text("time [s],height [m]\n" + rows_)
+    told = labbook("ingest", path, at=fresh.folder)
+    assert told.code == 2
+    assert "--decimal , --delimiter ," in told.out
+    good(labbook("ingest", path, "--decimal", ",", "--delimiter", ",", at=fresh.folder))
+    assert rate_of(fresh) == pytest.approx(200.0)
+    good(labbook("rebuild", at=fresh.folder))
+    assert rate_of(fresh) == pytest.approx(200.0)
+    assert labbook("ingest", path, "--delimiter", "a", at=fresh.folder).code == 2

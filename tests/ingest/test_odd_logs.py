@@ -1,0 +1,237 @@
+"""Logs that people write oddly: read right, or refused in one sentence that says how to get in; all synthetic."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ingest.model import ColumnDeclaration, Declarations, Finding, ReadFile
+from ingest.read import read_file
+from tests.ingest.formats.test_excel import workbook
+
+HEIGHTS = [0.30 + 0.05 * abs(math.sin(k / 20)) for k in range(120)]
+MM = [f"{1000 * h:.2f}" for h in HEIGHTS]
+TIMES = [f"{k * 0.005:.3f}" for k in range(120)]
+
+
+def read(lines: Sequence[str], **declared: Any) -> ReadFile:
+    return read_file(("\n".join(lines) + "\n").encode(), Declarations(**declared))
+
+
+def refusal(result: ReadFile) -> Finding:
+    """The only thing that refuses the file, which is told first."""
+    first, *others = result.findings
+    assert result.refused
+    assert (first.severity, [each for each in others if each.severity == "file"]) == ("file", [])
+    return first
+
+
+def check_heights(result: ReadFile, rate_hz: float = 200.0) -> None:
+    assert not result.refused, result.findings
+    (part,) = result.parts
+    (height,) = [channel for channel in part.channels if channel.name == "body_height"]
+    assert height.values == pytest.approx(np.round(HEIGHTS, 5), abs=1e-12)
+    assert part.rate_hz == pytest.approx(rate_hz, rel=1e-5)
+
+
+COMMAS = [f"{t},{h}".replace(".", ",") for t, h in zip(TIMES, MM, strict=True)]
+"""A decimal comma and a comma between cells: 0,005,300,12."""
+
+
+@pytest.mark.parametrize("end", ["", ","])
+@pytest.mark.parametrize("title", [[], ["# string pot, 2024-03-04", ""]])
+def test_a_comma_that_is_both_is_read_in_pairs_when_both_are_declared(title: list[str], end: str) -> None:
+    lines = [*title, f"time [s],body_height [mm]{end}", *(row + end for row in COMMAS)]
+    said = refusal(read(lines))
+    assert said.rule == "decimal_comma_unquoted"
+    assert "--delimiter ," in said.message
+    assert "--decimal ," in said.message
+    assert refusal(read(lines, decimal_sign=",")).rule == "decimal_comma_unquoted"
+    check_heights(read(lines, decimal_sign=",", delimiter=","))
+
+
+def test_pairs_without_a_header_are_read_by_place() -> None:
+    columns = {"1": ColumnDeclaration("time", "s"), "2": ColumnDeclaration("body_height", "mm")}
+    check_heights(read(COMMAS, decimal_sign=",", delimiter=",", columns=columns, header_row=0))
+
+
+def test_a_row_that_is_no_row_of_pairs_is_never_guessed_at() -> None:
+    rows = [*COMMAS[:60], "0,300,312", *COMMAS[60:]]
+    result = read(["time [s],body_height [mm]", *rows], decimal_sign=",", delimiter=",")
+    assert (result.rows_kept, result.rows_rejected) == (120, 1)
+    whole = [f"{5 * k},{h}".replace(".", ",") for k, h in enumerate(MM)]
+    said = refusal(read(["time [ms],body_height [mm]", *whole], decimal_sign=",", delimiter=","))
+    assert said.rule == "decimal_comma_unquoted"
+    assert "semicolon" in said.message
+
+
+def test_quoted_decimal_commas_between_commas_need_no_pairs() -> None:
+    rows = [f'"{t}","{h}"'.replace(".", ",") for t, h in zip(TIMES, MM, strict=True)]
+    check_heights(read(["time [s],body_height [mm]", *rows], decimal_sign=",", delimiter=","))
+
+
+def with_units(delimiter: str = ";", decimal: str = ".", blank: str = " ") -> list[str]:
+    return [f"{5 * k}{blank}ms{delimiter}{h.replace('.', decimal)}{blank}mm" for k, h in enumerate(MM)]
+
+
+@pytest.mark.parametrize("blank", ["", " ", "\u00a0"])
+@pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", "."), (",", "."), ("|", ".")])
+def test_units_in_cells_are_those_of_the_columns(delimiter: str, decimal: str, blank: str) -> None:
+    rows = with_units(delimiter, decimal, blank)
+    for header in (f"time{delimiter}body_height", f"time [ms]{delimiter}body_height [mm]"):
+        result = read(["# a title", header, *rows])
+        check_heights(result)
+        (note,) = [finding for finding in result.findings if finding.rule == "units_in_cells"]
+        assert "mm" in note.message
+
+
+def test_units_in_cells_of_one_column_only() -> None:
+    rows = [f"{5 * k};{h} mm;{k % 3}" for k, h in enumerate(MM)]
+    check_heights(read(["time [ms];body_height;state", *rows]))
+
+
+def test_units_in_cells_against_those_of_the_header_are_refused() -> None:
+    said = refusal(read(["time [ms];body_height [m]", *with_units()]))
+    assert said.rule == "unit_contradicts"
+    assert all(part in said.message for part in ("body_height [m]", " m ", " mm"))
+    assert refusal(read(["time;body_height", *with_units()], columns={"body_height": ColumnDeclaration(unit="cm")}))
+
+
+def test_two_units_in_one_column_are_refused_with_the_cell() -> None:
+    for odd in ("31.1 cm", "311", "311 furlong"):
+        rows = with_units()
+        rows[70] = f"350 ms;{odd}"
+        said = refusal(read(["time;body_height", *rows]))
+        assert said.rule == "cell_units_differ"
+        assert (said.line, said.value) == (72, odd)
+
+
+def test_a_missing_value_among_units_is_missing() -> None:
+    rows = with_units()
+    rows[70] = "350 ms;NaN"
+    result = read(["time;body_height", *rows])
+    assert not result.refused
+    assert np.isnan(result.parts[0].channels[0].values[70])
+
+
+@pytest.mark.parametrize(
+    "cell",
+    [lambda h: f"{1000 + h:,.2f}".replace(",", "_").replace(".", ",").replace("_", "."), lambda h: f"{1000 + h:,.2f}"],
+    ids=["1.234,5", "1,234.5"],
+)
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_thousands_separators_are_the_one_thing_that_is_told(delimiter: str, cell: Any) -> None:
+    for time in (lambda k: f"{5 * k}", lambda k: cell(5.0 * k)):
+        rows = [f"{time(k)}{delimiter}{cell(float(h))}" for k, h in enumerate(MM)]
+        result = read([f"time [ms]{delimiter}body_height [mm]", *rows])
+        assert {finding.rule for finding in result.findings} - {"decimal_comma"} == {"thousands_separator"}
+        assert result.findings[0].severity == "file"
+        assert result.findings[0].line == 2
+
+
+def test_thousands_between_commas_are_not_taken_for_decimals() -> None:
+    rows = [f"{5 * k},{1000 + float(h):,.2f}" for k, h in enumerate(MM)]
+    assert refusal(read(["time [ms],body_height [mm]", *rows])).rule == "thousands_separator"
+
+
+@pytest.mark.parametrize(
+    "header",
+    ["time [s] body_height [m]", "time (s)   body_height (m)", "  time [s]  body height [m]", "# time [s] height [m]"],
+)
+def test_units_apart_from_their_names_by_a_blank_belong_to_them(header: str) -> None:
+    result = read([header, *(f"{t} {h:.5f}" for t, h in zip(TIMES, HEIGHTS, strict=True))])
+    check_heights(result)
+
+
+def test_a_header_by_blanks_with_units_of_some_columns() -> None:
+    rows = [f"{t} {k % 3} {h:.5f}" for k, (t, h) in enumerate(zip(TIMES, HEIGHTS, strict=True))]
+    check_heights(read(["time [s] state body_height [m]", *rows]))
+
+
+def test_that_header_again_inside_the_rows_is_skipped() -> None:
+    rows = [f"{t} {h:.5f}" for t, h in zip(TIMES, HEIGHTS, strict=True)]
+    header = "time [s] body_height [m]"
+    result = read([header, *rows[:60], header, *rows[60:]])
+    check_heights(result)
+    assert "header_repeated" in {finding.rule for finding in result.findings}
+
+
+def test_a_header_of_other_width_is_refused_with_the_keys_that_decide() -> None:
+    rows = [f"{t} {h:.5f} 3" for t, h in zip(TIMES, HEIGHTS, strict=True)]
+    said = refusal(read(["time height", *rows]))
+    assert said.rule == "header_mismatch"
+    assert "header_row" in said.message
+    assert "--column 1=" in said.message
+
+
+@pytest.mark.parametrize("title", ["String pot", "String pot [mm]"])
+@pytest.mark.parametrize("width", [2, 3])
+def test_a_title_above_the_names_of_a_workbook_is_no_header(width: int, title: str) -> None:
+    names = ["time [s]", "body_height [m]", "state"][:width]
+    rows = [[k * 0.005, round(h, 5), k % 3][:width] for k, h in enumerate(HEIGHTS)]
+    blank = [""] * (width - 1)
+    check_heights(read_file(workbook({"log": [[title, *blank], names, *rows]}), Declarations()))
+
+
+def test_a_title_of_a_workbook_that_seems_a_header_is_refused_with_the_key() -> None:
+    rows = [[k * 0.005, round(h, 5)] for k, h in enumerate(HEIGHTS)]
+    names = ["time [s]", "body_height [m]"]
+    for title in (["Rig A", "of Monday"], ["time", "and place"]):
+        check_heights(read_file(workbook({"log": [title, names, *rows]}), Declarations()))
+    said = read_file(workbook({"log": [["Rig A", "2024-03-04"], names, *rows]}), Declarations()).findings[0]
+    assert (said.severity, said.rule) == ("file", "header_missing")
+    assert "header_row = 2" in said.message
+
+
+def test_a_title_as_wide_as_names_that_nobody_knows_is_none() -> None:
+    rows = [[k * 0.005, round(h, 5)] for k, h in enumerate(HEIGHTS)]
+    said = {"Zeit": ColumnDeclaration("time", "s"), "z": ColumnDeclaration("body_height", "m")}
+    data = workbook({"log": [["Rig A", "of Monday"], ["Zeit", "z"], *rows]})
+    check_heights(read_file(data, Declarations(columns=said)))
+
+
+def dated() -> list[str]:
+    return ["Tag;Uhr;body_height [m]", *(f"2024-03-04;12:00:{k * 0.005:06.3f};{h:.5f}" for k, h in enumerate(HEIGHTS))]
+
+
+def test_a_missing_rate_names_the_columns_of_dates_and_clock_times_that_are_there() -> None:
+    result = read(dated())
+    said = refusal(result)
+    assert said.rule == "rate_missing"
+    assert '--column "Uhr=time"' in said.message
+    assert '--column "Tag=date"' in said.message
+    columns = {"Uhr": ColumnDeclaration("time"), "Tag": ColumnDeclaration("date")}
+    read_as_said = read(dated(), columns=columns, time_zone="UTC")
+    check_heights(read_as_said)
+    assert read_as_said.parts[0].start_utc == "2024-03-04T12:00:00.000000Z"
+
+
+def test_what_is_noted_of_a_column_of_clock_times_is_what_is_explained() -> None:
+    result = read(dated())
+    notes = [finding.message for finding in result.findings if finding.column == "Uhr"]
+    (use,) = [column for column in result.explanation.tables[0].columns if column.name == "Uhr"]
+    assert use.left_out is not None
+    assert all("dates or times" in text for text in (use.left_out, *notes))
+
+
+@pytest.mark.parametrize(
+    ("header", "flags", "works"),
+    [
+        ("tick;height [m]", {"tick": ColumnDeclaration("time", "s")}, {"tick": ColumnDeclaration("time", "ms")}),
+        ("timestamp [s];height [m]", {}, {"timestamp": ColumnDeclaration(None, "ms")}),
+    ],
+)
+def test_an_implausible_rate_names_the_column_and_a_flag_that_works(
+    header: str, flags: dict[str, ColumnDeclaration], works: dict[str, ColumnDeclaration]
+) -> None:
+    lines = [header, *(f"{5 * k};{h:.5f}" for k, h in enumerate(HEIGHTS))]
+    name = header.partition(";")[0].partition(" ")[0]
+    said = refusal(read(lines, columns=flags))
+    assert said.rule == "rate_implausible"
+    assert f"--unit {name}=ms" in said.message
+    assert ("--override-units" in said.message) is ("[s]" in header)
+    check_heights(read(lines, columns=works, override_units="[s]" in header or None))
