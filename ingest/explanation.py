@@ -56,7 +56,8 @@ class TableUse:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """How a file was understood. `candidates` has the most likely format first; `encoding` is None for binary files."""
+    """How a file was understood. `candidates` has the most likely format first; `encoding` is None for binary
+    files, and of an archive those of its members."""
 
     encoding: str | None = None
     candidates: tuple[Candidate, ...] = ()

@@ -30,13 +30,14 @@ class _Entry:
 class FindingCollector:
     """Accumulates findings; the message and value of the first report of a rule and column stand.
 
-    `tables` takes what each table of the file became.
+    `tables` takes what each table of the file became, `encodings` the pages of the texts packed in it.
     """
 
-    __slots__ = ("_entries", "tables")
+    __slots__ = ("_entries", "encodings", "tables")
 
     def __init__(self) -> None:
         self.tables: list[TableUse] = []
+        self.encodings: list[str] = []
         self._entries: dict[tuple[Severity, str, str | None], _Entry] = {}
 
     def add(

@@ -55,7 +55,7 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
         None if chosen is None else chosen.plugin,
         reading.declared or head.declared,
         Explanation(
-            None if head.source is None else head.source.encoding,
+            ", ".join(dict.fromkeys(findings.encodings)) or None if head.source is None else head.source.encoding,
             tuple(Candidate(format_.name, seen.score, seen.evidence) for format_, seen in candidates),
             tuple(findings.tables),
         ),

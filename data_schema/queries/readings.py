@@ -48,7 +48,7 @@ class ReadingRow:
 
 @dataclass(frozen=True, slots=True)
 class PartRow:
-    """What was sampled together in one reading; channels as (name, unit)."""
+    """What was sampled together in one reading; channels as (name, unit), `columns` the file's names of them."""
 
     part: str
     sha256: str
@@ -56,6 +56,7 @@ class PartRow:
     rate_hz: float | None
     n_samples: int
     channels: tuple[tuple[str, str | None], ...]
+    columns: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,14 +157,16 @@ def parts_of_reading(connection: sa.Connection, ingest_uid: str) -> list[PartRow
     )
     rows = connection.execute(query).all()
     channels: dict[int, list[tuple[str, str | None]]] = {row.id: [] for row in rows}
+    columns: dict[int, list[str]] = {row.id: [] for row in rows}
     of_rows = (
-        sa.select(channel.c.signal, channel.c.name, channel.c.unit)
+        sa.select(channel.c.signal, channel.c.name, channel.c.unit, channel.c.source_name)
         .where(channel.c.signal.in_(channels))
         .order_by(channel.c.signal, channel.c.position)
     )
-    for owner, name, unit in connection.execute(of_rows):
+    for owner, name, unit, column in connection.execute(of_rows):
         channels[owner].append((name, unit))
-    return [PartRow(*row[1:], tuple(channels[row.id])) for row in rows]
+        columns[owner].append(column)
+    return [PartRow(*row[1:], tuple(channels[row.id]), tuple(columns[row.id])) for row in rows]
 
 
 def set_status(connection: sa.Connection, ingest_uid: str, status: IngestStatus) -> None:

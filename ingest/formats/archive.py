@@ -59,7 +59,7 @@ def _read_zip(head: Head, findings: FindingCollector) -> Reading:
         declared = _deeper(head.declared)
     except Exception as error:  # zipfile raises many kinds for a damaged file
         return _refuse(error, findings)
-    return read_members(members, declared, findings, UNPACK)
+    return read_members(members, declared, findings, UNPACK, packed_text=True)
 
 
 def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
@@ -71,6 +71,7 @@ def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
     except (ArchiveRefusedError, zlib.error) as error:
         return _refuse(error, findings)
     findings.tables += result.explanation.tables
+    findings.encodings += filter(None, [result.explanation.encoding])
     for finding in result.findings:
         repeat(finding, findings)
     return Reading(result.parts, result.charges, result.rows_read, result.rows_rejected, result.role)

@@ -21,13 +21,23 @@ _ABSENT = "declared_column_absent"
 
 
 def read_members(
-    members: Sequence[tuple[str, bytes]], declared: Declarations, findings: FindingCollector, instead: str
+    members: Sequence[tuple[str, bytes]],
+    declared: Declarations,
+    findings: FindingCollector,
+    instead: str,
+    *,
+    packed_text: bool = False,
 ) -> Reading:
-    """Read the members, each a name and its bytes, under the same declarations; `instead` ends a refusal."""
+    """Read the members, each a name and its bytes, under the same declarations; `instead` ends a refusal.
+
+    `packed_text`: the members are files of their own, whose pages of text are worth telling.
+    """
     from ingest.read import read_file  # the registry that it reads by holds the formats that have members
 
     results = [(name, read_file(data, declared)) for name, data in members]
     _report(results, findings)
+    if packed_text:
+        findings.encodings += filter(None, (result.explanation.encoding for _, result in results))
     findings.tables += [table for _, result in results for table in result.explanation.tables]
     roles = {result.role for _, result in results}
     unknown = [name for name, result in results if result.role is None]

@@ -27,6 +27,8 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16-le"),
     (codecs.BOM_UTF16_BE, "utf-16-be"),
 )
+_PACKED = (b"PK\3\4", b"PK\5\6", b"\x1f\x8b")
+"""With what zip and gzip archives begin, which may hold text as it is."""
 _LINE_END = re.compile(rb"\r\n|\n|\r")
 # A control character other than tab, line ends, form feed, Ctrl-Z, escape: no text holds many of these.
 _CONTROL = bytes(set(range(32)) - {0x00, 0x09, 0x0A, 0x0C, 0x0D, 0x1A, 0x1B})
@@ -115,6 +117,8 @@ def _join_quoted(lines: list[Line]) -> list[Line]:
 def is_text(data: bytes) -> bool:
     """Tell text from binary by the first 64 KiB: a byte order mark, or few control characters and no field of NULs."""
     head = data[:HEAD_BYTES]
+    if head.startswith(_PACKED):
+        return False
     if any(head.startswith(mark) for mark, _ in _MARKS):
         return True
     control = len(head) - len(head.translate(None, _CONTROL))

@@ -123,7 +123,10 @@ def show_lines(shown: ShownFile) -> list[str]:
         )
         lines.append(f"    declared: {_declared(row)}")
         for part in item.parts:
-            channels = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in part.channels)
+            channels = ", ".join(
+                f"{column!r} is {name} [{unit}]" if unit else f"{column!r} is {name}"
+                for (name, unit), column in zip(part.channels, part.columns, strict=True)
+            )
             rate = "" if part.rate_hz is None else f", {part.rate_hz:.6g} Hz"
             name = f"part {part.part}: " if part.part else ""
             lines.append(f"    {name}{part.n_samples} samples{rate}: {channels}")

@@ -15,6 +15,7 @@ from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.days import day_uids
 from data_schema.queries.plans import planned_runs, withdrawn_names
 from data_schema.queries.runs import RunRow, list_runs
+from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import Action, RunKind, RunState
 from labbook.actions.remarks import Remark, remarks_on, remarks_on_names, remarks_on_places
 from labbook.book.desk import Desk, Statement, new_uid
@@ -30,7 +31,8 @@ from labbook.plan.sheet_times import to_utc
 class RunsImported:
     """What a run sheet brought.
 
-    Names of runs stated, filled in, there already, still to be made, and blank though their plan was withdrawn.
+    Names of runs stated, filled in, there already, still to be made, and blank though their plan was withdrawn;
+    `taken_in` are the files and charges that waited for a run, by its name.
     """
 
     stated: list[str] = field(default_factory=list)
@@ -39,6 +41,7 @@ class RunsImported:
     not_made: list[str] = field(default_factory=list)
     withdrawn: list[str] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
+    taken_in: dict[str, list[str]] = field(default_factory=dict)
 
 
 def import_runs(
@@ -59,6 +62,7 @@ def import_runs(
         dates=dates,
     )
     done = RunsImported()
+    waiting = inbox(desk.connection)
     known = _Known(desk, configuration, fold)
     withdrawn = withdrawn_names(desk.connection)
     planned = {row.name: row.uid for row in planned_runs(desk.connection) if row.run_name is None}
@@ -80,6 +84,10 @@ def import_runs(
         done.stated.append(row.name)
     if contradictions:
         raise InputRefused("\n".join(contradictions))
+    still = {(item.what, item.name) for item in inbox(desk.connection)} if waiting else set()
+    for item in waiting:
+        if item.stated_run is not None and (item.what, item.name) not in still:
+            done.taken_in.setdefault(item.stated_run, []).append(item.name)
     done.remarks = remarks_on(desk.connection, configuration, [*done.stated, *done.filled_in])
     done.remarks += remarks_on_names(done.stated, named_before)
     places = {row.name: (row.date.isoformat(), row.position) for row in rows if row.done and row.name not in standing}

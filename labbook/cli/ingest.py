@@ -83,7 +83,8 @@ def ingest(
     """Ingest files: a byte-exact copy, its samples and charges, and everything that the checks found.
 
     The same bytes again change nothing, unless other things are declared about them: then the kept copy is read again,
-    with all that is declared now. A refused file stores nothing but its findings; then the exit code is 2.
+    with all that is declared now. A refused file stores nothing but its findings; then the exit code is 2, also of
+    --explain and --dry-run.
     Of many files the sum comes first, then what needs attention, worst first, then the rest.
 
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007; labbook ingest odd.txt --explain
@@ -168,6 +169,8 @@ def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str 
 
     explained = [explain_file(book, path, options, run) for path in files]
     emit(explained, [line for each in explained for line in explained_lines(each)], as_json)
+    if any(each.refused for each in explained):
+        raise typer.Exit(2)
 
 
 def _draft(book: "Book", files: list[Path], options: dict[str, Any], out: Path | None, as_json: bool) -> None:

@@ -1,9 +1,13 @@
 """`labbook report`: from the book to one page."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from data_schema.queries.waiting import InboxItem
 
 from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, emit, progress
 
@@ -27,6 +31,7 @@ def report(
 
     Example: labbook report --foot small; labbook report --where "k_gain=400 and day>=2021-06-01" --out paper
     """
+    from data_schema.queries.waiting import inbox
     from labbook.actions.report_command import selection, write
     from labbook.book.opening import opened
 
@@ -34,12 +39,25 @@ def report(
         text = selection(opened_book.configuration, where, context.args)
         with progress("report", None, shown=not as_json) as step:
             written = write(opened_book, text, out, person, step)
+        with opened_book.reading() as connection:
+            waiting = inbox(connection)
     emit(
         written,
         [
             *written.claims[:1],
             f"{written.results_computed} results computed, {written.results_reused} reused.",
             f"{written.page}",
+            *([f"look again: {_waiting(waiting)}"] if waiting else []),
         ],
         as_json,
+    )
+
+
+def _waiting(items: "Sequence[InboxItem]") -> str:
+    """Say that files and charges belong to no run, and what gives them one."""
+    first = items[0].name
+    more = f" and {len(items) - 1} more belong" if len(items) > 1 else " belongs"
+    return (
+        f"{first}{more} to no run, so that no number rests on what waits: state the runs with `labbook runs import`, "
+        "and see `labbook runs inbox`."
     )

@@ -1,6 +1,7 @@
 """`labbook runs`: list, import, inbox, dismiss, restore."""
 
 import contextlib
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +11,8 @@ import typer
 from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, WhereOption, columns, emit, plain
 
 app = typer.Typer(no_args_is_help=True)
+_MOST_RUNS = 12
+"""Runs whose waiting files are named."""
 
 
 class DateOrder(StrEnum):
@@ -82,7 +85,18 @@ def import_command(
     if done.withdrawn:
         line += f" {len(done.withdrawn)} were planned and are withdrawn."
     read_as = [] if page is None else [f"look again: {sheet} is no UTF-8 text and was read as {page} (`--encoding`)."]
-    emit({**plain(done), "encoding": page or "utf-8"}, [line, *read_as, *remark_lines(done.remarks)], as_json)
+    taken = _taken_in(done.taken_in)
+    emit({**plain(done), "encoding": page or "utf-8"}, [line, *taken, *read_as, *remark_lines(done.remarks)], as_json)
+
+
+def _taken_in(items: Mapping[str, Sequence[str]]) -> list[str]:
+    """Say which files and charges waited for the runs of a sheet; empty where none did."""
+    listed = [f"{', '.join(names)} to {run}" for run, names in items.items()]
+    if not listed:
+        return []
+    more = f" and {len(listed) - _MOST_RUNS} more runs" if len(listed) > _MOST_RUNS else ""
+    count = sum(map(len, items.values()))
+    return [f"{count} that waited in the inbox belong{'s' * (count == 1)} now: {'; '.join(listed[:_MOST_RUNS])}{more}."]
 
 
 @app.command("dismiss")

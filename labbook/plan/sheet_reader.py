@@ -18,6 +18,7 @@ from labbook.plan.sheet_cells import CELL_READERS, one_of
 from labbook.plan.sheet_times import SheetQuestion, date_reader
 
 MOST_FAULTS_SHOWN = 50
+MOST_LINES_SHOWN = 20
 MOST_COLUMNS_EXPLAINED = 5
 """More columns than this that are not known are one fault, not as many."""
 _DELIMITERS = ",;\t"
@@ -63,13 +64,27 @@ class RunSheetFault:
         return f"{place}: {self.sentence}"
 
 
+def _told(same: Sequence[RunSheetFault]) -> str:
+    """Say once what is wrong in several lines."""
+    if len(same) == 1:
+        return str(same[0])
+    lines = ", ".join(str(fault.line) for fault in same[:MOST_LINES_SHOWN])
+    more = f" and {len(same) - MOST_LINES_SHOWN} more" if len(same) > MOST_LINES_SHOWN else ""
+    column = "" if same[0].column is None else f", {same[0].column}"
+    return f"{len(same)} lines, {lines}{more}{column}: {same[0].sentence}"
+
+
 class RunSheetRefused(InputRefused):
     """A run sheet with faults, all of them in `faults`; nothing of it was taken over."""
 
     def __init__(self, source: str, faults: Sequence[RunSheetFault]) -> None:
         self.faults = tuple(faults)
-        listed = "".join(f"\n  {fault}" for fault in self.faults[:MOST_FAULTS_SHOWN])
-        rest = len(self.faults) - MOST_FAULTS_SHOWN
+        alike: dict[tuple[str | None, str], list[RunSheetFault]] = {}
+        for fault in self.faults:
+            alike.setdefault((fault.column, fault.sentence), []).append(fault)
+        shown = list(alike.values())[:MOST_FAULTS_SHOWN]
+        listed = "".join(f"\n  {_told(same)}" for same in shown)
+        rest = len(self.faults) - sum(map(len, shown))
         more = f"\n  and {rest} more." if rest > 0 else ""
         count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
         super().__init__(f"{source} has {count}; correct it and try again, nothing was stored:{listed}{more}")

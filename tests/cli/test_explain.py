@@ -55,7 +55,9 @@ def test_explain_says_how_a_file_is_read_and_stores_nothing(fresh: SmallBook, od
 
 
 def test_explain_of_a_refused_file_says_what_was_found_and_what_is_missing(fresh: SmallBook, odd: Path) -> None:
-    lines = good(labbook("ingest", odd, "--explain", at=fresh.folder)).out
+    told = labbook("ingest", odd, "--explain", at=fresh.folder)
+    assert (told.code, told.err) == (2, "")
+    lines = told.out
     for fact in ("would be refused", "time_unit_missing", "header in line 3"):
         assert fact in lines
 

@@ -135,7 +135,7 @@ def test_programs_are_never_asked(fresh: SmallBook, tmp_path: Path) -> None:
         (("--unit", "time=parsec"), "time_unit_unknown", "one of s, ms, us"),
         (("--unit", "tme=ms"), "declared_column_absent", "did you mean 'time'?"),
         (("--unit", "time=ms", "--unit", "height=kg"), "unit_not_convertible", "for example 'm'"),
-        (("--unit", "time=ms", "--column", "height=body_height:furlong"), "no_rows_kept", "a wrong unit"),
+        (("--unit", "time=ms", "--column", "height=body_height:furlong"), "unit_contradicts", "--override-units"),
     ],
     ids=["unknown unit", "unknown column", "unit of another quantity", "impossible unit"],
 )

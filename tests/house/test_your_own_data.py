@@ -16,7 +16,7 @@ import pytest
 from data_schema.vocabulary import CHANNELS
 from ingest.model import Limits
 from labbook.config.channels import SHEET_COLUMNS
-from tests.cli.shell import LABBOOK, environment, good, labbook, rows
+from tests.cli.shell import LABBOOK, environment, labbook, rows
 from tests.helpers.books import instrument_files, small_book, small_toml
 from tests.labbook.config.test_parsing import SAMPLE
 
@@ -67,7 +67,9 @@ def test_every_command_works_from_the_first_log_to_the_report(tmp_path: Path, mo
             drafted = False
             with (folder / "labbook.toml").open("a") as toml:
                 toml.write("\n" + "\n".join(block for block in blocks("toml") if "[profiles." in block))
-        good(labbook(*words[1:], at=folder))
+        answer = labbook(*words[1:], at=folder)
+        assert answer.code == (2 if words[2:] == ["../logs/r001.txt", "--explain"] else 0), answer  # as the page says
+        assert answer.err == ""
         drafted = "--draft-profile" in words
     assert rows(folder, "SELECT count(*) FROM signal") == [(12,)]
     assert rows(folder, "SELECT count(*) FROM charge WHERE run IS NOT NULL AND ended_utc IS NOT NULL") == [(16,)]

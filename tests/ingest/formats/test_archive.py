@@ -141,3 +141,16 @@ def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:
             mutant[int(noise.integers(len(data)))] ^= 1 << int(noise.integers(8))
             result = read(bytes(mutant))
             assert result.refused or same(plain, result)
+
+
+@pytest.mark.parametrize("packing", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
+def test_text_in_an_archive_has_the_page_that_it_has_outside(packing: int) -> None:
+    target = io.BytesIO()
+    with zipfile.ZipFile(target, "w", packing) as archive:
+        archive.writestr("run.csv", LOG)
+    for data in (target.getvalue(), gzip.compress(LOG, 0)):
+        result = read(data)
+        assert result.explanation.encoding == "utf-8"
+        assert "encoding_declared" not in {finding.rule for finding in result.findings}
+    paged = read(gzip.compress(LOG.replace(b"height", b"h\xf6he"), 0))
+    assert paged.explanation.encoding == "cp1252"
