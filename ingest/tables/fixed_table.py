@@ -58,8 +58,8 @@ def fixed_table(
     layout = Layout(
         delimiter=header.delimiter,
         decimal=_decimal_sign(rows, declared, findings),
-        width=width,
-        trailing=False,
+        width=columns,
+        trailing=width - columns,
         names=tuple(header.names),
         units=tuple(header.units) or (None,) * columns,
         header_cells=(),

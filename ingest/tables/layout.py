@@ -38,12 +38,15 @@ _LONG_INTEGER = re.compile(rb"[+-]?\d{16,18}")
 
 @dataclass(frozen=True, slots=True)
 class Layout:
-    """The shape of one table in a text. Without a header the names are the columns' numbers, from 1."""
+    """The shape of one table in a text. Without a header the names are the columns' numbers, from 1.
+
+    `trailing` is how many cells, all blank, the rows have behind the last column.
+    """
 
     delimiter: bytes
     decimal: bytes
     width: int
-    trailing: bool
+    trailing: int
     names: tuple[str, ...]
     units: tuple[str | None, ...]
     header_cells: tuple[bytes, ...]
@@ -124,7 +127,7 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
         split.delimiter,
         _decimal_sign(split, declared, findings),
         width,
-        above_data.trailing,
+        int(above_data.trailing),
         names,
         units,
         () if header is None else tuple(header.cells),

@@ -152,7 +152,7 @@ def read_lines(
 
 def _is_whole_row(content: bytes, layout: Layout) -> bool:
     cells = split_cells(content, layout.delimiter)
-    return cells is not None and layout.width <= len(cells) <= layout.width + 1
+    return cells is not None and layout.width <= len(cells) <= layout.width + layout.trailing + 1
 
 
 def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
@@ -180,8 +180,9 @@ def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
     if layout.delimiter == b" ":
         cells = with_units_joined(cells, layout.width)
     whole = len(cells) == layout.width
-    if len(cells) == layout.width + 1 and not cells[-1]:
-        cells.pop()
+    beyond = cells[layout.width :]
+    if beyond and len(beyond) <= layout.trailing + 1 and not any(beyond):
+        del cells[layout.width :]
         whole = True
     elif layout.trailing and whole and not cells[-1]:
         whole = False  # a last delimiter alone: the cell before it, or what ends every row, is not there

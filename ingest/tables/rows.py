@@ -113,14 +113,18 @@ def _parsed(lines: memoryview, layout: Layout, wanted: Sequence[Wanted]) -> pa.T
 
     types = {CellKind.NUMBER: pa.float64(), CellKind.INTEGER: pa.int64(), CellKind.CLOCK: pa.binary()}
     width = layout.width + layout.trailing
+    blank = [str(position) for position in range(layout.width, width)]
     try:
         return csv.read_csv(
             pa.BufferReader(pa.py_buffer(lines)),
             read_options=csv.ReadOptions(column_names=[str(position) for position in range(width)]),
             parse_options=csv.ParseOptions(delimiter=layout.delimiter.decode("latin-1"), quote_char=False),
             convert_options=csv.ConvertOptions(
-                column_types={str(column.position): types[column.kind] for column in wanted},
-                include_columns=[str(column.position) for column in wanted],
+                column_types={
+                    **{str(column.position): types[column.kind] for column in wanted},
+                    **dict.fromkeys(blank, pa.null()),  # what stands there makes the row another one
+                },
+                include_columns=[*(str(column.position) for column in wanted), *blank],
                 null_values=[""],
                 decimal_point=layout.decimal.decode(),
             ),

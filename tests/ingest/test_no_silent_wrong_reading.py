@@ -10,6 +10,7 @@ import pytest
 from data_schema.errors import UsageError
 from ingest.model import ChannelData, ColumnDeclaration, Declarations, Finding, Profile, ReadFile, RobotFacts
 from ingest.read import read_file
+from tests.ingest import synthetic_plates as plates
 from tests.ingest.synthetic import LOG_HEADER, robot_rows, text
 
 ROWS = robot_rows()
@@ -535,3 +536,29 @@ def test_an_instruments_own_numbers_tell_what_was_lost_among_bursts() -> None:
     (part,) = read(text("seq,time [ms],height [m]", rows)).parts
     (gap,) = part.gaps
     assert (gap.samples_missing, gap.start_s) == (2, pytest.approx(5.02))
+
+
+def test_a_comma_more_in_a_row_that_ends_in_a_comma_shifted_its_cells() -> None:
+    """0,42 among points became a height of 0 m and a leg of 42 m, where every row ends in a comma."""
+    rows = [f"{3 * k},0.4{k % 10},0.2{k % 10}," for k in range(300)]
+    rows[200] = "600,0,40,0.20"
+    for header in ("time [ms],height [m],leg_length [m],", "time [ms],height [m],leg_length [m]"):
+        result = read(text(header, rows))
+        assert (result.rows_kept, result.rows_rejected) == (299, 1)
+        assert finding(result, "ragged_row").line == 202
+
+
+def test_a_comma_more_in_a_padded_row_of_a_maker_shifted_its_cells() -> None:
+    """6,0209 became forces of 6 N and 209 N, where a program had padded all lines with commas."""
+    lines = plates.vicon(120).split(b"\r\n")
+    lines[26] = lines[26].replace(b".", b",", 1)
+    result = read(b"\r\n".join(lines))
+    assert finding(result, "ragged_row").line == 27
+    assert channel_of_first(result, "force_y").max() == pytest.approx(
+        channel_of_first(read(plates.vicon(120)), "force_y").max()
+    )
+
+
+def channel_of_first(result: ReadFile, name: str) -> np.ndarray:
+    """The values of a channel in the first part."""
+    return next(channel.values for channel in result.parts[0].channels if channel.name == name)
