@@ -29,6 +29,8 @@ from ingest.text.cells import (
 from ingest.text.logical_lines import logical_line, physical_line
 from ingest.text.source import TextSource
 
+_NO_NUMBER = re.compile(rb"[_\s]")
+"""What `float` passes over, and a damaged byte may be."""
 _INTEGER = re.compile(rb"[+-]?\d{1,18}")
 
 
@@ -81,10 +83,11 @@ class _Reader:
         own = [cells[column.position] for column in self.numeric]
         decimal = self.layout.decimal
         try:
-            # `float` reads all that counts as a number, and underscores and infinities beside it.
+            # `float` reads all that counts as a number, and underscores, blanks and infinities beside it.
             quick = [float(cell) for cell in own]
-            plain = decimal == b"." or b"." not in b"".join(own)
-            if plain and b"_" not in b"".join(own) and INFINITY not in quick and -INFINITY not in quick:
+            joined = b"".join(own)
+            plain = decimal == b"." or b"." not in joined
+            if plain and not _NO_NUMBER.search(joined) and INFINITY not in quick and -INFINITY not in quick:
                 return quick
         except ValueError:
             pass

@@ -27,6 +27,9 @@ _CLOCK_LIKE = re.compile(
 COMMENT_STARTS = (b"#", b"%", b"//")
 """With which lines of remarks begin."""
 
+BLANKS = b" \t\r\n"
+"""What may stand around the content of a cell."""
+
 INFINITY = float("inf")
 NAN = float("nan")
 
@@ -108,18 +111,18 @@ def is_clock_like(cell: bytes) -> bool:
 def split_cells(line: bytes, delimiter: bytes) -> list[bytes] | None:
     """Split a line into stripped cells, quotes (`"`, doubled inside) honoured; None when a quote is out of place.
 
-    A delimiter of one space means any run of spaces and tabs.
+    A delimiter of one space means any run of spaces and tabs. Other blanks, as a damaged byte may be one, stay.
     """
     if b'"' not in line:
         if delimiter == b" ":
-            return line.split()
-        return [cell.strip() for cell in line.split(delimiter)]
+            return [cell for cell in line.replace(b"\t", b" ").rstrip(b"\r\n").split(b" ") if cell]
+        return [cell.strip(BLANKS) for cell in line.split(delimiter)]
     text = line.decode("latin-1")
     if delimiter == b" ":
         text = text.replace("\t", " ").strip()
     rows = csv.reader([text], delimiter=delimiter.decode("latin-1"), strict=True, skipinitialspace=True)
     try:
-        cells = [cell.strip().encode("latin-1") for cell in next(rows)]
+        cells = [cell.encode("latin-1").strip(BLANKS) for cell in next(rows)]
     except csv.Error:
         return None
     return [cell for cell in cells if cell] if delimiter == b" " else cells

@@ -47,18 +47,21 @@ class Maker:
 
     def row(self, line: str) -> MakerRow | None:
         """Read a line; None where it is no row."""
+        line = line.strip("\0")
         if "\0" in line:
             return None
         if self.checked and not _checksum_agrees(line):
             return None
         cells = _unquoted(line, self.delimiter)
-        if cells is None:
-            return None
         while len(cells) > len(self.columns) and not cells[-1]:
             cells.pop()
         if len(cells) != len(self.columns):
             return None
-        numbers = [_number(cell) for cell in cells]
+        numbers = [
+            math.nan if number == math.inf and column and column[0].startswith("cop") else number
+            for number, column in zip(map(_number, cells), self.columns, strict=True)
+        ]
+        numbers = [None if number == math.inf else number for number in numbers]
         if any(number is None for number, column in zip(numbers, self.columns, strict=True) if column):
             return None
         values = {
@@ -73,24 +76,21 @@ class Maker:
         return None if math.isnan(time_s) else MakerRow(time_s, values)
 
 
-def _unquoted(line: str, delimiter: str) -> list[str] | None:
-    """Return the stripped cells, a cell that is quoted as a whole without its quotes; None for other quotes."""
-    cells = []
-    for cell in line.strip(" \r\x1a" if delimiter == "\t" else " \t\r\x1a").split(delimiter):
-        bare = cell.strip()
-        if len(bare) > 1 and bare[0] == bare[-1] == '"':
-            bare = bare[1:-1].strip()
-        if '"' in bare:
-            return None
-        cells.append(bare)
-    return cells
+def _unquoted(line: str, delimiter: str) -> list[str]:
+    """Return the stripped cells without their quotes, which a cell may have left open over the end of its line."""
+    bare = line.strip(" \r\x1a" if delimiter == "\t" else " \t\r\x1a")
+    return [cell.replace('"', "").strip(" \t") for cell in bare.split(delimiter)]
 
 
 def _number(cell: str) -> float | None:
+    """Return a number, NaN for a missing one, infinity for what no number holds; None for anything else."""
     if cell.lower() in _MISSING:
         return math.nan
-    value = float(cell) if _NUMBER.fullmatch(cell) else math.inf
-    return None if math.isinf(value) else value
+    if cell.lower().lstrip("+-") in ("inf", "1.#inf"):
+        return math.inf
+    if not _NUMBER.fullmatch(cell):
+        return None
+    return abs(float(cell)) if math.isinf(float(cell)) else float(cell)
 
 
 def _checksum_agrees(line: str) -> bool:

@@ -81,7 +81,7 @@ def _cells(line: str, dialect: Dialect) -> list[str] | None:
         (cells,) = csv.reader([line], delimiter=dialect.delimiter, skipinitialspace=True, strict=True)
     except (csv.Error, ValueError):
         return None
-    return [cell.strip() for cell in cells]
+    return [cell.strip(" \t") for cell in cells]
 
 
 def _values(cells: list[str], width: int, dialect: Dialect, unnamed: bool) -> list[float] | None:

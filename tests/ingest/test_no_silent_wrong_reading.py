@@ -562,3 +562,15 @@ def test_a_comma_more_in_a_padded_row_of_a_maker_shifted_its_cells() -> None:
 def channel_of_first(result: ReadFile, name: str) -> np.ndarray:
     """The values of a channel in the first part."""
     return next(channel.values for channel in result.parts[0].channels if channel.name == name)
+
+
+@pytest.mark.parametrize("damaged", ["\x0b", "\x0c", "\x1c", "\x1d", "\x1f", "\x85"])
+def test_a_damaged_last_digit_that_counts_as_a_blank_was_stripped(damaged: str) -> None:
+    """0.425 became 0.42 and 451 mAh became 45 mAh, for a vertical tab and its like are blanks to a program."""
+    for delimiter in ",;\t ":
+        rows = [f"{3 * k}{delimiter}0.4{k % 10}5" for k in range(300)]
+        rows[200] = f"600{delimiter}0.40{damaged}"
+        result = read_file(f"time_ms{delimiter}height_m\n{chr(10).join(rows)}\n".encode("latin-1"), Declarations())
+        assert (result.rows_kept, result.rows_rejected) == (299, 1), delimiter
+    runs = [f"r{k},451,12" for k in range(200)]
+    assert sheet("run,mAh,minutes", *runs, f"r200,45{damaged},12").rows_rejected == 1

@@ -20,7 +20,8 @@ STORED_UNIT = {"charge": "mAh", "duration": "s", "end_voltage": "V"}
 LIMITS = {"charge": (0.0, 1e5), "duration": (0.0, 172_800.0), "end_voltage": (0.5, 100.0)}
 """What a recharge of a robot's pack can be, in stored units."""
 
-_QUANTITY = re.compile(r"([+-]?[\d.,' ]*\d[.,]?)\s*([A-Za-zµ*.]*)")
+# No other blank: a damaged digit may be one.
+_QUANTITY = re.compile("([+-]?[\\d.,' ]*\\d[.,]?)[ \t\u00a0\u202f]*([A-Za-zµ*.]*)")
 _CLOCK = re.compile(r"(?:(\d+):)?(\d+):(\d\d)")
 _MODES = {
     "": None, "charge": ChargeMode.CHARGE, "charging": ChargeMode.CHARGE, "chg": ChargeMode.CHARGE,

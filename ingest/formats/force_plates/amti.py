@@ -29,11 +29,11 @@ _RATE = re.compile(
 
 
 def _first_row(head: Head) -> int | None:
-    """Return which line is the first of six numbers for each plate, None where there is none or columns have names."""
+    """Return which line is the first of six numbers for each plate, None where a line of as many cells stands above."""
     for index, line in enumerate(head.lines[:_HEADER_LINES]):
         cells = split_cells(line.encode("latin-1", errors="replace"), b",") or []
         if len(cells) >= len(_COMPONENTS) and all(is_number(cell, comma=False) for cell in cells):
-            named = any(len(above.split(",")) == len(cells) for above in head.lines[:index])
+            named = any(above.count(",") >= len(_COMPONENTS) - 1 for above in head.lines[:index])
             return index if len(cells) % len(_COMPONENTS) == 0 and not named else None
     return None
 

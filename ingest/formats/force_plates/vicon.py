@@ -109,7 +109,7 @@ def _table(head: Head, section: _Section, title: str, spans: list[_Span], findin
         for line in section.lines[:_HEADER_LINES]
     ]
     names = _without_blank_end(cells[3])
-    rate = positive(cells[1][0])
+    rate = positive(next(iter(cells[1]), None))
     if names[:2] != ["Frame", "Sub Frame"] or not rate:
         return None
     groups, units = (row + [""] * len(names) for row in (cells[2], cells[4]))

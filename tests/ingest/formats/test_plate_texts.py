@@ -370,3 +370,15 @@ def test_a_comma_that_may_be_a_thousand_is_asked_about() -> None:
     data = "\r\n".join(["Run #1,Run #1", "Time (s),Normal Force (N)", *rows, ""]).encode()
     assert "decimal_sign_unclear" in rules(read(data))
     assert "decimal_sign_unclear" not in rules(read(data, Declarations(decimal_sign=",")))
+
+
+def test_a_rate_line_that_cannot_be_split_is_refused() -> None:
+    data = made.vicon().split(b"\r\n")
+    data[1] = b'"1000'
+    assert read(b"\r\n".join(data)).refused
+
+
+def test_a_first_row_that_is_damaged_is_no_line_of_the_header() -> None:
+    lines = made.amti().split(b"\r\n")
+    lines[4] = lines[4].replace(b",", b";", 1)
+    assert read(b"\r\n".join(lines)).refused
