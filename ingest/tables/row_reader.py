@@ -155,7 +155,7 @@ def read_lines(
 
 def _is_whole_row(content: bytes, layout: Layout) -> bool:
     cells = split_cells(content, layout.delimiter)
-    return cells is not None and layout.width <= len(cells) <= layout.width + layout.trailing + 1
+    return cells is not None and layout.width <= len(cells) <= layout.width + max(1, layout.trailing)
 
 
 def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
@@ -184,7 +184,7 @@ def _read_line(reader: _Reader, content: bytes, line: int, ordinal: int) -> int:
         cells = with_units_joined(cells, layout.width)
     whole = len(cells) == layout.width
     beyond = cells[layout.width :]
-    if beyond and len(beyond) <= layout.trailing + 1 and not any(beyond):
+    if beyond and len(beyond) <= max(1, layout.trailing) and not any(beyond):
         del cells[layout.width :]
         whole = True
     elif layout.trailing and whole and not cells[-1]:
