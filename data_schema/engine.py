@@ -25,6 +25,7 @@ from sqlalchemy.exc import DBAPIError, OperationalError
 
 from data_schema.errors import BookBusy, BookDamaged, UsageError
 from data_schema.mounts import refuse_network_drive
+from data_schema.row_hashes import hashed
 
 BUSY_TIMEOUT_S = 10.0
 SQLITE_MINIMUM = (3, 37, 0)
@@ -100,8 +101,13 @@ def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema:
 
 @contextlib.contextmanager
 def writing(engine: sa.Engine) -> Iterator[sa.Connection]:
-    """Run one writing transaction, alone; committed at the end, rolled back on any error."""
-    with translated(), engine.connect().execution_options(labbook_writes=True) as connection, alone(connection):
+    """Run one writing transaction, alone; its rows are hashed and it is committed at the end, or rolled back."""
+    with (
+        translated(),
+        engine.connect().execution_options(labbook_writes=True) as connection,
+        alone(connection),
+        hashed(connection),
+    ):
         yield connection
 
 

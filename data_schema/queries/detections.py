@@ -10,6 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.chunks import in_chunks
+from data_schema.row_hashes import written
 from data_schema.tables.files import ingest
 from data_schema.tables.people import person
 from data_schema.tables.runs import decision
@@ -90,6 +91,7 @@ def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> No
         jumps = [{"detection": owners[key], **row} for key, item in fresh.items() for row in item.jumps]
         if jumps:
             connection.execute(jump.insert(), jumps)
+        written(connection, "detection", [row["uid"] for row in rows])
 
 
 def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | None) -> dict[str, int]:

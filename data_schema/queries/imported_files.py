@@ -10,6 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.readings import reading_entries
+from data_schema.row_hashes import written
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import charge, run
 from data_schema.tables.signals import signal
@@ -149,7 +150,8 @@ def unlink_file(connection: sa.Connection, file_uid: str, part: str | None = Non
     """Let a file, or a part of it, belong to no run; which one it belonged to stands in the journal."""
     of_file = sa.select(file.c.id).where(file.c.uid == file_uid).scalar_subquery()
     meant = run_file.delete().where(run_file.c.file == of_file)
-    connection.execute(meant if part is None else meant.where(run_file.c.part == part))
+    unlinked = (meant if part is None else meant.where(run_file.c.part == part)).returning(run_file.c.uid)
+    written(connection, "run_file", connection.execute(unlinked).scalars().all())
 
 
 def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:

@@ -10,6 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.imported_files import runs_of_file
+from data_schema.row_hashes import written
 from data_schema.tables.files import file, finding, ingest
 from data_schema.tables.people import config, person
 from data_schema.tables.signals import channel, gap, signal
@@ -69,6 +70,7 @@ def add_file(connection: sa.Connection, *, uid: str, sha256: str, n_bytes: int, 
     done = connection.execute(
         file.insert().values(uid=uid, sha256=sha256, n_bytes=n_bytes, store_path=store_path, state=str(FileState.KEPT))
     )
+    written(connection, "file", [uid])
     return _key(done)
 
 
@@ -88,6 +90,7 @@ def add_ingest(connection: sa.Connection, *, person_name: str, values: Mapping[s
     newest_config = sa.select(sa.func.max(config.c.id)).scalar_subquery()
     speaker = sa.select(person.c.id).where(person.c.name == person_name).scalar_subquery()
     done = connection.execute(ingest.insert().values(person=speaker, config=newest_config, **values))
+    written(connection, "ingest", [values["uid"]])
     return _key(done)
 
 
@@ -95,6 +98,8 @@ def add_findings(connection: sa.Connection, ingest_key: int, rows: Sequence[Mapp
     """Add what the checks found."""
     if rows:
         connection.execute(finding.insert(), [{"ingest": ingest_key, **row} for row in rows])
+        uid = connection.execute(sa.select(ingest.c.uid).where(ingest.c.id == ingest_key)).scalar_one()
+        written(connection, "ingest", [uid])
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +144,7 @@ def add_signal(
     channels: Sequence[Mapping[str, Any]],
     gaps: Sequence[Mapping[str, Any]],
 ) -> int:
-    """Add a signal with its channels and gaps; returns its key."""
+    """Add a signal of the reading that the transaction adds, with its channels and gaps; returns its key."""
     key = _key(connection.execute(signal.insert().values(**values)))
     connection.execute(channel.insert(), [{"signal": key, **row} for row in channels])
     if gaps:

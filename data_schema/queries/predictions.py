@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.queries.chunks import in_chunks
+from data_schema.row_hashes import written
 from data_schema.tables.design import condition
 from data_schema.tables.results import prediction, result
 
@@ -48,6 +49,7 @@ def add_predictions(connection: sa.Connection, rows: Sequence[PredictionRow]) ->
         ]
         if values:
             connection.execute(prediction.insert(), values)
+            written(connection, "result", list(results))
 
 
 def _keys(

@@ -10,6 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.chunks import in_chunks
+from data_schema.row_hashes import written
 from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.people import config, journal, person
 from data_schema.tables.runs import run
@@ -172,6 +173,7 @@ def parts_of_reading(connection: sa.Connection, ingest_uid: str) -> list[PartRow
 def set_status(connection: sa.Connection, ingest_uid: str, status: IngestStatus) -> None:
     """Say how a reading stands now."""
     connection.execute(ingest.update().where(ingest.c.uid == ingest_uid).values(status=str(status)))
+    written(connection, "ingest", [ingest_uid])
 
 
 def waiting_files(connection: sa.Connection) -> list[WaitingFile]:

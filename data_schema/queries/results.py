@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.queries.chunks import in_chunks
+from data_schema.row_hashes import STALE, written
 from data_schema.tables.people import config
 from data_schema.tables.results import result, result_input, result_number
 
@@ -118,6 +119,7 @@ def add_results(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
         for table, values in ((result_number, numbers), (result_input, inputs)):
             if values:
                 connection.execute(table.insert(), values)
+        written(connection, "result", [row.uid for row in some])
 
 
 def renew(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
@@ -125,6 +127,7 @@ def renew(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     _outdate(connection, rows)
     for some in in_chunks(rows):
         connection.execute(result.update().where(result.c.key.in_([row.key for row in some])).values(stale=0))
+        written(connection, STALE, [row.uid for row in some])
 
 
 def _outdate(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
@@ -132,7 +135,8 @@ def _outdate(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     what = sa.tuple_(result.c.kind, result.c.scope_json)
     for some in in_chunks(rows):
         rivals = what.in_([(row.kind, row.scope_json) for row in some])
-        connection.execute(result.update().where(rivals, result.c.stale == 0).values(stale=1))
+        outdated = result.update().where(rivals, result.c.stale == 0).values(stale=1).returning(result.c.uid)
+        written(connection, STALE, connection.execute(outdated).scalars().all())
 
 
 def _private_keys(connection: sa.Connection, keys: Sequence[str]) -> dict[str, int]:
@@ -162,10 +166,11 @@ def _mark_some_stale(connection: sa.Connection, changed: Sequence[tuple[str, str
     )
     fresh = sa.and_(result.c.id.in_(sa.select(down.c.id)), result.c.stale == 0)
     rows = connection.execute(
-        sa.select(result.c.id, result.c.kind, result.c.scope_json).where(fresh).order_by(result.c.id)
+        sa.select(result.c.id, result.c.uid, result.c.kind, result.c.scope_json).where(fresh).order_by(result.c.id)
     ).all()
     if rows:
         connection.execute(result.update().where(fresh).values(stale=1))
+        written(connection, STALE, [row.uid for row in rows])
     return [(row.kind, row.scope_json) for row in rows]
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.queries.chunks import in_chunks
+from data_schema.row_hashes import written
 from data_schema.tables.results import report, report_item, result_number
 
 
@@ -59,6 +60,7 @@ def add_report_items(connection: sa.Connection, report_uid: str, shown: Mapping[
                 for uid in sorted(shown)
             ],
         )
+        written(connection, "report", [report_uid])
 
 
 def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]:

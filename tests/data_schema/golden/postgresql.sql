@@ -270,6 +270,9 @@ column robot.name text NOT NULL
 column robot.rest_length_m double precision NOT NULL
 column robot.uid text NOT NULL
 column robot.valid_from_utc text NOT NULL
+column row_hash.kind text NOT NULL
+column row_hash.sha256 text NOT NULL
+column row_hash.uid text NOT NULL
 column run.battery bigint NOT NULL
 column run.condition bigint
 column run.day bigint NOT NULL
@@ -397,6 +400,7 @@ index CREATE UNIQUE INDEX pk_result ON public.result USING btree (id)
 index CREATE UNIQUE INDEX pk_result_input ON public.result_input USING btree (result, role, input_kind, input_uid)
 index CREATE UNIQUE INDEX pk_result_number ON public.result_number USING btree (id)
 index CREATE UNIQUE INDEX pk_robot ON public.robot USING btree (id)
+index CREATE UNIQUE INDEX pk_row_hash ON public.row_hash USING btree (kind, uid)
 index CREATE UNIQUE INDEX pk_run ON public.run USING btree (id)
 index CREATE UNIQUE INDEX pk_run_file ON public.run_file USING btree (id)
 index CREATE UNIQUE INDEX pk_signal ON public.signal USING btree (id)
@@ -608,6 +612,7 @@ rule robot.ck_robot_leg_range CHECK ((leg_min_m < leg_max_m))
 rule robot.pk_robot PRIMARY KEY (id)
 rule robot.uq_robot_name_valid_from_utc UNIQUE (name, valid_from_utc)
 rule robot.uq_robot_uid UNIQUE (uid)
+rule row_hash.pk_row_hash PRIMARY KEY (kind, uid)
 rule run.ck_run_duration_positive CHECK (((duration_s IS NULL) OR (duration_s > (0)::double precision)))
 rule run.ck_run_jumps_counted CHECK ((jumps_made >= 0))
 rule run.ck_run_kind_known CHECK ((kind = ANY (ARRAY['jumps'::text, 'idle'::text, 'characterisation'::text, 'field'::text])))

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
+from data_schema.engine import writing
 from data_schema.errors import InputRefused
 from data_schema.queries.broken_rules import what_is_allowed
 from data_schema.queries.facts import FACTS, insert_fact, update_fact
@@ -42,7 +43,7 @@ def test_what_is_allowed_is_told(engine: sa.Engine, kind: str, values: dict[str,
 
 
 def test_what_is_there_already_is_named(engine: sa.Engine) -> None:
-    with engine.begin() as connection:
+    with writing(engine) as connection:
         insert_fact(connection, "battery", "u1", PACK)
         insert_fact(connection, "battery", "u2", {**PACK, "name": "B"})
     with engine.connect() as connection, pytest.raises(InputRefused, match="there is a battery A already"):

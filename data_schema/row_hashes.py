@@ -1,0 +1,224 @@
+"""Hashes of rows, kept in a table of their own: a row that something else than labbook altered no longer fits its hash.
+
+Rows that are written together have one hash under the uid of the row that they belong to: a reading of a file with its
+findings, signals, channels and gaps; a detection with its jumps; a result with its numbers and inputs; a fact alone.
+Whoever writes rows says so with `written`; `hashed` wraps a writing transaction and hashes at its end what then stands
+in the tables. Private keys of rows that others refer to are part of the hash, so that no two rows can change places.
+Whether a result is stale changes for many at once: that has a kind of its own, and a hash only where it is.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.queries.chunks import in_chunks
+from data_schema.tables import design, equipment, files, hashes, people, results, runs, signals
+
+_WRITTEN = "labbook_rows_written"
+"""Under this name a connection keeps what its transaction has written."""
+
+STALE = "stale"
+
+
+class Misfit(StrEnum):
+    """How rows and their hash disagree."""
+
+    ALTERED = "altered"
+    ADDED = "added"
+    REMOVED = "removed"
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """Rows of a table that belong to an owner: how they are joined to it, and in which order they are hashed."""
+
+    table: sa.Table
+    joins: Sequence[tuple[sa.Table, sa.ColumnElement[bool]]]
+    order: Sequence[sa.Column[Any]]
+    left_out: Sequence[str] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Altered:
+    """Rows that are not what labbook wrote, by the kind and the uid of their owner."""
+
+    kind: str
+    uid: str
+    how: Misfit
+
+
+def _alone(table: sa.Table) -> tuple[sa.Table, tuple[Member, ...]]:
+    return table, (Member(table, (), (table.c.id,)),)
+
+
+def _below(table: sa.Table, owner: sa.Table, *order: sa.Column[Any], left_out: Sequence[str] = ("id",)) -> Member:
+    return Member(table, ((owner, table.c[owner.name] == owner.c.id),), order, left_out)
+
+
+def _of_signal(table: sa.Table, place: sa.Column[Any], *left_out: str) -> Member:
+    signal, reading = signals.signal, files.ingest
+    joins = ((signal, table.c.signal == signal.c.id), (reading, signal.c.ingest == reading.c.id))
+    return Member(table, joins, (table.c.signal, place), left_out)
+
+
+_FACTS = (
+    people.person,
+    people.config,
+    design.study,
+    design.day,
+    design.day_check,
+    design.factor,
+    design.level,
+    design.plan,
+    design.planned_run,
+    equipment.robot,
+    equipment.battery,
+    equipment.instrument,
+    equipment.calibration,
+    files.file,
+    files.run_file,
+    runs.run,
+    runs.charge,
+    runs.note,
+    runs.decision,
+)
+
+GROUPS: Mapping[str, tuple[sa.Table, tuple[Member, ...]]] = {
+    **{table.name: _alone(table) for table in _FACTS},
+    "condition": (
+        design.condition,
+        (
+            Member(design.condition, (), (design.condition.c.id,)),
+            _below(design.condition_level, design.condition, design.condition_level.c.factor, left_out=()),
+        ),
+    ),
+    "ingest": (
+        files.ingest,
+        (
+            Member(files.ingest, (), (files.ingest.c.id,)),
+            _below(files.finding, files.ingest, files.finding.c.id),
+            _below(signals.signal, files.ingest, signals.signal.c.id, left_out=()),
+            _of_signal(signals.channel, signals.channel.c.position),
+            _of_signal(signals.gap, signals.gap.c.id, "id"),
+        ),
+    ),
+    "detection": (
+        signals.detection,
+        (
+            Member(signals.detection, (), (signals.detection.c.id,)),
+            _below(signals.jump, signals.detection, signals.jump.c.number),
+        ),
+    ),
+    "result": (
+        results.result,
+        (
+            Member(results.result, (), (results.result.c.id,), ("stale",)),
+            _below(results.result_number, results.result, results.result_number.c.name, left_out=()),
+            _below(
+                results.result_input,
+                results.result,
+                results.result_input.c.role,
+                results.result_input.c.input_kind,
+                results.result_input.c.input_uid,
+                left_out=(),
+            ),
+            _below(results.prediction, results.result, results.prediction.c.id),
+        ),
+    ),
+    "report": (
+        results.report,
+        (
+            Member(results.report, (), (results.report.c.id,)),
+            _below(results.report_item, results.report, results.report_item.c.number_uid, left_out=()),
+        ),
+    ),
+}
+"""The kinds of owners, each with the tables whose rows its hash covers; all tables but the journal, which is chained."""
+
+
+def written(connection: sa.Connection, kind: str, uids: Sequence[str]) -> None:
+    """Say that rows of these owners were written, or that results became stale or current (`STALE`)."""
+    connection.info[_WRITTEN].setdefault(kind, {}).update(dict.fromkeys(uids))
+
+
+@contextlib.contextmanager
+def hashed(connection: sa.Connection) -> Iterator[None]:
+    """Keep account of the rows that a transaction writes, and hash them at its end."""
+    touched: dict[str, dict[str, None]] = {}
+    connection.info[_WRITTEN] = touched
+    try:
+        yield
+        for kind, uids in touched.items():
+            for some in in_chunks(list(uids)):
+                _keep(connection, kind, some)
+    finally:
+        del connection.info[_WRITTEN]
+
+
+def altered_rows(connection: sa.Connection) -> list[Altered]:
+    """Hash all rows anew and return those that do not fit what was kept when they were written."""
+    kept: dict[str, dict[str, str]] = {kind: {} for kind in _QUERIES}
+    for kind, uid, sha256 in connection.execute(sa.select(hashes.row_hash)):
+        kept.setdefault(kind, {})[uid] = sha256
+    found = []
+    for kind, expected in kept.items():
+        now = row_hashes(connection, kind)
+        for uid, sha256 in now.items():
+            if expected.get(uid) != sha256:
+                found.append(Altered(kind, uid, Misfit.ALTERED if uid in expected else Misfit.ADDED))
+        found += [Altered(kind, uid, Misfit.REMOVED) for uid in expected if uid not in now]
+    return found
+
+
+def row_hashes(connection: sa.Connection, kind: str, uids: Sequence[str] | None = None) -> dict[str, str]:
+    """Return the hashes of the rows as they stand, by the uid of their owner: of all of a kind, or of some."""
+    if kind not in _QUERIES:
+        return {}
+    given = {} if uids is None else {"uids": list(uids)}
+    digests: dict[str, Any] = {}
+    for name, every, some in _QUERIES[kind]:
+        for uid, *row in connection.execute(every if uids is None else some, given):
+            digest = digests.get(uid)
+            if digest is None:
+                digest = digests[uid] = hashlib.sha256()
+            digest.update(name + repr(row).encode())
+    return {uid: digest.hexdigest() for uid, digest in digests.items()}
+
+
+def _queries(owner: sa.Table, member: Member) -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
+    """Select the rows of all owners, and those of owners with one of the `uids`."""
+    source: sa.FromClause = member.table
+    for table, on in member.joins:
+        source = source.join(table, on)
+    columns = [column for column in member.table.c if column.name not in member.left_out]
+    every = sa.select(owner.c.uid, *columns).select_from(source).order_by(*member.order)
+    some = every.where(owner.c.uid.in_(sa.bindparam("uids", expanding=True)))
+    return member.table.name.encode(), every, some
+
+
+def _stale() -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
+    every = sa.select(results.result.c.uid).where(results.result.c.stale == 1)
+    return STALE.encode(), every, every.where(results.result.c.uid.in_(sa.bindparam("uids", expanding=True)))
+
+
+_QUERIES = {
+    **{kind: [_queries(owner, member) for member in members] for kind, (owner, members) in GROUPS.items()},
+    STALE: [_stale()],
+}
+"""Built once: an ingest of many files asks them for each, and building one takes longer than asking it."""
+
+
+def _keep(connection: sa.Connection, kind: str, uids: Sequence[str]) -> None:
+    table = hashes.row_hash
+    connection.execute(table.delete().where(table.c.kind == kind, table.c.uid.in_(uids)))
+    found = row_hashes(connection, kind, uids)
+    if found:
+        rows = [{"kind": kind, "uid": uid, "sha256": sha256} for uid, sha256 in found.items()]
+        connection.execute(table.insert(), rows)
