@@ -3,8 +3,8 @@
 Rows that are written together have one hash under the uid of the row that they belong to: a reading of a file with its
 findings, signals, channels and gaps; a detection with its jumps; a result with its numbers and inputs; a fact alone.
 Whoever writes rows says so with `written`; `hashed` wraps a writing transaction and hashes at its end what then stands
-in the tables. Private keys of rows that others refer to are part of the hash, so that no two rows can change places.
-Whether a result is stale changes for many at once: that has a kind of its own, and a hash only where it is.
+in the tables. What is hashed has no private keys: a reference is the uid of the row that it leads to. So the same book
+has the same hashes on any engine and after a rebuild, and two rows cannot change places unseen. Whether a result is stale changes for many at once: that has a kind of its own, and a hash only where it is.
 """
 
 from __future__ import annotations
@@ -42,7 +42,6 @@ class Member:
     table: sa.Table
     joins: Sequence[tuple[sa.Table, sa.ColumnElement[bool]]]
     order: Sequence[sa.Column[Any]]
-    left_out: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,14 +57,14 @@ def _alone(table: sa.Table) -> tuple[sa.Table, tuple[Member, ...]]:
     return table, (Member(table, (), (table.c.id,)),)
 
 
-def _below(table: sa.Table, owner: sa.Table, *order: sa.Column[Any], left_out: Sequence[str] = ("id",)) -> Member:
-    return Member(table, ((owner, table.c[owner.name] == owner.c.id),), order, left_out)
+def _below(table: sa.Table, owner: sa.Table, *order: sa.Column[Any]) -> Member:
+    return Member(table, ((owner, table.c[owner.name] == owner.c.id),), order)
 
 
-def _of_signal(table: sa.Table, place: sa.Column[Any], *left_out: str) -> Member:
+def _of_signal(table: sa.Table, place: sa.Column[Any]) -> Member:
     signal, reading = signals.signal, files.ingest
     joins = ((signal, table.c.signal == signal.c.id), (reading, signal.c.ingest == reading.c.id))
-    return Member(table, joins, (table.c.signal, place), left_out)
+    return Member(table, joins, (table.c.signal, place))
 
 
 _FACTS = (
@@ -96,7 +95,7 @@ GROUPS: Mapping[str, tuple[sa.Table, tuple[Member, ...]]] = {
         design.condition,
         (
             Member(design.condition, (), (design.condition.c.id,)),
-            _below(design.condition_level, design.condition, design.condition_level.c.factor, left_out=()),
+            _below(design.condition_level, design.condition, design.condition_level.c.factor),
         ),
     ),
     "ingest": (
@@ -104,9 +103,9 @@ GROUPS: Mapping[str, tuple[sa.Table, tuple[Member, ...]]] = {
         (
             Member(files.ingest, (), (files.ingest.c.id,)),
             _below(files.finding, files.ingest, files.finding.c.id),
-            _below(signals.signal, files.ingest, signals.signal.c.id, left_out=()),
+            _below(signals.signal, files.ingest, signals.signal.c.id),
             _of_signal(signals.channel, signals.channel.c.position),
-            _of_signal(signals.gap, signals.gap.c.id, "id"),
+            _of_signal(signals.gap, signals.gap.c.id),
         ),
     ),
     "detection": (
@@ -119,15 +118,14 @@ GROUPS: Mapping[str, tuple[sa.Table, tuple[Member, ...]]] = {
     "result": (
         results.result,
         (
-            Member(results.result, (), (results.result.c.id,), ("stale",)),
-            _below(results.result_number, results.result, results.result_number.c.name, left_out=()),
+            Member(results.result, (), (results.result.c.id,)),
+            _below(results.result_number, results.result, results.result_number.c.name),
             _below(
                 results.result_input,
                 results.result,
                 results.result_input.c.role,
                 results.result_input.c.input_kind,
                 results.result_input.c.input_uid,
-                left_out=(),
             ),
             _below(results.prediction, results.result, results.prediction.c.id),
         ),
@@ -136,7 +134,7 @@ GROUPS: Mapping[str, tuple[sa.Table, tuple[Member, ...]]] = {
         results.report,
         (
             Member(results.report, (), (results.report.c.id,)),
-            _below(results.report_item, results.report, results.report_item.c.number_uid, left_out=()),
+            _below(results.report_item, results.report, results.report_item.c.number_uid),
         ),
     ),
 }
@@ -197,10 +195,17 @@ def _queries(owner: sa.Table, member: Member) -> tuple[bytes, sa.Select[Any], sa
     source: sa.FromClause = member.table
     for table, on in member.joins:
         source = source.join(table, on)
-    columns = [column for column in member.table.c if column.name not in member.left_out]
+    columns: list[sa.ColumnElement[Any]] = []
+    for column in member.table.c:
+        referred = next((key.column.table for key in column.foreign_keys), None)
+        if referred is not None and referred is not owner:
+            other = referred.alias()
+            source = source.outerjoin(other, column == other.c.id)
+            columns.append(other.c.uid)
+        elif referred is None and column.name not in ("id", STALE):
+            columns.append(column)
     every = sa.select(owner.c.uid, *columns).select_from(source).order_by(*member.order)
-    some = every.where(owner.c.uid.in_(sa.bindparam("uids", expanding=True)))
-    return member.table.name.encode(), every, some
+    return member.table.name.encode(), every, every.where(owner.c.uid.in_(sa.bindparam("uids", expanding=True)))
 
 
 def _stale() -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
