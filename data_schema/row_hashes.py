@@ -4,7 +4,8 @@ Rows that are written together have one hash under the uid of the row that they 
 findings, signals, channels and gaps; a detection with its jumps; a result with its numbers and inputs; a fact alone.
 Whoever writes rows says so with `written`; `hashed` wraps a writing transaction and hashes at its end what then stands
 in the tables. What is hashed has no private keys: a reference is the uid of the row that it leads to. So the same book
-has the same hashes on any engine and after a rebuild, and two rows cannot change places unseen. Whether a result is stale changes for many at once: that has a kind of its own, and a hash only where it is.
+has the same hashes on any engine and after a rebuild, and two rows cannot change places unseen. Whether a result is
+stale changes for many at once: that has a kind of its own, and a hash only where it is.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.chunks import in_chunks
+from data_schema.chunks import in_chunks
 from data_schema.tables import design, equipment, files, hashes, people, results, runs, signals
 
 _WRITTEN = "labbook_rows_written"
@@ -138,7 +139,7 @@ GROUPS: Mapping[str, tuple[sa.Table, tuple[Member, ...]]] = {
         ),
     ),
 }
-"""The kinds of owners, each with the tables whose rows its hash covers; all tables but the journal, which is chained."""
+"""The kinds of owners, each with the tables that its hash covers: all but the journal, which is a chain of its own."""
 
 
 def written(connection: sa.Connection, kind: str, uids: Sequence[str]) -> None:
@@ -190,6 +191,15 @@ def row_hashes(connection: sa.Connection, kind: str, uids: Sequence[str] | None 
     return {uid: digest.hexdigest() for uid, digest in digests.items()}
 
 
+def rows_of(connection: sa.Connection, kind: str, uid: str) -> list[tuple[str, dict[str, Any]]]:
+    """Return what the hash of one owner covers: each row by column, after the name of its table."""
+    return [
+        (name.decode(), {column: value for column, value in row.items() if column != "owner"})
+        for name, _every, some in _QUERIES[kind]
+        for row in connection.execute(some, {"uids": [uid]}).mappings()
+    ]
+
+
 def _queries(owner: sa.Table, member: Member) -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
     """Select the rows of all owners, and those of owners with one of the `uids`."""
     source: sa.FromClause = member.table
@@ -201,15 +211,15 @@ def _queries(owner: sa.Table, member: Member) -> tuple[bytes, sa.Select[Any], sa
         if referred is not None and referred is not owner:
             other = referred.alias()
             source = source.outerjoin(other, column == other.c.id)
-            columns.append(other.c.uid)
+            columns.append(other.c.uid.label(column.name))
         elif referred is None and column.name not in ("id", STALE):
             columns.append(column)
-    every = sa.select(owner.c.uid, *columns).select_from(source).order_by(*member.order)
+    every = sa.select(owner.c.uid.label("owner"), *columns).select_from(source).order_by(*member.order)
     return member.table.name.encode(), every, every.where(owner.c.uid.in_(sa.bindparam("uids", expanding=True)))
 
 
 def _stale() -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
-    every = sa.select(results.result.c.uid).where(results.result.c.stale == 1)
+    every = sa.select(results.result.c.uid.label("owner")).where(results.result.c.stale == 1)
     return STALE.encode(), every, every.where(results.result.c.uid.in_(sa.bindparam("uids", expanding=True)))
 
 

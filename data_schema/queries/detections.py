@@ -9,7 +9,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.chunks import in_chunks
+from data_schema.chunks import in_chunks
 from data_schema.row_hashes import written
 from data_schema.tables.files import ingest
 from data_schema.tables.people import person

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.queries.chunks import in_chunks
+from data_schema.chunks import in_chunks
 from data_schema.row_hashes import STALE, written
 from data_schema.tables.people import config
 from data_schema.tables.results import result, result_input, result_number
@@ -153,17 +153,7 @@ def _mark_some_stale(connection: sa.Connection, changed: Sequence[tuple[str, str
     rests_on_changed = sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(changed)
     if connection.execute(sa.select(result_input.c.result).where(rests_on_changed).limit(1)).first() is None:
         return []  # as for every run of a new sheet, and much quicker than walking down
-    down = (
-        sa.select(result.c.id, result.c.uid)
-        .join(result_input, result_input.c.result == result.c.id)
-        .where(rests_on_changed)
-        .cte("down", recursive=True)
-    )
-    down = down.union(
-        sa.select(result.c.id, result.c.uid)
-        .join(result_input, result_input.c.result == result.c.id)
-        .join(down, sa.and_(result_input.c.input_kind == "result", result_input.c.input_uid == down.c.uid))
-    )
+    down = resting_on(rests_on_changed)
     fresh = sa.and_(result.c.id.in_(sa.select(down.c.id)), result.c.stale == 0)
     rows = connection.execute(
         sa.select(result.c.id, result.c.uid, result.c.kind, result.c.scope_json).where(fresh).order_by(result.c.id)
@@ -172,6 +162,21 @@ def _mark_some_stale(connection: sa.Connection, changed: Sequence[tuple[str, str
         connection.execute(result.update().where(fresh).values(stale=1))
         written(connection, STALE, [row.uid for row in rows])
     return [(row.kind, row.scope_json) for row in rows]
+
+
+def resting_on(these: sa.ColumnElement[bool]) -> sa.CTE:
+    """Select id and uid of all results with an input of `these`, and of those that rest on them in turn."""
+    down = (
+        sa.select(result.c.id, result.c.uid)
+        .join(result_input, result_input.c.result == result.c.id)
+        .where(these)
+        .cte("down", recursive=True)
+    )
+    return down.union(
+        sa.select(result.c.id, result.c.uid)
+        .join(result_input, result_input.c.result == result.c.id)
+        .join(down, sa.and_(result_input.c.input_kind == "result", result_input.c.input_uid == down.c.uid))
+    )
 
 
 def result_of_number(connection: sa.Connection, number_uid: str) -> tuple[ResultRow, NumberRow] | None:

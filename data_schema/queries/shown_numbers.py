@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.queries.chunks import in_chunks
+from data_schema.chunks import in_chunks
+from data_schema.queries.results import resting_on
 from data_schema.row_hashes import written
-from data_schema.tables.results import report, report_item, result_number
+from data_schema.tables.results import report, report_item, result, result_input, result_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +75,22 @@ def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]
     return [
         ShownIn(row.uid, row.made_utc, row.value, json.loads(row.versions_json)) for row in connection.execute(query)
     ]
+
+
+def reports_resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
+    """List the reports that show a number of these results, or one that rests on these facts, by (kind, uid)."""
+    down = resting_on(sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(inputs))
+    own = result.c.uid.in_([uid for kind, uid in inputs if kind == "result"])
+    query = (
+        sa.select(report.c.uid)
+        .distinct()
+        .join(report_item, report_item.c.report == report.c.id)
+        .join(result_number, report_item.c.result_number == result_number.c.id)
+        .join(result, result_number.c.result == result.c.id)
+        .where(sa.or_(result.c.id.in_(sa.select(down.c.id)), own))
+        .order_by(report.c.uid)
+    )
+    return list(connection.execute(query).scalars())
 
 
 def shown_numbers(connection: sa.Connection) -> list[ShownNumber]:

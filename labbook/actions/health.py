@@ -1,11 +1,13 @@
 """`labbook db check`: is the book whole? Everything that the book rests on is read once and compared with its hash.
 
-The journal's chain in file and table, every raw copy, every file of samples, and what SQLite says of its own file.
-Nothing is changed or mended; each problem says what to do about it.
+The journal's chain in file and table, every row of the tables, every raw copy, every file of samples, and what SQLite
+says of its own file. Where rows do not fit their hashes, and for a deep check always, the journal is played back into
+a temporary database and compared. Nothing is changed or mended; each problem says what to do about it.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
@@ -24,12 +26,15 @@ from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.integrity import KeptFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.verdicts import verdicts_waiting
+from data_schema.row_hashes import altered_rows
 from ingest.store import Store
+from labbook.book.altered import compared, differing
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
+from labbook.book.replaying import replayed
 from labbook.config.parsing import Configuration
 
-PROBLEMS_OF_SQLITE = 20
-"""So many at most: what SQLite says of a damaged file can be endless."""
+MOST_PROBLEMS = 20
+"""So many of a kind at most: a damaged database can have them without end."""
 
 Counted = Callable[[int], AbstractContextManager[Callable[[str], None]]]
 """Shows that so many steps will be made, and takes each."""
@@ -71,12 +76,12 @@ class _Told:
     files_waiting: int = 0
 
 
-def check_book(folder: Path, counted: Counted) -> Health:
-    """Check a book as far as it can be read."""
+def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
+    """Check a book as far as it can be read; a `deep` check compares every row with what should stand there."""
     configuration = read_configuration(folder)
     store, path = store_of(folder, configuration), journal_path(folder, configuration)
     problems: list[str] = []
-    told = _attempt(problems, lambda: _ask(folder, configuration)) or _Told([], [], [], None)
+    told = _attempt(problems, lambda: _ask(folder, configuration, counted, deep)) or _Told([], [], [], None)
     problems += told.problems
     written = _attempt(problems, lambda: list(JournalFile(path).entries()))  # after the table: it is never behind it
     left_out = NOTHING if written is None else JournalFile(path).left_out()
@@ -115,7 +120,7 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _ask(folder: Path, configuration: Configuration) -> _Told:
+def _ask(folder: Path, configuration: Configuration, counted: Counted, deep: bool) -> _Told:
     engine = engine_of(folder, configuration)
     try:
         check_revision(engine)
@@ -125,17 +130,49 @@ def _ask(folder: Path, configuration: Configuration) -> _Told:
                 problems += _damage_of_sqlite(connection)
             raw, samples = raw_copies(connection), signal_files(connection)
             entries = _attempt(problems, lambda: list(journal.chained(journal.stored(connection))))
+            if entries:
+                problems += _altered(connection, folder, configuration, len(entries), counted, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
         return _Told(problems, raw, samples, entries, *waiting)
     finally:
         engine.dispose()
 
 
+def _altered(
+    connection: sa.Connection, folder: Path, configuration: Configuration, entries: int, counted: Counted, deep: bool
+) -> list[str]:
+    """Say which rows are not what labbook wrote, what they should be, and which reports rest on them."""
+    suspected = altered_rows(connection)
+    if not suspected and not deep:
+        return []
+    mirror = JournalFile(journal_path(folder, configuration))
+    problems: list[str] = []
+    with counted(entries) as step:
+        try:
+            with (
+                replayed(store_of(folder, configuration), mirror, entries, step) as engine,
+                reading(engine) as fresh,
+            ):
+                if deep:
+                    suspected = list(dict.fromkeys((*suspected, *differing(connection, fresh))))
+                found = compared(connection, fresh, suspected[:MOST_PROBLEMS])
+        except BookError as error:
+            problems.append(f"what should stand in the tables cannot be told: {error}")
+            found = compared(connection, None, suspected[:MOST_PROBLEMS])
+    remedy = "" if problems else " Run `labbook rebuild` to make the database anew from the raw copies and the journal."
+    problems += [f"{rows.sentence}{remedy}" for rows in found]
+    if len(suspected) > MOST_PROBLEMS:
+        kinds = Counter(item.kind for item in suspected)
+        counts = ", ".join(f"{count} of {kind}" for kind, count in kinds.items())
+        problems.append(f"altered in all: {counts}; the first {MOST_PROBLEMS} are named above.")
+    return problems
+
+
 def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
     remedy = "keep the file, and run `labbook rebuild` to make it anew from the raw copies and the journal."
-    found = connection.exec_driver_sql(f"PRAGMA integrity_check({PROBLEMS_OF_SQLITE})").scalars().all()
+    found = connection.exec_driver_sql(f"PRAGMA integrity_check({MOST_PROBLEMS})").scalars().all()
     said = [f"the database is damaged ({text}): {remedy}" for text in found if text != "ok"]
-    broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), PROBLEMS_OF_SQLITE)
+    broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), MOST_PROBLEMS)
     return said + [
         f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there: {remedy}" for row in broken
     ]

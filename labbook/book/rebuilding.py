@@ -11,19 +11,15 @@ import contextlib
 import fcntl
 import secrets
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
-
-import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.disk import stamp, sync
 from data_schema.engine import reading, sqlite_engine, writing
 from data_schema.errors import BookBusy, BookDamaged, UsageError
 from data_schema.journal import Entry
-from data_schema.journal_file import NOTHING, JournalFile, LeftOut
-from ingest.store import Store
-from labbook.book.desk import apply_again
+from data_schema.journal_file import JournalFile, LeftOut
 from labbook.book.differing import Differences, differences
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import (
@@ -36,6 +32,7 @@ from labbook.book.opening import (
 )
 from labbook.book.replacing_postgres import replace_postgres
 from labbook.book.replacing_sqlite import head_of_sqlite, remove_leftovers, replace_sqlite
+from labbook.book.replaying import Replay
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,52 +46,6 @@ class Rebuilt:
     old: str | None
     differences: Differences
     left_out: LeftOut
-
-
-@dataclass
-class Replay:
-    """The journal file played back into empty tables, as far as it goes at the moment."""
-
-    store: Store
-    mirror: JournalFile
-    step: Callable[[str], None]
-    entries: list[Entry] = field(default_factory=list)
-    without_rows: list[Entry] = field(default_factory=list)
-    left_out: LeftOut = NOTHING
-
-    def onto(self, engine: sa.Engine) -> None:
-        """Apply what the journal holds beyond what was applied before, one transaction a command as at first."""
-        seq, last_hash = self.reached
-        new = list(journal.chained(self.mirror.tail(seq) if seq else self.mirror.entries(), (seq, last_hash)))
-        for command in journal.commands(new):
-            with writing(engine) as connection:
-                self.without_rows += apply_again(connection, self.store, command)
-            last = command[-1]
-            self.step(f"{last.seq}/{new[-1].seq} {last.action} {last.entity_kind}")
-            self.entries += command
-
-    @property
-    def reached(self) -> tuple[int, str]:
-        """Number and hash of the last entry that was applied."""
-        return (self.entries[-1].seq, self.entries[-1].hash) if self.entries else (0, journal.GENESIS)
-
-    def finish(self, engine: sa.Engine, standing: tuple[int, str] | None) -> None:
-        """Apply the last entries while nobody can write; `standing` is how far the old database goes, if known."""
-        self.onto(engine)
-        self.left_out = self.mirror.left_out()
-        if standing is None or standing[0] == 0:
-            return
-        seq, last_hash = standing
-        if seq > len(self.entries):
-            raise BookDamaged(
-                f"{self.mirror.path} ends at entry {len(self.entries)}, the database at {seq}: write the file anew "
-                "from the database with `labbook rebuild --journal`, or restore it from a backup; nothing was changed."
-            )
-        if self.entries[seq - 1].hash != last_hash:
-            raise BookDamaged(
-                f"entry {seq} of {self.mirror.path} is not entry {seq} of the database: the two belong to different "
-                "books; put the right ones together; nothing was changed."
-            )
 
 
 def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:

@@ -1,6 +1,7 @@
 """`labbook db`: the database itself."""
 
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -33,15 +34,25 @@ def status_command(book: BookOption = None, as_json: JsonOption = False) -> None
 
 
 @app.command("check")
-def check_command(book: BookOption = None, as_json: JsonOption = False) -> None:
+def check_command(
+    deep: Annotated[
+        bool, typer.Option("--deep", help="Compare every row with what the raw copies and the journal give.")
+    ] = False,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
     """Read everything that the book rests on and say whether it is whole; exit code 3 where it is not.
 
-    Example: labbook db check
+    Rows that do not fit their hashes are named, with what should stand there and the reports that rest on them.
+
+    Example: labbook db check --deep
     """
     from labbook.actions.health import check_book
     from labbook.book.opening import find_folder
 
-    found = check_book(find_folder(book or Path.cwd()), lambda total: progress("checking", total, shown=True))
+    found = check_book(
+        find_folder(book or Path.cwd()), lambda total: progress("checking", total, shown=True), deep=deep
+    )
     problems = len(found.problems)
     verdict = "the book is whole" if found.whole else f"{problems} problem{'s' if problems > 1 else ''}"
     checked = f"{found.entries} entries, {found.raw_copies} raw copies, {found.signal_files} files of samples"

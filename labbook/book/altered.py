@@ -1,0 +1,133 @@
+"""Rows of the database beside those that the raw copies and the journal give: what was altered outside labbook.
+
+A row is suspected where it does not fit the hash that was made when it was written; what it should be is known by
+playing the journal back into another database.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import zip_longest
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.queries.shown_numbers import reports_resting_on
+from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, row_hashes, rows_of
+
+_NAMES = ("name", "original_name", "label", "key", "date_local", "part", "line", "number", "position")
+"""Columns by which a person knows a row, the best first."""
+
+
+@dataclass(frozen=True, slots=True)
+class WrongValue:
+    """A value that is not what raw copies and journal give; no `column` where the whole row is too much or lost."""
+
+    table: str
+    name: str
+    column: str | None
+    stands: Any
+    should_be: Any
+
+    @property
+    def sentence(self) -> str:
+        """Say which value it is, what stands there and what should."""
+        if self.column is None:
+            return f"{self.name} {'is missing' if self.stands is None else 'should not be there'}"
+        return f"{self.name}: {self.column} is {self.stands!r} and should be {self.should_be!r}"
+
+
+@dataclass(frozen=True, slots=True)
+class AlteredRows:
+    """Rows of one owner that were altered: the values, where it is known what they should be, and who printed them."""
+
+    rows: Altered
+    values: tuple[WrongValue, ...]
+    reports: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """Say what was altered, and the reports that rest on it."""
+        what = "; ".join(value.sentence for value in self.values[:5]) or f"{self.rows.kind} {self.rows.uid}"
+        more = f" and {len(self.values) - 5} more" if len(self.values) > 5 else ""
+        printed = f"; reports that rest on it: {', '.join(self.reports)}" if self.reports else ""
+        how = {
+            Misfit.ALTERED: "altered in the database",
+            Misfit.ADDED: "added to the database",
+            Misfit.REMOVED: "removed from the database",
+        }
+        return f"{how[self.rows.how]}: {what}{more}{printed}."
+
+
+def compared(book: sa.Connection, fresh: sa.Connection | None, suspected: Sequence[Altered]) -> list[AlteredRows]:
+    """Say of suspected rows which values are wrong; `fresh` holds what should stand, None where that is not known."""
+    return [
+        AlteredRows(
+            item,
+            () if fresh is None else tuple(_wrong_values(book, fresh, item)),
+            tuple(reports_resting_on(book, _inputs(book, fresh, item))),
+        )
+        for item in suspected
+    ]
+
+
+def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
+    """Hash all rows of both databases and return where they differ."""
+    found = []
+    for kind in (*GROUPS, STALE):
+        here, there = row_hashes(book, kind), row_hashes(fresh, kind)
+        for uid in dict.fromkeys((*here, *there)):
+            if here.get(uid) != there.get(uid):
+                how = Misfit.REMOVED if uid not in here else Misfit.ADDED if uid not in there else Misfit.ALTERED
+                found.append(Altered(kind, uid, how))
+    return found
+
+
+def _wrong_values(book: sa.Connection, fresh: sa.Connection, item: Altered) -> Iterable[WrongValue]:
+    if item.kind == STALE:
+        stands = item.how is Misfit.ADDED
+        yield WrongValue("result", f"result {item.uid}", STALE, int(stands), int(not stands))
+        return
+    here, there = _by_table(book, item), _by_table(fresh, item)
+    for table in dict.fromkeys((*here, *there)):
+        for row, other in _pairs(here.get(table, []), there.get(table, [])):
+            name = f"{table} {_name(row or other or {}, item.uid)}"
+            if row is None or other is None:
+                yield WrongValue(table, name, None, row, other)
+                continue
+            for column, value in row.items():
+                if repr(value) != repr(other[column]):
+                    yield WrongValue(table, name, column, value, other[column])
+
+
+def _by_table(connection: sa.Connection, item: Altered) -> dict[str, list[dict[str, Any]]]:
+    found: dict[str, list[dict[str, Any]]] = {}
+    for table, row in rows_of(connection, item.kind, item.uid):
+        found.setdefault(table, []).append(row)
+    return found
+
+
+def _pairs(
+    here: Sequence[dict[str, Any]], there: Sequence[dict[str, Any]]
+) -> Iterable[tuple[dict[str, Any] | None, dict[str, Any] | None]]:
+    """Put rows beside each other by their uids, those of tables without one in their order."""
+    if any("uid" in row for row in (*here, *there)):
+        left, right = ({row["uid"]: row for row in rows} for rows in (here, there))
+        return [(left.get(uid), right.get(uid)) for uid in dict.fromkeys((*left, *right))]
+    return zip_longest(here, there)
+
+
+def _name(row: Mapping[str, Any], owner: str) -> str:
+    known = next((f" ({name} {row[name]})" for name in _NAMES if row.get(name) is not None), "")
+    return f"{row.get('uid', f'of {owner}')}{known}"
+
+
+def _inputs(book: sa.Connection, fresh: sa.Connection | None, item: Altered) -> list[tuple[str, str]]:
+    """Return under which names results rest on altered rows."""
+    if item.kind == STALE:
+        return [("result", item.uid)]
+    rows = rows_of(book, item.kind, item.uid) + ([] if fresh is None else rows_of(fresh, item.kind, item.uid))
+    samples = [("signal", row["sha256"]) for table, row in rows if table == "signal"]
+    runs = [("run", row["run"]) for _table, row in rows if row.get("run")]
+    return [(item.kind, item.uid), *samples, *runs]

@@ -1,0 +1,89 @@
+"""The journal played back into an empty database: for a rebuild, or beside a book to see what should stand in it."""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import sqlalchemy as sa
+
+from data_schema import journal
+from data_schema.engine import sqlite_engine, writing
+from data_schema.errors import BookDamaged
+from data_schema.journal import Entry
+from data_schema.journal_file import NOTHING, JournalFile, LeftOut
+from ingest.store import Store
+from labbook.book.desk import apply_again
+from labbook.book.making import fill_sqlite
+from labbook.book.opening import DATABASE
+
+
+@dataclass
+class Replay:
+    """The journal file played back into empty tables, as far as it goes at the moment."""
+
+    store: Store
+    mirror: JournalFile
+    step: Callable[[str], None]
+    entries: list[Entry] = field(default_factory=list)
+    without_rows: list[Entry] = field(default_factory=list)
+    left_out: LeftOut = NOTHING
+
+    def onto(self, engine: sa.Engine, until: int | None = None) -> None:
+        """Apply what the journal holds beyond what was applied before, one transaction a command as at first.
+
+        Nothing after entry number `until`, where that is given.
+        """
+        seq, last_hash = self.reached
+        new = list(journal.chained(self.mirror.tail(seq) if seq else self.mirror.entries(), (seq, last_hash)))
+        new = new if until is None else [entry for entry in new if entry.seq <= until]
+        for command in journal.commands(new):
+            with writing(engine) as connection:
+                self.without_rows += apply_again(connection, self.store, command)
+            last = command[-1]
+            self.step(f"{last.seq}/{new[-1].seq} {last.action} {last.entity_kind}")
+            self.entries += command
+
+    @property
+    def reached(self) -> tuple[int, str]:
+        """Number and hash of the last entry that was applied."""
+        return (self.entries[-1].seq, self.entries[-1].hash) if self.entries else (0, journal.GENESIS)
+
+    def finish(self, engine: sa.Engine, standing: tuple[int, str] | None) -> None:
+        """Apply the last entries while nobody can write; `standing` is how far the old database goes, if known."""
+        self.onto(engine)
+        self.left_out = self.mirror.left_out()
+        if standing is None or standing[0] == 0:
+            return
+        seq, last_hash = standing
+        if seq > len(self.entries):
+            raise BookDamaged(
+                f"{self.mirror.path} ends at entry {len(self.entries)}, the database at {seq}: write the file anew "
+                "from the database with `labbook rebuild --journal`, or restore it from a backup; nothing was changed."
+            )
+        if self.entries[seq - 1].hash != last_hash:
+            raise BookDamaged(
+                f"entry {seq} of {self.mirror.path} is not entry {seq} of the database: the two belong to different "
+                "books; put the right ones together; nothing was changed."
+            )
+
+
+@contextlib.contextmanager
+def replayed(store: Store, mirror: JournalFile, until: int, step: Callable[[str], None]) -> Iterator[sa.Engine]:
+    """Make the database that raw copies and the first `until` entries of the journal give, for as long as it is used.
+
+    It lies with its samples in a temporary folder of the system; of the book, only raw copies and journal are read.
+    """
+    with tempfile.TemporaryDirectory(prefix="labbook-replay-") as name:
+        folder = Path(name)
+        (folder / "raw").symlink_to((store.root / "raw").resolve())
+        fill_sqlite(folder / DATABASE)
+        engine = sqlite_engine(folder / DATABASE)
+        try:
+            Replay(Store(folder), mirror, step).onto(engine, until)
+            yield engine
+        finally:
+            engine.dispose()
