@@ -146,37 +146,37 @@ def _private_keys(connection: sa.Connection, keys: Sequence[str]) -> dict[str, i
 
 def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
     """Mark everything downstream of changed (kind, uid) pairs as stale; returns (kind, scope) of what became so."""
-    return [item for some in in_chunks(changed) for item in _mark_some_stale(connection, some)]
-
-
-def _mark_some_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    rests_on_changed = sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(changed)
-    if connection.execute(sa.select(result_input.c.result).where(rests_on_changed).limit(1)).first() is None:
-        return []  # as for every run of a new sheet, and much quicker than walking down
-    down = resting_on(rests_on_changed)
-    fresh = sa.and_(result.c.id.in_(sa.select(down.c.id)), result.c.stale == 0)
-    rows = connection.execute(
-        sa.select(result.c.id, result.c.uid, result.c.kind, result.c.scope_json).where(fresh).order_by(result.c.id)
-    ).all()
-    if rows:
+    outdated: list[sa.Row[int, str, str, str]] = []
+    for some in in_chunks(resting_on(connection, changed)):
+        fresh = sa.and_(result.c.uid.in_(some), result.c.stale == 0)
+        outdated += connection.execute(
+            sa.select(result.c.id, result.c.uid, result.c.kind, result.c.scope_json).where(fresh)
+        ).all()
         connection.execute(result.update().where(fresh).values(stale=1))
-        written(connection, STALE, [row.uid for row in rows])
-    return [(row.kind, row.scope_json) for row in rows]
+    written(connection, STALE, [row.uid for row in outdated])
+    return [(row.kind, row.scope_json) for row in sorted(outdated, key=lambda row: row.id)]
 
 
-def resting_on(these: sa.ColumnElement[bool]) -> sa.CTE:
-    """Select id and uid of all results with an input of `these`, and of those that rest on them in turn."""
-    down = (
-        sa.select(result.c.id, result.c.uid)
-        .join(result_input, result_input.c.result == result.c.id)
-        .where(these)
-        .cte("down", recursive=True)
-    )
-    return down.union(
-        sa.select(result.c.id, result.c.uid)
-        .join(result_input, result_input.c.result == result.c.id)
-        .join(down, sa.and_(result_input.c.input_kind == "result", result_input.c.input_uid == down.c.uid))
-    )
+def resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
+    """Return the uids of all results that have one of these (kind, uid) as an input, or rest on such results in turn.
+
+    Step by step: SQLite walks through all inputs of results at each step of a recursive query.
+    """
+    found: dict[str, None] = {}
+    step = list(inputs)
+    while step:
+        above: list[str] = []
+        for some in in_chunks(step):
+            query = (
+                sa.select(result.c.uid)
+                .distinct()
+                .join(result_input, result_input.c.result == result.c.id)
+                .where(sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(some))
+            )
+            above += connection.execute(query).scalars()
+        step = [("result", uid) for uid in dict.fromkeys(above) if uid not in found]
+        found |= dict.fromkeys(above)
+    return list(found)
 
 
 def result_of_number(connection: sa.Connection, number_uid: str) -> tuple[ResultRow, NumberRow] | None:

@@ -11,7 +11,7 @@ import sqlalchemy as sa
 from data_schema.chunks import in_chunks
 from data_schema.queries.results import resting_on
 from data_schema.row_hashes import written
-from data_schema.tables.results import report, report_item, result, result_input, result_number
+from data_schema.tables.results import report, report_item, result, result_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,18 +79,19 @@ def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]
 
 def reports_resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
     """List the reports that show a number of these results, or one that rests on these facts, by (kind, uid)."""
-    down = resting_on(sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(inputs))
-    own = result.c.uid.in_([uid for kind, uid in inputs if kind == "result"])
-    query = (
-        sa.select(report.c.uid)
-        .distinct()
-        .join(report_item, report_item.c.report == report.c.id)
-        .join(result_number, report_item.c.result_number == result_number.c.id)
-        .join(result, result_number.c.result == result.c.id)
-        .where(sa.or_(result.c.id.in_(sa.select(down.c.id)), own))
-        .order_by(report.c.uid)
-    )
-    return list(connection.execute(query).scalars())
+    resting = [*resting_on(connection, inputs), *(uid for kind, uid in inputs if kind == "result")]
+    found: set[str] = set()
+    for some in in_chunks(resting):
+        query = (
+            sa.select(report.c.uid)
+            .distinct()
+            .join(report_item, report_item.c.report == report.c.id)
+            .join(result_number, report_item.c.result_number == result_number.c.id)
+            .join(result, result_number.c.result == result.c.id)
+            .where(result.c.uid.in_(some))
+        )
+        found |= set(connection.execute(query).scalars())
+    return sorted(found)
 
 
 def shown_numbers(connection: sa.Connection) -> list[ShownNumber]:

@@ -28,13 +28,13 @@ from data_schema.queries.readings import waiting_files
 from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.row_hashes import altered_rows
 from ingest.store import Store
-from labbook.book.altered import compared, differing
+from labbook.book.altered import MOST_NAMED, compared, differing
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
 from labbook.book.replaying import replayed
 from labbook.config.parsing import Configuration
 
-MOST_PROBLEMS = 20
-"""So many of a kind at most: a damaged database can have them without end."""
+PROBLEMS_OF_SQLITE = 20
+"""So many at most: what SQLite says of a damaged file can be endless."""
 
 Counted = Callable[[int], AbstractContextManager[Callable[[str], None]]]
 """Shows that so many steps will be made, and takes each."""
@@ -155,24 +155,24 @@ def _altered(
             ):
                 if deep:
                     suspected = list(dict.fromkeys((*suspected, *differing(connection, fresh))))
-                found = compared(connection, fresh, suspected[:MOST_PROBLEMS])
+                found = compared(connection, fresh, suspected[:MOST_NAMED])
         except BookError as error:
             problems.append(f"what should stand in the tables cannot be told: {error}")
-            found = compared(connection, None, suspected[:MOST_PROBLEMS])
+            found = compared(connection, None, suspected[:MOST_NAMED])
     remedy = "" if problems else " Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     problems += [f"{rows.sentence}{remedy}" for rows in found]
-    if len(suspected) > MOST_PROBLEMS:
+    if len(suspected) > MOST_NAMED:
         kinds = Counter(item.kind for item in suspected)
         counts = ", ".join(f"{count} of {kind}" for kind, count in kinds.items())
-        problems.append(f"altered in all: {counts}; the first {MOST_PROBLEMS} are named above.")
+        problems.append(f"altered in all: {counts}; the first {MOST_NAMED} are named above.")
     return problems
 
 
 def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
     remedy = "keep the file, and run `labbook rebuild` to make it anew from the raw copies and the journal."
-    found = connection.exec_driver_sql(f"PRAGMA integrity_check({MOST_PROBLEMS})").scalars().all()
+    found = connection.exec_driver_sql(f"PRAGMA integrity_check({PROBLEMS_OF_SQLITE})").scalars().all()
     said = [f"the database is damaged ({text}): {remedy}" for text in found if text != "ok"]
-    broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), MOST_PROBLEMS)
+    broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), PROBLEMS_OF_SQLITE)
     return said + [
         f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there: {remedy}" for row in broken
     ]

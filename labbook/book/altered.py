@@ -16,6 +16,9 @@ import sqlalchemy as sa
 from data_schema.queries.shown_numbers import reports_resting_on
 from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, row_hashes, rows_of
 
+MOST_NAMED = 20
+"""So many groups of rows are compared value by value; a careless command alters all there are."""
+
 _NAMES = ("name", "original_name", "label", "key", "date_local", "part", "line", "number", "position")
 """Columns by which a person knows a row, the best first."""
 

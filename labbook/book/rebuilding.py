@@ -14,12 +14,17 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import sqlalchemy as sa
+
 from data_schema import journal
 from data_schema.disk import stamp, sync
-from data_schema.engine import reading, sqlite_engine, writing
-from data_schema.errors import BookBusy, BookDamaged, UsageError
+from data_schema.engine import postgres_engine, reading, sqlite_engine, writing
+from data_schema.errors import BookBusy, BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile, LeftOut
+from data_schema.row_hashes import altered_rows
+from data_schema.tables.hashes import row_hash
+from labbook.book.altered import MOST_NAMED, AlteredRows, compared
 from labbook.book.differing import Differences, differences
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import (
@@ -33,19 +38,23 @@ from labbook.book.opening import (
 from labbook.book.replacing_postgres import replace_postgres
 from labbook.book.replacing_sqlite import head_of_sqlite, remove_leftovers, replace_sqlite
 from labbook.book.replaying import Replay
+from labbook.config.parsing import Configuration
 
 
 @dataclass(frozen=True, slots=True)
 class Rebuilt:
     """How many entries were applied, where the old database is kept, and what came out otherwise than at first.
 
-    `left_out` is what stands at the end of the journal file and is no complete command.
+    `left_out` is what stands at the end of the journal file and is no complete command. `altered` are the first of the
+    `n_altered` groups of rows of the old database that were not what labbook had written there.
     """
 
     entries: int
     old: str | None
     differences: Differences
     left_out: LeftOut
+    n_altered: int = 0
+    altered: tuple[AlteredRows, ...] = ()
 
 
 def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
@@ -70,9 +79,30 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
     try:
         with reading(engine) as connection:
             found = differences(connection, replay.entries, replay.without_rows)
+            altered = _altered(folder, configuration, old, connection)
     finally:
         engine.dispose()
-    return Rebuilt(len(replay.entries), old, found, replay.left_out)
+    return Rebuilt(len(replay.entries), old, found, replay.left_out, *altered)
+
+
+def _altered(
+    folder: Path, configuration: Configuration, old: str | None, fresh: sa.Connection
+) -> tuple[int, tuple[AlteredRows, ...]]:
+    """Compare rows of the old database that do not fit their hashes; none where it is too damaged, or too old."""
+    if old is None:
+        return 0, ()
+    url = configuration.database_url
+    engine = postgres_engine(url, schema=old) if url else sqlite_engine(folder / old)
+    try:
+        with reading(engine) as connection:
+            if not sa.inspect(connection).has_table(row_hash.name):
+                return 0, ()
+            suspected = altered_rows(connection)
+            return len(suspected), tuple(compared(connection, fresh, suspected[:MOST_NAMED]))
+    except (BookError, sa.exc.DBAPIError):
+        return 0, ()
+    finally:
+        engine.dispose()
 
 
 @contextlib.contextmanager
