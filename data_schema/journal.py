@@ -28,6 +28,9 @@ from data_schema.vocabulary import Action
 GENESIS = "0" * 64
 """The hash that the first entry follows."""
 
+MEND_FILE = "write journal.jsonl anew from the database with `labbook rebuild --journal`, or restore it from a backup"
+MEND_TABLE = "run `labbook rebuild` to make the database anew from journal.jsonl"
+
 
 @dataclass(frozen=True, slots=True)
 class Entry:
@@ -69,12 +72,11 @@ class Entry:
             entry = cls(**{**record, "action": Action(record["action"])})
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise BookDamaged(
-                f"a journal line cannot be read ({error}): {text[:80]!r}; restore it from a backup."
+                f"a line of journal.jsonl cannot be read ({error}): {text[:80]!r}; {MEND_FILE}."
             ) from error
         if entry.hash != stated or entry.line != text:
             raise BookDamaged(
-                f"journal entry {entry.seq} was changed after it was written (its hash does not fit): restore "
-                "journal.jsonl from a backup."
+                f"journal entry {entry.seq} was changed after it was written (its hash does not fit): {MEND_FILE}."
             )
         return entry
 
@@ -97,18 +99,20 @@ def placed(said: Sequence[Entry], after: tuple[int, str]) -> list[Entry]:
     return entries
 
 
-def chained(entries: Iterable[Entry], after: tuple[int, str] = (0, GENESIS)) -> Iterator[Entry]:
+def chained(
+    entries: Iterable[Entry], after: tuple[int, str] = (0, GENESIS), remedy: str = MEND_FILE
+) -> Iterator[Entry]:
     """Pass entries on while each follows the one before it; raises `BookDamaged` at the first that does not.
 
-    `after` is number and hash of an entry that was the last of its command.
+    `after` is number and hash of an entry that was the last of its command; `remedy` says what mends the place that
+    the entries are read from.
     """
     seq, previous = after
     awaited = 0
     for entry in entries:
         if entry.seq != seq + 1 or entry.prev_hash != previous or (awaited and entry.following != awaited - 1):
             raise BookDamaged(
-                f"journal entry {entry.seq} does not follow entry {seq}: a line is missing or was changed; restore "
-                "journal.jsonl from a backup."
+                f"journal entry {entry.seq} does not follow entry {seq}: one is missing or was changed; {remedy}."
             )
         seq, previous, awaited = entry.seq, entry.hash, entry.following
         yield entry
@@ -170,6 +174,6 @@ def stored(connection: sa.Connection) -> Iterator[Entry]:
         if entry.hash != row.hash:
             raise BookDamaged(
                 f"journal entry {entry.seq} of the database was changed after it was written (its hash does not fit): "
-                "run `labbook rebuild` to make the database anew from journal.jsonl."
+                f"{MEND_TABLE}."
             )
         yield entry

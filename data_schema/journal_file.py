@@ -7,6 +7,7 @@ that lacks only its newline is whole, as its hash tells.
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -66,6 +67,39 @@ class JournalFile:
                 return newest[::-1]
         raise AssertionError("the last part is the whole file")
 
+    def damage(self) -> str | None:
+        """Say what is wrong with the file, None where nothing is.
+
+        It is read through only where it was changed since it was found whole: its size and time of change then stand in
+        a file beside it.
+        """
+        if self._found_whole():
+            return None
+        try:
+            for _entry in self.entries():
+                pass
+        except BookDamaged as error:
+            return str(error)
+        self._remember_whole()
+        return None
+
+    def _found_whole(self) -> bool:
+        try:
+            return self._remembered().read_text(encoding="utf-8") == self._state()
+        except (OSError, UnicodeDecodeError):
+            return False
+
+    def _remember_whole(self) -> None:
+        with contextlib.suppress(OSError):  # then it is read again
+            self._remembered().write_text(self._state(), encoding="utf-8")
+
+    def _remembered(self) -> Path:
+        return self.path.with_name(f".{self.path.name}.whole")
+
+    def _state(self) -> str:
+        found = self.path.stat()
+        return f"{found.st_size} {found.st_mtime_ns}"
+
     def last(self) -> Entry | None:
         """Return the last entry of the last complete command."""
         lines = self._last_part().lines
@@ -93,6 +127,7 @@ class JournalFile:
 
     def append(self, entries: list[Entry]) -> None:
         """Write complete commands at the end and sync them to the disk; what a cut-off one left is set aside first."""
+        whole = self._found_whole()
         self.keep_cut_off()
         part = self._last_part()
         lines = (b"" if part.ended else b"\n") + "".join(entry.line + "\n" for entry in entries).encode()
@@ -107,6 +142,8 @@ class JournalFile:
             except BaseException:
                 handle.truncate(part.end)
                 raise
+        if whole:
+            self._remember_whole()
 
     def _last_part(self) -> _Part:
         """Read as much of the end of the file as holds a complete command."""

@@ -21,7 +21,7 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.engine import reading
 from data_schema.errors import BookError
-from data_schema.journal import Entry
+from data_schema.journal import MEND_TABLE, Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.integrity import KeptFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
@@ -129,7 +129,7 @@ def _ask(folder: Path, configuration: Configuration, counted: Counted, deep: boo
             if engine.dialect.name == "sqlite":
                 problems += _damage_of_sqlite(connection)
             raw, samples = raw_copies(connection), signal_files(connection)
-            entries = _attempt(problems, lambda: list(journal.chained(journal.stored(connection))))
+            entries = _attempt(problems, lambda: list(journal.chained(journal.stored(connection), remedy=MEND_TABLE)))
             if entries:
                 problems += _altered(connection, folder, configuration, len(entries), counted, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))

@@ -9,6 +9,7 @@ rebuild` applies the same entries with the same functions, which is why it arriv
 from __future__ import annotations
 
 import contextlib
+import logging
 import secrets
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -25,6 +26,8 @@ from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.statements import APPLY, Scene
+
+_LOG = logging.getLogger("labbook.book")
 
 
 class DryRun(Exception):
@@ -127,6 +130,9 @@ def desk_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -
     try:
         with writing(engine) as connection:
             catch_up(connection, store, mirror)
+            damage = mirror.damage()
+            if damage is not None:
+                _LOG.warning("warning: %s What is stated now is added all the same.", damage)
             desk = Desk(connection, store, person)
             yield desk
             if desk.said:

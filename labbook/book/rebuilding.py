@@ -150,7 +150,7 @@ def rewrite_journal(folder: Path) -> int:
     try:
         check_revision(engine)
         with writing(engine) as connection:  # alone, so that nobody appends to the old file meanwhile
-            entries = list(journal.chained(journal.stored(connection)))
+            entries = list(journal.chained(journal.stored(connection), remedy=journal.MEND_TABLE))
             _replace_journal(path, entries)
     finally:
         engine.dispose()

@@ -99,7 +99,7 @@ def test_damaged_samples_are_named_and_come_back_with_rebuild(whole: SmallBook, 
 
 def test_a_journal_that_was_changed_is_told(whole: SmallBook) -> None:
     whole.journal.write_text(whole.journal.read_text().replace("Nwosu", "Nwoso", 1))
-    found(whole, "was changed after it was written", "restore journal.jsonl from a backup")
+    found(whole, "was changed after it was written", "labbook rebuild --journal")
 
 
 def test_a_journal_that_is_short_or_missing_is_told(whole: SmallBook) -> None:

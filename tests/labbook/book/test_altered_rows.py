@@ -1,0 +1,214 @@
+"""Whatever is altered in the database outside labbook is found, named with what should stand there, and mended."""
+
+from __future__ import annotations
+
+import functools
+import random
+import shutil
+import struct
+import tempfile
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from data_schema.engine import postgres_engine, sqlite_engine, writing
+from data_schema.queries.facts import update_fact
+from labbook.actions.health import Health, check_book
+from labbook.actions.recomputing import recompute
+from labbook.book.rebuilding import rebuild_database
+from labbook.cli.common import progress
+from tests.helpers.books import SmallBook
+from tests.helpers.whole_book import whole_book
+
+
+@functools.cache
+def finished() -> tuple[tempfile.TemporaryDirectory[str], SmallBook]:
+    hold = tempfile.TemporaryDirectory(prefix="whole-book-")
+    return hold, whole_book(Path(hold.name))
+
+
+@pytest.fixture
+def whole(tmp_path: Path) -> SmallBook:
+    shutil.copytree(finished()[1].folder, tmp_path / "book")
+    return SmallBook(tmp_path / "book", finished()[1].instruments)
+
+
+def check(book: SmallBook, *, deep: bool = False) -> Health:
+    return check_book(book.folder, lambda total: progress("checking", total, shown=False), deep=deep)
+
+
+def engine_of(book: SmallBook, url: str | None = None) -> sa.Engine:
+    return postgres_engine(url) if url else sqlite_engine(book.database)
+
+
+def execute(engine: sa.Engine, *statements: str) -> None:
+    """As another program would, that knows nothing of hashes."""
+    try:
+        with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
+            for statement in statements:
+                assert connection.exec_driver_sql(statement).rowcount > 0
+    finally:
+        engine.dispose()
+
+
+ONE_JUMP = "(SELECT max(id) FROM jump WHERE apex_height_m IS NOT NULL)"
+ALTERATIONS = {
+    "a fact": (
+        "UPDATE charge SET charge_mah = charge_mah * 0.8 WHERE id = 2",
+        "altered in the database: charge ",
+        "charge_mah is ",
+    ),
+    "a run's day": (
+        "UPDATE run SET day = (SELECT max(id) FROM day) WHERE name = 'r001'",
+        "altered in the database: run ",
+        "day is ",
+    ),
+    "two rows that change places": (
+        "UPDATE run_file SET run = CASE run WHEN 1 THEN 2 ELSE 1 END WHERE run IN (1, 2)",
+        "altered in the database: run_file ",
+        "run is ",
+    ),
+    "a jump": (
+        f"UPDATE jump SET apex_height_m = apex_height_m + 0.01 WHERE id = {ONE_JUMP}",
+        "altered in the database: jump ",
+        "apex_height_m is ",
+    ),
+    "what a check of a file found": (
+        "UPDATE finding SET severity = 'note' WHERE id = (SELECT min(id) FROM finding WHERE severity <> 'note')",
+        "altered in the database: finding ",
+        "severity is 'note' and should be ",
+    ),
+    "a channel's scale": (
+        "UPDATE channel SET scale = scale * 2 WHERE signal = 1 AND position = 1",
+        "altered in the database: channel of ",
+        "scale is ",
+    ),
+    "a result's number": (
+        "UPDATE result_number SET value = value * 1.0000000001 WHERE id = (SELECT max(id) FROM result_number "
+        "WHERE value <> 0)",
+        "altered in the database: result_number ",
+        "value is ",
+    ),
+    "what a result's payload means": (
+        "UPDATE result SET payload_json = payload_json || ' ' WHERE id = 1",
+        "altered in the database: result ",
+        "payload_json is ",
+    ),
+    "a result's inputs": (
+        "UPDATE result_input SET input_sha256 = 'ab' WHERE result = 3",
+        "altered in the database: result_input of ",
+        "input_sha256 is 'ab' and should be ",
+    ),
+    "that a result is stale": (
+        "UPDATE result SET stale = 0 WHERE id = (SELECT min(id) FROM result WHERE stale = 1)",
+        "removed from the database: result ",
+        "stale is 0 and should be 1",
+    ),
+    "what a report printed": (
+        "UPDATE report_item SET value = 1.5 WHERE report = 1 AND number_uid = (SELECT min(number_uid) FROM report_item "
+        "WHERE report = 1)",
+        "altered in the database: report_item of ",
+        "value is 1.5 and should be ",
+    ),
+    "a level of a condition": (
+        "DELETE FROM condition_level WHERE condition = 1",
+        "altered in the database: condition_level of ",
+        "is missing",
+    ),
+    "a verdict that is gone": (
+        "DELETE FROM decision WHERE id = 1",
+        "removed from the database: decision ",
+        "is missing",
+    ),
+    "a note that nobody wrote": (
+        "INSERT INTO note (uid, target_kind, target_uid, text, person, at_utc) SELECT 'abc', target_kind, target_uid, "
+        "'all went well', person, at_utc FROM note WHERE id = 1",
+        "added to the database: note abc",
+        "should not be there",
+    ),
+}
+
+
+@pytest.mark.parametrize("what", ALTERATIONS)
+def test_an_altered_row_is_named_with_what_should_stand_there(whole: SmallBook, what: str) -> None:
+    statement, *said = ALTERATIONS[what]
+    execute(engine_of(whole), statement)
+    found = check(whole)
+    assert not found.whole
+    problem = next(problem for problem in found.problems if problem.startswith(said[0]))
+    assert said[1] in problem
+    assert "`labbook rebuild`" in problem
+
+
+def test_on_postgresql_too_and_a_rebuild_says_and_mends_them(tmp_path: Path, postgres_url: str) -> None:
+    book = whole_book(tmp_path, postgres_url)
+    assert check(book, deep=True).problems == ()
+    execute(engine_of(book, postgres_url), *(statement for statement, *_said in ALTERATIONS.values()))
+    problems = check(book).problems
+    for what, (_statement, *said) in ALTERATIONS.items():
+        assert any(said[0] in problem and said[1] in problem for problem in problems), what
+    done = rebuild_database(book.folder, lambda _step: None)
+    assert done.n_altered >= len(ALTERATIONS)
+    assert {rows.sentence for rows in done.altered} <= {problem.partition(" Run `")[0] for problem in problems}
+    assert check(book, deep=True).problems == ()
+
+
+def test_the_reports_that_rest_on_an_altered_row_are_named(whole: SmallBook) -> None:
+    with engine_of(whole).connect() as connection:
+        reports = set(connection.exec_driver_sql("SELECT uid FROM report").scalars())
+    execute(engine_of(whole), "UPDATE charge SET charge_mah = charge_mah + 1 WHERE run = 2")
+    (problem,) = check(whole).problems
+    named = problem.partition("reports that rest on it: ")[2].partition(".")[0].split(", ")
+    assert set(named) == reports
+
+
+def test_a_flipped_bit_of_a_stored_value_is_found(whole: SmallBook) -> None:
+    """In the file itself, where SQLite sees nothing wrong: a REAL is eight bytes there, the highest first."""
+    engine = engine_of(whole)
+    with engine.connect() as connection:
+        connection.exec_driver_sql("PRAGMA wal_checkpoint(TRUNCATE)")
+        values = connection.exec_driver_sql("SELECT apex_height_m FROM jump WHERE apex_height_m > 0").scalars().all()
+    engine.dispose()
+    content = bytearray(whole.database.read_bytes())
+    value = next(value for value in values if content.count(struct.pack(">d", value)) == 1)
+    content[content.find(struct.pack(">d", value)) + 4] ^= 0x10
+    whole.database.write_bytes(content)
+    (problem,) = check(whole).problems
+    assert problem.startswith("altered in the database: jump ")
+    assert f"and should be {value!r}" in problem
+
+
+def test_a_row_altered_with_its_hash_is_found_by_the_deep_check_only(whole: SmallBook) -> None:
+    engine = engine_of(whole)
+    with writing(engine) as connection:
+        uid = connection.exec_driver_sql("SELECT uid FROM charge WHERE id = 2").scalar_one()
+        update_fact(connection, "charge", uid, {"charge_mah": 1.0})
+    engine.dispose()
+    assert check(whole).whole
+    (problem,) = check(whole, deep=True).problems
+    assert f"charge {uid}" in problem
+    assert "charge_mah is 1.0 and should be " in problem
+
+
+def test_what_cannot_be_compared_is_named_all_the_same(whole: SmallBook) -> None:
+    execute(engine_of(whole), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
+    next(whole.folder.glob("raw/*/*.zst")).unlink()
+    problems = check(whole).problems
+    assert any("what should stand in the tables cannot be told" in problem for problem in problems)
+    assert any(problem.startswith("altered in the database: charge ") for problem in problems)
+
+
+def test_any_number_of_any_report_comes_out_again_to_the_last_digit(whole: SmallBook) -> None:
+    with whole.open() as book:
+        with book.reading() as connection:
+            stored = connection.exec_driver_sql("SELECT uid FROM result_number ORDER BY uid").scalars().all()
+        picked = random.Random(4).sample(list(stored), 50)
+        assert [(found.anew is not None, found.differs) for found in recompute(book, picked, lambda _step: None)] == [
+            (True, ())
+        ] * 50
+        victim = picked[7]
+        execute(engine_of(whole), f"UPDATE result_number SET se = 1.5, value = 2.5 WHERE uid = '{victim}'")
+        (found,) = recompute(book, [victim], lambda _step: None)
+    assert {"value", "se"} <= set(found.differs) | {"undefined_reason"}
+    assert "does not stand" in found.sentence
