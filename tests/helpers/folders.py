@@ -7,8 +7,12 @@ from pathlib import Path
 
 
 def contents(folder: Path) -> dict[str, str]:
-    """SHA-256 of every file by its path below the folder; folders stand with an empty text."""
+    """SHA-256 of every file by its path below the folder; folders stand with an empty text.
+
+    What labbook remembers of a journal that it found whole is left out: it changes with the file's time.
+    """
     return {
         str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
         for path in sorted(folder.rglob("*"))
+        if path.name != ".journal.jsonl.whole"
     }
