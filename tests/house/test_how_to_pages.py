@@ -1,0 +1,91 @@
+"""The how-to pages of docs: every command on them works, on books as the pages describe them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+from tests.cli.shell import Answer, labbook, rows
+from tests.helpers.books import SmallBook, small_book
+from tests.helpers.whole_book import whole_book
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def commands(page: str) -> list[list[str]]:
+    """The indented commands of a page, in order."""
+    text = (DOCS / page).read_text(encoding="utf-8")
+    return [shlex.split(line)[1:] for line in re.findall(r"^ {4}(labbook .*)$", text, re.MULTILINE)]
+
+
+def works(words: list[str], at: Path) -> Answer:
+    answer = labbook(*words, at=at)
+    assert (answer.code, answer.err) == (0, ""), answer
+    return answer
+
+
+@pytest.fixture
+def book(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SmallBook:
+    monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
+    return small_book(tmp_path / "book")
+
+
+def test_a_book_is_backed_up_and_brought_back(book: SmallBook) -> None:
+    back_up, today, restore, prune = commands("back-up.md")
+    (book.folder.parent / "stick").mkdir()
+    works(back_up, book.folder)
+    assert str(book.folder.parent / "stick" / "mybook") in works(today, book.folder).out
+    works(restore, book.folder)
+    again = book.folder.parent / "again"
+    assert rows(again, "SELECT uid, charge_mah FROM charge ORDER BY uid") == rows(
+        book.folder, "SELECT uid, charge_mah FROM charge ORDER BY uid"
+    )
+    works(prune, book.folder)
+
+
+def test_two_laptops(book: SmallBook) -> None:
+    laptop = book.folder.parent / "laptop"
+    shutil.copytree(book.folder, laptop)
+    works(["note", "r001", "squeaked on the laptop"], laptop)
+    works(["note", "r002", "squeaked at home"], book.folder)
+    dry_run, merge = commands("two-laptops.md")
+    works(dry_run, book.folder)
+    works(merge, book.folder)
+    assert {text for (text,) in rows(book.folder, "SELECT text FROM note")} >= {
+        "squeaked on the laptop",
+        "squeaked at home",
+    }
+
+
+def test_a_shared_book(tmp_path: Path, book: SmallBook, postgres_url: str) -> None:
+    init, copy = commands("shared-book.md")
+    at_server = [word.replace("postgresql+psycopg://lab@server/mybook", postgres_url) for word in init]
+    works(at_server, tmp_path)
+    assert postgres_url in (tmp_path / "mybook" / "labbook.toml").read_text()
+    answer = labbook(copy[0], copy[1], str(book.folder), postgres_url, at=tmp_path)
+    assert answer.code != 0, "it is not empty"
+    assert "empty" in answer.err
+
+
+def test_a_book_moves_to_a_server(tmp_path: Path, book: SmallBook, postgres_url: str) -> None:
+    _init, copy = commands("shared-book.md")
+    shutil.move(book.folder, tmp_path / "mybook")
+    works([word.replace("postgresql+psycopg://lab@server/mybook", postgres_url) for word in copy], tmp_path)
+
+
+def test_a_reviewer_looks_and_recomputes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
+    book = whole_book(tmp_path)
+    ((number,),) = rows(book.folder, "SELECT max(uid) FROM result_number WHERE value IS NOT NULL")
+    for words in commands("reviewer.md"):
+        works([number if word == "ID" else word for word in words], book.folder)
+    assert list((book.folder.parent / "review").rglob("report.html"))
+
+
+def test_a_damaged_book(book: SmallBook) -> None:
+    for words in commands("damaged-book.md"):
+        works(words, book.folder)
