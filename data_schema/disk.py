@@ -16,6 +16,31 @@ def sync(path: Path) -> None:
         os.close(descriptor)
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder and those above it, so that none of the new names is lost in a power cut."""
+    missing = [place for place in (folder, *folder.parents) if not place.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for place in missing:
+        sync(place.parent)
+
+
+def sync_names(folder: Path, root: Path) -> None:
+    """Make the names in a folder survive a power cut, and those on the way to it from `root`.
+
+    Also of folders that are there already: who made them may have been killed before they were synced.
+    """
+    while folder != root:
+        sync(folder)
+        folder = folder.parent
+    sync(root)
+
+
+def sync_all(folder: Path) -> None:
+    """Make a folder survive a power cut with all that is in it."""
+    for place in (*folder.rglob("*"), folder):
+        sync(place)
+
+
 def stamp() -> str:
     """Return the time as part of a name."""
     return f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}Z"

@@ -50,7 +50,7 @@ def assign(desk: Desk, what: str, run_name: str, why: str | None) -> str:
 def _assign_file(desk: Desk, file: FileRow, what: str, run: RunRow, why: str | None) -> str:
     links = links_of_file(desk.connection, file.uid)
     if any(link.run_uid == run.uid for link in links):
-        raise UsageError(f"{what} belongs to run {run.name} already.")
+        return f"{what} belongs to run {run.name} already."
     if not links:
         refuse_second_of_file(desk.connection, file.uid, file.role, run)
         desk.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": run.uid, "role": file.role}, reason=why))
@@ -78,7 +78,7 @@ def _take_file_off(desk: Desk, file: FileRow, what: str, why: str | None) -> str
                 f"the charges of {what} belong to {len(assigned)} runs: take them off one by one, for example "
                 f"{what}#{first.row_number}, the charge of run {first.run_name}."
             )
-        raise UsageError(f"{what} belongs to no run: `labbook runs inbox` lists it.")
+        return f"{what} belongs to no run: `labbook runs inbox` lists it."
     names = _names([*links, *charges])
     if why is None:
         raise UsageError(f"{what} belongs to run {names}: add --why to take it off.")
@@ -109,7 +109,7 @@ def _assign_charge(desk: Desk, file: FileRow, charge: ChargeRef, run: RunRow, wh
         desk.state(Statement(Action.ASSIGN, "charge", charge.uid, new={"run": run.uid}, reason=why))
         return f"{what} belongs to run {run.name} now."
     if charge.run_uid == run.uid:
-        raise UsageError(f"{what} belongs to run {run.name} already.")
+        return f"{what} belongs to run {run.name} already."
     if why is None:
         raise UsageError(f"{what} belongs to another run, {charge.run_name}: add --why to move it to {run.name}.")
     old, new = {"run": charge.run_uid}, {"run": run.uid}
@@ -120,7 +120,7 @@ def _assign_charge(desk: Desk, file: FileRow, charge: ChargeRef, run: RunRow, wh
 def _take_charge_off(desk: Desk, file: FileRow, charge: ChargeRef, why: str | None) -> str:
     what = f"charge {charge.row_number} of {file.name}"
     if charge.run_uid is None:
-        raise UsageError(f"{what} belongs to no run: `labbook runs inbox` lists it.")
+        return f"{what} belongs to no run: `labbook runs inbox` lists it."
     if why is None:
         raise UsageError(f"{what} belongs to run {charge.run_name}: add --why to take it off.")
     _state_no_run(desk, charge, why)

@@ -14,9 +14,9 @@ def assign_part(desk: Desk, file: FileRow, part: str, run: RunRow | None, why: s
     what = f"part {part} of {file.name}"
     link = next((link for link in links_of_file(desk.connection, file.uid) if link.part == part), None)
     if link is None and run is None:
-        raise UsageError(f"{what} belongs to no run: `labbook runs inbox` lists it.")
+        return f"{what} belongs to no run: `labbook runs inbox` lists it."
     if link is not None and run is not None and link.run_uid == run.uid:
-        raise UsageError(f"{what} belongs to run {run.name} already.")
+        return f"{what} belongs to run {run.name} already."
     if link is not None:
         if why is None:
             doing = "take it off" if run is None else f"move it to {run.name}"

@@ -80,8 +80,6 @@ def correct(
         done |= _stated(
             desk, "charge", charge_meant(desk.connection, run), _column(book, desk, "charge", column, text), why
         )
-    if not done:
-        raise UsageError(f"{target} says that already: nothing was changed.")
     return done
 
 
@@ -116,27 +114,32 @@ def runs_corrected(connection: sa.Connection, target: str, changed: Mapping[str,
     return [] if run_uid is None else [read_fact(connection, "run", run_uid, ["name"])["name"]]
 
 
-def void(desk: Desk, name: str, reason: str) -> None:
-    """State that a run does not count; it stays in the book with everything that belongs to it."""
+def void(desk: Desk, name: str, reason: str) -> str:
+    """State that a run does not count; it stays in the book with everything that belongs to it.
+
+    Returns the sentence that says so, also where it was void already and nothing is stated.
+    """
     refuse_empty("--reason", reason)
     run = run_named(desk.connection, name)
     if run.state is RunState.VOID:
-        raise UsageError(f"run {name} is void already: the journal keeps who said so and why (`labbook show {name}`).")
+        return f"run {name} is void already: the journal keeps who said so and why (`labbook show {name}`)"
     desk.state(
         Statement(Action.VOID, "run", run.uid, new={"state": "void"}, old={"state": str(run.state)}, reason=reason)
     )
+    return f"run {name} is void"
 
 
-def unvoid(desk: Desk, name: str, reason: str) -> None:
+def unvoid(desk: Desk, name: str, reason: str) -> str:
     """State that a run counts after all; it is complete where its duration is known, open otherwise."""
     refuse_empty("--reason", reason)
     run = run_named(desk.connection, name)
     if run.state is not RunState.VOID:
-        raise UsageError(f"run {name} is not void: there is nothing to take back.")
+        return f"run {name} is not void: there is nothing to take back"
     state = RunState.OPEN if run.duration_s is None else RunState.COMPLETE
     desk.state(
         Statement(Action.CORRECT, "run", run.uid, new={"state": str(state)}, old={"state": "void"}, reason=reason)
     )
+    return f"run {name} counts again"
 
 
 def _label(configuration: Configuration, factor: str, text: str) -> str:

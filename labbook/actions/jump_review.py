@@ -96,9 +96,10 @@ def decide(
     reason: str,
     note: str | None,
     found: RunReview | None = None,
-) -> None:
-    """State a verdict on each of the jumps; all of them or none.
+) -> list[int]:
+    """State a verdict on each of the jumps that this person's last does not say already; all of them or none.
 
+    Returns on which it was stated.
     `found` is the run's review where it was made before the desk opened: others wait while a desk finds jumps.
     """
     if reason not in tuple(ReasonCode):
@@ -106,7 +107,8 @@ def decide(
     found = found or review(book, desk.connection, name)
     jumps = {item.jump.number: item for item in found.jumps}
     _refuse_unknown(found, jumps, numbers)
-    for number in numbers:
+    stated = [number for number in numbers if not _stands(jumps[number].decision, desk.person, verdict, reason, note)]
+    for number in stated:
         item = jumps[number]
         new = {
             "target_kind": str(TargetKind.JUMP),
@@ -122,14 +124,21 @@ def decide(
             "blind": 0,
         }
         desk.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
+    return stated
+
+
+def _stands(standing: DecisionRow | None, person: str, verdict: str, reason: str, note: str | None) -> bool:
+    """Tell whether a verdict would say again what stands; one that is taken back leaves none."""
+    if standing is None:
+        return verdict == Verdict.CLEAR
+    said = (standing.person, standing.verdict, standing.reason_code, standing.note)
+    return said == (person, verdict, reason, note)
 
 
 def clear_waiting(desk: Desk, name: str, note: str | None) -> int:
     """Take back the verdicts of a run that were given on samples that are not in force; returns how many."""
     run = run_named(desk.connection, name)
     waiting = verdicts_waiting(desk.connection, run.uid)
-    if not waiting:
-        raise UsageError(f"no verdict on a jump of run {name} waits for review.")
     for verdict in waiting:
         new = {
             "target_kind": str(TargetKind.JUMP),

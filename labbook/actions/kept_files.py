@@ -164,7 +164,7 @@ def withdraw(desk: Desk, name: str, why: str) -> str:
     refuse_empty("--why", why)
     file = file_named(desk.connection, name, withdrawn=True)
     if file.status is IngestStatus.WITHDRAWN:
-        raise UsageError(f"{file.name} is withdrawn already: `labbook files show {file.uid}` says by whom and why.")
+        return f"{file.name} is withdrawn already: `labbook files show {file.uid}` says by whom and why."
     charges = [row for row in charges_of_file(desk.connection, file.uid) if row.state is ChargeState.COUNTED]
     runs = {link.run_uid for link in links_of_file(desk.connection, file.uid)}
     of_runs = {row.uid: row.run_uid for row in charges if row.run_uid}
@@ -180,7 +180,7 @@ def restore(desk: Desk, name: str, why: str | None) -> str:
     """State that a withdrawn file is in use again; returns the sentence that says so."""
     file = file_named(desk.connection, name, withdrawn=True)
     if file.status is not IngestStatus.WITHDRAWN:
-        raise UsageError(f"{file.name} is in use: there is nothing to restore.")
+        return f"{file.name} is in use: there is nothing to restore."
     desk.state(Statement(Action.RESTORE, "file", file.uid, new=_runs_left(desk.connection, file.uid), reason=why))
     return f"{file.name} is in use again."
 
@@ -197,6 +197,8 @@ def dismiss(desk: Desk, what: str, why: str) -> str:
     charge = charge_of(desk.connection, file_named(desk.connection, name), int(row))
     if charge.run_uid is not None:
         raise UsageError(f"{what} belongs to run {charge.run_name}: `labbook assign {what} none` takes it off first.")
+    if charge.state is ChargeState.DISMISSED:
+        return f"{what} is dismissed already: `labbook runs restore {what}` brings it back."
     if charge.state is not ChargeState.COUNTED:
         raise UsageError(f"{what} is not in the inbox ({charge.state}): `labbook runs inbox` lists what is.")
     desk.state(Statement(Action.DISMISS, "charge", charge.uid, reason=why))

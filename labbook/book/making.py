@@ -9,8 +9,8 @@ from pathlib import Path
 
 import sqlalchemy as sa
 
-from data_schema import migrations
-from data_schema.disk import sync
+from data_schema import journal, migrations
+from data_schema.disk import make_folder, sync
 from data_schema.engine import reading, sqlite_engine, translated
 from data_schema.errors import UsageError
 from labbook.book.opening import (
@@ -26,61 +26,84 @@ from labbook.book.opening import (
 from labbook.config.parsing import Configuration, template
 
 
-def make_book(folder: Path, person: str | None) -> None:
+def make_book(folder: Path, person: str | None) -> bool:
     """Make a book in `folder` from its labbook.toml, or from a commented template where there is none.
 
-    `person` speaks first; None takes the only one whom an existing labbook.toml names.
+    `person` speaks first; None takes the only one whom an existing labbook.toml names. A book that is there already
+    stays as it is, one whose making was cut off is finished; returns whether anything was made.
     """
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     path = folder / CONFIGURATION
     if not path.exists():
         if person is None:
             raise UsageError("a new book needs a person: add --as NAME.")
-        path.write_text(template(folder.resolve().name, person), encoding="utf-8")
+        _write_whole(path, template(folder.resolve().name, person))
     configuration = read_configuration(folder)
     speaker_of(configuration, person)  # before anything is made that a wrong name would leave behind
-    refuse_existing(folder, configuration)
     mirror = journal_path(folder, configuration)
-    mirror.parent.mkdir(parents=True, exist_ok=True)
-    mirror.touch()
-    make_database(folder, configuration)
+    entries_before = mirror.stat().st_size if mirror.exists() else 0
+    if not _database_stands(folder, configuration, empty=not entries_before):
+        if entries_before:
+            raise UsageError(
+                f"{mirror} holds the journal of a book: run `labbook rebuild` to make its database anew, or name an "
+                "empty folder."
+            )
+        make_folder(mirror.parent)
+        mirror.touch()
+        sync(mirror.parent)
+        make_database(folder, configuration)
     book = open_book(folder)
     try:
         with book.desk(person):
             pass
     finally:
         book.close()
+    return not entries_before
 
 
-def refuse_existing(folder: Path, configuration: Configuration) -> None:
-    """Refuse to make a book where there is one, or where a journal waits to be rebuilt from."""
-    mirror = journal_path(folder, configuration)
-    if not configuration.database_url and (folder / DATABASE).exists():
-        raise UsageError(f"{folder} holds a book already: open it, or name an empty folder.")
-    if mirror.exists() and mirror.stat().st_size:
-        raise UsageError(
-            f"{mirror} holds the journal of a book: run `labbook rebuild` to make its database anew, or name an "
-            "empty folder."
-        )
+def _write_whole(path: Path, text: str) -> None:
+    """Write a file that is there as a whole or not at all, whenever the power goes."""
+    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
+    try:
+        temporary.write_text(text, encoding="utf-8")
+        sync(temporary)
+        temporary.rename(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+    sync(path.parent)
+
+
+def _database_stands(folder: Path, configuration: Configuration, *, empty: bool) -> bool:
+    """Tell whether the book's database has been made; raises `UsageError` where it is that of something else.
+
+    `empty`: nothing stands in the book's journal, so that a database in which something was stated is another book's.
+    """
+    if not configuration.database_url:
+        return (folder / DATABASE).exists()
+    engine = engine_of(folder, configuration)
+    try:
+        with reading(engine) as connection:
+            tables = sorted(sa.inspect(connection).get_table_names())
+            if tables and ("journal" not in tables or (empty and journal.head(connection)[0])):
+                raise UsageError(
+                    f"the database {shown(engine)} is not empty (it holds {', '.join(tables[:3])}): give [database] "
+                    "url of an empty one."
+                )
+    finally:
+        engine.dispose()
+    return bool(tables)
 
 
 def make_database(folder: Path, configuration: Configuration) -> None:
     """Make an empty database of this labbook's revision; a SQLite file appears complete or not at all."""
-    if configuration.database_url:
-        engine = engine_of(folder, configuration)
-        try:
-            with reading(engine) as connection:
-                tables = sa.inspect(connection).get_table_names()
-            if tables:
-                raise UsageError(
-                    f"the database {shown(engine)} is not empty (it holds {', '.join(sorted(tables)[:3])}): give "
-                    "[database] url of an empty one."
-                )
-            make_tables(engine)
-        finally:
-            engine.dispose()
+    if not configuration.database_url:
+        make_sqlite(folder / DATABASE)
         return
-    make_sqlite(folder / DATABASE)
+    engine = engine_of(folder, configuration)
+    try:
+        make_tables(engine)
+    finally:
+        engine.dispose()
 
 
 def make_sqlite(path: Path) -> None:

@@ -49,6 +49,7 @@ def correct(
 
         changed, remarks, stale = answered(attempt, {"fold": fold}, ask=not as_json)
     in_file = to_change(configuration, target, {name: new for name, (_old, new) in changed.items()})
-    lines = [f"{target}: {', '.join(fields)}.", *stale_lines(stale), *in_file, *remark_lines(remarks)]
+    said = f"{target}: {', '.join(fields)}." if changed else f"{target} says that already: nothing was changed."
+    lines = [said, *stale_lines(stale), *in_file, *remark_lines(remarks)]
     data = {"target": target, "changed": changed, "stale": stale, "labbook_toml": in_file, "remarks": remarks}
     emit(data, lines, as_json)

@@ -21,12 +21,15 @@ def init(
     """Make a book: a folder with labbook.toml, its database, its journal and its store.
 
     An existing labbook.toml in the folder is used as it is; otherwise a commented one is written to be filled in.
+    Where there is a book already, it stays as it is; one whose making was interrupted is finished.
 
     Example: labbook init mybook --as "Ada Nwosu"
     """
     from labbook.book.making import make_book
 
-    make_book(folder, person)
+    if not make_book(folder, person):
+        emit({"book": str(folder.resolve())}, [f"{folder.resolve()} is a book already: nothing was made."], as_json)
+        return
     emit(
         {"book": str(folder.resolve())},
         [

@@ -118,16 +118,16 @@ def _decide(
             found = review(opened_book, connection, run)
         decided = jumps_meant(numbers, found)
         with opened_book.desk(person) as desk:
-            decide(opened_book, desk, run, decided, verdict, reason, note, found)
+            stated = decide(opened_book, desk, run, decided, verdict, reason, note, found)
             stale = desk.stale
             rejecting = verdict == "reject"
             about = (desk.connection, opened_book.configuration, reason, "every comparison of apex heights")
             remarks = reason_remarks(*about) if rejecting else []
-    listed = ", ".join(map(str, decided))
+    said = f"{verdict} {', '.join(map(str, decided))}" + ("" if stated else " says nothing new: nothing was stated")
     emit(
         {"run": run, "jumps": decided, "verdict": verdict, "stale": stale, "remarks": remarks},
         [
-            f"{run}: {verdict} {listed}; {len(stale)} results became stale.",
+            f"{run}: {said}; {len(stale)} results became stale.",
             *(f"look again: {remark}" for remark in remarks),
         ],
         as_json,

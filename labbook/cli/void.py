@@ -24,6 +24,8 @@ def void(
 
     Where [analysis] of labbook.toml says for which reasons, begin with one of them: "sensor_fault: the string was off".
 
+    A run that is void already stays so, and nothing is stated a second time.
+
     Example: labbook void r017 --reason "foot came loose"; labbook void r017 --undo --reason "it was r018"
     """
     from labbook.actions.correcting import unvoid
@@ -32,12 +34,11 @@ def void(
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.desk(person) as desk:
-        (unvoid if undo else state_void)(desk, run, reason)
+        said = (unvoid if undo else state_void)(desk, run, reason)
         stale = desk.stale
         remarks = [] if undo else reason_remarks(desk.connection, opened_book.configuration, reason)
-    verdict = "counts again" if undo else "is void"
     emit(
         {"run": run, "stale": stale, "remarks": remarks},
-        [f"run {run} {verdict}; {len(stale)} results became stale.", *(f"look again: {remark}" for remark in remarks)],
+        [f"{said}; {len(stale)} results became stale.", *(f"look again: {remark}" for remark in remarks)],
         as_json,
     )

@@ -86,23 +86,22 @@ def test_correction_keeps_the_old_value_and_who_said_why(whole: SmallBook) -> No
 def test_everything_that_was_stated_can_be_corrected(target: str, field: str, whole: SmallBook) -> None:
     good(labbook("correct", target, field, "--why", "measured again", at=whole.folder))
     with unchanged(whole.folder):
-        refused(
-            labbook("correct", target.replace("r001", _now(field)), field, "--why", "x", at=whole.folder), 2, "already"
-        )
+        again = labbook("correct", target.replace("r001", _now(field)), field, "--why", "x", at=whole.folder)
+        assert "says that already" in good(again).out
 
 
 def _now(field: str) -> str:
     return "r101" if field == "name=r101" else "r001"
 
 
-def test_void_run_stays_with_its_files_and_cannot_be_voided_twice(whole: SmallBook) -> None:
+def test_void_run_stays_with_its_files_and_is_voided_once(whole: SmallBook) -> None:
     good(labbook("void", "r003", "--reason", "foot came loose", at=whole.folder))
     shown = good(labbook("show", "r003", at=whole.folder)).out
     assert "(jumps, void)" in shown
     assert "foot came loose" in shown
     assert "file r003.csv" in shown
     with unchanged(whole.folder):
-        refused(labbook("void", "r003", "--reason", "again", at=whole.folder), 2, "r003 is void already")
+        assert "r003 is void already" in good(labbook("void", "r003", "--reason", "again", at=whole.folder)).out
 
 
 def test_notes_are_kept_word_for_word(whole: SmallBook) -> None:
@@ -155,7 +154,7 @@ def test_void_can_be_taken_back_and_both_statements_stay(whole: SmallBook) -> No
     assert "foot came loose" in shown
     assert "it was r004" in shown
     with unchanged(whole.folder):
-        refused(labbook("void", "r003", "--undo", "--reason", "x", at=whole.folder), 2, "r003")
+        assert "not void" in good(labbook("void", "r003", "--undo", "--reason", "x", at=whole.folder)).out
 
 
 def test_ranges_of_jumps_are_each_of_their_jumps_once(whole: SmallBook) -> None:
@@ -179,7 +178,7 @@ def test_a_run_that_turns_out_idle_is_corrected_in_one_command_and_back(whole: S
     assert "condition: foot=small k_gain=400 b_ad_gain=100" in good(labbook("show", "r002", at=whole.folder)).out
     with unchanged(whole.folder):
         again = labbook("correct", "r002", "k_gain=400.0", "jumps_made=3.0", "--why", "x", at=whole.folder)
-        refused(again, 2, "says that already")
+        assert "says that already" in good(again).out
 
 
 @pytest.mark.parametrize(

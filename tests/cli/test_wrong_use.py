@@ -68,7 +68,6 @@ BAD_VALUES = {
     "--where order of a label": ("runs list --where foot>small", "has no order"),
     "option without level": ("report --foot", "'--foot' is not understood", "--foot small"),
     "correction without value": ("correct r001 foot --why x", "'foot' is not a correction", "FIELD=VALUE"),
-    "correction to the same": ("correct r001 foot=small --why x", "says that already"),
     "number": ("correct r001 duration_s=long --why x", "duration_s=long is not a number"),
     "whole number": ("correct r001 jumps_made=2.5 --why x", "whole number"),
     "finite number": ("correct r001 duration_s=inf --why x", "finite number"),
@@ -106,7 +105,6 @@ BAD_VALUES = {
     "charge that is no number": ("charge r001 nan", "MAH nan is not possible", "0 or more"),
     "charge in no time": ("charge r001 120 --minutes 0", "--minutes 0", "above 0"),
     "charge no pack takes": ("charge r001 90000", "90000 mAh is more than pack"),
-    "file assigned already": ("assign r001.csv r001", "belongs to run r001 already"),
     "file taken off without why": ("assign r001.csv none", "belongs to run r001", "add --why to take it off"),
     "charge taken off without why": ("assign 2021-06-14.csv#1 none", "belongs to run r001", "add --why"),
     "charges taken off at once": ("assign 2021-06-14.csv none --why x", "belong to 8 runs", "2021-06-14.csv#1"),
@@ -133,7 +131,6 @@ BAD_VALUES = {
     "unit without column": ("ingest new.csv --unit ms", "--unit 'ms'", "time=ms"),
     "column without channel": ("ingest new.csv --column h", "--column 'h'", "h=body_height:mm"),
     "decimal sign": ("ingest new.csv --decimal ;", "--decimal ';'"),
-    "finished book": ("init . --as AN", "holds a book already"),
     "demo over files": ("demo .", "is not empty"),
 }
 

@@ -51,24 +51,34 @@ def test_a_folder_without_configuration_gets_one_to_fill_in(tmp_path: Path) -> N
     ]
 
 
-def test_a_book_is_never_made_over_another(book: SmallBook) -> None:
+def test_a_book_that_is_there_stays_as_it_is(book: SmallBook) -> None:
     before = contents(book.folder)
     with book.open() as standing:
         rows = all_rows(standing.engine)
-    with pytest.raises(UsageError, match=r"holds a book already|holds the journal of a book"):
-        make_book(book.folder, ADA)
+    assert not make_book(book.folder, ADA)
     assert contents(book.folder) == before
     with book.open() as standing:
         assert all_rows(standing.engine) == rows
 
 
+@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)
 def test_a_journal_without_a_database_is_rebuilt_not_made_over(folder: Path) -> None:
-    make_book(folder, ADA)
-    (folder / "labbook.db").unlink(missing_ok=True)
+    assert make_book(folder, ADA)
+    (folder / "labbook.db").unlink()
     before = contents(folder)
     with pytest.raises(UsageError, match="journal of a book: run `labbook rebuild`"):
         make_book(folder, ADA)
     assert contents(folder) == before
+
+
+def test_the_database_of_another_book_is_left_alone(tmp_path: Path, postgres_url: str) -> None:
+    for name in ("one", "other"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "labbook.toml").write_text(small_toml(database_url=postgres_url))
+    make_book(tmp_path / "one", ADA)
+    with pytest.raises(UsageError, match=r"is not empty"):
+        make_book(tmp_path / "other", ADA)
+    assert [path.name for path in (tmp_path / "other").iterdir()] == ["labbook.toml"]
 
 
 def test_a_database_that_is_not_empty_is_left_alone(tmp_path: Path, postgres_url: str) -> None:
