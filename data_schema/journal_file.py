@@ -133,11 +133,10 @@ class JournalFile:
         lines = (b"" if part.ended else b"\n") + "".join(entry.line + "\n" for entry in entries).encode()
         with self.path.open("r+b", buffering=0) as handle:
             handle.truncate(part.end)
-            handle.seek(part.end)
             try:
                 written = 0
                 while written < len(lines):
-                    written += handle.write(lines[written:])
+                    written += os.pwrite(handle.fileno(), lines[written:], part.end + written)
                 os.fsync(handle.fileno())
             except BaseException:
                 handle.truncate(part.end)

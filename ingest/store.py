@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from data_schema.disk import sync
+from data_schema.disk import make_folder, sync_names
 from data_schema.errors import BookDamaged
 from ingest.spool.mapped_bytes import LARGE_BYTES, blocks, map_and_hash, mapped, read_and_hash
 
@@ -41,6 +41,7 @@ class Store:
 
         path = f"raw/{sha256[:2]}/{sha256}.zst"
         if (self.root / path).exists():
+            self._sync_names(path)
             return path
         if mapped(data) is not None:
             self._write(path, lambda handle: _compress_blocks(data, handle))
@@ -102,6 +103,8 @@ class Store:
         path = f"signals/{sha256[:2]}/{sha256}.parquet"
         if anew or not (self.root / path).exists():
             self._write(path, lambda handle: write_samples(part, handle))
+        else:
+            self._sync_names(path)
         return sha256, path
 
     def samples(self, store_path: str, channels: Sequence[str]) -> dict[str, np.ndarray]:
@@ -128,7 +131,7 @@ class Store:
         import pyarrow as pa
 
         target = self.root / path
-        target.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(target.parent)
         temporary = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
         try:
             with pa.OSFile(str(temporary), "wb") as handle:
@@ -143,7 +146,10 @@ class Store:
         except BaseException:
             temporary.unlink(missing_ok=True)
             raise
-        sync(target.parent)
+        self._sync_names(path)
+
+    def _sync_names(self, path: str) -> None:
+        sync_names((self.root / path).parent, self.root)
 
 
 def _compress_blocks(data: bytes, handle: pa.NativeFile) -> None:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema import journal
+from data_schema.disk import make_folder, sync_all
 from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import Action
 from labbook.book.desk import Statement, new_uid, now_utc
@@ -61,7 +62,9 @@ def write(
     made = state_report(book, where, person, step)
     folder = out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
     step("writing the page")
+    make_folder(folder)
     paths = write_report(made.content, folder)
+    sync_all(folder)
     return WrittenReport(
         page=str(paths.page),
         folder=str(folder),
@@ -74,7 +77,7 @@ def write(
 def _check_writable(folder: Path) -> None:
     """Make the folder and a file in it, before it is stated that a report was made for it."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:

@@ -19,6 +19,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema import journal
+from data_schema.disk import sync
 from data_schema.engine import writing
 from data_schema.errors import BookDamaged, BookError, InputRefused
 from data_schema.journal import Entry
@@ -177,6 +178,7 @@ def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> in
             f"entry {missing[0].seq} of journal.jsonl does not follow entry {seq} of the database: the two belong to "
             "different books; put the right files together."
         )
+    sync(mirror.path)  # who wrote them may have been killed before that
     apply_again(connection, store, journal.chained(missing, (seq, last_hash)))
     return len(missing)
 

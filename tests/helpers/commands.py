@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -80,14 +80,14 @@ class Commands:
 
 
 @contextlib.contextmanager
-def running_commands() -> Iterator[Commands]:
-    """Have commands started quickly until the end of the block."""
+def running_commands(under: Sequence[str] = ()) -> Iterator[Commands]:
+    """Have commands started quickly until the end of the block, `under` another program where one is given."""
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
     environment.pop("LABBOOK_AS", None)
     with (
         tempfile.TemporaryDirectory(prefix="labbook-output-") as folder,
         subprocess.Popen(
-            [sys.executable, "-m", "tests.helpers.command_server"],
+            [*under, sys.executable, "-m", "tests.helpers.command_server"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

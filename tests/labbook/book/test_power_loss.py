@@ -1,0 +1,237 @@
+"""The power goes at any moment: nothing that was said is lost, nothing is broken, and the command can be given again.
+
+Each command is recorded once, with all that it, SQLite and pyarrow do to the disk. What a power cut may leave after
+each of its steps is laid into a folder of its own, checked, and the command repeated there.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import shutil
+from collections import Counter
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from data_schema.journal import Entry
+from data_schema.vocabulary import Action
+from labbook.book.opening import opened
+from tests.helpers import power
+from tests.helpers.books import ADA, small_book
+from tests.helpers.commands import KILLED, Commands, running_commands
+from tests.helpers.statements import said_alike
+
+pytestmark = pytest.mark.skipif(shutil.which("strace") is None, reason="strace is not installed")
+
+INGEST = ("ingest", "{instruments}/logs/r001.csv", "{instruments}/charger")
+CORRECT = ("correct", "r002", "foot=large", "--why", "seen on the video")
+NOT_SYNCED = {
+    "nothing of it": power.nothing_unsynced,
+    "its names": power.names_only,
+    "its bytes": power.bytes_only,
+    "all of it": power.everything,
+}
+"""What the disk has of that which was not synced."""
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """Commands given to a book one after the other, the last of which ends well.
+
+    `book`: where it lies; `dies_after`: the first command is killed after so many syncs to the disk;
+    `slow`: to give it again takes seconds.
+    """
+
+    commands: tuple[tuple[str, ...], ...]
+    ingested: bool = True
+    book: str = "book"
+    dies_after: int = 0
+    slow: bool = False
+
+    @property
+    def made(self) -> bool:
+        """Whether there is a book before the first command."""
+        return self.commands[0][0] != "init"
+
+    def words(self, command: tuple[str, ...], folder: Path) -> list[str]:
+        """A command with the paths of the folder that the book is in."""
+        book = str(folder / self.book)
+        words = [word.format(book=book, instruments=folder / "instruments") for word in command]
+        return [*words, "--book", book] if self.made else words
+
+
+CASES = {
+    "init": Case((("init", "{book}", "--as", ADA),), book="shelf/new/book"),
+    "ingest": Case((INGEST,), ingested=False),
+    "ingest, killed before": Case((INGEST, INGEST), ingested=False, dies_after=3),
+    "correct": Case((CORRECT,)),
+    "correct, killed before": Case((CORRECT, ("runs", "list"), CORRECT), dies_after=1),
+    "report": Case((("report", "--out", "{book}/reports/one"),), slow=True),
+    "rebuild": Case((("rebuild",),)),
+    "rebuild --journal": Case((("rebuild", "--journal"),)),
+}
+"""What is recorded; another command that writes to a book is a line here."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A recorded case: the disk before it, what was done to it; in the end, the book's journal and the real disk."""
+
+    case: Case
+    folder: Path
+    disk: power.Disk
+    calls: tuple[power.Call, ...]
+    said: tuple[Entry, ...]
+    last: power.Left
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """What a power cut left: after how many calls, whether the command had said by then that it was done."""
+
+    after: int
+    done: bool
+    not_synced: str
+    left: power.Left
+
+
+@pytest.fixture(scope="module")
+def recorder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Commands, Path]]:
+    """Commands that are recorded, and the file that has all that they did."""
+    log = tmp_path_factory.mktemp("strace") / "log"
+    with running_commands(power.strace(log)) as running:
+        yield running, log
+
+
+def recorded(case: Case, folder: Path, recorder: tuple[Commands, Path]) -> Trial:
+    """Give the case's commands to a new book, and record what becomes of its disk."""
+    commands, log = recorder
+    if case.made:
+        small_book(folder, ingested=case.ingested)
+    else:
+        folder.mkdir()
+    disk = power.Disk(folder)
+    already = log.stat().st_size if log.exists() else 0  # it is there from the first command on
+    for number, command in enumerate(case.commands, start=1):
+        last = number == len(case.commands)
+        dies_after = case.dies_after if number == 1 else 0
+        code, said = commands.run(*case.words(command, folder), die_after_sync=dies_after)
+        assert code == (KILLED if dies_after else 0), said
+    with log.open() as written:
+        written.seek(already)
+        calls = tuple(power.calls(written.read()))
+    last = power.Disk(folder).left(power.everything)
+    with opened(folder / case.book) as book:
+        return Trial(case, folder, disk, calls, tuple(said_alike(book)), last)
+
+
+def moments(trial: Trial, chances: int, most: int | None = None) -> Iterator[Moment]:
+    """Give what may be left after each call that changed or synced something; the same is given once.
+
+    With `most`, only as many calls are looked at, among those that a sync follows: then most may be lost.
+    """
+    ways = {**NOT_SYNCED, **{f"by chance {seed}": power.by_chance(seed) for seed in range(chances)}}
+    looked_at = _looked_at(trial, most)
+    seen: set[bytes] = set()
+    for number, call in enumerate(trial.calls, start=1):
+        if not trial.disk.play(call) or number not in looked_at:
+            continue
+        for way, choose in ways.items():
+            left = trial.disk.left(choose)
+            name = _digest(left)
+            if name not in seen:
+                seen.add(name)
+                yield Moment(number, False, way, left)
+    assert trial.disk.left(power.everything) == trial.last  # the model is the real thing
+    at_last = {_digest(left): (way, left) for way, left in ((way, trial.disk.left(ways[way])) for way in ways)}
+    for way, left in at_last.values():
+        yield Moment(len(trial.calls), True, way, left)
+
+
+def _looked_at(trial: Trial, most: int | None) -> Collection[int]:
+    if most is None:
+        return range(1, len(trial.calls) + 1)
+    before_sync = [number for number, call in enumerate(trial.calls) if call.name in ("fsync", "fdatasync")]
+    return set(before_sync[:: -(-len(before_sync) // most)]) if most else ()
+
+
+def _digest(left: power.Left) -> bytes:
+    digest = hashlib.sha256()
+    for place, content in sorted(left.items()):
+        digest.update(f"{place} {None if content is None else len(content)}\n".encode() + (content or b""))
+    return digest.digest()
+
+
+def check(trial: Trial, moment: Moment, folder: Path, commands: Commands, again: bool) -> None:
+    """Look at what is left; with `again`, give the last command again, and look once more."""
+    power.lay(moment.left, folder)
+    case, book = trial.case, folder / trial.case.book
+    journal = [entry.hash for entry in trial.said]
+    if case.made or moment.done:
+        code, said = commands.run("db", "check", "--book", book)
+        assert code == 0, said
+        with opened(book) as standing:
+            in_file = [entry.hash for entry in standing.mirror.entries()]
+            assert in_file == journal[: len(in_file)]
+            assert len(in_file) == len(journal) or not moment.done
+    if moment.done:
+        pages = {path.relative_to(trial.folder): path.read_bytes() for path in trial.folder.glob("book/reports/**/*.*")}
+        assert {path: (folder / path).read_bytes() for path in pages} == pages
+    if not again:
+        return
+    code, said = commands.run(*case.words(case.commands[-1], folder))
+    assert code == 0, said
+    code, said = commands.run("db", "check", "--book", book)
+    assert code == 0, said
+    with opened(book) as standing:
+        after = said_alike(standing)
+    if case.made or moment.done:
+        assert [entry.hash for entry in after[: len(in_file)]] == in_file
+    assert _kinds(after) == _kinds(trial.said)
+
+
+def _kinds(entries: Sequence[Entry]) -> Counter[tuple[str, str]]:
+    return Counter((entry.action, entry.entity_kind) for entry in entries if entry.action is not Action.REPORT)
+
+
+def losses(
+    trial: Trial, at: Iterator[Moment], folder: Path, commands: Commands, *, again: bool = True
+) -> tuple[int, list[str]]:
+    """Check moments; returns how many there were, and what was lost or broken."""
+    count, lost = 0, []
+    for moment in at:
+        count += 1
+        try:
+            check(trial, moment, folder / "left", commands, again)
+        except AssertionError as error:
+            lost.append(f"after call {moment.after} with {moment.not_synced} that was not synced: {error}")
+        shutil.rmtree(folder / "left")
+    return count, lost
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_nothing_that_was_said_is_lost_when_the_power_goes(
+    name: str, tmp_path: Path, recorder: tuple[Commands, Path], commands: Commands
+) -> None:
+    trial = recorded(CASES[name], tmp_path / "trial", recorder)
+    most = 0 if trial.case.slow else 1
+    count, lost = losses(trial, moments(trial, 0, most), tmp_path, commands, again=not trial.case.slow)
+    assert count
+    assert not lost, "\n".join(lost)
+
+
+@pytest.mark.soak
+def test_nothing_is_lost_at_any_moment_of_any_command(
+    tmp_path: Path, recorder: tuple[Commands, Path], commands: Commands, capsys: pytest.CaptureFixture[str]
+) -> None:
+    lost: list[str] = []
+    for number, (name, case) in enumerate(CASES.items()):
+        trial = recorded(case, tmp_path / f"trial-{number}", recorder)
+        at = moments(trial, 1, 30) if case.slow else moments(trial, 3)
+        count, lost_here = losses(trial, at, tmp_path, commands)
+        lost += lost_here
+        with capsys.disabled():
+            print(f"power lost in {name}: {count} states of the disk, {len(lost_here)} lost or broken")
+    assert not lost, "\n".join(lost)
