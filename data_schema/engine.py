@@ -23,13 +23,15 @@ import sqlalchemy as sa
 from sqlalchemy import event
 from sqlalchemy.exc import DBAPIError, OperationalError
 
-from data_schema.errors import BookBusy, BookDamaged, UsageError
+from data_schema.errors import BookBusy, BookDamaged, BookReadOnly, UsageError
 from data_schema.mounts import refuse_network_drive
 from data_schema.row_hashes import hashed
 
 BUSY_TIMEOUT_S = 10.0
 SQLITE_MINIMUM = (3, 37, 0)
 _PRAGMAS = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
+_NOT_ALLOWED = ("42501", "25006")
+"""PostgreSQL's codes: the role lacks a right, or its transactions only read."""
 _POOL_LOG = logging.getLogger("sqlalchemy.pool.impl.QueuePool")
 _SEEN = "labbook_seen"
 """Under this name a connection keeps what a file looked like that is read as one that does not change."""
@@ -149,8 +151,8 @@ def translated() -> Iterator[None]:
         if "disk is full" in text or "disk i/o" in text:
             raise BookDamaged(f"the disk refused to write ({said}): free space on it and try again.") from error
         if "readonly" in text or "unable to open" in text:
-            what = "written" if "readonly" in text else "opened"
-            raise BookDamaged(
+            kind, what = (BookReadOnly, "written") if "readonly" in text else (BookDamaged, "opened")
+            raise kind(
                 f"the database cannot be {what} ({said}): check the permissions of the book's folder."
             ) from error
         if isinstance(said, sqlite3.Error):
@@ -160,12 +162,21 @@ def translated() -> Iterator[None]:
             ) from error
         raise BookDamaged(f"the database did not answer: {' '.join(str(said).split())}; check that it runs.") from error
     except DBAPIError as error:
+        if getattr(error.orig, "sqlstate", None) in _NOT_ALLOWED:
+            raise BookReadOnly(
+                f"this role of the database may not do that ({_first_line(error.orig)}): ask who owns its tables "
+                "for the right, or give the command as a role that has it."
+            ) from error
         if isinstance(error.orig, sqlite3.DatabaseError) and _is_damage(str(error.orig)):
             raise BookDamaged(
                 f"the database is damaged ({error.orig}): keep the file, and run `labbook rebuild` to make it "
                 "anew from the raw copies and the journal."
             ) from error
         raise
+
+
+def _first_line(said: object) -> str:
+    return str(said).strip().partition("\n")[0]
 
 
 def _is_damage(text: str) -> bool:

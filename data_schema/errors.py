@@ -7,6 +7,7 @@
     └── BookError             3  the book itself
         ├── BookMissing       2  no book here (nothing is damaged)
         ├── BookBusy          3  another program holds the book
+        ├── BookReadOnly      3  who gave the command may not write to the book
         ├── BookVersion       3  made by an older or newer labbook, or by another program
         └── BookDamaged       3  what is stored contradicts itself
 
@@ -51,6 +52,10 @@ class BookMissing(BookError):
 
 class BookBusy(BookError):
     """Another program is writing to the book."""
+
+
+class BookReadOnly(BookError):
+    """Who gave the command may read the book and not write to it."""
 
 
 class BookVersion(BookError):

@@ -29,6 +29,10 @@ RAW_COMPRESSION_LEVEL = 1
 """Level 1 takes two thirds of the time of level 3, and its copies of logs are no larger (docs/performance.md)."""
 
 
+STORED = ("raw", "signals")
+"""The folders of a store."""
+
+
 @dataclass(frozen=True, slots=True)
 class Store:
     """A folder with `raw/` and `signals/` in it."""

@@ -202,7 +202,7 @@ class ReportContent:
     analysis before the first measurement, `departures` what departs from it; `no_equivalence` why heights were not
     tested for equality, "" where they were or there are none. `counted` is the unit of analysis that comparisons count:
     "run", or "day" where they rest on the means of days. `known_errors` has what is on record against the methods, an
-    introduction first.
+    introduction first. `stored` tells whether the book has the report, so that its numbers can be traced.
     """
 
     title: str
@@ -237,3 +237,4 @@ class ReportContent:
     departures: tuple[str, ...] = ()
     no_equivalence: str = ""
     counted: str = "run"
+    stored: bool = True

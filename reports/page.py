@@ -144,6 +144,8 @@ def _facts(content: ReportContent) -> list[tuple[str, str]]:
         ("Software", f"labbook {content.software_version}, labbook.toml {content.configuration_hash}"),
         ("Detector", content.detector),
     ]
+    if not content.stored:
+        facts.append(("Stored", "no: `labbook why` knows those of its numbers that a stored report has too"))
     return facts
 
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from data_schema import journal
 from data_schema.disk import make_folder, sync_all
-from data_schema.errors import UsageError, unknown_name
+from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.vocabulary import Action
+from ingest.store import STORED
 from labbook.book.desk import Statement, new_uid, now_utc
-from labbook.book.opening import Book
+from labbook.book.opening import JOURNAL, Book
 from labbook.config.parsing import Configuration
 from labbook.presenting.making import MadeReport, make_report
 from labbook.statements.reporting import shown_by
@@ -42,7 +43,7 @@ def selection(configuration: Configuration, where: str | None, extra: Sequence[s
     for name, level in zip(words[::2], words[1::2], strict=True):
         factor = name.removeprefix("--").replace("-", "_")
         if factor not in configuration.factors:
-            options = [*configuration.factors, "where", "out", "book", "as", "json"]
+            options = [*configuration.factors, "where", "out", "unsaved", "book", "as", "json"]
             raise unknown_name("option", name, [f"--{option}" for option in options])
         quoted = (
             level if re.fullmatch(r"[\w.]+", level) else "'" + level.replace("\\", "\\\\").replace("'", "\\'") + "'"
@@ -52,14 +53,24 @@ def selection(configuration: Configuration, where: str | None, extra: Sequence[s
 
 
 def write(
-    book: Book, where: str | None, out: Path | None, person: str | None, step: Callable[[str], None]
+    book: Book,
+    where: str | None,
+    out: Path | None,
+    person: str | None,
+    step: Callable[[str], None],
+    *,
+    unsaved: bool = False,
 ) -> WrittenReport:
-    """Analyse, state that the report was made, keep what was computed, write the page."""
+    """Analyse, state that the report was made, keep what was computed, write the page.
+
+    With `unsaved` the page is written to `out` and the book stays as it is, as it has to for who may only read it.
+    """
+    if unsaved and out is None:
+        raise UsageError("--unsaved writes nothing into the book: add --out DIR, a folder of your own for the report.")
     if out is not None:
+        _refuse_store(out)
         _check_writable(out)
-    with book.desk(person):
-        pass  # takes over what labbook.toml adds before anything is computed
-    made = state_report(book, where, person, step)
+    made = _unsaved_report(book, where, step) if unsaved else _saved_report(book, where, person, step)
     folder = out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
     step("writing the page")
     make_folder(folder)
@@ -72,6 +83,37 @@ def write(
         results_computed=len(made.bench.computed),
         results_reused=len(made.bench.reused),
     )
+
+
+def _saved_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
+    try:
+        with book.desk(person):
+            pass  # takes over what labbook.toml adds before anything is computed
+        return state_report(book, where, person, step)
+    except BookReadOnly as error:
+        raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error
+
+
+def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
+    made_at = _now()
+    with book.reading() as connection:
+        made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
+    return replace(made, content=replace(made.content, stored=False))
+
+
+def _now() -> str:
+    return now_utc().split(".")[0] + "Z"
+
+
+def _refuse_store(out: Path) -> None:
+    """Raise `UsageError` for a folder among the raw copies or samples of any book."""
+    place = out.resolve()
+    for folder in (place, *place.parents):
+        if folder.name in STORED and (folder.parent / JOURNAL).exists():
+            raise UsageError(
+                f"{str(out)!r} is in the store of the book's files {folder}, where nothing else belongs: give a folder "
+                "outside it, with --out."
+            )
 
 
 def _check_writable(folder: Path) -> None:
@@ -90,7 +132,7 @@ def _check_writable(folder: Path) -> None:
 def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
     """Compute without a lock, then state and keep; begin again if somebody stated something meanwhile."""
     for _attempt in range(ATTEMPTS):
-        made_at = now_utc().split(".")[0] + "Z"
+        made_at = _now()
         with book.reading() as connection:
             seen = journal.head(connection)
             made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)

@@ -21,6 +21,9 @@ def report(
     context: typer.Context,
     where: WhereOption = None,
     out: Annotated[Path | None, typer.Option("--out", metavar="DIR", help="Where to write it.")] = None,
+    unsaved: Annotated[
+        bool, typer.Option("--unsaved", help="Store nothing in the book, for who may only read it; needs --out.")
+    ] = False,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
@@ -38,14 +41,16 @@ def report(
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args)
         with progress("report", None, shown=not as_json) as step:
-            written = write(opened_book, text, out, person, step)
+            written = write(opened_book, text, out, person, step, unsaved=unsaved)
         with opened_book.reading() as connection:
             waiting = inbox(connection)
+    not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
     emit(
         written,
         [
             *written.claims[:1],
             f"{written.results_computed} results computed, {written.results_reused} reused.",
+            *(not_stored if unsaved else ()),
             f"{written.page}",
             *([f"look again: {_waiting(waiting)}"] if waiting else []),
         ],

@@ -1,0 +1,124 @@
+"""Who may only read a book: a PostgreSQL role with SELECT and nothing else, and a folder that others own."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import psycopg
+import pytest
+import sqlalchemy as sa
+
+from labbook.book.opening import open_book
+from tests.cli.shell import LABBOOK, Answer, environment, good, labbook, refused, unchanged
+from tests.helpers.books import SmallBook, small_book
+from tests.helpers.databases import all_rows
+from tests.helpers.postgres import Cluster
+
+QUESTIONS = (
+    "runs list",
+    "files list",
+    "show r001",
+    "today",
+    "jumps list r001",
+    "runs inbox",
+    "stats compare",
+    "db check",
+)
+STATEMENTS = ("note r001 x", "void r001 --reason x", "correct r001 foot=large --why x", "assign r001.csv none --why x")
+
+
+@pytest.fixture
+def guest(tmp_path: Path, postgres_url: str, cluster: Cluster) -> Iterator[SmallBook]:
+    """A book on PostgreSQL, with a report, as seen by a role that has SELECT only."""
+    book = small_book(tmp_path, database_url=postgres_url)
+    good(labbook("report", at=book.folder))
+    name = sa.make_url(postgres_url).database
+    with psycopg.connect(host=str(cluster.socket_folder), user="labbook", dbname=name, autocommit=True) as owner:
+        owner.execute("CREATE ROLE guest LOGIN")
+        owner.execute("GRANT USAGE ON SCHEMA public TO guest")
+        owner.execute("GRANT SELECT ON ALL TABLES IN SCHEMA public TO guest")
+        book.toml.write_text(book.toml.read_text().replace("://labbook@", "://guest@"))
+        yield book
+        owner.execute("DROP OWNED BY guest")
+        owner.execute("DROP ROLE guest")
+
+
+def test_a_role_that_may_only_read_asks_everything_and_states_nothing(guest: SmallBook, tmp_path: Path) -> None:
+    engine = open_book(guest.folder).engine
+    before = all_rows(engine)
+    journal = guest.journal.read_bytes()
+    for question in QUESTIONS:
+        assert good(labbook(*question.split(), at=guest.folder)).out
+    uid = _shown_number(engine)
+    assert uid in good(labbook("why", uid, at=guest.folder)).out
+    for statement in (*STATEMENTS, f"ingest {_another(guest)}", "init . --as AN", "rebuild --journal"):
+        answer = labbook(*statement.split(), at=guest.folder)
+        refused(answer, 3, "permission denied for table journal", "a role that has it")
+    refused(labbook("report", at=guest.folder), 3, "permission denied", "--unsaved --out DIR")
+    good(labbook("report", "--unsaved", "--out", tmp_path / "mine", at=guest.folder))
+    assert (tmp_path / "mine" / "report.html").stat().st_size > 0
+    assert all_rows(engine) == before
+    assert guest.journal.read_bytes() == journal
+    engine.dispose()
+
+
+def test_who_may_only_read_a_sqlite_book_makes_a_report_elsewhere(whole: SmallBook, tmp_path: Path) -> None:
+    for path in (whole.folder, *whole.folder.rglob("*")):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    with unchanged(whole.folder):
+        refused(_bound_by_rights("report", "--out", tmp_path / "x", at=whole.folder), 3, "--unsaved --out DIR")
+        refused(_bound_by_rights("report", at=whole.folder), 3, "cannot be written", "--unsaved --out DIR")
+        good(_bound_by_rights("report", "--unsaved", "--out", tmp_path / "mine", at=whole.folder))
+    assert (tmp_path / "mine" / "report.html").stat().st_size > 0
+
+
+def _bound_by_rights(*words: str | Path, at: Path) -> Answer:
+    """Give a command in a process that what files permit holds for, also where root gives it."""
+    less = "-dac_override,-dac_read_search"
+    bound = ["setpriv", f"--bounding-set={less}", f"--inh-caps={less}"] if os.geteuid() == 0 else []
+    done = subprocess.run(
+        [*bound, LABBOOK, *words], cwd=at, env=environment(), capture_output=True, text=True, timeout=120, check=False
+    )
+    return Answer(done.returncode, done.stdout, done.stderr)
+
+
+def test_an_unsaved_report_shows_what_a_stored_one_does_and_changes_nothing(whole: SmallBook, tmp_path: Path) -> None:
+    with unchanged(whole.folder):
+        refused(labbook("report", "--unsaved", at=whole.folder), 2, "add --out DIR")
+        said = good(labbook("report", "--unsaved", "--out", tmp_path / "mine", at=whole.folder)).out
+    assert "nothing was stored" in said
+    good(labbook("report", "--out", tmp_path / "stored", at=whole.folder))
+    mine, stored = tmp_path / "mine", tmp_path / "stored"
+    assert "<dd>no: " in (mine / "report.html").read_text()
+    assert "<dd>no: " not in (stored / "report.html").read_text()
+    tables = sorted(path.name for path in (mine / "tables").iterdir())
+    assert tables
+    for name in tables:
+        assert (mine / "tables" / name).read_bytes() == (stored / "tables" / name).read_bytes()
+
+
+def test_a_report_is_never_written_into_a_store(whole: SmallBook, tmp_path: Path) -> None:
+    (tmp_path / "link").symlink_to(whole.folder / "raw")
+    elsewhere = small_book(tmp_path / "elsewhere", ingested=False)
+    with unchanged(whole.folder):
+        for out in (whole.folder / "raw", whole.folder / "signals" / "new" / "report", tmp_path / "link" / "x"):
+            for unsaved in ((), ("--unsaved",)):
+                answer = labbook("report", "--out", out, *unsaved, at=whole.folder)
+                refused(answer, 2, "in the store of the book's files")
+        answer = labbook("report", "--out", elsewhere.folder / "signals", at=whole.folder)
+        refused(answer, 2, "in the store of the book's files")
+
+
+def _another(book: SmallBook) -> Path:
+    """A log that the book does not have."""
+    path = book.instruments / "another.csv"
+    path.write_bytes(b"".join(book.log("r001").read_bytes().splitlines(keepends=True)[:70]))
+    return path
+
+
+def _shown_number(engine: sa.Engine) -> str:
+    with engine.connect() as connection:
+        return str(connection.exec_driver_sql("SELECT number_uid FROM report_item LIMIT 1").scalar_one())
