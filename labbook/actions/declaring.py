@@ -14,6 +14,7 @@ from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.ingesting import FileOutcome
 from labbook.config.channels import channel_meant, check_unit
 from labbook.config.profiles import can_part_cells
+from labbook.presenting.terminal import say
 
 _ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": ("clock", ("m:s", "h:m"))}
 """What is asked for where a file leaves it open, by rule: the option, and the words it takes."""
@@ -86,15 +87,15 @@ def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] 
     said = dict(options)
     for finding in outcome.read.findings:
         if finding.rule == "rate_missing":
-            typer.echo(f"{outcome.path}: {finding.message}", err=True)
+            say(f"{outcome.path}: {finding.message}", err=True)
             said["rate_hz"] = typer.prompt("samples a second", type=float, err=True)
         elif finding.rule == "time_unit_missing":
-            typer.echo(f"{outcome.path}: {finding.message}", err=True)
+            say(f"{outcome.path}: {finding.message}", err=True)
             unit = typer.prompt(f"unit of {finding.column} (s, ms or us)", err=True)
             column = {"channel": None, "unit": unit}
             said["columns"] = {**said.get("columns", {}), finding.column or "time": column}
         elif finding.rule in _ASKED_WORDS and finding.severity is Severity.FILE:
-            typer.echo(f"{outcome.path}: {finding.message}", err=True)
+            say(f"{outcome.path}: {finding.message}", err=True)
             option, allowed = _ASKED_WORDS[finding.rule]
             answer = typer.prompt(" or ".join(allowed), err=True)
             said |= declared_words(**{"dates": None, "clock": None, "axes": None, option: answer})

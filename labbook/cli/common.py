@@ -15,6 +15,8 @@ from typing import Annotated, Any
 
 import typer
 
+from labbook.presenting.terminal import printable, printable_json, say
+
 BookOption = Annotated[
     Path | None, typer.Option("--book", metavar="DIR", help="The book; without it, the one that holds this folder.")
 ]
@@ -45,10 +47,11 @@ WhereOption = Annotated[
 
 def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
     """Print `data` as JSON, or the lines for people; a reader who has seen enough (`| head`) is no error."""
+    said = [printable(line) for line in lines]
     if as_json:
-        lines = [json.dumps(plain(data), ensure_ascii=False, indent=2, allow_nan=False)]
+        said = [printable_json(json.dumps(plain(data), ensure_ascii=False, indent=2, allow_nan=False))]
     try:
-        for line in lines:
+        for line in said:
             typer.echo(line)
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -82,12 +85,18 @@ def progress(what: str, total: int | None, shown: bool) -> Iterator[Callable[[st
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    parts = [SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn()]
+    parts = [
+        SpinnerColumn(),
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+    ]
     if total is None:
-        parts = [SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn()]
+        parts = [SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()]
     with Progress(*parts, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
         task = bar.add_task(what, total=total)
-        yield lambda step: bar.update(task, advance=1, description=step[:40])
+        yield lambda step: bar.update(task, advance=1, description=printable(step[:40]))
 
 
 @contextlib.contextmanager
@@ -104,7 +113,7 @@ def counted(what: str, total: int, unit: str, shown: bool) -> Iterator[Callable[
 
     form = "{task.completed:,.0f}/{task.total:,.0f} " + unit + " {task.fields[rate]}"
     parts = [
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn(form),
         TimeElapsedColumn(),
@@ -130,7 +139,7 @@ def counted(what: str, total: int, unit: str, shown: bool) -> Iterator[Callable[
 def before_work(lines: Sequence[str]) -> None:
     """Say on the terminal, before long work begins, what its result will say too."""
     for line in lines if sys.stderr.isatty() else ():
-        typer.echo(line, err=True)
+        say(line, err=True)
 
 
 def asking() -> bool:

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import JsonOption, emit, progress
+from labbook.presenting.terminal import say
 
 
 def register(app: typer.Typer) -> None:
@@ -29,5 +30,5 @@ def demo(
     from labbook.demo.running import run_demo
 
     with progress("demonstration", None, shown=not as_json) as step:
-        done = run_demo(folder, make_campaign(seed), full, step, lambda line: None if as_json else typer.echo(line))
+        done = run_demo(folder, make_campaign(seed), full, step, lambda line: None if as_json else say(line))
     emit(done, [f"the report: {done.page}"], as_json)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
 from data_schema.errors import UsageError
 from labbook.cli.common import AsOption, BookOption, JsonOption, asking, emit, progress
+from labbook.presenting.terminal import say
 
 
 def register(app: typer.Typer) -> None:
@@ -120,7 +121,7 @@ def ingest(
     if out is not None and not draft_profile:
         raise UsageError("--out is where a drafted profile is written: give --draft-profile too.")
     for fault in plugins().faults:
-        typer.echo(fault, err=True)
+        say(fault, err=True)
     if explain or draft_profile:
         with opened(book) as opened_book:
             files = files_of(paths, opened_book.folder)

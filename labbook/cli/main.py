@@ -40,6 +40,7 @@ from labbook.cli import (
     why,
 )
 from labbook.cli.start import INTERRUPTED, tell
+from labbook.presenting.terminal import printable_json, say
 
 GARBAGE_AFTER = 100_000
 """New objects between two passes of the garbage collector. With Python's own 700 a tenth of a command's time goes into
@@ -115,8 +116,8 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
         sentence, code = explained(error)
         if sentence:
             if "--json" in arguments:
-                typer.echo(json.dumps({"error": sentence, "exit_code": code}, ensure_ascii=False))
-            typer.echo(f"labbook: {sentence}", err=True)
+                typer.echo(printable_json(json.dumps({"error": sentence, "exit_code": code}, ensure_ascii=False)))
+            say(f"labbook: {sentence}", err=True)
     if code == INTERRUPTED:
         tell()
     sys.exit(code or 0)

@@ -13,6 +13,7 @@ from data_schema.errors import InputRefused, UsageError
 from labbook.actions.files_meant import read_bytes
 from labbook.cli.common import asking
 from labbook.plan.sheet_times import SheetQuestion
+from labbook.presenting.terminal import say
 
 _Done = TypeVar("_Done")
 USUAL_PAGE = "cp1252"
@@ -67,7 +68,7 @@ def answered(attempt: Callable[[dict[str, str | None]], _Done], said: dict[str, 
             if not ask or not asking() or said.get(question.option) is not None:
                 raise
             listed = ", ".join(f"{choice}: {meaning}" for choice, meaning in question.choices.items())
-            typer.echo(f"{question.sentence} ({listed}).", err=True)
+            say(f"{question.sentence} ({listed}).", err=True)
             chosen = ""
             while chosen not in question.choices:
                 chosen = typer.prompt(" or ".join(question.choices), err=True).strip()

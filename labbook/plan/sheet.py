@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from data_schema.errors import UsageError
 from data_schema.vocabulary import RunKind
 from labbook.plan.drawing import Plan, PlannedRun
+from labbook.plan.sheet_cells import as_text
 
 BEFORE_FACTORS = ("run", "date", "position", "kind")
 AFTER_FACTORS = ("battery", "robot", "started", "duration_s", "jumps_made", "starts", "note")
@@ -71,11 +72,12 @@ def write_run_sheet(
     factors = [factor.name for factor in plan.factors]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow([*BEFORE_FACTORS, *factors, *AFTER_FACTORS])
+    writer.writerow(as_text(cell) for cell in [*BEFORE_FACTORS, *factors, *AFTER_FACTORS])
     for line in sheet_lines(plan, names, dates):
         levels = dict(line.run.condition or ())
         writer.writerow(
-            [
+            as_text(cell)
+            for cell in [
                 *(line.name, line.date.isoformat(), line.run.position_in_day, line.run.kind.value),
                 *(levels.get(factor, "") for factor in factors),
                 *(battery, robot, "", "", "", "", line.note),

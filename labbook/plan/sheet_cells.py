@@ -14,6 +14,23 @@ from labbook.plan.sheet_times import date_reader, read_clock
 _NUMBER = re.compile(r"[+-]?[0-9]{1,15}(?:\.[0-9]{1,15}|,(?![0-9]{3}$)[0-9]{1,15})?")
 
 
+_FORMULA = tuple("=+-@\t\r")
+"""With these a spreadsheet begins a formula."""
+_TEXT = "'"
+
+
+def as_text(cell: object) -> object:
+    """Return a cell that no spreadsheet takes for a formula: what begins like one and is no number gets an apostrophe."""
+    if isinstance(cell, str) and cell.startswith(_FORMULA) and as_float(cell) is None:
+        return _TEXT + cell
+    return cell
+
+
+def without_mark(cell: str) -> str:
+    """Return a cell without the apostrophe that `as_text` put before it."""
+    return cell[1:] if cell.startswith(_TEXT) and cell[1:].startswith(_FORMULA) else cell
+
+
 def as_float(cell: str) -> float | None:
     """Return a decimal number, written with a point or a comma, or None; `1,200` could be two numbers and is none."""
     return float(cell.replace(",", ".")) if _NUMBER.fullmatch(cell) else None

@@ -14,7 +14,7 @@ from data_schema.errors import InputRefused, UsageError, nearest, unknown_name
 from data_schema.vocabulary import RunKind
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet import BEFORE_FACTORS
-from labbook.plan.sheet_cells import CELL_READERS, one_of
+from labbook.plan.sheet_cells import CELL_READERS, one_of, without_mark
 from labbook.plan.sheet_times import SheetQuestion, date_reader
 
 MOST_FAULTS_SHOWN = 50
@@ -149,7 +149,7 @@ def _table(text: str, source: str) -> Iterator[tuple[int, list[str]]]:
     line = 1
     try:
         for cells in reader:
-            stripped = [cell.strip() for cell in cells]
+            stripped = [without_mark(cell.strip()) for cell in cells]
             if any(stripped) and not (line == 1 and _SEPARATOR_LINE.fullmatch(first)):
                 yield line, stripped
             line = reader.line_num + 1

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import datetime
 import hashlib
+import io
 
 import pytest
 
@@ -49,6 +51,19 @@ def test_the_same_seed_gives_the_same_bytes_for_ever() -> None:
     assert sheet(2021) == sheet(2021)
     assert sheet(2021) != sheet(2022)
     assert hashlib.sha256(sheet(2021)).hexdigest() == "93248a162b31df0aad49087deb5c867352fb49c6a8edef8ae4fe1efeb72568e0"
+
+
+def test_no_cell_is_a_formula_and_numbers_stay_numbers() -> None:
+    labels = ('=HYPERLINK("http://x")', "+1+1", "-2+3", "@SUM(A1)", "-5", "+0,5", "'quoted'", "a=b")
+    factors = (PlanFactor("foot", labels, control="-5"),)
+    plan = draw_plan(factors, 2, 8, PlanMethod.RANDOMISED, seed=1)
+    sheet = write_run_sheet(plan, run_names(plan), DATES, robot="=cmd|' /C calc'!A0", battery="@pack")
+    cells = {cell for row in csv.reader(io.StringIO(sheet)) for cell in row}
+    assert {cell for cell in cells if cell.startswith(("=", "+", "-", "@", "\t", "\r"))} == {"-5", "+0,5"}
+    assert {"'@pack", "'-2+3", "'quoted'", "a=b"} <= cells
+    rows = read_run_sheet(sheet, factors, robots=["=cmd|' /C calc'!A0"], batteries=["@pack"])
+    assert {row.levels["foot"] for row in rows} == set(labels)
+    assert {(row.robot, row.battery) for row in rows} == {("=cmd|' /C calc'!A0", "@pack")}
 
 
 def test_no_factor_can_be_called_like_a_column() -> None:

@@ -1,0 +1,25 @@
+"""Text on its way to a terminal: names and notes come from files and from others, and a terminal obeys some letters."""
+
+from __future__ import annotations
+
+import re
+
+import typer
+
+_OBEYED = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+"""Control characters except tab and the end of a line, and those that turn the direction of writing."""
+
+
+def printable(text: str) -> str:
+    """Return a text with all that a terminal would obey written out, an escape as \\x1b."""
+    return _OBEYED.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+def printable_json(text: str) -> str:
+    """Return JSON that a terminal shows as it is; to a program it says the same."""
+    return _OBEYED.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+
+
+def say(line: str, *, err: bool = False) -> None:
+    """Print a line for people."""
+    typer.echo(printable(line), err=err)
