@@ -34,7 +34,7 @@ from reports.numbers import Quantity
 if TYPE_CHECKING:
     from simulator.scene import Scene
 
-ALGORITHM = Algorithm("prediction", 16)
+ALGORITHM = Algorithm("prediction", 17)
 
 NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
     Quantity.JOULES: ("predicted_joules_per_jump", "J"),

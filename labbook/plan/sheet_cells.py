@@ -20,7 +20,7 @@ _TEXT = "'"
 
 
 def as_text(cell: object) -> object:
-    """Return a cell that no spreadsheet takes for a formula: what begins like one and is no number gets an apostrophe."""
+    """Return a cell that no spreadsheet takes for a formula: what begins like one gets an apostrophe, not numbers."""
     if isinstance(cell, str) and cell.startswith(_FORMULA) and as_float(cell) is None:
         return _TEXT + cell
     return cell

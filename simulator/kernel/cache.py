@@ -12,6 +12,7 @@ import itertools
 import os
 import re
 import shutil
+import stat
 import sys
 from collections.abc import Iterator
 from importlib import metadata
@@ -21,11 +22,13 @@ from typing import Any
 from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 
+from data_schema.errors import UsageError
 from simulator.effects.effect import Function
 
 CACHE_VARIABLE = "LABBOOK_CACHE"
 """Environment variable with the folder for compiled kernels; otherwise the user's cache folder is taken."""
 KEPT_VERSIONS = 3
+_OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 USES_OF_KERNELS = ("accuracy", "figures_data", "reference", "steady", "sweep", "worth")
 """Parts of the simulator that use kernels and are no part of them."""
 _VERSION = re.compile("[0-9a-f]{20}")
@@ -79,7 +82,8 @@ def compiling_alone(effects: tuple[str, ...]) -> Iterator[None]:
         import fcntl
 
         folder = cache_folder() / _FINGERPRINT
-        folder.mkdir(parents=True, exist_ok=True)
+        with _for_nobody_else():
+            folder.mkdir(parents=True, exist_ok=True)
         file = (folder / f"{_name(effects)}.lock").open("w")
     except (ImportError, OSError):  # no such locks here, or no folder: each compiles for itself
         yield
@@ -90,14 +94,45 @@ def compiling_alone(effects: tuple[str, ...]) -> Iterator[None]:
 
 
 def keep_on_disk(kernel: Any, effects: tuple[str, ...]) -> None:
-    """Let a compiled function look for its machine code on disk, and put it there."""
+    """Let a compiled function look for its machine code on disk, and put it there.
+
+    Raises `UsageError` where others could have put theirs there: it would run with the rights of who loads it.
+    """
     folder = cache_folder() / _FINGERPRINT
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        with _for_nobody_else():
+            folder.mkdir(parents=True, exist_ok=True)
     except OSError:
         return  # a read-only home: every process compiles for itself
+    _refuse_shared(folder)
     _forget_old_versions(folder)
     kernel._cache = _kernel_cache(kernel.py_func, folder, _name(effects))
+
+
+@contextlib.contextmanager
+def _for_nobody_else() -> Iterator[None]:
+    """Make files and folders that nobody else can write to, whatever this user's usual rights are."""
+    before = os.umask(0o077)
+    os.umask(before | _OTHERS_WRITE)
+    try:
+        yield
+    finally:
+        os.umask(before)
+
+
+def _refuse_shared(folder: Path) -> None:
+    given = os.environ.get(CACHE_VARIABLE)
+    places = [folder, folder.parent, *([Path(given)] if given else []), *folder.glob("*.nb?")]
+    for place in places:
+        found = place.stat()
+        kept_apart = place.is_dir() and found.st_mode & stat.S_ISVTX  # there nobody replaces what another has made
+        if found.st_uid in (os.geteuid(), 0) and (kept_apart or not found.st_mode & _OTHERS_WRITE):
+            continue
+        whose = "others may write to it" if found.st_mode & _OTHERS_WRITE else "it belongs to somebody else"
+        raise UsageError(
+            f"compiled kernels are not loaded from {str(place)!r}, for {whose} and could have put any program there: "
+            f"remove it, or name a folder of your own in {CACHE_VARIABLE}."
+        )
 
 
 def _forget_old_versions(current: Path) -> None:
@@ -145,7 +180,10 @@ def _kernel_cache(function: Function, folder: Path, name: str) -> FunctionCache:
 
         def save_overload(self, sig: Any, data: Any) -> None:
             base: Any = super()
-            with contextlib.suppress(OSError):  # a folder that takes no files: every process compiles for itself
+            with (
+                contextlib.suppress(OSError),
+                _for_nobody_else(),
+            ):  # a folder that takes no files: every process compiles for itself
                 base.save_overload(sig, data)
 
     make: Any = KernelCache

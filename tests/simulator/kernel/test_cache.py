@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from data_schema.errors import UsageError
 from simulator.compiled import compiled
 from simulator.jump import simulate
 from simulator.kernel.cache import CACHE_VARIABLE, KEPT_VERSIONS, cache_folder, fingerprint, keep_on_disk
@@ -21,6 +23,7 @@ from tests.helpers.kernels import ROOT, python
 SMALL = """
 import json, sys
 import numba, numpy as np
+from data_schema.errors import UsageError
 from simulator.compiled import compiled
 from simulator.kernel.cache import give_unique_symbols, keep_on_disk
 from simulator.kernel.composition import compose
@@ -192,6 +195,48 @@ def test_a_cache_that_cannot_be_written_costs_time_only(tmp_path: Path) -> None:
     for one, *_ in found:
         assert one.acceleration_m_s2 == pytest.approx(DAMPED_M_S2)
         assert not one.loaded
+
+
+def _everyone(path: Path) -> None:
+    path.chmod(path.stat().st_mode | 0o002)
+
+
+def _the_group(path: Path) -> None:
+    path.chmod(path.stat().st_mode | 0o020)
+
+
+def _somebody_else(path: Path) -> None:
+    if os.geteuid() != 0:
+        pytest.skip("only root can give a file away")
+    os.chown(path, 65534, -1)
+
+
+@pytest.mark.parametrize("shared_with", [_everyone, _the_group, _somebody_else])
+@pytest.mark.parametrize("place", ["", "labbook-kernels", "labbook-kernels/{}", "labbook-kernels/{}/kernel.nbi"])
+def test_a_cache_that_others_may_write_to_is_refused(
+    place: str, shared_with: Callable[[Path], None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = tmp_path / "cache"
+    monkeypatch.setenv(CACHE_VARIABLE, str(cache))
+    before = os.umask(0o002)
+    try:
+        keep_on_disk(compiled(lambda number: number), ("any",))
+    finally:
+        os.umask(before)
+    (cache_folder() / fingerprint() / "kernel.nbi").touch(0o644)
+    keep_on_disk(compiled(lambda number: number), ("any",))
+    shared = cache / place.format(fingerprint())
+    shared_with(shared)
+    with pytest.raises(UsageError, match="could have put any program there") as refused:
+        keep_on_disk(compiled(lambda number: number), ("any",))
+    assert repr(str(shared)) in str(refused.value)
+
+
+def test_a_cache_in_a_folder_for_all_is_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tmp_path.chmod(0o1777)
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path))
+    keep_on_disk(compiled(lambda number: number), ("any",))
+    assert (cache_folder() / fingerprint()).is_dir()
 
 
 @pytest.mark.parametrize("suffix", [".nbc", ".nbi"])
