@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import os
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
+
+from data_schema.errors import BookBusy
+
+PART = ".part"
+"""How the name of a file ends that is being written; it begins with a dot."""
 
 
 def sync(path: Path) -> None:
@@ -44,3 +52,42 @@ def sync_all(folder: Path) -> None:
 def stamp() -> str:
     """Return the time as part of a name."""
     return f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}Z"
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder and those above it, where they are missing; their names survive a power cut."""
+    if not path.is_dir():
+        make_folder(path.parent)
+        path.mkdir(exist_ok=True)
+        sync(path.parent)
+
+
+def part_of(path: Path) -> Path:
+    """Return where a file is written until it is whole: one place, so that nothing piles up."""
+    return path.with_name(f".{path.name}{PART}")
+
+
+def put_in_place(path: Path) -> None:
+    """Give the part of a file, now whole, its name; it survives a power cut, and what had the name is replaced."""
+    part = part_of(path)
+    sync(part)
+    part.replace(path)
+    sync(path.parent)
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that it holds what it held before or all of this, whenever the writing is cut off."""
+    make_folder(path.parent)
+    part_of(path).write_bytes(content)
+    put_in_place(path)
+
+
+@contextlib.contextmanager
+def alone_with(path: Path, otherwise: str) -> Iterator[None]:
+    """Hold a file, which must exist, against other programs that hold it; raises `BookBusy` where one does."""
+    with path.open("r+b") as handle:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise BookBusy(otherwise) from error
+        yield

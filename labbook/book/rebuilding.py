@@ -7,19 +7,17 @@ under another name, never deleted.
 
 from __future__ import annotations
 
-import contextlib
-import fcntl
 import secrets
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.disk import stamp, sync
+from data_schema.disk import alone_with, stamp, sync
 from data_schema.engine import postgres_engine, reading, sqlite_engine, writing
-from data_schema.errors import BookBusy, BookDamaged, BookError, UsageError
+from data_schema.errors import BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile, LeftOut
 from data_schema.row_hashes import altered_rows
@@ -39,6 +37,9 @@ from labbook.book.replacing_postgres import replace_postgres
 from labbook.book.replacing_sqlite import head_of_sqlite, remove_leftovers, replace_sqlite
 from labbook.book.replaying import Replay
 from labbook.config.parsing import Configuration
+
+REBUILDING = "another program is rebuilding this book: wait until it has finished."
+"""A second one would remove what the first has made so far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +67,7 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
             f"{mirror.path} holds no entry: there is nothing to rebuild from; `labbook init` makes a book."
         )
     replay = Replay(store_of(folder, configuration), mirror, step)
-    with _alone(mirror.path):
+    with alone_with(mirror.path, REBUILDING):
         if configuration.database_url:
             engine = engine_of(folder, configuration)
             try:
@@ -103,17 +104,6 @@ def _altered(
         return 0, ()
     finally:
         engine.dispose()
-
-
-@contextlib.contextmanager
-def _alone(path: Path) -> Iterator[None]:
-    """Let no second rebuild of the same book run: each would remove what the other has made so far."""
-    with path.open("rb") as handle:
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise BookBusy("another program is rebuilding this book: wait until it has finished.") from error
-        yield
 
 
 def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:

@@ -13,24 +13,34 @@ app = typer.Typer(no_args_is_help=True)
 
 @app.command("status")
 def status_command(book: BookOption = None, as_json: JsonOption = False) -> None:
-    """Show the database's revision and its rows by table.
+    """Show the database's revision and its rows by table, and when the last backup was made.
 
     Example: labbook db status
     """
     from data_schema import migrations
     from data_schema.engine import reading
-    from labbook.book.opening import engine_of, find_folder, read_configuration, shown
+    from labbook.book.backing_up import backup_line, last_backup
+    from labbook.book.opening import engine_of, find_folder, read_configuration, shown, store_of
     from labbook.book.upgrading import count_rows
 
     folder = find_folder(book or Path.cwd())
-    engine = engine_of(folder, read_configuration(folder))
+    configuration = read_configuration(folder)
+    engine = engine_of(folder, configuration)
     with reading(engine) as connection:
         revision = migrations.current(connection)
         rows = count_rows(connection)
     engine.dispose()
-    found = {"database": shown(engine), "revision": revision, "newest": migrations.newest(), "rows": rows}
+    last = last_backup(store_of(folder, configuration))
+    found = {
+        "database": shown(engine),
+        "revision": revision,
+        "newest": migrations.newest(),
+        "rows": rows,
+        "last_backup": last,
+    }
     lines = [f"{found['database']}: revision {revision}, newest {found['newest']}."]
-    emit(found, [*lines, *(f"  {name}: {count}" for name, count in rows.items() if count)], as_json)
+    lines += [f"  {name}: {count}" for name, count in rows.items() if count]
+    emit(found, [*lines, backup_line(last, rows.get("journal", 0))], as_json)
 
 
 @app.command("check")

@@ -20,6 +20,7 @@ from data_schema.errors import LabbookError
 from labbook.cli import (
     analysis,
     assign,
+    backup,
     channels,
     charge,
     check,
@@ -67,6 +68,7 @@ COMMANDS = (
     why,
     demo,
     rebuild,
+    backup,
 )
 """The commands, in the order in which help lists them; a new one is a file and a line here."""
 

@@ -197,7 +197,7 @@ def test_today_lists_what_a_day_still_needs(stated: SmallBook) -> None:
         good(labbook("ingest", stated.log(run), at=stated.folder))
     assert "no joules (no passive-drain fit yet): r001, r002" in good(labbook(*day, at=stated.folder)).out
     good(labbook("ingest", stated.instruments / "charger" / "2021-06-16.csv", at=stated.folder))
-    assert good(labbook(*day, at=stated.folder)).out == "2021-06-14: 8 runs.\nnothing is missing.\n"
+    assert good(labbook(*day, at=stated.folder)).out.startswith("2021-06-14: 8 runs.\nnothing is missing.\n")
 
 
 def test_checks_are_kept_with_value_unit_person_and_verdict(stated: SmallBook) -> None:

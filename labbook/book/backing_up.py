@@ -1,0 +1,189 @@
+"""`labbook backup`: what a book cannot be made anew without, in another folder: journal, raw copies, labbook.toml.
+
+The database and the samples follow from these (`labbook restore`), so a book on PostgreSQL needs nothing else. The
+journal is taken first, as it stands at one moment while others may write; raw copies are there before their entries, so
+all that it speaks of are found. In the backup the journal is put last: whenever a backup is cut off, the folder holds
+the journal of the one before with all raw copies that this speaks of. A labbook.toml that is newer than the journal is
+what a book has between an edit and the next command.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from data_schema import journal
+from data_schema.disk import alone_with, write_whole
+from data_schema.engine import reading
+from data_schema.errors import BookDamaged, LabbookError, UsageError
+from data_schema.journal import Entry
+from data_schema.journal_file import JournalFile
+from ingest.store import Store
+from labbook.book.copying import (
+    CopiedRaw,
+    Counted,
+    claim,
+    copy_raw,
+    put_journal,
+    raw_of,
+    read_json,
+    readable_entries,
+    write_json,
+)
+from labbook.book.desk import now_utc
+from labbook.book.opening import (
+    CONFIGURATION,
+    JOURNAL,
+    check_revision,
+    engine_of,
+    journal_path,
+    read_configuration,
+    store_of,
+)
+from labbook.config.parsing import Configuration
+
+MARKER = "backup.json"
+"""In a backup: of which book it is, by the hash of its first entry, and how far it goes."""
+OF_DAMAGED_BOOK = "journal.jsonl.of-damaged-book"
+"""The journal of a book that lacks a raw copy: nothing can be restored from it until that is found, but it is there."""
+LAST_BACKUP = "last-backup.json"
+"""Beside the book's journal: when the last backup was made, and where."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastBackup:
+    """When the last backup was complete, where it lies, and how many entries of the journal it holds."""
+
+    at_utc: str
+    where: str
+    entries: int
+
+
+@dataclass(frozen=True, slots=True)
+class Backup:
+    """A complete backup, what had to be written for it, and what a person should know of it."""
+
+    last: LastBackup
+    raw: CopiedRaw
+    remarks: tuple[str, ...]
+
+
+def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
+    """Bring a backup of a book up to date, or begin one in an empty folder; others may write to the book meanwhile.
+
+    Raises `BookDamaged` where the book lacks something; the backup then stays as it was before, but for what is new.
+    """
+    configuration = read_configuration(folder)
+    store = store_of(folder, configuration)
+    _refuse_inside(destination, (folder, store.root))
+    entries, remarks = _taken(folder, configuration)
+    marker = claim(
+        destination,
+        MARKER,
+        {"book": entries[0].hash},
+        f"{destination} holds the backup of another book: name another folder.",
+        f"{destination} holds other things than a backup: name an empty folder, or one that `labbook backup` made.",
+    )
+    with alone_with(marker, f"another program is writing the backup {destination}: wait until it has finished."):
+        target = Store(destination)
+        _refuse_longer(destination / JOURNAL, entries)
+        raw = copy_raw(store, target, raw_of(entries), counted)
+        remarks += _put_configuration(folder, configuration, destination)
+        if raw.problems:
+            put_journal(destination / OF_DAMAGED_BOOK, entries)
+            raise BookDamaged(
+                f"{len(raw.problems)} of {raw.raw_copies} raw copies could not be backed up ({raw.problems[0]}): all "
+                f"others are in {destination}, with the book's journal as {OF_DAMAGED_BOOK}; the backup made before "
+                "can be restored as ever."
+            )
+        put_journal(destination / JOURNAL, entries)
+        (destination / OF_DAMAGED_BOOK).unlink(missing_ok=True)
+        last = LastBackup(now_utc(), str(destination.resolve()), len(entries))
+        write_json(marker, {**read_json(marker), "at_utc": last.at_utc, "entries": last.entries})
+    try:
+        write_json(store.root / LAST_BACKUP, {"at_utc": last.at_utc, "where": last.where, "entries": last.entries})
+    except OSError as error:
+        remarks.append(
+            f"the book may not be written to ({error.strerror}): `labbook today` will not know of this backup."
+        )
+    return Backup(last, raw, tuple(remarks))
+
+
+def last_backup(store: Store) -> LastBackup | None:
+    """Return when the last backup was made, and where; None where none is known of."""
+    said: dict[str, Any] = read_json(store.root / LAST_BACKUP)
+    try:
+        return LastBackup(str(said["at_utc"]), str(said["where"]), int(said["entries"]))
+    except (KeyError, TypeError, ValueError):
+        return None
+
+
+def backup_line(last: LastBackup | None, entries: int) -> str:
+    """Say in a line when the last backup was made, and what a book of so many entries has gained since."""
+    if last is None:
+        return "no backup yet: `labbook backup DEST` makes one."
+    since = entries - last.entries
+    gained = "nothing was stated since" if since <= 0 else f"{since} {'entry' if since == 1 else 'entries'} since"
+    return f"last backup: {last.at_utc} in {last.where}; {gained}."
+
+
+def _refuse_inside(destination: Path, places: tuple[Path, ...]) -> None:
+    if any(destination.resolve().is_relative_to(place.resolve()) for place in places):
+        raise UsageError(f"{destination} lies in the book itself: name a folder on another disk.")
+
+
+def _taken(folder: Path, configuration: Configuration) -> tuple[list[Entry], list[str]]:
+    """Return the journal as its file has it, after asking the database, which the file is never behind, how far it is.
+
+    Where the database cannot say, the file alone counts, and a remark says so.
+    """
+    path = journal_path(folder, configuration)
+    remarks, known = [], (0, journal.GENESIS)
+    try:
+        known = _head(folder, configuration)
+    except LabbookError as error:
+        remarks.append(f"the journal was not compared with the database, which could not be asked: {error}")
+    entries = list(JournalFile(path).entries())
+    if not entries:
+        raise UsageError(f"{path} holds no entry: there is nothing to back up; `labbook init` makes a book.")
+    seq, last_hash = known
+    if seq > len(entries) or (seq and entries[seq - 1].hash != last_hash):
+        raise BookDamaged(
+            f"{path} has no such entry {seq} as the database: write the file anew from the database with `labbook "
+            "rebuild --journal`, and back up then."
+        )
+    left_out = JournalFile(path).left_out().sentence
+    return entries, [*remarks, *([left_out] if left_out else [])]
+
+
+def _head(folder: Path, configuration: Configuration) -> tuple[int, str]:
+    engine = engine_of(folder, configuration)
+    try:
+        check_revision(engine, older=True)
+        with reading(engine) as connection:
+            return journal.head(connection)
+    finally:
+        engine.dispose()
+
+
+def _refuse_longer(path: Path, entries: list[Entry]) -> None:
+    known = readable_entries(path) or []
+    if known != entries[: len(known)]:
+        raise UsageError(
+            f"{path} holds entries that this book does not have, being of another copy of it or of a later time: name "
+            "another folder."
+        )
+
+
+def _put_configuration(folder: Path, configuration: Configuration, destination: Path) -> list[str]:
+    """Copy labbook.toml, after the file of a scene that it names; one outside the book is only remarked on."""
+    simulation = configuration.simulation
+    remarks = []
+    if simulation is not None and simulation.scene_toml is not None:
+        if (folder / simulation.scene).resolve().is_relative_to(folder.resolve()):
+            write_whole(destination / simulation.scene, simulation.scene_toml.encode())
+        else:
+            remarks.append(f"the scene {simulation.scene} lies outside the book and is not in the backup: keep it too.")
+    write_whole(destination / CONFIGURATION, (folder / CONFIGURATION).read_bytes())
+    return remarks

@@ -1,0 +1,142 @@
+"""Copying what a book is made of, its journal and the raw copies that this speaks of, into a backup or out of one.
+
+A raw copy that is there already is read and compared with its hash, never trusted by its name. Each file appears whole
+or not at all, so a copying that was cut off is completed by the next.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from data_schema.disk import make_folder, part_of, put_in_place, write_whole
+from data_schema.errors import BookDamaged, UsageError
+from data_schema.journal import Entry
+from data_schema.journal_file import JournalFile
+from data_schema.vocabulary import Action
+from ingest.store import Store
+from labbook.statements.ingesting import raw_path
+
+Counted = Callable[[int], AbstractContextManager[Callable[[str], None]]]
+"""Shows that so many steps will be made, and takes each."""
+
+
+@dataclass(frozen=True, slots=True)
+class CopiedRaw:
+    """How many raw copies are there now, how many of them and how many bytes had to be written, and what stopped one.
+
+    `replaced` of the copies that were written stand where a damaged one was.
+    """
+
+    raw_copies: int
+    written: int
+    replaced: int
+    n_bytes: int
+    problems: tuple[str, ...]
+
+
+def raw_of(entries: Iterable[Entry]) -> list[str]:
+    """Return the SHA-256 of every raw copy that entries of a journal speak of, in the order of their first import."""
+    read = (entry.new or {} for entry in entries if entry.action in (Action.INGEST, Action.READ))
+    return list(dict.fromkeys(str(new["sha256"]) for new in read))
+
+
+def copy_raw(source: Store, target: Store, wanted: Sequence[str], counted: Counted) -> CopiedRaw:
+    """Bring raw copies to another store; one that cannot be brought is a problem, and the others are all the same."""
+    written = replaced = n_bytes = 0
+    problems = []
+    with counted(len(wanted)) as step:
+        for sha256 in wanted:
+            place = target.root / raw_path(sha256)
+            there = place.exists()
+            if not (there and _holds(target, place, sha256)):
+                try:
+                    _bring(source, place, target, sha256)
+                except BookDamaged as error:
+                    problems.append(str(error))
+                else:
+                    written, replaced, n_bytes = written + 1, replaced + there, n_bytes + place.stat().st_size
+            step(sha256)
+    return CopiedRaw(len(wanted), written, replaced, n_bytes, tuple(problems))
+
+
+def _holds(store: Store, place: Path, sha256: str) -> bool:
+    try:
+        store.raw(str(place.relative_to(store.root)), sha256)
+    except BookDamaged:
+        return False
+    return True
+
+
+def _bring(source: Store, place: Path, target: Store, sha256: str) -> None:
+    """Copy one file, read the copy, and only then give it its name."""
+    make_folder(place.parent)
+    part = part_of(place)
+    part.unlink(missing_ok=True)  # one that was cut off may be read-only
+    with contextlib.suppress(FileNotFoundError):
+        shutil.copyfile(source.root / raw_path(sha256), part)
+        if _holds(target, part, sha256):
+            with contextlib.suppress(OSError):  # some sticks and drives know no permissions
+                os.chmod(part, 0o444)  # noqa: PTH101
+            put_in_place(place)
+            return
+    part.unlink(missing_ok=True)
+    source.raw(raw_path(sha256), sha256)  # says what is wrong with it
+    raise BookDamaged(f"{place} was not written as it was read: check the disk that it lies on.")
+
+
+def put_journal(path: Path, entries: list[Entry]) -> None:
+    """Write a whole journal file; raises `UsageError` where the one that is there holds entries that this one lacks."""
+    known = readable_entries(path)
+    if known is not None and known != entries[: len(known)]:
+        raise UsageError(
+            f"{path} holds entries that the journal to be written there does not: they belong to another book, or to "
+            "this one at another time; name another folder."
+        )
+    write_whole(path, "".join(f"{entry.line}\n" for entry in entries).encode())
+
+
+def readable_entries(path: Path) -> list[Entry] | None:
+    """Return the entries of a journal file; None where there is none, or where it is damaged."""
+    try:
+        return list(JournalFile(path).entries())
+    except BookDamaged:
+        return None
+
+
+def claim(folder: Path, marker: str, mine: dict[str, Any], whose: str, refused: str) -> Path:
+    """Make a folder one's own by a small file in it, before anything else is written there; returns the file.
+
+    A folder that holds other things is `refused`; so is one that is claimed for something else, with `whose` it is.
+    """
+    path = folder / marker
+    said = read_json(path)
+    if any(key in said and said[key] != value for key, value in mine.items()):
+        raise UsageError(whose)
+    if said:
+        return path
+    if folder.exists() and any(found != part_of(path) for found in folder.iterdir()):
+        raise UsageError(refused)
+    write_json(path, mine)
+    return path
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return what a small file of labbook's says; nothing where it cannot be read."""
+    try:
+        said = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return said if isinstance(said, dict) else {}
+
+
+def write_json(path: Path, said: dict[str, Any]) -> None:
+    """Write such a file, whole or not at all."""
+    write_whole(path, (json.dumps(said, indent=2, ensure_ascii=False) + "\n").encode())

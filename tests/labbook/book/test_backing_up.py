@@ -1,0 +1,264 @@
+"""A backup holds all that its journal speaks of, whenever it was taken and whenever it was cut off."""
+
+from __future__ import annotations
+
+import json
+import random
+import time
+from pathlib import Path
+
+import pytest
+
+from data_schema.errors import BookDamaged, UsageError
+from data_schema.journal_file import JournalFile
+from ingest.store import Store
+from labbook.book.backing_up import Backup, back_up, backup_line, last_backup
+from labbook.book.copying import raw_of
+from labbook.cli.common import progress
+from labbook.statements.ingesting import raw_path
+from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.commands import KILLED, Commands
+from tests.helpers.folders import contents
+from tests.helpers.statements import in_file, note
+
+
+@pytest.fixture
+def whole(tmp_path: Path) -> SmallBook:
+    return small_book(tmp_path)
+
+
+def backup(book: SmallBook, destination: Path) -> Backup:
+    return back_up(book.folder, destination, lambda total: progress("backing up", total, shown=False))
+
+
+def check_backup(destination: Path) -> int:
+    """Check journal and raw copies of a backup; returns how many entries it holds."""
+    entries = list(JournalFile(destination / "journal.jsonl").entries())
+    wanted = raw_of(entries)
+    for sha256 in wanted:
+        assert Store(destination).raw(raw_path(sha256), sha256)
+    return len(entries)
+
+
+def say(book: SmallBook, text: str) -> None:
+    with book.open() as standing, standing.desk(ADA) as desk:
+        note(desk, text)
+
+
+def test_a_backup_holds_the_journal_the_raw_copies_and_the_configuration(book: SmallBook, tmp_path: Path) -> None:
+    destination = tmp_path / "stick" / "backup"
+    with book.open() as standing:
+        assert last_backup(standing.store) is None
+        done = backup(book, destination)
+        assert last_backup(standing.store) == done.last
+        assert (done.last.entries, done.remarks) == (len(in_file(standing)), ())
+    assert check_backup(destination) == done.last.entries
+    assert (destination / "journal.jsonl").read_bytes() == book.journal.read_bytes()
+    assert (destination / "labbook.toml").read_bytes() == book.toml.read_bytes()
+    of_raw = {path: said for path, said in contents(book.folder).items() if path.startswith("raw/")}
+    assert {path: said for path, said in contents(destination).items() if path.startswith("raw")} == {
+        **of_raw,
+        "raw": "",
+    }
+    assert (done.raw.raw_copies, done.raw.written) == (14, 14)
+
+
+def test_the_second_backup_writes_only_what_is_new_and_mends_what_it_cannot_trust(
+    whole: SmallBook, tmp_path: Path
+) -> None:
+    destination = tmp_path / "backup"
+    backup(whole, destination)
+    (destination / "raw" / "kept by hand").write_text("mine")
+    first, second, third = sorted(destination.glob("raw/*/*.zst"))[:3]
+    inode = third.stat().st_ino
+    first.unlink()
+    second.chmod(0o644)
+    second.write_bytes(third.read_bytes())
+    say(whole, "after the first backup")
+    done = backup(whole, destination)
+    assert (done.raw.written, done.raw.replaced) == (2, 1)
+    assert third.stat().st_ino == inode
+    assert check_backup(destination) == done.last.entries
+    assert (destination / "raw" / "kept by hand").read_text() == "mine"
+    assert backup(whole, destination).raw.written == 0
+
+
+def test_what_the_book_lacks_is_named_and_the_backup_before_stays(whole: SmallBook, tmp_path: Path) -> None:
+    destination = tmp_path / "backup"
+    backup(whole, destination)
+    before = check_backup(destination)
+    say(whole, "later")
+    lost = min(whole.folder.glob("raw/*/*.zst"))
+    lost.unlink()
+    assert backup(whole, destination).raw.problems == (), "the copy in the backup is whole: nothing is missing there"
+    (destination / lost.relative_to(whole.folder)).unlink()
+    say(whole, "later still")
+    other = tmp_path / "other"
+    for place in (destination, other):
+        with pytest.raises(BookDamaged, match=rf"1 of 14 raw copies .*{lost.name}.*ingest the original"):
+            backup(whole, place)
+        kept = list(JournalFile(place / "journal.jsonl.of-damaged-book").entries())
+        assert len(kept) == before + 2
+        assert len(list(place.glob("raw/*/*.zst"))) == 13
+    assert len(list(JournalFile(destination / "journal.jsonl").entries())) == before + 1
+    assert not (other / "journal.jsonl").exists()
+
+
+def test_a_journal_that_is_short_of_the_database_is_not_taken(book: SmallBook, tmp_path: Path) -> None:
+    whole = book.journal.read_bytes()
+    say(book, "said and lost from the file")
+    book.journal.write_bytes(whole)
+    with pytest.raises(BookDamaged, match="labbook rebuild --journal"):
+        backup(book, tmp_path / "backup")
+    assert not (tmp_path / "backup").exists()
+
+
+def test_without_its_database_a_book_is_backed_up_all_the_same(whole: SmallBook, tmp_path: Path) -> None:
+    whole.database.unlink()
+    (remark,) = backup(whole, tmp_path / "backup").remarks
+    assert "could not be asked" in remark
+    check_backup(tmp_path / "backup")
+
+
+def test_a_folder_that_is_no_backup_of_this_book_is_left_alone(whole: SmallBook, tmp_path: Path) -> None:
+    other = small_book(tmp_path / "other", ingested=False, two_people=True)
+    backup(other, tmp_path / "of other")
+    theirs = tmp_path / "theirs"
+    theirs.mkdir()
+    (theirs / "thesis.tex").write_text("all of it")
+    longer = tmp_path / "longer"
+    text = whole.journal.read_bytes()
+    say(whole, "in the other copy of the book")
+    backup(whole, longer)
+    whole.journal.write_bytes(text)
+    whole.database.unlink()
+    for place, said in (
+        (tmp_path / "of other", "backup of another book"),
+        (theirs, "holds other things than a backup"),
+        (longer, "holds entries that this book does not have"),
+        (whole.folder, "in the book itself"),
+        (whole.folder / "raw" / "backup", "in the book itself"),
+    ):
+        before = contents(place)
+        with pytest.raises(UsageError, match=said):
+            backup(whole, place)
+        assert contents(place) == before
+
+
+def test_a_scene_of_ones_own_is_in_the_backup(whole: SmallBook, tmp_path: Path) -> None:
+    scene = "base = 'bed'\n"
+    for name in ("scenes/gravel.toml", "../elsewhere.toml"):
+        (whole.folder / name).parent.mkdir(exist_ok=True)
+        (whole.folder / name).write_text(scene)
+    text = whole.toml.read_text()
+    whole.toml.write_text(f'{text}\n[simulation]\nscene = "scenes/gravel.toml"\n')
+    assert backup(whole, tmp_path / "backup").remarks == ()
+    assert (tmp_path / "backup" / "scenes" / "gravel.toml").read_text() == scene
+    whole.toml.write_text(f'{text}\n[simulation]\nscene = "../elsewhere.toml"\n')
+    (remark,) = backup(whole, tmp_path / "backup").remarks
+    assert "elsewhere.toml lies outside the book" in remark
+
+
+def test_the_line_of_today_says_what_was_gained_since(whole: SmallBook, tmp_path: Path) -> None:
+    done = backup(whole, tmp_path / "backup")
+    assert backup_line(None, 3).startswith("no backup yet")
+    assert backup_line(done.last, done.last.entries).endswith("nothing was stated since.")
+    assert backup_line(done.last, done.last.entries + 2).endswith("2 entries since.")
+    (whole.folder / "last-backup.json").write_text("{")
+    with whole.open() as standing:
+        assert last_backup(standing.store) is None
+
+
+# --- while others write, and cut off
+
+
+def kill_rounds(book: SmallBook, destination: Path, commands: Commands, rounds: int, seed: int) -> int:
+    """Kill a backup at a random moment, of a book that gains a file and a remark each round; how many died."""
+    chance, usual_s = random.Random(seed), []
+    for _ in range(2):
+        started = time.monotonic()
+        code, said = commands.run("backup", destination, "--book", book.folder)
+        assert code == 0, said
+        usual_s.append(time.monotonic() - started)
+    logs = sorted((book.instruments / "logs").iterdir())
+    died = 0
+    for number in range(rounds):
+        say(book, f"remark {number}")
+        log = logs[number % len(logs)]
+        log.write_bytes(log.read_bytes() + b"\n" * (number // len(logs)))
+        code, said = commands.run("ingest", log, "--book", book.folder)
+        assert code == 0, said
+        running = commands.start("backup", destination, "--book", book.folder)
+        time.sleep(chance.uniform(0, 1.2 * min(usual_s)))
+        running.kill()
+        code = running.wait()
+        assert code in (0, KILLED), running.output.read_text()
+        died += code == KILLED
+        check_backup(destination)
+    return died
+
+
+def finish(book: SmallBook, destination: Path, commands: Commands) -> None:
+    code, said = commands.run("backup", destination, "--book", book.folder)
+    assert code == 0, said
+    check_backup(destination)
+    assert (destination / "journal.jsonl").read_bytes() == book.journal.read_bytes()
+    assert list(destination.rglob(".*")) == []
+
+
+def test_killed_at_random_a_backup_is_the_one_before_or_the_new_one(tmp_path: Path, commands: Commands) -> None:
+    book = small_book(tmp_path, ingested=False)
+    assert kill_rounds(book, tmp_path / "backup", commands, 8, seed=1) > 1
+    finish(book, tmp_path / "backup", commands)
+
+
+@pytest.mark.soak
+def test_killed_for_long_a_backup_is_the_one_before_or_the_new_one(tmp_path: Path, commands: Commands) -> None:
+    book = small_book(tmp_path, ingested=False)
+    kill_rounds(book, tmp_path / "backup", commands, 300, seed=2)
+    finish(book, tmp_path / "backup", commands)
+
+
+def test_killed_after_each_sync_the_next_backup_completes_it(tmp_path: Path, commands: Commands) -> None:
+    book = small_book(tmp_path, ingested=False)
+    for log in sorted((book.instruments / "logs").iterdir())[:2]:
+        code, said = commands.run("ingest", log, "--book", book.folder)
+        assert code == 0, said
+    destination = tmp_path / "backup"
+    for number in range(1, 40):
+        code, said = commands.run("backup", destination, "--book", book.folder, die_after_sync=number)
+        assert code in (0, KILLED), said
+        if (destination / "journal.jsonl").exists():
+            check_backup(destination)
+        if code == 0:
+            break
+    assert number > 5
+    finish(book, destination, commands)
+
+
+def test_a_backup_during_eight_ingesting_programs_is_whole(
+    tmp_path: Path, database_url: str | None, commands: Commands
+) -> None:
+    book = small_book(tmp_path, ingested=False, database_url=database_url)
+    logs = sorted((book.instruments / "logs").iterdir())
+    running = [commands.start("ingest", log, "--book", book.folder) for log in logs[:8]]
+    seen = []
+    for number in range(4):
+        code, said = commands.run("backup", tmp_path / f"backup {number}", "--book", book.folder)
+        assert code == 0, said
+        seen.append(check_backup(tmp_path / f"backup {number}"))
+    assert [one.wait() for one in running] == [0] * 8
+    finish(book, tmp_path / "backup 0", commands)
+    assert seen == sorted(seen)
+    record = json.loads((book.folder / "last-backup.json").read_text())
+    assert record["where"] == str(tmp_path / "backup 0")
+
+
+def test_two_backups_at_once_are_one_after_the_other(whole: SmallBook, tmp_path: Path, commands: Commands) -> None:
+    both = [commands.start("backup", tmp_path / "backup", "--book", whole.folder) for _ in range(2)]
+    codes = sorted(running.wait() for running in both)
+    said = [running.output.read_text() for running in both]
+    assert codes in ([0, 0], [0, 3]), said
+    if codes == [0, 3]:
+        assert any("another program is writing the backup" in text for text in said)
+    finish(whole, tmp_path / "backup", commands)
