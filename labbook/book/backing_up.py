@@ -26,6 +26,7 @@ from labbook.book.copying import (
     claim,
     copy_raw,
     put_journal,
+    put_scene,
     raw_of,
     read_json,
     readable_entries,
@@ -89,7 +90,10 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
         target = Store(destination)
         _refuse_longer(destination / JOURNAL, entries)
         raw = copy_raw(store, target, raw_of(entries), counted)
-        remarks += _put_configuration(folder, configuration, destination)
+        outside = put_scene(destination, configuration)
+        if outside is not None:
+            remarks.append(f"the scene {outside} lies outside the book and is not in the backup: keep it too.")
+        write_whole(destination / CONFIGURATION, (folder / CONFIGURATION).read_bytes())
         if raw.problems:
             put_journal(destination / OF_DAMAGED_BOOK, entries)
             raise BookDamaged(
@@ -174,16 +178,3 @@ def _refuse_longer(path: Path, entries: list[Entry]) -> None:
             f"{path} holds entries that this book does not have, being of another copy of it or of a later time: name "
             "another folder."
         )
-
-
-def _put_configuration(folder: Path, configuration: Configuration, destination: Path) -> list[str]:
-    """Copy labbook.toml, after the file of a scene that it names; one outside the book is only remarked on."""
-    simulation = configuration.simulation
-    remarks = []
-    if simulation is not None and simulation.scene_toml is not None:
-        if (folder / simulation.scene).resolve().is_relative_to(folder.resolve()):
-            write_whole(destination / simulation.scene, simulation.scene_toml.encode())
-        else:
-            remarks.append(f"the scene {simulation.scene} lies outside the book and is not in the backup: keep it too.")
-    write_whole(destination / CONFIGURATION, (folder / CONFIGURATION).read_bytes())
-    return remarks

@@ -22,6 +22,7 @@ from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
 from ingest.store import Store
+from labbook.config.model import Configuration
 from labbook.statements.ingesting import raw_path
 
 Counted = Callable[[int], AbstractContextManager[Callable[[str], None]]]
@@ -101,6 +102,18 @@ def put_journal(path: Path, entries: list[Entry]) -> None:
             "this one at another time; name another folder."
         )
     write_whole(path, "".join(f"{entry.line}\n" for entry in entries).encode())
+
+
+def put_scene(folder: Path, configuration: Configuration) -> str | None:
+    """Write the file of a scene of one's own as labbook.toml names it; returns the name of one that lies outside."""
+    simulation = configuration.simulation
+    if simulation is None or simulation.scene_toml is None:
+        return None
+    path = folder / simulation.scene
+    if not path.resolve().is_relative_to(folder.resolve()):
+        return simulation.scene
+    write_whole(path, simulation.scene_toml.encode())
+    return None
 
 
 def readable_entries(path: Path) -> list[Entry] | None:

@@ -35,6 +35,7 @@ from labbook.cli import (
     plot,
     rebuild,
     report,
+    restore,
     show,
     today,
     void,
@@ -69,6 +70,7 @@ COMMANDS = (
     demo,
     rebuild,
     backup,
+    restore,
 )
 """The commands, in the order in which help lists them; a new one is a file and a line here."""
 

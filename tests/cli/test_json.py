@@ -38,6 +38,7 @@ IN_ORDER = {
     "correct": ("correct r002 duration_s=700 --why typed", {"target", "changed", "stale"}),
     "void": ("void r002 --reason 'foot came loose'", {"run", "stale"}),
     "backup": ("backup ../backup", {"last", "raw", "remarks"}),
+    "restore": ("restore ../backup ../restored", {"folder", "entries", "raw", "differences", "moved"}),
     "db status": ("db status", {"database", "revision", "newest", "rows", "last_backup"}),
     "db upgrade": ("db upgrade", {"before", "after", "backup"}),
     "db check": ("db check", {"whole", "problems", "orphans"}),
