@@ -80,7 +80,7 @@ GROUPS = {
     "jumps": "Jumps of a run: list, reject, accept, clear.",
     "sim": "Simulate jumps: one scene, from robot to ground.",
     "stats": "Statistics on a table or on the book: tests, savings, equivalence, power.",
-    "db": "The database: its revision, whether the book is whole, and upgrading it.",
+    "db": "The database: its revision, whether the book is whole, upgrading, copying, clearing up.",
 }
 """Groups of commands, each a module of its name, and what they are for."""
 
