@@ -168,3 +168,35 @@ def _same_rights(connection: sa.Connection, old: str, new: str) -> None:
 def _name(connection: sa.Connection, schema: str, name: str) -> str:
     quoted = connection.dialect.identifier_preparer.quote
     return f"{quoted(schema)}.{quoted(name)}"
+
+
+def old_schemas(connection: sa.Connection) -> list[tuple[str, int]]:
+    """List the schemas that hold old tables, with their sizes in bytes."""
+    rows = connection.execute(
+        sa.text(
+            "SELECT n.nspname, coalesce(sum(pg_total_relation_size(c.oid)), 0) FROM pg_namespace n "
+            "LEFT JOIN pg_class c ON c.relnamespace = n.oid AND c.relkind = 'r' "
+            "WHERE n.nspname LIKE 'before\\_rebuild\\_%' GROUP BY n.nspname ORDER BY n.nspname"
+        )
+    )
+    return [(name, int(n_bytes)) for name, n_bytes in rows]
+
+
+def drop_old(connection: sa.Connection, schema: str) -> None:
+    """Remove a schema of old tables; raises `UsageError` where something that a lab made stands on them."""
+    tables = _tables(connection, schema)
+    standing = [view.name for view in views_on(connection, schema, tables)]
+    if standing:
+        raise UsageError(
+            f"the view {standing[0]} stands on the old tables in {schema}, and nothing was removed: drop it first."
+        )
+    refuse_what_cannot_follow(connection, schema, tables)
+    try:
+        connection.exec_driver_sql(f"DROP SCHEMA {connection.dialect.identifier_preparer.quote(schema)} CASCADE")
+    except sa.exc.ProgrammingError as error:
+        if getattr(error.orig, "sqlstate", None) != INSUFFICIENT_PRIVILEGE:
+            raise
+        raise UsageError(
+            f"the server refused ({str(error.orig).splitlines()[0]}) and nothing was removed: prune as the role that "
+            "owns the schema."
+        ) from error

@@ -8,9 +8,11 @@ import typer
 from data_schema.errors import BookDamaged
 from labbook.cli.common import BookOption, JsonOption, emit, progress
 from labbook.cli.db_copy import copy_command
+from labbook.cli.db_prune import prune_command
 
 app = typer.Typer(no_args_is_help=True)
 app.command("copy")(copy_command)
+app.command("prune")(prune_command)
 
 
 @app.command("status")

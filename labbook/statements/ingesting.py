@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from data_schema.errors import BookError, InputRefused, UsageError
+from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.queries import imports
 from data_schema.queries.facts import read_fact
@@ -37,7 +37,7 @@ def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
     same.
     """
     new = entry.new or {}
-    done = prepared if isinstance(prepared, PreparedImport) else _read_again(scene, new)
+    done = _still_there(scene, prepared) if isinstance(prepared, PreparedImport) else _read_again(scene, new)
     file_uid = derived_uid("file", done.sha256)
     file_key = imports.add_file(
         scene.connection,
@@ -73,7 +73,7 @@ def apply_read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, 
     to. What was said about a file while it waited for this takes effect now.
     """
     new = entry.new or {}
-    done = prepared if isinstance(prepared, PreparedImport) else _read_again(scene, new)
+    done = _still_there(scene, prepared) if isinstance(prepared, PreparedImport) else _read_again(scene, new)
     before = last_reading(scene.connection, done.sha256)
     assert before is not None, "a file is imported before it is read again"  # noqa: S101
     assert before.file_uid is not None  # noqa: S101
@@ -147,6 +147,14 @@ def configuration_in_force(scene: Scene) -> Configuration:
 def raw_path(sha256: str) -> str:
     """Return where the store keeps the bytes of a file."""
     return f"raw/{sha256[:2]}/{sha256}.zst"
+
+
+def _still_there(scene: Scene, prepared: PreparedImport) -> PreparedImport:
+    """Look for the files of an import once nobody else can write: until then, no row says that they are wanted."""
+    for path in (raw_path(prepared.sha256), *(part.store_path for part in prepared.parts)):
+        if not (scene.store.root / path).exists():
+            raise BookBusy(f"{path} was removed from the store before the book had it: give the command again.")
+    return prepared
 
 
 def _read_again(scene: Scene, new: Mapping[str, Any]) -> PreparedImport:

@@ -198,3 +198,16 @@ def test_many_problems_are_all_told(whole: SmallBook) -> None:
     assert answer.code == 3
     assert answer.out.startswith("26 problems: ")
     assert len(answer.out.splitlines()) == 27
+
+
+def test_prune_lists_first_and_removes_when_it_is_asked(whole: SmallBook) -> None:
+    good(labbook("rebuild", at=whole.folder))
+    (old,) = whole.folder.glob("labbook.db.before-rebuild.*")
+    with unchanged(whole.folder):
+        shown = good(labbook("db", "prune", at=whole.folder)).out
+    assert old.name in shown
+    assert "nothing was removed: --yes removes" in shown
+    assert old.exists()
+    assert good(labbook("db", "prune", "--yes", "--json", at=whole.folder)).json["leftovers"][0]["name"] == old.name
+    assert not old.exists()
+    assert good(labbook("db", "prune", at=whole.folder)).out == "nothing lies about.\n"

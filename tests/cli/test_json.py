@@ -41,6 +41,7 @@ IN_ORDER = {
     "restore": ("restore ../backup ../restored", {"folder", "entries", "raw", "differences", "moved"}),
     "db status": ("db status", {"database", "revision", "newest", "rows", "last_backup"}),
     "db copy": ("db copy . ../empty", {"database", "rows", "to_do"}),
+    "db prune": ("db prune", {"removed", "leftovers"}),
     "db upgrade": ("db upgrade", {"before", "after", "backup"}),
     "db check": ("db check", {"whole", "problems", "orphans"}),
     "rebuild": ("rebuild", {"entries", "old", "differences"}),

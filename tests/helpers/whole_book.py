@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import functools
+import shutil
+import tempfile
 from pathlib import Path
 
 from labbook.actions.assigning import assign
@@ -20,6 +23,19 @@ from tests.helpers.statements import note
 UNNAMED = "log of the morning.csv"
 PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[files]"
 UNREADABLE = b"%PDF-1.7 not a log at all\n"
+
+
+@functools.cache
+def _finished() -> tuple[tempfile.TemporaryDirectory[str], SmallBook]:
+    hold = tempfile.TemporaryDirectory(prefix="whole-book-")
+    return hold, whole_book(Path(hold.name))
+
+
+def copy_of_whole_book(folder: Path) -> SmallBook:
+    """Copy one on SQLite, made once a process, to `folder/book`; the instruments' files are shared."""
+    made = _finished()[1]
+    shutil.copytree(made.folder, folder / "book")
+    return SmallBook(folder / "book", made.instruments)
 
 
 def whole_book(folder: Path, database_url: str | None = None) -> SmallBook:

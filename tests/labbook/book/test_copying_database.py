@@ -20,7 +20,7 @@ from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import Rows, all_rows
 from tests.helpers.postgres import Cluster
 from tests.helpers.statements import note, notes, said_alike
-from tests.helpers.whole_book import whole_book
+from tests.helpers.whole_book import copy_of_whole_book
 
 
 def copied(source: Path | str, target: Path | str) -> dict[str, int]:
@@ -52,7 +52,7 @@ def check_goes_on(book: SmallBook, text: str) -> None:
 
 
 def test_from_sqlite_to_postgresql_and_back_every_row_is_the_same(tmp_path: Path, postgres_url: str) -> None:
-    book = whole_book(tmp_path)
+    book = copy_of_whole_book(tmp_path)
     before = rows(book.folder)
     assert copied(book.folder, postgres_url) == {name: len(found) for name, found in before.items()}
     assert rows(postgres_url) == before

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import os
 import random
 import re
@@ -10,7 +9,6 @@ import shutil
 import sqlite3
 import subprocess
 import sys
-import tempfile
 import time
 from contextlib import closing
 from pathlib import Path
@@ -33,20 +31,12 @@ from tests.helpers.databases import Rows, all_rows, all_rows_by_name
 from tests.helpers.postgres import Cluster
 from tests.helpers.schemas import schema_lines
 from tests.helpers.statements import note, notes, said_alike
-from tests.helpers.whole_book import whole_book
-
-
-@functools.cache
-def finished() -> tuple[tempfile.TemporaryDirectory[str], SmallBook]:
-    """A book in which everything has happened, made once."""
-    hold = tempfile.TemporaryDirectory(prefix="whole-book-")
-    return hold, whole_book(Path(hold.name))
+from tests.helpers.whole_book import copy_of_whole_book, whole_book
 
 
 @pytest.fixture
 def whole(tmp_path: Path) -> SmallBook:
-    shutil.copytree(finished()[1].folder, tmp_path / "book")
-    return SmallBook(tmp_path / "book", finished()[1].instruments)
+    return copy_of_whole_book(tmp_path)
 
 
 def rows_of(book: SmallBook) -> dict[str, Rows]:

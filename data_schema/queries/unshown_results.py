@@ -1,0 +1,31 @@
+"""Results that no report shows and that nothing shown rests on: caches, computed again when they are wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sqlalchemy as sa
+
+from data_schema.queries.chunks import in_chunks
+from data_schema.tables.results import prediction, report_item, result, result_input, result_number
+
+
+def unshown_results(connection: sa.Connection) -> list[int]:
+    """Return the keys of these results; one that a shown one rests on, over however many others, is not among them."""
+    shown = sa.select(result_number.c.result).join(report_item, report_item.c.result_number == result_number.c.id)
+    needed = sa.select(result.c.id).where(result.c.id.in_(shown)).cte("needed", recursive=True)
+    needed = needed.union(
+        sa.select(result.c.id)
+        .join(result_input, sa.and_(result_input.c.input_kind == "result", result_input.c.input_uid == result.c.uid))
+        .join(needed, needed.c.id == result_input.c.result)
+    )
+    query = sa.select(result.c.id).where(result.c.id.not_in(sa.select(needed.c.id))).order_by(result.c.id)
+    return list(connection.execute(query).scalars())
+
+
+def remove_results(connection: sa.Connection, keys: Sequence[int]) -> None:
+    """Remove results with their numbers, inputs and predictions, in a writing transaction."""
+    for some in in_chunks(keys):
+        for table in (prediction, result_input, result_number):
+            connection.execute(table.delete().where(table.c.result.in_(some)))
+        connection.execute(result.delete().where(result.c.id.in_(some)))
