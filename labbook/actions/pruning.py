@@ -54,8 +54,7 @@ def leftovers(book: Book, connection: sa.Connection) -> list[Leftover]:
     found = [_file(book, path, what) for path, what in _files(book, connection)]
     if connection.dialect.name == "postgresql":
         found += [Leftover(name, _OLD, n_bytes) for name, n_bytes in old_schemas(connection)]
-    for pattern in (f"{JOURNAL}.cut-off.*", f"{JOURNAL}.before-rebuild.*"):
-        found += [_file(book, path, _SET_ASIDE, True) for path in sorted(book.store.root.glob(pattern))]
+    found += [_file(book, path, _SET_ASIDE, True) for path in _set_aside(book)]
     count = len(unshown_results(connection))
     if count:
         found.append(Leftover(RESULTS, f"{count} that no report shows, computed again when they are wanted", None))
@@ -102,11 +101,18 @@ def _files(book: Book, connection: sa.Connection) -> Iterator[tuple[Path, str]]:
     begun = [*book.folder.glob(f".{DATABASE}.*"), *(book.folder / "reports").rglob(".*.part")]
     begun += [*book.store.root.glob(f".{JOURNAL}.*"), *book.store.root.glob(".last-backup.json.*")]
     yield from ((path, _CUT_OFF) for path in sorted(begun) if _is_quiet(path))
-    spoken_of = _spoken_of(book, connection)
+    spoken_of, aside = _spoken_of(book, connection), b"".join(path.read_bytes() for path in _set_aside(book))
     for folder in ("raw", "signals"):
         for path in sorted((book.store.root / folder).rglob("*")):
-            if path.is_file() and str(path.relative_to(book.store.root)) not in spoken_of and _is_quiet(path):
+            wanted = str(path.relative_to(book.store.root)) in spoken_of or path.stem.encode() in aside
+            if path.is_file() and not wanted and _is_quiet(path):
                 yield path, _CUT_OFF if path.name.startswith(".") else _ORPHAN
+
+
+def _set_aside(book: Book) -> list[Path]:
+    """List pieces cut off the journal, and damaged journals; a raw copy that one of them names may be wanted again."""
+    patterns = (f"{JOURNAL}.cut-off.*", f"{JOURNAL}.before-rebuild.*")
+    return [path for pattern in patterns for path in sorted(book.store.root.glob(pattern))]
 
 
 def _is_quiet(path: Path) -> bool:

@@ -25,7 +25,7 @@ from labbook.book.making import fill_sqlite
 from labbook.book.opening import DATABASE, check_revision, engine_of, find_folder, read_configuration, shown
 
 ROWS_AT_ONCE = 1000
-_SERVER = "postgresql"
+_SERVER, _ADDRESS = "postgresql", "://"
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ def copy_database(source: str, target: str, step: Callable[[str], None]) -> Copi
     old = _source(source)
     try:
         check_revision(old)
-        if target.startswith(_SERVER):
+        if _ADDRESS in target:
             return _into_postgres(old, target, step)
         return _into_sqlite(old, Path(target), step)
     finally:
@@ -50,7 +50,7 @@ def copy_database(source: str, target: str, step: Callable[[str], None]) -> Copi
 
 
 def _source(given: str) -> sa.Engine:
-    if given.startswith(_SERVER):
+    if _ADDRESS in given:
         return postgres_engine(given)
     folder = find_folder(Path(given))
     return engine_of(folder, read_configuration(folder))

@@ -104,6 +104,7 @@ def test_nothing_is_copied_over_anything(tmp_path: Path, postgres_url: str) -> N
         (postgres_url, r"is not empty \(it holds recipes\)"),
         (str(book.folder), "is there already"),
         (str(tmp_path / "nowhere"), "its folder is not there"),
+        ("sqlite:///labbook.db", "is not PostgreSQL"),
     ):
         with pytest.raises(UsageError, match=text):
             copied(book.folder, target)
