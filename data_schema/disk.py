@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import json
 import os
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from data_schema.errors import BookBusy
 
@@ -80,6 +82,20 @@ def write_whole(path: Path, content: bytes) -> None:
     make_folder(path.parent)
     part_of(path).write_bytes(content)
     put_in_place(path)
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Return what a small file of labbook's says; nothing where it cannot be read."""
+    try:
+        said = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return said if isinstance(said, dict) else {}
+
+
+def write_json(path: Path, said: dict[str, Any]) -> None:
+    """Write such a file, whole or not at all."""
+    write_whole(path, (json.dumps(said, indent=2, ensure_ascii=False) + "\n").encode())
 
 
 @contextlib.contextmanager

@@ -9,12 +9,11 @@ what a book has between an edit and the next command.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 from data_schema import journal
-from data_schema.disk import alone_with, write_whole
+from data_schema.disk import alone_with, read_json, write_json, write_whole
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, LabbookError, UsageError
 from data_schema.journal import Entry
@@ -28,11 +27,10 @@ from labbook.book.copying import (
     put_journal,
     put_scene,
     raw_of,
-    read_json,
     readable_entries,
-    write_json,
 )
 from labbook.book.desk import now_utc
+from labbook.book.last_backup import LAST_BACKUP, LastBackup
 from labbook.book.opening import (
     CONFIGURATION,
     JOURNAL,
@@ -48,17 +46,6 @@ MARKER = "backup.json"
 """In a backup: of which book it is, by the hash of its first entry, and how far it goes."""
 OF_DAMAGED_BOOK = "journal.jsonl.of-damaged-book"
 """The journal of a book that lacks a raw copy: nothing can be restored from it until that is found, but it is there."""
-LAST_BACKUP = "last-backup.json"
-"""Beside the book's journal: when the last backup was made, and where."""
-
-
-@dataclass(frozen=True, slots=True)
-class LastBackup:
-    """When the last backup was complete, where it lies, and how many entries of the journal it holds."""
-
-    at_utc: str
-    where: str
-    entries: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,18 +65,17 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
     configuration = read_configuration(folder)
     store = store_of(folder, configuration)
     _refuse_inside(destination, (folder, store.root))
-    entries, remarks = _taken(folder, configuration)
     marker = claim(
         destination,
         MARKER,
-        {"book": entries[0].hash},
+        {"book": _first(journal_path(folder, configuration)).hash},
         f"{destination} holds the backup of another book: name another folder.",
         f"{destination} holds other things than a backup: name an empty folder, or one that `labbook backup` made.",
     )
     with alone_with(marker, f"another program is writing the backup {destination}: wait until it has finished."):
-        target = Store(destination)
+        entries, remarks = _taken(folder, configuration)
         _refuse_longer(destination / JOURNAL, entries)
-        raw = copy_raw(store, target, raw_of(entries), counted)
+        raw = copy_raw(store, Store(destination), raw_of(entries), counted)
         outside = put_scene(destination, configuration)
         if outside is not None:
             remarks.append(f"the scene {outside} lies outside the book and is not in the backup: keep it too.")
@@ -98,15 +84,15 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
             put_journal(destination / OF_DAMAGED_BOOK, entries)
             raise BookDamaged(
                 f"{len(raw.problems)} of {raw.raw_copies} raw copies could not be backed up ({raw.problems[0]}): all "
-                f"others are in {destination}, with the book's journal as {OF_DAMAGED_BOOK}; the backup made before "
-                "can be restored as ever."
+                f"others are in {destination}, with the book's journal as {OF_DAMAGED_BOOK}; a backup that was "
+                "complete before stays as it was."
             )
         put_journal(destination / JOURNAL, entries)
         (destination / OF_DAMAGED_BOOK).unlink(missing_ok=True)
         last = LastBackup(now_utc(), str(destination.resolve()), len(entries))
         write_json(marker, {**read_json(marker), "at_utc": last.at_utc, "entries": last.entries})
     try:
-        write_json(store.root / LAST_BACKUP, {"at_utc": last.at_utc, "where": last.where, "entries": last.entries})
+        write_json(store.root / LAST_BACKUP, asdict(last))
     except OSError as error:
         remarks.append(
             f"the book may not be written to ({error.strerror}): `labbook today` will not know of this backup."
@@ -114,27 +100,16 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
     return Backup(last, raw, tuple(remarks))
 
 
-def last_backup(store: Store) -> LastBackup | None:
-    """Return when the last backup was made, and where; None where none is known of."""
-    said: dict[str, Any] = read_json(store.root / LAST_BACKUP)
-    try:
-        return LastBackup(str(said["at_utc"]), str(said["where"]), int(said["entries"]))
-    except (KeyError, TypeError, ValueError):
-        return None
-
-
-def backup_line(last: LastBackup | None, entries: int) -> str:
-    """Say in a line when the last backup was made, and what a book of so many entries has gained since."""
-    if last is None:
-        return "no backup yet: `labbook backup DEST` makes one."
-    since = entries - last.entries
-    gained = "nothing was stated since" if since <= 0 else f"{since} {'entry' if since == 1 else 'entries'} since"
-    return f"last backup: {last.at_utc} in {last.where}; {gained}."
-
-
 def _refuse_inside(destination: Path, places: tuple[Path, ...]) -> None:
     if any(destination.resolve().is_relative_to(place.resolve()) for place in places):
         raise UsageError(f"{destination} lies in the book itself: name a folder on another disk.")
+
+
+def _first(path: Path) -> Entry:
+    entry = next(JournalFile(path).entries(), None)
+    if entry is None:
+        raise UsageError(f"{path} holds no entry: there is nothing to back up; `labbook init` makes a book.")
+    return entry
 
 
 def _taken(folder: Path, configuration: Configuration) -> tuple[list[Entry], list[str]]:
@@ -149,8 +124,6 @@ def _taken(folder: Path, configuration: Configuration) -> tuple[list[Entry], lis
     except LabbookError as error:
         remarks.append(f"the journal was not compared with the database, which could not be asked: {error}")
     entries = list(JournalFile(path).entries())
-    if not entries:
-        raise UsageError(f"{path} holds no entry: there is nothing to back up; `labbook init` makes a book.")
     seq, last_hash = known
     if seq > len(entries) or (seq and entries[seq - 1].hash != last_hash):
         raise BookDamaged(

@@ -7,7 +7,6 @@ or not at all, so a copying that was cut off is completed by the next.
 from __future__ import annotations
 
 import contextlib
-import json
 import os
 import shutil
 from collections.abc import Callable, Iterable, Sequence
@@ -16,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from data_schema.disk import make_folder, part_of, put_in_place, write_whole
+from data_schema.disk import make_folder, part_of, put_in_place, read_json, write_json, write_whole
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
@@ -139,17 +138,3 @@ def claim(folder: Path, marker: str, mine: dict[str, Any], whose: str, refused: 
         raise UsageError(refused)
     write_json(path, mine)
     return path
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Return what a small file of labbook's says; nothing where it cannot be read."""
-    try:
-        said = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return said if isinstance(said, dict) else {}
-
-
-def write_json(path: Path, said: dict[str, Any]) -> None:
-    """Write such a file, whole or not at all."""
-    write_whole(path, (json.dumps(said, indent=2, ensure_ascii=False) + "\n").encode())

@@ -9,7 +9,7 @@ from labbook.cli.common import BookOption, JsonOption, columns, emit, progress
 
 def prune_command(
     names: Annotated[
-        list[str] | None, typer.Argument(metavar="[NAME]...", help="Only these of the list; without one, all of it.")
+        list[str] | None, typer.Argument(metavar="NAME", help="Only these of the list; without one, all of it.")
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Remove them; without, they are only listed.")] = False,
     book: BookOption = None,

@@ -29,7 +29,7 @@ def today(
     from data_schema import journal
     from labbook.actions.to_do import to_do, to_do_lines
     from labbook.analysis.detections import Detections
-    from labbook.book.backing_up import backup_line, last_backup
+    from labbook.book.last_backup import backup_line, last_backup
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:

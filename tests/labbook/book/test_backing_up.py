@@ -12,8 +12,9 @@ import pytest
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal_file import JournalFile
 from ingest.store import Store
-from labbook.book.backing_up import Backup, back_up, backup_line, last_backup
+from labbook.book.backing_up import Backup, back_up
 from labbook.book.copying import raw_of
+from labbook.book.last_backup import backup_line, last_backup
 from labbook.cli.common import progress
 from labbook.statements.ingesting import raw_path
 from tests.helpers.books import ADA, SmallBook, small_book
@@ -110,7 +111,7 @@ def test_a_journal_that_is_short_of_the_database_is_not_taken(book: SmallBook, t
     book.journal.write_bytes(whole)
     with pytest.raises(BookDamaged, match="labbook rebuild --journal"):
         backup(book, tmp_path / "backup")
-    assert not (tmp_path / "backup").exists()
+    assert not (tmp_path / "backup" / "journal.jsonl").exists()
 
 
 def test_without_its_database_a_book_is_backed_up_all_the_same(whole: SmallBook, tmp_path: Path) -> None:
