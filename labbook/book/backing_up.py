@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from data_schema import journal
-from data_schema.disk import alone_with, read_json, write_json, write_whole
+from data_schema.disk import alone_with, write_json, write_whole
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, LabbookError, UsageError
 from data_schema.journal import Entry
@@ -90,7 +90,7 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
         put_journal(destination / JOURNAL, entries)
         (destination / OF_DAMAGED_BOOK).unlink(missing_ok=True)
         last = LastBackup(now_utc(), str(destination.resolve()), len(entries))
-        write_json(marker, {**read_json(marker), "at_utc": last.at_utc, "entries": last.entries})
+        write_json(marker, {"book": entries[0].hash, "at_utc": last.at_utc, "entries": last.entries})
     try:
         write_json(store.root / LAST_BACKUP, asdict(last))
     except OSError as error:

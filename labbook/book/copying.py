@@ -134,7 +134,9 @@ def claim(folder: Path, marker: str, mine: dict[str, Any], whose: str, refused: 
         raise UsageError(whose)
     if said:
         return path
-    if folder.exists() and any(found != part_of(path) for found in folder.iterdir()):
+    if folder.exists() and any(found not in (path, part_of(path)) for found in folder.iterdir()):
         raise UsageError(refused)
-    write_json(path, mine)
-    return path
+    with contextlib.suppress(FileNotFoundError):  # another program claims the folder, and was quicker
+        write_json(path, mine)
+        return path
+    return claim(folder, marker, mine, whose, refused)

@@ -263,3 +263,12 @@ def test_two_backups_at_once_are_one_after_the_other(whole: SmallBook, tmp_path:
     if codes == [0, 3]:
         assert any("another program is writing the backup" in text for text in said)
     finish(whole, tmp_path / "backup", commands)
+
+
+def test_a_folder_in_which_only_the_marker_was_begun_is_as_good_as_empty(whole: SmallBook, tmp_path: Path) -> None:
+    for name in ("backup.json", ".backup.json.part"):
+        destination = tmp_path / name
+        destination.mkdir()
+        (destination / name).touch()
+        assert backup(whole, destination).raw.written == 14
+        assert json.loads((destination / "backup.json").read_text())["book"]
