@@ -56,14 +56,6 @@ def stamp() -> str:
     return f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}Z"
 
 
-def make_folder(path: Path) -> None:
-    """Make a folder and those above it, where they are missing; their names survive a power cut."""
-    if not path.is_dir():
-        make_folder(path.parent)
-        path.mkdir(exist_ok=True)
-        sync(path.parent)
-
-
 def part_of(path: Path) -> Path:
     """Return where a file is written until it is whole: one place, so that nothing piles up."""
     return path.with_name(f".{path.name}{PART}")

@@ -94,7 +94,7 @@ class JournalFile:
             self._remembered().write_text(self._state(), encoding="utf-8")
 
     def _remembered(self) -> Path:
-        return self.path.with_name(f".{self.path.name}.whole")
+        return self.path.with_name(f".whole.{self.path.name}")
 
     def _state(self) -> str:
         found = self.path.stat()

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 
 import sqlalchemy as sa
 
-from data_schema.queries.chunks import in_chunks
+from data_schema.chunks import in_chunks
+from data_schema.row_hashes import STALE, written
 from data_schema.tables.results import prediction, report_item, result, result_input, result_number
 
 
-def unshown_results(connection: sa.Connection) -> list[int]:
-    """Return the keys of these results; one that a shown one rests on, over however many others, is not among them."""
+def unshown_results(connection: sa.Connection) -> list[str]:
+    """Return the uids of these results; one that a shown one rests on, over however many others, is not among them."""
     shown = sa.select(result_number.c.result).join(report_item, report_item.c.result_number == result_number.c.id)
     needed = sa.select(result.c.id).where(result.c.id.in_(shown)).cte("needed", recursive=True)
     needed = needed.union(
@@ -19,13 +20,16 @@ def unshown_results(connection: sa.Connection) -> list[int]:
         .join(result_input, sa.and_(result_input.c.input_kind == "result", result_input.c.input_uid == result.c.uid))
         .join(needed, needed.c.id == result_input.c.result)
     )
-    query = sa.select(result.c.id).where(result.c.id.not_in(sa.select(needed.c.id))).order_by(result.c.id)
+    query = sa.select(result.c.uid).where(result.c.id.not_in(sa.select(needed.c.id))).order_by(result.c.id)
     return list(connection.execute(query).scalars())
 
 
-def remove_results(connection: sa.Connection, keys: Sequence[int]) -> None:
+def remove_results(connection: sa.Connection, uids: Sequence[str]) -> None:
     """Remove results with their numbers, inputs and predictions, in a writing transaction."""
-    for some in in_chunks(keys):
+    for some in in_chunks(uids):
+        keys = sa.select(result.c.id).where(result.c.uid.in_(some)).scalar_subquery()
         for table in (prediction, result_input, result_number):
-            connection.execute(table.delete().where(table.c.result.in_(some)))
-        connection.execute(result.delete().where(result.c.id.in_(some)))
+            connection.execute(table.delete().where(table.c.result.in_(keys)))
+        connection.execute(result.delete().where(result.c.uid.in_(some)))
+        for kind in ("result", STALE):
+            written(connection, kind, some)

@@ -158,7 +158,7 @@ def _reached(folder: Path) -> tuple[int, str] | None:
 
 def _check(folder: Path, counted: Counted) -> None:
     """Check all that was restored, as deeply as a book can be."""
-    found = check_book(folder, counted)
+    found = check_book(folder, counted, deep=True)
     if not found.whole:
         raise BookDamaged(
             f"the book restored in {folder} is not whole ({'; '.join(found.problems)}): restore from another backup."

@@ -14,6 +14,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.shown_numbers import reports_resting_on
+from data_schema.queries.unshown_results import unshown_results
 from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, row_hashes, rows_of
 
 MOST_NAMED = 20
@@ -76,12 +77,17 @@ def compared(book: sa.Connection, fresh: sa.Connection | None, suspected: Sequen
 
 
 def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
-    """Hash all rows of both databases and return where they differ."""
+    """Hash all rows of both databases and return where they differ.
+
+    A result that no report shows may be missing: it is computed again when it is wanted.
+    """
     found = []
+    unshown = set(unshown_results(fresh))
     for kind in (*GROUPS, STALE):
         here, there = row_hashes(book, kind), row_hashes(fresh, kind)
         for uid in dict.fromkeys((*here, *there)):
-            if here.get(uid) != there.get(uid):
+            pruned = uid not in here and uid in unshown and kind in ("result", STALE)
+            if here.get(uid) != there.get(uid) and not pruned:
                 how = Misfit.REMOVED if uid not in here else Misfit.ADDED if uid not in there else Misfit.ALTERED
                 found.append(Altered(kind, uid, how))
     return found

@@ -137,7 +137,7 @@ def contents(book: Path) -> Contents:
     files = {
         str(path.relative_to(book)): hashlib.sha256(path.read_bytes()).hexdigest()
         for path in sorted(book.rglob("*"))
-        if path.is_file() and not path.name.startswith(("labbook.db", ".journal.jsonl.whole"))
+        if path.is_file() and not path.name.startswith(("labbook.db", ".whole.journal.jsonl"))
     }
     database = book / "labbook.db"
     try:

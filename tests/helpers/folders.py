@@ -14,5 +14,5 @@ def contents(folder: Path) -> dict[str, str]:
     return {
         str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
         for path in sorted(folder.rglob("*"))
-        if path.name != ".journal.jsonl.whole"
+        if path.name != ".whole.journal.jsonl"
     }

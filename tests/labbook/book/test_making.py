@@ -122,4 +122,4 @@ def test_journal_and_store_lie_where_the_configuration_says(tmp_path: Path) -> N
     (tmp_path / "labbook.toml").write_text(text)
     make_book(tmp_path, ADA)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["labbook.db", "labbook.toml", "shared"]
-    assert sorted(path.name for path in shared.iterdir()) == [".journal.jsonl.whole", "journal.jsonl"]
+    assert sorted(path.name for path in shared.iterdir()) == [".whole.journal.jsonl", "journal.jsonl"]
