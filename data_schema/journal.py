@@ -38,7 +38,8 @@ class Entry:
 
     `old` and `new` hold columns by name; a reference to another row is that row's uid. `following` is the number of
     entries of the same command that come after this one. Until its command is complete, an entry has no place in the
-    chain; `placed` gives it one.
+    chain; `placed` gives it one. `origin` is number and hash of the entry of another book that this one was merged
+    from; a line that has none does not name it, so that the lines of earlier labbooks keep their hashes.
     """
 
     seq: int
@@ -52,6 +53,7 @@ class Entry:
     new: Mapping[str, Any] | None
     reason: str | None
     prev_hash: str
+    origin: Mapping[str, Any] | None = None
 
     @property
     def hash(self) -> str:
@@ -81,7 +83,10 @@ class Entry:
         return entry
 
     def _body(self) -> dict[str, Any]:
-        return {field.name: getattr(self, field.name) for field in fields(self)}
+        body = {field.name: getattr(self, field.name) for field in fields(self)}
+        if self.origin is None:
+            del body["origin"]
+        return body
 
 
 def canonical(value: object) -> str:
@@ -150,6 +155,7 @@ def insert(connection: sa.Connection, entry: Entry) -> None:
             reason=entry.reason,
             prev_hash=entry.prev_hash,
             hash=entry.hash,
+            origin_json=None if entry.origin is None else canonical(entry.origin),
         )
     )
 
@@ -170,6 +176,7 @@ def stored(connection: sa.Connection) -> Iterator[Entry]:
             new=None if row.new_json is None else json.loads(row.new_json),
             reason=row.reason,
             prev_hash=row.prev_hash,
+            origin=None if row.origin_json is None else json.loads(row.origin_json),
         )
         if entry.hash != row.hash:
             raise BookDamaged(

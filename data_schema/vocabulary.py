@@ -178,6 +178,7 @@ class Action(StrEnum):
     WITHDRAW = "withdraw"
     RESTORE = "restore"
     DISMISS = "dismiss"
+    MERGE = "merge"
 
 
 @dataclass(frozen=True, slots=True)

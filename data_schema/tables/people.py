@@ -38,6 +38,7 @@ journal = table(
     text_column("reason", optional=True),
     text_column("prev_hash"),
     text_column("hash", unique=True),
+    text_column("origin_json", optional=True),
     one_of("action", Action),
     sa.CheckConstraint("following >= 0", name="following_counted"),
     sa.Index("ix_journal_entity", "entity_kind", "entity_uid"),

@@ -57,6 +57,7 @@ class Desk:
     person: str
     said: list[Entry] = field(default_factory=list)
     stale: list[tuple[str, str]] = field(default_factory=list)
+    merged: list[Entry] = field(default_factory=list)
 
     def state(self, statement: Statement) -> None:
         """Apply one statement; raises a `LabbookError` when it cannot be accepted.
@@ -86,6 +87,13 @@ class Desk:
         self.state(Statement(Action.DECLARE, entity, uid, new=values))
         return uid
 
+    def merge(self, entries: Iterable[Entry]) -> None:
+        """Take over entries of another book, each with its time, its person and its origin.
+
+        They take effect in their order when the desk closes, after all that was stated here.
+        """
+        self.merged += entries
+
 
 def refuse_no_text(said: object) -> None:
     """Raise `InputRefused` for texts that no journal can hold: bytes that are not UTF-8, and NUL."""
@@ -112,16 +120,29 @@ def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: objec
 def apply_again(connection: sa.Connection, store: Store, entries: Iterable[Entry]) -> list[Entry]:
     """Let commands of the journal file take effect and stand in the journal table, as they did the first time.
 
-    A command's entries stand there when all have taken effect: while it was spoken they did not either. Returns the
-    entries that speak of a charge or a link which is not there now.
+    A command's entries stand there when all have taken effect: while it was spoken they did not either. Those that were
+    merged from another book come last, and each stands there for the next, as in that book. Returns the entries that
+    speak of a charge or a link which is not there now.
     """
     without_rows: list[Entry] = []
     for command in journal.commands(entries):
-        for entry in command:
+        own = [entry for entry in command if entry.origin is None]
+        for entry in own:
             APPLY[entry.action](Scene(connection, store, without_rows), entry, None)
-        for entry in command:
+        for entry in own:
             journal.insert(connection, entry)
+        _take_effect(connection, store, command, without_rows)
     return without_rows
+
+
+def _take_effect(
+    connection: sa.Connection, store: Store, command: Iterable[Entry], without_rows: list[Entry] | None = None
+) -> None:
+    """Let the merged entries of a command take effect, one after the other."""
+    for entry in command:
+        if entry.origin is not None:
+            APPLY[entry.action](Scene(connection, store, without_rows), entry, None)
+            journal.insert(connection, entry)
 
 
 @contextlib.contextmanager
@@ -136,10 +157,11 @@ def desk_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -
                 _LOG.warning("warning: %s What is stated now is added all the same.", damage)
             desk = Desk(connection, store, person)
             yield desk
-            if desk.said:
-                entries = journal.placed(desk.said, journal.head(connection))
-                for entry in entries:
+            if desk.said or desk.merged:
+                entries = journal.placed([*desk.said, *desk.merged], journal.head(connection))
+                for entry in entries[: len(desk.said)]:
                     journal.insert(connection, entry)
+                _take_effect(connection, store, entries)
                 mirror.append(entries)
                 written = True
     except BookError as error:

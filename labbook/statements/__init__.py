@@ -58,6 +58,11 @@ def _report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str
     return apply_report(scene, entry, prepared)
 
 
+def _merge(_scene: Scene, _entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+    """Change nothing: what was merged stands in the entries that follow in the same command."""
+    return []
+
+
 APPLY: dict[Action, Apply] = {
     Action.DECLARE: apply_declare,
     Action.CORRECT: apply_correct,
@@ -72,4 +77,5 @@ APPLY: dict[Action, Apply] = {
     Action.DISMISS: _dismiss,
     Action.REFUSE: _refuse,
     Action.REPORT: _report,
+    Action.MERGE: _merge,
 }

@@ -24,6 +24,7 @@ from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.tables.people import journal as table
 from data_schema.vocabulary import Action
 from tests.helpers.journals import chain, entry, renumbered, write_all
+from tests.helpers.old_book import unpack
 
 TEXT = st.text(st.characters(exclude_categories=["Cs"]))
 PLAIN = st.recursive(
@@ -41,6 +42,7 @@ SAID = st.fixed_dictionaries(
         "old": st.none() | st.dictionaries(TEXT, PLAIN, max_size=3),
         "new": st.none() | st.dictionaries(TEXT, PLAIN, max_size=3),
         "reason": st.none() | TEXT,
+        "origin": st.none() | st.fixed_dictionaries({"seq": st.integers(1, 99), "hash": TEXT}),
     }
 )
 FEW = settings(max_examples=40)  # each writes and reads files
@@ -70,6 +72,14 @@ def test_an_entry_comes_back_from_its_line(said: dict[str, Any], seq: int) -> No
     assert "\n" not in one.line
 
 
+def test_lines_that_earlier_labbooks_wrote_are_valid_byte_for_byte(tmp_path: Path) -> None:
+    unpack(tmp_path, None)
+    path = tmp_path / "journal.jsonl"
+    entries = list(JournalFile(path).entries())
+    assert "".join(one.line + "\n" for one in entries).encode() == path.read_bytes()
+    assert '"origin"' not in path.read_text()
+
+
 @FEW
 @given(CHAINS)
 def test_entries_come_back_from_the_file(mirror: JournalFile, entries: list[Entry]) -> None:
@@ -85,6 +95,7 @@ def test_entries_come_back_from_the_database(engine: sa.Engine) -> None:
         {"old": {"foot": "small"}, "new": {"foot": "large"}, "reason": 'typed "wrong"; DROP TABLE'},
         {"new": None, "person": "Zoë Ł", "action": Action.DECIDE},
         {"new": {"a": 0.1 + 0.2, "b": [1, None, True, 2**53 + 1], "c": {"d": "ünïcode \u2028\n\\"}}, "old": {}},
+        {"origin": {"seq": 7, "hash": "ab" * 32}},
     ]
     entries = chain(said)
     with writing(engine) as connection:
@@ -92,7 +103,7 @@ def test_entries_come_back_from_the_database(engine: sa.Engine) -> None:
         write_all(connection, entries)
     with reading(engine) as connection:
         assert list(chained(journal.stored(connection))) == entries
-        assert journal.head(connection) == (3, entries[-1].hash)
+        assert journal.head(connection) == (4, entries[-1].hash)
 
 
 @given(PLAIN)

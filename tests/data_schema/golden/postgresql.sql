@@ -160,6 +160,7 @@ column journal.hash text NOT NULL
 column journal.id bigint NOT NULL
 column journal.new_json text
 column journal.old_json text
+column journal.origin_json text
 column journal.person bigint NOT NULL
 column journal.prev_hash text NOT NULL
 column journal.reason text
@@ -550,7 +551,7 @@ rule ingest.uq_ingest_uid UNIQUE (uid)
 rule instrument.pk_instrument PRIMARY KEY (id)
 rule instrument.uq_instrument_name UNIQUE (name)
 rule instrument.uq_instrument_uid UNIQUE (uid)
-rule journal.ck_journal_action_known CHECK ((action = ANY (ARRAY['declare'::text, 'correct'::text, 'void'::text, 'assign'::text, 'decide'::text, 'note'::text, 'ingest'::text, 'refuse'::text, 'report'::text, 'read'::text, 'withdraw'::text, 'restore'::text, 'dismiss'::text])))
+rule journal.ck_journal_action_known CHECK ((action = ANY (ARRAY['declare'::text, 'correct'::text, 'void'::text, 'assign'::text, 'decide'::text, 'note'::text, 'ingest'::text, 'refuse'::text, 'report'::text, 'read'::text, 'withdraw'::text, 'restore'::text, 'dismiss'::text, 'merge'::text])))
 rule journal.ck_journal_following_counted CHECK ((following >= 0))
 rule journal.fk_journal_person FOREIGN KEY (person) REFERENCES person(id) ON UPDATE RESTRICT ON DELETE RESTRICT
 rule journal.pk_journal PRIMARY KEY (id)
