@@ -30,6 +30,7 @@ from labbook.cli import (
     formats,
     ingest,
     init,
+    merge,
     note,
     plan,
     plot,
@@ -71,6 +72,7 @@ COMMANDS = (
     rebuild,
     backup,
     restore,
+    merge,
 )
 """The commands, in the order in which help lists them; a new one is a file and a line here."""
 
