@@ -1,0 +1,140 @@
+"""SIGKILL at any moment of a merge: the book is as before or merged, and merging again makes it whole."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.runs_importing import import_runs
+from labbook.book.opening import opened
+from tests.helpers.books import ADA, BEN, SmallBook, instrument_files, small_book
+from tests.helpers.commands import KILLED, Commands
+from tests.helpers.statements import in_file, in_table, note, said_alike
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="the files of a process are not in /proc")
+
+
+@dataclass
+class Homecoming:
+    """A book, the copy that went on in the field, and the commands that merge it into fresh copies of the first."""
+
+    lab: SmallBook
+    laptop: SmallBook
+    commands: Commands
+    before: int
+    merged: int
+    number: int = 0
+
+    def fresh(self) -> Path:
+        self.number += 1
+        folder = self.lab.folder.parent / f"copy-{self.number}"
+        shutil.copytree(self.lab.folder, folder)
+        return folder
+
+    def words(self, folder: Path) -> list[str | Path]:
+        return ["merge", self.laptop.folder, "--book", folder, "--as", ADA]
+
+    def check(self, folder: Path) -> None:
+        """Look at what a killed merge left, and merge again."""
+        with opened(folder) as book:
+            table, mirrored = in_table(book), in_file(book)
+        assert (len(table), len(mirrored)) in (
+            (self.before, self.before),
+            (self.before, self.merged),
+            (self.merged, self.merged),
+        )
+        assert mirrored[: len(table)] == table
+        code, said = self.commands.run(*self.words(folder))
+        assert code == 0, said
+        code, said = self.commands.run("db", "check", "--deep", "--book", folder)
+        assert code == 0, said
+        with opened(folder) as book:
+            assert len(said_alike(book)) == self.merged
+        shutil.rmtree(folder)
+
+
+@pytest.fixture
+def homecoming(tmp_path: Path, commands: Commands) -> Homecoming:
+    lab = small_book(tmp_path / "lab", runs=False, ingested=False, two_people=True)
+    head, *rows = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
+    with lab.open() as book:
+        with book.desk(ADA) as desk:
+            import_runs(book, desk, head + "".join(rows[:8]), "runs.csv")
+        laptop = SmallBook(tmp_path / "laptop", lab.instruments)
+        shutil.copytree(lab.folder, laptop.folder)
+        with book.desk(ADA) as desk:
+            note(desk, "the lab goes on")
+        before = len(in_table(book))
+    with laptop.open() as book:
+        with book.desk(BEN) as desk:
+            import_runs(book, desk, head + "".join(rows[8:]), "runs.csv")
+        for run in ("r009", "r010"):
+            ingest_file(book, lab.log(run), IngestRequest(person=BEN))
+    home = Homecoming(lab, laptop, commands, before, 0)
+    folder = home.fresh()
+    code, said = commands.run(*home.words(folder))
+    assert code == 0, said
+    with opened(folder) as book:
+        home.merged = len(said_alike(book))
+    return home
+
+
+def kill_after_syncs(home: Homecoming, every: int) -> int:
+    """Let a merge die after its first sync to the disk, and after each `every`th from there; returns how many died."""
+    died = 0
+    for number in range(1, 200, every):
+        folder = home.fresh()
+        code, said = home.commands.run(*home.words(folder), die_after_sync=number)
+        assert code in (0, KILLED), said
+        home.check(folder)
+        if code == 0:
+            break
+        died += 1
+    return died
+
+
+def kill_at_random(home: Homecoming, rounds: int) -> int:
+    chance, died = random.Random(9), 0
+    folder = home.fresh()
+    started = time.monotonic()
+    assert home.commands.run(*home.words(folder))[0] == 0
+    usual_s = time.monotonic() - started
+    for _round in range(rounds):
+        folder = home.fresh()
+        running = home.commands.start(*home.words(folder))
+        time.sleep(chance.uniform(0.2, 1.1) * usual_s)
+        running.kill()
+        code = running.wait()
+        assert code in (0, KILLED), running.output.read_text()
+        died += code == KILLED
+        home.check(folder)
+    return died
+
+
+def test_a_merge_killed_after_some_syncs_is_made_or_not(homecoming: Homecoming) -> None:
+    assert kill_after_syncs(homecoming, 4) >= 2
+
+
+def test_a_merge_cut_off_between_journal_and_commit_is_applied_next_time(homecoming: Homecoming) -> None:
+    folder = homecoming.fresh()
+    code, said = homecoming.commands.run(*homecoming.words(folder), die_after_sync=1, of="journal.jsonl")
+    assert code == KILLED, said
+    with opened(folder) as book:
+        assert (len(in_table(book)), len(in_file(book))) == (homecoming.before, homecoming.merged)
+    homecoming.check(folder)
+
+
+def test_a_merge_killed_at_random_is_made_or_not(homecoming: Homecoming) -> None:
+    kill_at_random(homecoming, 6)
+
+
+@pytest.mark.soak
+def test_a_merge_killed_after_each_sync_or_at_random_is_made_or_not(homecoming: Homecoming) -> None:
+    assert kill_after_syncs(homecoming, 1) >= 8
+    assert kill_at_random(homecoming, 150) > 50
