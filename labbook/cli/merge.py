@@ -33,16 +33,14 @@ def merge(
 
     with opened(book) as opened_book:
         done = bring_in(opened_book, other, person, dry_run=dry_run)
-    counts = ", ".join(f"{count} x {what}" for what, count in done.entries.items())
+    counts = ", ".join(f"{what}: {count}" for what, count in done.entries.items())
     total = sum(done.entries.values())
-    copies = f" and {done.raw_copies} raw copies" if done.raw_copies else ""
+    came = f"{'would come' if dry_run else 'came'} from {other}"
+    lines = [f"{came}: {total} entries ({counts}), {done.raw_copies} raw copies."]
     if not total:
         lines = [f"{other} says nothing that this book does not have: nothing to add."]
-    else:
-        came = "would come" if dry_run else "came"
-        lines = [f"{total} entries{copies} {came} from {other}: {counts}."]
     if done.there_already:
-        lines.append(f"{done.there_already} of its entries after the common beginning of {done.common} were here.")
+        lines.append(f"{done.there_already} of its entries after the first {done.common}, common to both, are here.")
     lines += [f"in the way: {sentence}" for sentence in done.conflicts]
     emit(done, lines, as_json)
     if done.conflicts:
