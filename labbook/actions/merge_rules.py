@@ -6,7 +6,7 @@ said of them in both must agree; what was said in one only is taken over.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,13 +14,13 @@ import sqlalchemy as sa
 
 from data_schema.errors import UnknownName
 from data_schema.journal import Entry, canonical
-from data_schema.queries.charges import ChargeOfRun, charges_of_run
+from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imported_files import find_files, links_of_file
 from data_schema.queries.imports import refused_before
 from data_schema.queries.people import config_in_force
 from data_schema.queries.plans import planned_runs
-from data_schema.vocabulary import Action, ChargeMode, ChargeState, IngestStatus
+from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.statements.scene import derived_uid
 
 
@@ -39,12 +39,20 @@ class Conflict:
     uid: str | None = None
 
 
+CHANGES = (Action.CORRECT, Action.VOID, Action.ASSIGN, Action.WITHDRAW, Action.RESTORE, Action.DISMISS)
+"""Statements about a thing that is there."""
+
+IN_USE = "in use"
+"""Stands beside the columns of a file or charge that was withdrawn, dismissed or restored."""
+
+
 @dataclass(frozen=True, slots=True)
 class Here:
     """This book while entries of another come in.
 
     `said` is its journal before that, `news` what the other book does not know of it; `readings` are its entries on
-    each file, by SHA-256, and grow with those that come in.
+    each file, by SHA-256, and grow with those that come in; `ends` is what columns of things and readings of files come
+    to at the end of the other book, by uid or SHA-256: who said that here too need not say what was said on the way.
     """
 
     connection: sa.Connection
@@ -52,6 +60,7 @@ class Here:
     news: Sequence[Entry]
     readings: dict[str, list[Entry]] = field(default_factory=dict)
     declared: dict[str, Entry] = field(default_factory=dict)
+    ends: dict[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Find what was said about files and things."""
@@ -59,6 +68,10 @@ class Here:
             self.heard(entry)
             if entry.action is Action.DECLARE:
                 self.declared[entry.entity_uid] = entry
+
+    def about(self, uid: str) -> list[Entry]:
+        """Return what was stated here of a thing that is there, and the other book does not know."""
+        return [said for said in self.news if said.entity_uid == uid and said.action in CHANGES]
 
     def heard(self, entry: Entry) -> None:
         """Take note of an entry that has taken effect."""
@@ -195,6 +208,8 @@ def _read(here: Here, entry: Entry) -> Already | Conflict | None:
     if how_read(readings[-1]) == how_read(entry):
         return Already(readings[-1].entity_uid)
     if any(said.action is Action.READ and (said.new or {})["sha256"] == new["sha256"] for said in here.news):
+        if how_read(readings[-1]) == here.ends.get(new["sha256"]):
+            return Already(readings[-1].entity_uid)
         return Conflict(
             f"file {name} was read again in both books, with other declarations in each: have it read here as there, "
             f"`labbook files reread {name}` with what is declared about it there."
@@ -245,15 +260,16 @@ def _change(here: Here, entry: Entry) -> Already | Conflict | None:
         stands = read_fact(here.connection, kind, uid, list(new))
     except UnknownName:  # it may be of a file that waits for a declaration
         return None
-    differing = sorted(name for name in new if stands[name] != new[name])
-    if not differing:
+    ends = {**new, **here.ends.get(uid, {})}
+    changed = {name for said in here.about(uid) for name in said.new or {}} & new.keys()
+    contrary = sorted(name for name in changed if stands[name] != ends[name])
+    if not contrary and all(name in changed or stands[name] == new[name] for name in new):
         return Already()
-    if all(stands[name] == old.get(name) for name in new):
+    if not contrary and all(name in changed or stands[name] == old.get(name) for name in new):
         return None
     words = "; ".join(
-        f"{name} is {_shown(here, stands[name])} here and became {_shown(here, new[name])} there ({entry.person}, "
-        f"{entry.at_utc[:10]})"
-        for name in differing
+        f"{name} is {_shown(here, stands[name])} here and became {_shown(here, ends[name])} there"
+        for name in contrary or sorted(name for name in new if stands[name] != new[name])
     )
     return Conflict(f"{called(here.connection, kind, uid)}: {words}: correct it here to what the other book says.")
 
@@ -267,22 +283,29 @@ def _void(here: Here, entry: Entry) -> Already | Conflict | None:
 
 def _use(here: Here, entry: Entry) -> Already | Conflict | None:
     """Files are withdrawn and restored, charges of the inbox dismissed and restored."""
-    if entry.entity_kind == "file":
-        withdrawn = any(row.status is IngestStatus.WITHDRAWN for row in find_files(here.connection, entry.entity_uid))
-        return Already() if withdrawn == (entry.action is Action.WITHDRAW) else None
-    try:
-        stands = read_fact(here.connection, "charge", entry.entity_uid, ["state", "run"])
-    except UnknownName:
-        return None
-    if (stands["state"] == ChargeState.DISMISSED) == (entry.action is Action.DISMISS):
+    kind, uid = entry.entity_kind, entry.entity_uid
+    run = None
+    if kind == "file":
+        (file,) = find_files(here.connection, uid)
+        name, used = f"file {file.name}", file.status is not IngestStatus.WITHDRAWN
+    else:
+        try:
+            charge = read_fact(here.connection, kind, uid, ["state", "run"])
+        except UnknownName:  # it may be of a file that waits for a declaration
+            return None
+        name, used, run = f"charge:{uid}", charge["state"] != ChargeState.DISMISSED, charge["run"]
+    ends = here.ends[uid][IN_USE]
+    said_here = any(said.action in _USING for said in here.about(uid))
+    if used == (ends if said_here else entry.action is Action.RESTORE):
         return Already()
-    if stands["run"] is None:
+    if not said_here and run is None:
         return None
-    run = called(here.connection, "run", stands["run"])
-    return Conflict(
-        f"charge:{entry.entity_uid} was dismissed there, and belongs to {run} here: `labbook correct "
-        f"charge:{entry.entity_uid} run=none --why ...` takes it off."
-    )
+    stands = f"of {called(here.connection, 'run', run)}" if run else _USED[used]
+    return Conflict(f"{name} is {stands} here and {_USED[ends]} there: settle it here as it is there.")
+
+
+_USED = {True: "in use", False: "out of use"}
+_USING = (Action.WITHDRAW, Action.DISMISS, Action.RESTORE)
 
 
 _RULES: Mapping[Action, Callable[[Here, Entry], Already | Conflict | None]] = {
@@ -313,60 +336,3 @@ def _shown(here: Here, value: Any) -> str:
             if name != f"{kind} {value}":
                 return name
     return "nothing" if value is None else str(value)
-
-
-Charges = Mapping[str, Sequence[ChargeOfRun]]
-"""The charges that count, by the uid of their run."""
-
-
-def second_charges(connection: sa.Connection, before: Charges, there: Charges, now: Charges) -> list[str]:
-    """Say which runs would have a charge of each book, where neither has two; uids `there` are those of this book."""
-    found = []
-    for uid, charges in now.items():
-        some = [row for row in charges if row.mode == ChargeMode.CHARGE]
-        if len(some) > max(1, len(before.get(uid, ())), len(there.get(uid, ()))):
-            own = {row.uid for row in before.get(uid, ())}
-            words = " and ".join(
-                f"{row.charge_mah:g} mAh {'here' if row.uid in own else 'there'}, charge:{row.uid}" for row in some
-            )
-            found.append(
-                f"{called(connection, 'run', uid)} has a charge in each book ({words}): take the wrong one off in its "
-                "book, `labbook correct charge:UID run=none --why ...`."
-            )
-    return found
-
-
-SAME_JUMP_S = 0.05
-"""Verdicts whose anchors lie closer than this are on the same jump, whichever detector found it."""
-
-
-def verdicts_that_differ(connection: sa.Connection, here: Iterable[Entry], there: Iterable[Entry]) -> list[str]:
-    """Say on what the last verdicts differ that people gave in two books without knowing of each other."""
-    standing, found = _last_verdicts(here), []
-    for place, other in _last_verdicts(there).items():
-        for where, own in standing.items():
-            if where[:3] == place[:3] and abs(where[3] - place[3]) < SAME_JUMP_S and _verdict(own) != _verdict(other):
-                kind, uid = place[:2]
-                what = called(connection, "run" if kind == "jump" else kind, uid)
-                what = f"the jump of {what} at {place[3]:.3f} s" if kind == "jump" else what
-                one, two = ((said.new or {})["verdict"] for said in (own, other))
-                found.append(
-                    f"{what} has two verdicts: {one} here ({own.person}, {own.at_utc[:10]}), {two} there "
-                    f"({other.person}, {other.at_utc[:10]}): agree, and give the same verdict in both books."
-                )
-    return found
-
-
-def _last_verdicts(entries: Iterable[Entry]) -> dict[tuple[str, str, str, float], Entry]:
-    found = {}
-    for entry in entries:
-        if entry.action is Action.DECIDE:
-            new = entry.new or {}
-            place = (new["target_kind"], new["target_uid"], new.get("signal_sha256") or "", new.get("anchor_s") or 0.0)
-            found[place] = entry
-    return found
-
-
-def _verdict(entry: Entry) -> tuple[Any, Any]:
-    new = entry.new or {}
-    return new["verdict"], new.get("new_value")

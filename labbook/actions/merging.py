@@ -26,7 +26,16 @@ from data_schema.queries.facts import read_fact
 from data_schema.queries.people import config_in_force
 from data_schema.vocabulary import Action
 from ingest.store import Store
-from labbook.actions.merge_rules import Already, Conflict, Here, meets, second_charges, verdicts_that_differ
+from labbook.actions.merge_agreement import second_charges, verdicts_that_differ
+from labbook.actions.merge_rules import (
+    CHANGES,
+    IN_USE,
+    Already,
+    Conflict,
+    Here,
+    how_read,
+    meets,
+)
 from labbook.book.desk import Desk, DryRun, Statement, apply, new_uid
 from labbook.book.opening import CONFIGURATION, Book, open_book
 from labbook.statements.ingesting import raw_path
@@ -168,11 +177,13 @@ class _Merging:
         connection = self.desk.connection
         before, there = charges_by_run(connection), charges_by_run(self.there)
         number = journal.head(connection)[0] + len(self.desk.said)
-        verdicts = []
+        verdicts, ends = [], _ends(fresh)
+        here.ends.update({uid: end for uid, end in ends.items() if isinstance(end, str)})
         with self._scratch(fresh) as store:
             trial = connection.begin_nested()
             for entry in fresh:
                 ours = self._in_our_words(entry)
+                here.ends[ours.entity_uid] = _substituted(ends.get(entry.entity_uid, {}), self.uids)
                 found = meets(here, ours)
                 if found is not None:
                     self._had(entry, found)
@@ -204,7 +215,7 @@ class _Merging:
     def _had(self, entry: Entry, found: Already | Conflict) -> None:
         """Let later entries speak of the thing of this book; what contradicts it is said."""
         if isinstance(found, Conflict):
-            self.conflicts.append(found.sentence)
+            self.conflicts += [found.sentence] if found.sentence not in self.conflicts else []
         else:
             self.had += 1
         if found.uid is None or found.uid == entry.entity_uid:
@@ -294,6 +305,20 @@ def _read_from(entries: Sequence[Entry]) -> list[str]:
     """Return the SHA-256 of the files that entries are read from."""
     reading = (Action.INGEST, Action.READ)
     return list(dict.fromkeys((entry.new or {})["sha256"] for entry in entries if entry.action in reading))
+
+
+def _ends(entries: Sequence[Entry]) -> dict[str, Any]:
+    """Return what columns of things, by uid, and readings of files, by SHA-256, come to."""
+    found: dict[str, Any] = {}
+    for entry in entries:
+        if entry.action is Action.READ:
+            found[(entry.new or {})["sha256"]] = how_read(entry)
+        elif entry.action in CHANGES:
+            end = found.setdefault(entry.entity_uid, {})
+            end.update(entry.new or {})
+            if entry.action in (Action.WITHDRAW, Action.RESTORE, Action.DISMISS):
+                end[IN_USE] = entry.action is Action.RESTORE
+    return found
 
 
 def _substituted(value: Any, uids: Mapping[str, str]) -> Any:

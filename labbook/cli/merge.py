@@ -38,7 +38,7 @@ def merge(
     came = f"{'would come' if dry_run else 'came'} from {other}"
     lines = [f"{came}: {total} entries ({counts}), {done.raw_copies} raw copies."]
     if not total:
-        lines = [f"{other} says nothing that this book does not have: nothing to add."]
+        lines = [] if done.conflicts else [f"{other} says nothing that this book does not have: nothing to add."]
     if done.there_already:
         lines.append(f"{done.there_already} of its entries after the first {done.common}, common to both, are here.")
     lines += [f"in the way: {sentence}" for sentence in done.conflicts]

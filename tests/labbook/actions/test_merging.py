@@ -10,18 +10,18 @@ from pathlib import Path
 
 import pytest
 
-from data_schema.errors import BookDamaged, BookMissing, InputRefused, UsageError
+from data_schema.errors import BookDamaged, BookMissing, BookVersion, InputRefused, UsageError
 from data_schema.queries.detections import jump_decisions
 from data_schema.queries.readings import last_reading
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, PlanMethod
 from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct, void
+from labbook.actions.correcting import correct, unvoid, void
 from labbook.actions.health import check_book
 from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.jump_review import decide
-from labbook.actions.kept_files import list_files, show_file, withdraw
+from labbook.actions.kept_files import dismiss, list_files, restore, restore_item, show_file, withdraw
 from labbook.actions.merging import Merged, merge
 from labbook.actions.planning import PlannedEntry, state_plan
 from labbook.actions.report_command import state_report
@@ -39,6 +39,7 @@ from labbook.statements.ingesting import raw_path
 from tests.cli.shell import contents
 from tests.helpers.books import ADA, BEN, SmallBook, instrument_files, small_book, small_toml
 from tests.helpers.databases import all_rows_by_name
+from tests.helpers.old_book import unpack
 from tests.helpers.statements import in_table, note, said_alike
 
 HEAD, *ROWS = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
@@ -251,6 +252,19 @@ def moved(book: Book, name: str, run: str) -> None:
         assign(desk, name, run, "misnamed")
 
 
+def take_inbox(book: Book, files: SmallBook, run: str | None) -> None:
+    """Ingest a charge of a run that is not stated yet, and say that it is another's, or nobody's."""
+    path = files.folder.parent / "sheet.csv"
+    lines = (files.instruments / "charger" / "2021-06-16.csv").read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:2]))
+    take(book, path)
+    with book.desk(ADA) as desk:
+        if run is None:
+            dismiss(desk, "sheet.csv#1", "nobody's")
+        else:
+            assign(desk, "sheet.csv#1", run, None)
+
+
 def other_row(changed: str) -> list[str]:
     """The runs of the second day, the first of which lasted longer."""
     return [SECOND_DAY[0].replace(",720,", f",{changed},"), *SECOND_DAY[1:]]
@@ -298,6 +312,16 @@ AGAINST: dict[str, tuple[Work, Work, tuple[str, ...]]] = {
         lambda book, _files: charge(book, "r001", 812),
         lambda book, _files: charge(book, "r001", 790),
         ("r001", "812", "790"),
+    ),
+    "a file that is off its run": (
+        lambda book, _files: moved(book, "r001.csv", "none"),
+        lambda book, _files: moved(book, "r001.csv", "r004"),
+        ("correct run_file", "has no place here"),
+    ),
+    "a charge that is dismissed": (
+        lambda book, files: take_inbox(book, files, "r004"),
+        lambda book, files: take_inbox(book, files, None),
+        ("of run r004", "out of use"),
     ),
     "two plans of the same runs": (
         lambda book, _files: plan_in(book, 7),
@@ -353,6 +377,46 @@ def test_what_both_say_alike_is_said_once(lab: SmallBook, laptop: SmallBook) -> 
     assert merged(lab, laptop).entries == {"file": 1, "correction": 1, "charge": 1}
     with lab.open() as book, book.reading() as connection:
         assert show_file(connection, "r009.csv").runs == ("r012",)
+    is_whole(lab.folder)
+
+
+def test_who_came_to_the_same_end_by_another_way_agrees(lab: SmallBook, laptop: SmallBook) -> None:
+    def there(book: Book, files: SmallBook) -> None:
+        change(book, "r004", "duration_s=710")
+        change(book, "r004", "duration_s=730")
+        declared_otherwise(book, "r001.csv", "aux")
+        declared_otherwise(book, "r001.csv", "sync")
+
+    def here(book: Book, files: SmallBook) -> None:
+        change(book, "r004", "duration_s=730")
+        declared_otherwise(book, "r001.csv", "sync")
+
+    go_on(lab, laptop, here, there)
+    assert merged(lab, laptop).entries == {}
+
+
+def test_what_was_taken_back_there_is_taken_back_here(lab: SmallBook, laptop: SmallBook) -> None:
+    def there(book: Book, files: SmallBook) -> None:
+        take_inbox(book, files, None)
+        with book.desk(BEN) as desk:
+            withdraw(desk, "r001.csv", "whose?")
+            void(desk, "r005", "foot came loose")
+        with book.desk(BEN) as desk:
+            restore(desk, "r001.csv", "mine")
+            restore_item(desk, "sheet.csv#1", "r009's")
+            unvoid(desk, "r005", "it was r006")
+
+    def here(book: Book, _files: SmallBook) -> None:
+        with book.desk(ADA) as desk:
+            withdraw(desk, "r001.csv", "of another robot")
+            void(desk, "r005", "foot came loose")
+
+    go_on(lab, laptop, here, there)
+    assert len(merged(lab, laptop, dry_run=True).conflicts) == 2
+    with lab.open() as book, book.desk(ADA) as desk:
+        restore(desk, "r001.csv", "as Ben says")
+        unvoid(desk, "r005", "as Ben says")
+    assert merged(lab, laptop).entries == {"file": 1, "charge dismissed": 1, "file or charge restored": 1}
     is_whole(lab.folder)
 
 
@@ -433,6 +497,12 @@ def test_a_raw_copy_that_is_lost_or_changed_there_is_named(lab: SmallBook, lapto
     with pytest.raises(BookDamaged, match="laptop"):
         merged(lab, laptop)
     assert contents(lab.folder) == before
+
+
+def test_a_book_of_an_earlier_labbook_is_refused(lab: SmallBook, tmp_path: Path) -> None:
+    unpack(tmp_path / "old", None)
+    with pytest.raises(BookVersion, match=r"old: .*labbook db upgrade"):
+        merged(lab, SmallBook(tmp_path / "old", lab.instruments))
 
 
 def test_what_is_no_other_book_is_refused(lab: SmallBook, tmp_path: Path) -> None:
