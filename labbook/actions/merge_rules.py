@@ -228,8 +228,8 @@ def how_read(entry: Entry) -> str:
 
 def _refuse(here: Here, entry: Entry) -> Already | None:
     new = entry.new or {}
-    known = refused_before(here.connection, new["sha256"], new["reader"], canonical(new["options"]))
-    return Already() if known else None
+    how = (canonical(new["options"]), canonical(new.get("settings")))
+    return Already() if refused_before(here.connection, new["sha256"], new["reader"], *how) else None
 
 
 def _assign(here: Here, entry: Entry) -> Already | Conflict | None:
