@@ -23,11 +23,15 @@ from labbook.book.opening import (
     shown,
     speaker_of,
 )
+from labbook.config.moving import placed
 from labbook.config.parsing import Configuration, template
 
 
-def make_book(folder: Path, person: str | None) -> bool:
+def make_book(folder: Path, person: str | None, database_url: str | None = None, store: Path | None = None) -> bool:
     """Make a book in `folder` from its labbook.toml, or from a commented template where there is none.
+
+    The template says where its database and its store are, where that is not in the folder; what is given must be what
+    an existing labbook.toml says.
 
     `person` speaks first; None takes the only one whom an existing labbook.toml names. A book that is there already
     stays as it is, one whose making was cut off is finished; returns whether anything was made.
@@ -37,8 +41,14 @@ def make_book(folder: Path, person: str | None) -> bool:
     if not path.exists():
         if person is None:
             raise UsageError("a new book needs a person: add --as NAME.")
-        _write_whole(path, template(folder.resolve().name, person))
+        _write_whole(path, placed(template(folder.resolve().name, person), database_url, store))
     configuration = read_configuration(folder)
+    for what, given, said in (
+        ("[database] url", database_url, configuration.database_url),
+        ("[store] path", None if store is None else str(store), configuration.store_path),
+    ):
+        if given is not None and given != said:
+            raise UsageError(f"{path} is there and says {what} {said!r}, not {given!r}: correct it, or leave that out.")
     speaker_of(configuration, person)  # before anything is made that a wrong name would leave behind
     mirror = journal_path(folder, configuration)
     entries_before = mirror.stat().st_size if mirror.exists() else 0

@@ -16,6 +16,16 @@ def register(app: typer.Typer) -> None:
 def init(
     folder: Annotated[Path, typer.Argument(help="The folder of the new book.")],
     person: Annotated[str, typer.Option("--as", metavar="NAME", envvar="LABBOOK_AS", help="Who makes the book.")],
+    database: Annotated[
+        str | None,
+        typer.Option(
+            "--database", metavar="URL", help="An empty PostgreSQL database for the tables, for a shared book."
+        ),
+    ] = None,
+    store: Annotated[
+        Path | None,
+        typer.Option("--store", metavar="DIR", help="Where raw copies and journal lie, if not in the book."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Make a book: a folder with labbook.toml, its database, its journal and its store.
@@ -27,7 +37,7 @@ def init(
     """
     from labbook.book.making import make_book
 
-    if not make_book(folder, person):
+    if not make_book(folder, person, database, store):
         emit({"book": str(folder.resolve())}, [f"{folder.resolve()} is a book already: nothing was made."], as_json)
         return
     emit(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from pathlib import Path
 
 from data_schema.errors import UsageError
 
@@ -24,9 +25,7 @@ def in_one_folder(text: str, database_url: str | None) -> str:
             leaving = _OF_PLACE.match(line) is not None
         if not leaving or not line.partition("#")[0].strip():  # what is remarked below may be of the next table
             kept.append(line)
-    moved = "".join(kept)
-    if database_url is not None:
-        moved = f"{moved.rstrip()}\n\n[database]\nurl = {json.dumps(database_url)}\n"
+    moved = placed("".join(kept), database_url, None)
     wanted = {key: value for key, value in tomllib.loads(text).items() if key not in PLACES}
     if database_url is not None:
         wanted["database"] = {"url": database_url}
@@ -39,3 +38,11 @@ def in_one_folder(text: str, database_url: str | None) -> str:
         "labbook.toml says where its database or its store is in a form that cannot be changed by itself: write them "
         "as tables [database] and [store] with a line each for url and path, and try again."
     )
+
+
+def placed(text: str, database_url: str | None, store: Path | None) -> str:
+    """Return the text of a labbook.toml that says nothing of these places with what it is to say of them."""
+    for table, key, value in (("database", "url", database_url), ("store", "path", store)):
+        if value is not None:
+            text = f"{text.rstrip()}\n\n[{table}]\n{key} = {json.dumps(str(value), ensure_ascii=False)}\n"
+    return text

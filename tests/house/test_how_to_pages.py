@@ -63,9 +63,14 @@ def test_two_laptops(book: SmallBook) -> None:
 
 def test_a_shared_book(tmp_path: Path, book: SmallBook, postgres_url: str) -> None:
     init, copy = commands("shared-book.md")
-    at_server = [word.replace("postgresql+psycopg://lab@server/mybook", postgres_url) for word in init]
+    there = {"postgresql+psycopg://lab@server/mybook": postgres_url, "/srv/lab/mybook-store": str(tmp_path / "drive")}
+    at_server = [there.get(word, word) for word in init]
     works(at_server, tmp_path)
-    assert postgres_url in (tmp_path / "mybook" / "labbook.toml").read_text()
+    assert works(["db", "status"], tmp_path / "mybook").out.startswith("postgresql")
+    assert (tmp_path / "drive" / "journal.jsonl").is_file()
+    other = labbook(*at_server[:-1], str(tmp_path / "elsewhere"), at=tmp_path)
+    assert other.code != 0
+    assert "[store] path" in other.err
     answer = labbook(copy[0], copy[1], str(book.folder), postgres_url, at=tmp_path)
     assert answer.code != 0, "it is not empty"
     assert "empty" in answer.err
