@@ -53,16 +53,15 @@ def first_import(connection: sa.Connection, sha256: str) -> FirstImport | None:
     return FirstImport(row.uid, row.file_uid, row.original_name, row.name, row.at_utc, runs_of_file(connection, sha256))
 
 
-def refused_before(connection: sa.Connection, sha256: str, reader: str, options_json: str, settings_json: str) -> bool:
-    """Tell whether the same bytes were refused by the same reader, options and settings before."""
-    query = sa.select(sa.func.count()).where(
+def refused_with(connection: sa.Connection, sha256: str, reader: str, options_json: str) -> list[Any]:
+    """Return with which settings a reader refused these bytes under these options; None where it was not kept."""
+    query = sa.select(ingest.c.declared_json).where(
         ingest.c.sha256 == sha256,
         ingest.c.status == str(IngestStatus.REFUSED),
         ingest.c.reader == reader,
         ingest.c.options_json == options_json,
-        ingest.c.declared_json == settings_json,
     )
-    return bool(connection.execute(query).scalar_one())
+    return [None if text is None else json.loads(text) for text in connection.execute(query).scalars()]
 
 
 def add_file(connection: sa.Connection, *, uid: str, sha256: str, n_bytes: int, store_path: str) -> int:

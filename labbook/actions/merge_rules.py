@@ -17,10 +17,11 @@ from data_schema.journal import Entry, canonical
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imported_files import find_files, links_of_file
-from data_schema.queries.imports import refused_before
+from data_schema.queries.imports import refused_with
 from data_schema.queries.people import config_in_force
 from data_schema.queries.plans import planned_runs
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
+from labbook.statements.importing import without_name
 from labbook.statements.scene import derived_uid
 
 
@@ -222,14 +223,13 @@ def how_read(entry: Entry) -> str:
     new = entry.new or {}
     if "settings" not in new:
         return canonical(new["options"])
-    settings = new["settings"]
-    return canonical({**settings, "declared": {**settings["declared"], "file_name": None}})
+    return canonical(without_name(new["settings"]))
 
 
 def _refuse(here: Here, entry: Entry) -> Already | None:
     new = entry.new or {}
-    how = (canonical(new["options"]), canonical(new.get("settings")))
-    return Already() if refused_before(here.connection, new["sha256"], new["reader"], *how) else None
+    before = refused_with(here.connection, new["sha256"], new["reader"], canonical(new["options"]))
+    return Already() if without_name(new.get("settings")) in map(without_name, before) else None
 
 
 def _assign(here: Here, entry: Entry) -> Already | Conflict | None:

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError
 from data_schema.journal import canonical
 from data_schema.queries.imported_files import runs_of_file
-from data_schema.queries.imports import ABOUT_RUNS, findings_of, refused_before
+from data_schema.queries.imports import ABOUT_RUNS, findings_of, refused_with
 from data_schema.queries.readings import ReadingRow, last_reading
 from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.vocabulary import Action, IngestStatus, Severity
@@ -32,6 +32,7 @@ from labbook.statements.importing import (
     read_only,
     resolved,
     settings_now,
+    without_name,
 )
 from labbook.statements.ingesting import as_read, raw_path
 from labbook.statements.sheet_charges import charge_numbers, numbers_of
@@ -131,8 +132,8 @@ def _configuration(text: str) -> Configuration:
 def state_refusal(desk: Desk, new: Mapping[str, Any], prepared: PreparedImport) -> None:
     """Leave one row with the findings, the first time that these bytes are refused for this."""
     read, settings = prepared.read, prepared.settings.as_json()
-    how = (read.format, canonical(new["options"]), canonical(settings))
-    if refused_before(desk.connection, prepared.sha256, *how):
+    before = refused_with(desk.connection, prepared.sha256, read.format, canonical(new["options"]))
+    if without_name(settings) in map(without_name, before):
         return
     record = {
         **new,

@@ -73,6 +73,11 @@ class PreparedImport:
     parts: tuple[StoredPart, ...]
 
 
+def without_name(settings: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
+    """Return the settings of a reading without the name that the file came under: that alone makes no other reading."""
+    return None if settings is None else {**settings, "declared": {**settings["declared"], "file_name": None}}
+
+
 def times_sha256(time_s: FloatArray) -> str:
     """Return the SHA-256 of elapsed times in s, shape (n,)."""
     return hashlib.sha256(np.ascontiguousarray(time_s, dtype="<f8").data).hexdigest()
