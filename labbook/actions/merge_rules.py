@@ -59,12 +59,18 @@ class Here:
     connection: sa.Connection
     said: Sequence[Entry]
     news: Sequence[Entry]
-    readings: dict[str, list[Entry]] = field(default_factory=dict)
-    declared: dict[str, Entry] = field(default_factory=dict)
-    ends: dict[str, Any] = field(default_factory=dict)
+    readings: dict[str, list[Entry]] = field(default_factory=dict, init=False)
+    declared: dict[str, Entry] = field(default_factory=dict, init=False)
+    ends: dict[str, Any] = field(default_factory=dict, init=False)
+    changes: dict[str, list[Entry]] = field(default_factory=dict, init=False)
+    remarks: dict[tuple[str, ...], str] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
         """Find what was said about files and things."""
+        for entry in self.news:
+            self.changes.setdefault(entry.entity_uid, []).append(entry)
+            if entry.action in (Action.DECLARE, Action.NOTE):
+                self.remarks[_remark(entry)] = entry.entity_uid
         for entry in self.said:
             self.heard(entry)
             if entry.action is Action.DECLARE:
@@ -72,7 +78,7 @@ class Here:
 
     def about(self, uid: str) -> list[Entry]:
         """Return what was stated here of a thing that is there, and the other book does not know."""
-        return [said for said in self.news if said.entity_uid == uid and said.action in CHANGES]
+        return [said for said in self.changes.get(uid, ()) if said.action in CHANGES]
 
     def heard(self, entry: Entry) -> None:
         """Take note of an entry that has taken effect."""
@@ -163,10 +169,12 @@ def _plan(here: Here, entry: Entry) -> Already | Conflict | None:
 
 def _said_too(here: Here, entry: Entry) -> Already | None:
     """A remark, or a check of a day, that one person made in both books is one."""
-    for said in here.news:
-        if (said.entity_kind, said.person, said.new) == (entry.entity_kind, entry.person, entry.new):
-            return Already(said.entity_uid)
-    return None
+    uid = here.remarks.get(_remark(entry))
+    return None if uid is None else Already(uid)
+
+
+def _remark(entry: Entry) -> tuple[str, ...]:
+    return entry.entity_kind, entry.person, canonical(entry.new)
 
 
 def _ingest(here: Here, entry: Entry) -> Already | Conflict | None:

@@ -209,7 +209,7 @@ class _Merging:
             seq = (entry.origin or {})["seq"]
             self.conflicts.append(
                 f"entry {seq} there ({entry.action} {entry.entity_kind}, {entry.person}, {entry.at_utc[:10]}) has no "
-                f"place here: {error}"
+                f"place here ({error}): settle in one of the books what it is about."
             )
 
     def _had(self, entry: Entry, found: Already | Conflict) -> None:
