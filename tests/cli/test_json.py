@@ -56,6 +56,7 @@ ELSEWHERE = {
     "files restore": "tests/cli/test_files.py",
     "runs dismiss": "tests/cli/test_files.py",
     "runs restore": "tests/cli/test_files.py",
+    "merge": "tests/cli/test_merge.py",
     "compare": "tests/labbook/analysis/test_predicting.py",
     "demo": "makes a whole campaign: `make demo` runs it",
     "sim run": "tests/cli/test_sim_run.py",
