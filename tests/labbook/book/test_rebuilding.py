@@ -369,7 +369,7 @@ def test_a_rebuild_that_is_killed_while_it_replaces_leaves_the_old_database(whol
     assert rows_of(whole) == before
     rebuild(whole)
     assert rows_of(whole) == before
-    assert list(whole.folder.glob(".*")) == []
+    assert list(whole.folder.glob(".labbook*")) == []
 
 
 KILLED_BEFORE_A_RENAME = """
@@ -410,7 +410,7 @@ def test_a_rebuild_that_is_killed_at_any_rename_keeps_the_old_database_for_good(
             with closing(sqlite3.connect(path)) as database:
                 tables += database.execute("SELECT name FROM sqlite_master").fetchall()
         assert ("theirs",) in tables
-        assert list(book.folder.glob(".*")) == []
+        assert list(book.folder.glob(".labbook*")) == []
         if done.returncode == 0:
             break
     assert done.returncode == 0
@@ -495,7 +495,7 @@ def test_a_rebuild_that_is_killed_leaves_the_old_database(whole: SmallBook, comm
     code, said = commands.run("rebuild", "--book", whole.folder)
     assert code == 0, said
     assert rows_of(whole) == before
-    assert list(whole.folder.glob(".*")) == []
+    assert list(whole.folder.glob(".labbook*")) == []
 
 
 def test_on_postgresql_a_rebuild_that_is_killed_leaves_the_old_tables(
