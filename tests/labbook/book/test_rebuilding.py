@@ -547,7 +547,7 @@ def test_a_journal_that_was_changed_stops_it(whole: SmallBook) -> None:
     before = whole.database.read_bytes()
     for damaged in ([*lines[:5], *lines[6:]], [lines[0].replace(b"Ada", b"Eve"), *lines[1:]]):
         whole.journal.write_bytes(b"".join(damaged))
-        with pytest.raises(BookDamaged, match=r"restore journal\.jsonl from a backup"):
+        with pytest.raises(BookDamaged, match="labbook rebuild --journal"):
             rebuild(whole)
     whole.journal.write_bytes(b"")
     with pytest.raises(UsageError, match="holds no entry: there is nothing to rebuild from"):
