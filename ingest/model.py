@@ -95,7 +95,8 @@ class ChargeRow:
     """One recharge (or discharge): `charge_mah` >= 0, its direction is `mode`.
 
     `row_number` counts the recharges of the file from 1; `stated_run` and `stated_pack` are the names as written;
-    `line` is the one in which it stands, or begins.
+    `line` is the one in which it stands, or begins, and `member` the name of the archive's file or the workbook's sheet
+    that this is a line of, where there are several.
     """
 
     row_number: int
@@ -109,6 +110,7 @@ class ChargeRow:
     ended_utc: str | None
     ended_original: str | None
     line: int | None = None
+    member: str | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

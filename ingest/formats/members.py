@@ -1,7 +1,7 @@
 """What members hold together: the files of an archive, the sheets of a workbook, each read as a file of its own.
 
-Parts are named after their member. Members that hold different things (logs and recharges) have no one role, so such a
-file is refused and its members are ingested one by one.
+Parts are named after their member, and of several members, a recharge names its own. Members that hold different things
+(logs and recharges) have no one role, so such a file is refused and its members are ingested one by one.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pathlib import PurePosixPath
 
 from data_schema.vocabulary import Severity
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.model import Declarations, Finding, ReadFile, Reading, SignalPart
+from ingest.model import ChargeRow, Declarations, Finding, ReadFile, Reading, SignalPart
 from ingest.several import combine
 from ingest.tables.header_cells import clean_name
 
@@ -46,7 +46,7 @@ def read_members(
     elif len(roles) > 1:
         listed = " and ".join(sorted(str(role) for role in roles if role is not None))
         findings.add(FILE, "members_differ", f"The members hold different things ({listed}): {instead}.")
-    return combine([_reading(name, result) for name, result in _named(results)])
+    return combine([_reading(name, result, several=len(results) > 1) for name, result in _named(results)])
 
 
 def _report(results: Sequence[tuple[str, ReadFile]], findings: FindingCollector) -> None:
@@ -88,9 +88,13 @@ def _named(results: Sequence[tuple[str, ReadFile]]) -> list[tuple[str, ReadFile]
     return named
 
 
-def _reading(name: str, result: ReadFile) -> Reading:
+def _reading(name: str, result: ReadFile, *, several: bool) -> Reading:
     def part_name(part: SignalPart) -> str:
         return name if len(result.parts) == 1 else f"{name}_{part.part}"
 
+    def member(charge: ChargeRow) -> str | None:
+        return "/".join(filter(None, (name, charge.member))) if several else charge.member
+
+    charges = tuple(dataclasses.replace(charge, member=member(charge)) for charge in result.charges)
     parts = tuple(dataclasses.replace(part, part=part_name(part)) for part in result.parts)
-    return Reading(parts, result.charges, result.rows_read, result.rows_rejected, result.role)
+    return Reading(parts, charges, result.rows_read, result.rows_rejected, result.role)

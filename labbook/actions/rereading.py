@@ -24,6 +24,7 @@ from labbook.actions.reading_changes import Gave, changes
 from labbook.book.desk import Desk, DryRun, Statement, new_uid
 from labbook.book.opening import Book
 from labbook.config.parsing import Configuration, parse_configuration
+from labbook.statements.charge_numbers import charge_numbers, keys_in
 from labbook.statements.findings import finding_values
 from labbook.statements.importing import (
     PreparedImport,
@@ -35,7 +36,6 @@ from labbook.statements.importing import (
     without_name,
 )
 from labbook.statements.ingesting import as_read, raw_path
-from labbook.statements.sheet_charges import charge_numbers, numbers_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,8 +181,9 @@ def _state(desk: Desk, row: ReadingRow, request: RereadRequest, prepared: Prepar
     waited = set(verdicts_waiting(connection))
     uid = new_uid()
     new = {**_entry(before, request), **as_read(prepared)}
-    if lines := new["charge_lines"]:
-        new["charge_numbers"] = numbers_of(charge_numbers(connection, before.file_uid or "", new, lines), lines)
+    if keys := keys_in(new):
+        numbers = charge_numbers(connection, before.file_uid or "", new, keys)
+        new["charge_numbers"] = [numbers[key] for key in keys]
     desk.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
     after = last_reading(connection, row.sha256)
     assert after is not None  # noqa: S101 - it was stated just now

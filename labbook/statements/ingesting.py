@@ -20,11 +20,12 @@ from labbook.analysis.detecting import jumps_found
 from labbook.analysis.log_dates import day_notes
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.assigning import assign_file, assign_only_charge, link_parts_again
+from labbook.statements.charge_numbers import charge_numbers, keys_of
 from labbook.statements.findings import finding_values
 from labbook.statements.importing import PreparedImport, ReadSettings, read_and_store, settings_now
 from labbook.statements.reading_rows import add_reading, add_refusal, add_signals
 from labbook.statements.scene import Scene, around_run, derived_uid, run_named
-from labbook.statements.sheet_charges import charge_numbers, lose_charges, update_charges
+from labbook.statements.sheet_charges import lose_charges, update_charges
 
 _ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
 """What files were for that earlier labbooks read: their entries do not say."""
@@ -101,8 +102,7 @@ def apply_read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, 
 def _update_charges(
     scene: Scene, ingest_key: int, file_uid: str, done: PreparedImport, new: Mapping[str, Any], of_file: str | None
 ) -> list[str]:
-    lines = [row.line for row in done.read.charges]
-    numbers = charge_numbers(scene.connection, file_uid, new, lines)
+    numbers = charge_numbers(scene.connection, file_uid, new, keys_of(done.read.charges))
     return update_charges(scene, ingest_key, file_uid, done.read, numbers, of_file)
 
 
@@ -123,6 +123,7 @@ def as_read(done: PreparedImport) -> dict[str, Any]:
     Another reading can be made from the first and compared with the second.
     """
     read = done.read
+    members = [row.member for row in read.charges]
     return {
         "reader": read.format,
         "reader_version": read.reader_version,
@@ -134,6 +135,7 @@ def as_read(done: PreparedImport) -> dict[str, Any]:
         "signals": [part.sha256 for part in done.parts],
         "times": [part.time_sha256 for part in done.parts],
         "charge_lines": [row.line for row in read.charges],
+        **({"charge_members": members} if any(members) else {}),
     }
 
 

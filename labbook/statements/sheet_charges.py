@@ -1,79 +1,49 @@
 """The charges of a file: which are new, which changed, which are back, and which are there no longer.
 
-A charge is known by its file and its line, so that a new reading changes it and keeps its uid, its run and what people
-corrected. Which of the charges of a run counts is worked out by `counted_charges`.
+A charge is known by its file and where it stands there, so that a new reading changes it and keeps its uid, its run and
+what people corrected. Which of the charges of a run counts is worked out by `counted_charges`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
-
-import sqlalchemy as sa
 
 from data_schema.queries import imports
 from data_schema.queries.facts import find_uid, insert_fact, update_fact
-from data_schema.queries.readings import reading_entries
 from data_schema.queries.sheet_rows import SheetRow, rows_of_file
 from data_schema.vocabulary import ChargeState
 from ingest.model import ChargeRow, ReadFile
+from labbook.statements.charge_numbers import Key, keys_of, numbers_held
 from labbook.statements.counted_charges import Placed, lose, note_on, place
 from labbook.statements.said_by_hand import SaidByHand, said_by_hand
 from labbook.statements.scene import Scene, derived_uid
 
 
-def charge_numbers(
-    connection: sa.Connection, file_uid: str, new: Mapping[str, Any], lines: Sequence[int | None]
-) -> dict[int, int]:
-    """Return the row numbers of a file's charges by line (by minus their place where they have none).
-
-    A line keeps the number that it had first: what an entry says comes before what the book holds, and that before what
-    follows from the order of readings, for an earlier labbook did not write numbers down; those of a first reading are
-    the places of its lines. `new` is the entry of the reading that gave `lines`.
-    """
-    numbers: dict[int, int] = {}
-    unsaid: list[int] = []
-    for earlier, said in enumerate([*reading_entries(connection, new["sha256"]), new]):
-        keys = _keys(said.get("charge_lines") or [])
-        given = said.get("charge_numbers") or (range(1, len(keys) + 1) if earlier == 0 else None)
-        if given is None:
-            unsaid += keys
-            continue
-        for key, number in zip(keys, given, strict=True):
-            numbers.setdefault(key, number)
-    for row in rows_of_file(connection, file_uid):
-        numbers.setdefault(_key(row.line, row.row_number), row.row_number)
-    for key in (*unsaid, *_keys(lines)):
-        numbers.setdefault(key, 1 + max(numbers.values(), default=0))
-    return numbers
-
-
-def numbers_of(numbers: Mapping[int, int], lines: Sequence[int | None]) -> list[int]:
-    """Return the row numbers of the charges in these lines, in their order."""
-    return [numbers[key] for key in _keys(lines)]
-
-
 def update_charges(
-    scene: Scene, ingest_key: int, file_uid: str, read: ReadFile, numbers: Mapping[int, int], of_file: str | None = None
+    scene: Scene, ingest_key: int, file_uid: str, read: ReadFile, numbers: Mapping[Key, int], of_file: str | None = None
 ) -> list[str]:
     """Bring the charges of a file up to what was read from it; returns the runs that it concerns.
 
-    `numbers` are the row numbers by line, and `of_file` the run that the only charge of a file belongs to.
+    `numbers` are the row numbers by where charges stand, `of_file` the run that the only charge of a file belongs to.
     """
     placed = Placed()
     standing = {row.uid: row for row in rows_of_file(scene.connection, file_uid)}
-    by_line = {_key(row.line, row.row_number): row.uid for row in standing.values()}
+    known = {row.row_number: row for row in standing.values()}
     uids = {}
-    for row in read.charges:
-        key = _key(row.line, row.row_number)
-        uids[by_line.pop(key, "") or by_line.pop(-row.row_number, "") or _uid(file_uid, numbers[key])] = row
+    for key, row in zip(keys_of(read.charges), read.charges, strict=True):
+        before = known.get(row.row_number)
+        unnamed = numbers[key] not in known and before is not None and before.line is None
+        number = row.row_number if unnamed else numbers[key]
+        uids[known.pop(number).uid if number in known else _uid(file_uid, number)] = (row, number)
+    assert len(uids) == len(read.charges), "two charges of a file have one number"  # noqa: S101
     said = said_by_hand(scene, list(uids))
     moving, back, changed = [], [], []
-    for uid, row in uids.items():
+    for uid, (row, number) in uids.items():
         old = standing.get(uid)
         values = _overlaid(_values(scene, row), row, old, uid, said[uid], placed)
         if old is None:
-            new = {"file": file_uid, "row_number": numbers[_key(row.line, row.row_number)], "run": None}
+            new = {"file": file_uid, "row_number": number, "run": None}
             insert_fact(scene.connection, "charge", uid, {**new, "state": str(ChargeState.GONE), **values})
             moving.append(uid)
             continue
@@ -107,15 +77,21 @@ def lose_charges(scene: Scene, file_uid: str) -> list[str]:
     return placed.runs
 
 
-def regain_charges(scene: Scene, file_uid: str, ingest_key: int, lines: Sequence[int | None] | None) -> list[str]:
+def regain_charges(
+    scene: Scene, file_uid: str, ingest_key: int, reading: Mapping[str, Any], *, first: bool
+) -> list[str]:
     """Let the charges of a file in use again count as they did; returns the runs that it concerns.
 
-    `lines` are those that the reading in force holds, None where the journal does not say; what it does not hold stays
-    gone.
+    `reading` is the entry of the reading in force, the `first` of the file or not; what it does not hold stays gone.
     """
     placed = Placed()
     rows = [row for row in rows_of_file(scene.connection, file_uid) if row.state is ChargeState.GONE]
-    uids = [row.uid for row in rows if lines is None or row.line in lines]
+    lines, numbers = reading.get("charge_lines"), numbers_held(reading, first=first)
+    if numbers is not None:
+        rows = [row for row in rows if row.row_number in numbers]
+    elif lines is not None:
+        rows = [row for row in rows if row.line in lines]
+    uids = [row.uid for row in rows]
     place(scene, uids, placed, back=frozenset(uids))
     imports.add_findings(scene.connection, ingest_key, placed.all_findings())
     return placed.runs
@@ -164,20 +140,14 @@ def _says_same(old: SheetRow, values: Mapping[str, Any]) -> bool:
     return all(getattr(old, name) == values[name] for name in names)
 
 
-def _keys(lines: Sequence[int | None]) -> list[int]:
-    return [_key(line, place) for place, line in enumerate(lines, start=1)]
-
-
-def _key(line: int | None, row_number: int) -> int:
-    return -row_number if line is None else line
-
-
 def _uid(file_uid: str, number: int) -> str:
     return derived_uid("charge", file_uid, number)
 
 
 def _row(old: SheetRow | None, row: ChargeRow) -> str:
-    return f"Line {row.line}" if row.line is not None else f"Row {(old or row).row_number}"
+    if row.line is None:
+        return f"Row {(old or row).row_number}"
+    return f"Line {row.line}" if row.member is None else f"Line {row.line} of {row.member}"
 
 
 def _values(scene: Scene, row: ChargeRow) -> dict[str, Any]:

@@ -46,9 +46,9 @@ def _use(scene: Scene, file_uid: str, status: IngestStatus) -> list[tuple[str, s
     if status is IngestStatus.WITHDRAWN:
         touched += lose_charges(scene, file_uid)
     elif status is IngestStatus.IMPORTED:
-        lines = reading_entries(scene.connection, sha256)[-1].get("charge_lines")
+        entries = reading_entries(scene.connection, sha256)
         key = imports.ingest_key(scene.connection, reading.uid)
-        touched += regain_charges(scene, file_uid, key, lines)
+        touched += regain_charges(scene, file_uid, key, entries[-1], first=len(entries) == 1)
     changed = [("file", file_uid)]
     changed += [("signal", part.sha256) for part in parts_of_reading(scene.connection, reading.uid)]
     for run_uid in dict.fromkeys(touched):
