@@ -15,8 +15,9 @@ from datetime import datetime
 import numpy as np
 
 from ingest.findings import FindingCollector
+from ingest.formats.chargers.sheet_cells import LIMITS, STORED_UNIT
 from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.model import Finding, Reading, SignalPart
+from ingest.model import ChargeRow, Finding, Reading, SignalPart
 
 _NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,63}")
 _LARGEST_VERSION = 10**6
@@ -59,11 +60,24 @@ def check_reading(found: Reading, findings: FindingCollector) -> None:
     _check_different([part.part for part in found.parts], "parts")
     for part in found.parts:
         _check_part(part)
-    _check_different([charge.row_number for charge in found.charges], "recharges")
-    for charge in found.charges:
-        if charge.charge_mah < 0 or charge.resolution_mah <= 0 or (charge.duration_s or 1.0) <= 0:
-            raise ValueError(f"recharge {charge.row_number} holds an amount that cannot be")
-        _check_instant(charge.ended_utc)
+    for place, charge in enumerate(found.charges, start=1):
+        if charge.row_number != place:
+            raise ValueError(f"recharge {place} has row_number {charge.row_number}: they count from 1, in order")
+        _check_charge(charge)
+
+
+def _check_charge(charge: ChargeRow) -> None:
+    where = f"recharge {charge.row_number}"
+    if charge.resolution_mah <= 0:
+        raise ValueError(f"resolution_mah of {where} is {charge.resolution_mah:g}, not above 0")
+    if charge.duration_s == 0:
+        raise ValueError(f"duration_s of {where} is 0: say None where it is not known")
+    amounts = {"charge": charge.charge_mah, "duration": charge.duration_s, "end_voltage": charge.end_voltage_v}
+    for role, value in amounts.items():
+        low, high = LIMITS[role]
+        if value is not None and not low <= value <= high:
+            raise ValueError(f"{role} of {where} is {value:g} {STORED_UNIT[role]}, not from {low:g} to {high:g}")
+    _check_instant(charge.ended_utc)
 
 
 def _check_part(part: SignalPart) -> None:

@@ -21,11 +21,11 @@ from tests.ingest.synthetic import bertec_acquire, robot_log
 
 USUAL = """
 import numpy as np
-from data_schema.vocabulary import FileRole
+from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.findings import FILE
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.instruments import Instrument
-from ingest.model import ChannelData, Reading, SignalPart
+from ingest.model import ChannelData, ChargeRow, Reading, SignalPart
 
 TIMES = np.arange(50) / 100
 
@@ -40,6 +40,12 @@ def part(name="log", times=TIMES, rate=100.0, start=None, channels=None):
 
 def reading(*parts, read=50, rejected=0, role=FileRole.LOG):
     return Reading(parts or (part(),), (), read, rejected, role)
+
+def charge(number=1, mah=150.0, step=1.0, seconds=720.0, volts=16.8, line=2):
+    return ChargeRow(number, "r001", None, mah, step, seconds, volts, ChargeMode.CHARGE, None, None, line)
+
+def charges(*rows):
+    return Reading((), rows, len(rows), 0, FileRole.CHARGE)
 
 def read(head, findings):
     return reading()
@@ -232,6 +238,16 @@ NOT_READ = {
     "start without zone": "return reading(part(start='2021-06-05T12:00:00'))",
     "more rows rejected than read": "return reading(read=5, rejected=6)",
     "rows of numpy": "return reading(read=np.int64(50))",
+    "recharges numbered from 0": "return charges(charge(0), charge(1))",
+    "recharges numbered with a gap": "return charges(charge(1), charge(3))",
+    "recharges numbered backwards": "return charges(charge(2), charge(1))",
+    "a recharge below 0": "return charges(charge(mah=-1.0))",
+    "a recharge that no pack takes": "return charges(charge(mah=1e9))",
+    "a recharge without step": "return charges(charge(step=0.0))",
+    "a recharge of no time": "return charges(charge(seconds=0.0))",
+    "a recharge of a month": "return charges(charge(seconds=2.6e6))",
+    "a recharge to no voltage": "return charges(charge(volts=0.0))",
+    "a recharge to a mains voltage": "return charges(charge(volts=230.0))",
     "a finding of no severity": "findings.add('fatal', 'hop', 'Odd.')\n    return reading()",
     "a finding without words": "findings.add(FILE, 'hop', None)\n    return reading()",
 }
@@ -248,6 +264,14 @@ def test_a_plugin_that_fails_to_read_refuses_its_file_by_name(body: str, install
     assert "\n" not in refusing[0].message
     assert result.parts == ()
     assert_others_read_on()
+
+
+def test_recharges_of_a_plugin_may_share_a_line_and_lack_what_was_not_measured(install: Install) -> None:
+    body = "return charges(charge(), charge(2, seconds=None, volts=None), charge(3, line=None))"
+    install(hopper=f"{USUAL}\ndef odd(head, findings):\n    {body}\nFORMAT = Format('hop', 1, recognise, odd)")
+    result = read(HOP)
+    assert not result.refused
+    assert [charge.row_number for charge in result.charges] == [1, 2, 3]
 
 
 def test_a_refusal_of_the_plugins_own_is_kept(install: Install) -> None:

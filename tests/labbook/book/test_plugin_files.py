@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.queries.charges import every_charge
 from data_schema.vocabulary import Action, IngestStatus
 from ingest.formats.plugins import plugins
 from labbook.actions.ingesting import IngestRequest, ingest_file
@@ -128,3 +129,18 @@ def test_a_rebuild_does_not_stop_for_a_plugin(odd: SmallBook, install: Install, 
     assert {table: after[table] for table in ("charge", "run_file")} == {
         table: before[table] for table in ("charge", "run_file")
     }
+
+
+def test_recharges_that_share_a_line_are_all_held(tmp_path: Path, install: Install) -> None:
+    install(
+        "1",
+        """rows = [ChargeRow(n, f"r00{n}", None, 150.0 + n, 1.0, None, None, ChargeMode.CHARGE, None, None, 1)
+            for n in (1, 2, 3)]
+    return Reading((), tuple(rows), 3, 0, FileRole.CHARGE)""",
+    )
+    small = small_book(tmp_path, ingested=False)
+    (tmp_path / "odd.txt").write_text("odd meter\n")
+    with small.open() as book:
+        ingest_file(book, tmp_path / "odd.txt", IngestRequest(person=ADA))
+        with book.reading() as connection:
+            assert [charge.charge_mah for charge in every_charge(connection)] == [151.0, 152.0, 153.0]
