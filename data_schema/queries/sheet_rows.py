@@ -40,9 +40,13 @@ def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
     return _rows(connection, file.c.uid == file_uid)
 
 
-def repeating(connection: sa.Connection, uid: str, state: ChargeState) -> list[SheetRow]:
-    """Return the charges in a state that say what another one said before them."""
-    return _rows(connection, sa.and_(charge.c.repeats == uid, charge.c.state == str(state)))
+def repeating(connection: sa.Connection, uids: Sequence[str], state: ChargeState) -> dict[str, list[SheetRow]]:
+    """Return the charges in a state that say what another one said before them, by the uid of that one."""
+    found: dict[str, list[SheetRow]] = {uid: [] for uid in uids}
+    for some in in_chunks(uids):
+        for row in _rows(connection, sa.and_(charge.c.repeats.in_(some), charge.c.state == str(state))):
+            found[row.repeats or ""].append(row)
+    return found
 
 
 def rows_with_uids(connection: sa.Connection, uids: Sequence[str]) -> list[SheetRow]:
@@ -55,7 +59,8 @@ def rows_about(connection: sa.Connection, run_uid: str | None, run_name: str | N
     """Return the charges that belong to a run, then those that name one and belong to none; dismissed ones too."""
     wanted = []
     if run_uid is not None:
-        wanted.append(sa.and_(run.c.uid == run_uid, charge.c.state == str(ChargeState.COUNTED)))
+        key = sa.select(run.c.id).where(run.c.uid == run_uid).scalar_subquery()
+        wanted.append(sa.and_(charge.c.run == key, charge.c.state == str(ChargeState.COUNTED)))
     if run_name is not None:
         standing = charge.c.state.in_((str(ChargeState.COUNTED), str(ChargeState.DISMISSED)))
         wanted.append(sa.and_(charge.c.run.is_(None), charge.c.stated_run == run_name, standing))

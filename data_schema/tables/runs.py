@@ -70,6 +70,8 @@ charge = table(
     sa.CheckConstraint("resolution_mah > 0", name="resolution_positive"),
     sa.CheckConstraint("duration_s IS NULL OR duration_s > 0", name="duration_positive"),
     sa.UniqueConstraint("file", "row_number"),
+    sa.Index("ix_charge_stated_run", "stated_run"),
+    sa.Index("ix_charge_repeats", "repeats"),
 )
 
 note = table(

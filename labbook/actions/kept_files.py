@@ -170,7 +170,8 @@ def withdraw(desk: Desk, name: str, why: str) -> str:
     of_runs = {row.uid: row.run_uid for row in charges if row.run_uid}
     old = {"runs": sorted({*runs, *of_runs.values()}), "charges": of_runs}
     desk.state(Statement(Action.WITHDRAW, "file", file.uid, old=old, reason=why))
-    in_place = [other for row in charges for other in repeating(desk.connection, row.uid, ChargeState.COUNTED)]
+    standing_in = repeating(desk.connection, [row.uid for row in charges], ChargeState.COUNTED)
+    in_place = [other for of_row in standing_in.values() for other in of_row]
     lost = f", {len(charges)} charges count no more" if charges else ""
     lost += f" and {len(in_place)} rows of other sheets that say the same count instead" if in_place else ""
     return f"{file.name} is out of use{lost}: `labbook files restore {file.name}` takes it into use again."

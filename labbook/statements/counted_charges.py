@@ -120,7 +120,7 @@ def _give_way(scene: Scene, row: SheetRow, said: SaidByHand, run_uid: str | None
     own = replace(row, run_uid=None)
     about = [
         *rows_about(scene.connection, run_uid or run_named(scene, row.stated_run), row.stated_run),
-        *repeating(scene.connection, row.uid, ChargeState.COUNTED),
+        *repeating(scene.connection, [row.uid], ChargeState.COUNTED)[row.uid],
     ]
     later = {other.uid: other for other in about if other.order > row.order and not other.typed}
     spoken = said_by_hand(scene, list(later))
@@ -137,10 +137,11 @@ def _give_way(scene: Scene, row: SheetRow, said: SaidByHand, run_uid: str | None
 
 def _left_alone(scene: Scene, uids: Sequence[str]) -> list[str]:
     """Return the known rows that repeat one of these, which does not stand any more or says something else."""
+    waiting = repeating(scene.connection, uids, ChargeState.KNOWN)
     return [
         other.uid
         for row in rows_with_uids(scene.connection, uids)
-        for other in repeating(scene.connection, row.uid, ChargeState.KNOWN)
+        for other in waiting[row.uid]
         if row.state not in _STANDS or other.stated_run != row.stated_run or not _repeats(scene, other, row)
     ]
 

@@ -1,6 +1,6 @@
-"""Rows have hashes, by which one that was altered outside labbook is found.
+"""Rows have hashes, by which one that was altered outside labbook is found; and charges are found by what they name.
 
-The table stays empty here: what stands in the other tables may have been altered already. The rebuild that follows an
+The table of hashes stays empty here: what stands in the other tables may have been altered already. The rebuild that follows an
 upgrade writes the hashes of the rows that it makes.
 """
 
@@ -24,3 +24,5 @@ def upgrade() -> None:
         sa.PrimaryKeyConstraint("kind", "uid", name=op.f("pk_row_hash")),
         sqlite_strict=True,
     )
+    op.create_index(op.f("ix_charge_stated_run"), "charge", ["stated_run"])
+    op.create_index(op.f("ix_charge_repeats"), "charge", ["repeats"])
