@@ -90,6 +90,8 @@ def _to_run(book: Book, row: ReadingRow, run: str, person: str | None, dry_run: 
         move = f"`labbook assign {row.name} {run} --why ...` moves it"
         return [f"--run {run} was not heeded, for the file belongs to run {', '.join(runs)}: {move}."]
     if dry_run:
+        with book.reading() as connection:
+            refuse_second_of_file(connection, row.file_uid or "", row.role, meant)
         return [f"it would belong to run {run}."]
     with book.desk(person) as desk:
         refuse_second_of_file(desk.connection, row.file_uid or "", row.role, meant)

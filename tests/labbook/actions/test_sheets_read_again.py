@@ -296,3 +296,14 @@ def test_the_second_charge_of_a_run_waits_whatever_file_it_came_in(small: SmallB
         with pytest.raises(UsageError, match="run r001 has a charge already"):
             ingest_file(book, path, IngestRequest(run="r001", person=ADA))
     rebuilt_alike(small)
+
+
+@pytest.mark.parametrize("dry_run", [True, False])
+def test_a_dry_run_refuses_the_second_charge_of_a_run_too(small: SmallBook, tmp_path: Path, dry_run: bool) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", TWICE, columns())
+        take(book, tmp_path, "one.csv", "pack,mAh,minutes\nA,99,12\n")
+        with pytest.raises(UsageError, match="run r001 has a charge already"):
+            ingest_file(book, tmp_path / "one.csv", IngestRequest(run="r001", person=ADA, dry_run=dry_run))
+        said = ingest_file(book, tmp_path / "one.csv", IngestRequest(run="r004", person=ADA, dry_run=dry_run)).said
+        assert ("would belong to run r004" in said[0]) == dry_run
