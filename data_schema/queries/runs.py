@@ -115,6 +115,15 @@ def find_run(connection: sa.Connection, name: str) -> RunRow | None:
     return next(iter(list_runs(connection, run.c.name == name)), None)
 
 
+def run_uids_named(connection: sa.Connection, names: Sequence[str]) -> dict[str, str]:
+    """Return the uids of those of these runs that there are, by name."""
+    found: dict[str, str] = {}
+    for some in in_chunks(names):
+        for name, uid in connection.execute(sa.select(run.c.name, run.c.uid).where(run.c.name.in_(some))):
+            found.setdefault(name, uid)
+    return found
+
+
 def runs_named(connection: sa.Connection, names: Sequence[str]) -> list[RunRow]:
     """List the runs of these names by day and position, as far as there are such."""
     found = [row for some in in_chunks(names) for row in list_runs(connection, run.c.name.in_(some))]

@@ -55,17 +55,17 @@ def rows_with_uids(connection: sa.Connection, uids: Sequence[str]) -> list[Sheet
     return sorted(found, key=lambda row: row.order)
 
 
-def rows_about(connection: sa.Connection, run_uid: str | None, run_name: str | None) -> list[SheetRow]:
-    """Return the charges that belong to a run, then those that name one and belong to none; dismissed ones too."""
-    wanted = []
-    if run_uid is not None:
-        key = sa.select(run.c.id).where(run.c.uid == run_uid).scalar_subquery()
-        wanted.append(sa.and_(charge.c.run == key, charge.c.state == str(ChargeState.COUNTED)))
-    if run_name is not None:
-        standing = charge.c.state.in_((str(ChargeState.COUNTED), str(ChargeState.DISMISSED)))
-        wanted.append(sa.and_(charge.c.run.is_(None), charge.c.stated_run == run_name, standing))
-    found = _rows(connection, sa.or_(*wanted)) if wanted else []
-    return sorted(found, key=lambda row: (row.run_uid is None, row.order))
+def rows_about(connection: sa.Connection, run_uids: Sequence[str], run_names: Sequence[str]) -> list[SheetRow]:
+    """Return the charges that belong to some runs, then those that name one and belong to none; dismissed ones too."""
+    counted, dismissed = str(ChargeState.COUNTED), str(ChargeState.DISMISSED)
+    found = []
+    for some in in_chunks(run_uids):
+        keys = sa.select(run.c.id).where(run.c.uid.in_(some))
+        found += _rows(connection, sa.and_(charge.c.run.in_(keys), charge.c.state == counted))
+    for some in in_chunks(run_names):
+        standing = charge.c.state.in_((counted, dismissed))
+        found += _rows(connection, sa.and_(charge.c.run.is_(None), charge.c.stated_run.in_(some), standing))
+    return found
 
 
 def said_by_rows(connection: sa.Connection, file_uid: str) -> dict[str, tuple[Any, ...]]:

@@ -13,16 +13,14 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from data_schema.queries.facts import read_fact, update_fact
-from data_schema.queries.sheet_rows import SheetRow, repeating, rows_about, rows_with_uids
+from data_schema.queries.sheet_rows import SheetRow, repeating, rows_with_uids
 from data_schema.vocabulary import ChargeMode, ChargeState, Severity
 from ingest.findings import MORE_LINES
 from ingest.model import Finding
 from labbook.statements.findings import finding_values
+from labbook.statements.rows_around import STANDING, RowsAround
 from labbook.statements.said_by_hand import SaidByHand, said_by_hand
-from labbook.statements.scene import Scene, run_named
-
-_STANDS = (ChargeState.COUNTED, ChargeState.DISMISSED)
-"""States of a row that others may repeat."""
+from labbook.statements.scene import Scene
 
 
 @dataclass
@@ -74,31 +72,35 @@ def place(
         for row in rows:
             if row.state is not ChargeState.GONE:
                 update_fact(scene.connection, "charge", row.uid, {"state": str(ChargeState.GONE)})
+        rows = [replace(row, state=ChargeState.GONE) for row in rows]
         rows.sort(key=lambda row: (not said[row.uid].assigned, row.order))
+        stated = [row.run_uid for row in rows] + [said[row.uid].run_uid for row in rows] + [of_file]
+        around = RowsAround(scene, rows, said, [uid for uid in stated if uid], sorted(back))
         gave_way: list[str] = []
         for row in rows:
             run_uid = said[row.uid].run_uid if said[row.uid].assigned else row.run_uid
             if not said[row.uid].assigned and run_uid is None:
-                run_uid = run_named(scene, row.stated_run) or of_file
+                run_uid = around.runs.get(row.stated_run or "") or of_file
             if row.uid in back:
-                gave_way += _give_way(scene, row, said[row.uid], run_uid, placed)
-            _place(scene, row, said[row.uid], run_uid, placed)
+                gave_way += _give_way(around, row, run_uid, placed)
+            _place(scene, around, row, run_uid, placed)
         queue = list(dict.fromkeys([*gave_way, *_left_alone(scene, [*queue, *others])]))
         back, others = frozenset(), ()
 
 
-def _place(scene: Scene, row: SheetRow, said: SaidByHand, run_uid: str | None, placed: Placed) -> None:
+def _place(scene: Scene, around: RowsAround, row: SheetRow, run_uid: str | None, placed: Placed) -> None:
+    said = around.said[row.uid]
     if said.dismissed:
-        _set(scene, row, ChargeState.DISMISSED, None)
+        around.set(row, ChargeState.DISMISSED, None)
         return
-    about = [other for other in rows_about(scene.connection, run_uid, row.stated_run) if other.uid != row.uid]
-    same = next((other for other in about if _repeats(scene, row, other)), None)
+    about = [other for other in around.about(run_uid, row.stated_run) if other.uid != row.uid]
+    same = next((other for other in about if _repeats_said(row, other, around.said[other.uid])), None)
     if same is not None and not said.assigned:
-        _set(scene, row, ChargeState.KNOWN, None, same.uid)
+        around.set(row, ChargeState.KNOWN, None, same.uid)
         placed.known.append(row)
         return
     standing = [other for other in about if other.run_uid is not None and (not said.assigned or _second(row, other))]
-    _set(scene, row, ChargeState.COUNTED, None if standing else run_uid, row.repeats)
+    around.set(row, ChargeState.COUNTED, None if standing else run_uid, row.repeats)
     if standing:
         name = read_fact(scene.connection, "run", standing[0].run_uid or "", ["name"])["name"]
         message = (
@@ -110,28 +112,25 @@ def _place(scene: Scene, row: SheetRow, said: SaidByHand, run_uid: str | None, p
         placed.runs.append(run_uid)
 
 
-def _set(scene: Scene, row: SheetRow, state: ChargeState, run_uid: str | None, repeats: str | None = None) -> None:
-    values = {"state": str(state), "run": run_uid, "repeats": repeats}
-    update_fact(scene.connection, "charge", row.uid, values)
-
-
-def _give_way(scene: Scene, row: SheetRow, said: SaidByHand, run_uid: str | None, placed: Placed) -> list[str]:
+def _give_way(around: RowsAround, row: SheetRow, run_uid: str | None, placed: Placed) -> list[str]:
     """Let later rows that say the same make room for one that is back; returns them, to be placed after it."""
     own = replace(row, run_uid=None)
     about = [
-        *rows_about(scene.connection, run_uid or run_named(scene, row.stated_run), row.stated_run),
-        *repeating(scene.connection, [row.uid], ChargeState.COUNTED)[row.uid],
+        *around.about(run_uid or around.runs.get(row.stated_run or ""), row.stated_run),
+        *around.repeating(row.uid),
     ]
     later = {other.uid: other for other in about if other.order > row.order and not other.typed}
-    spoken = said_by_hand(scene, list(later))
+    spoken = around.said
     giving = [
         other
         for other in later.values()
-        if not spoken[other.uid].spoken and not spoken[other.uid].dismissed and _repeats_said(other, own, said)
+        if not spoken[other.uid].spoken
+        and not spoken[other.uid].dismissed
+        and _repeats_said(other, own, spoken[row.uid])
     ]
     for other in giving:
         placed.runs += [other.run_uid] if other.run_uid else []
-        _set(scene, other, ChargeState.GONE, None, row.uid)
+        around.set(other, ChargeState.GONE, None, row.uid)
     return [other.uid for other in giving]
 
 
@@ -142,7 +141,7 @@ def _left_alone(scene: Scene, uids: Sequence[str]) -> list[str]:
         other.uid
         for row in rows_with_uids(scene.connection, uids)
         for other in waiting[row.uid]
-        if row.state not in _STANDS or other.stated_run != row.stated_run or not _repeats(scene, other, row)
+        if row.state not in STANDING or other.stated_run != row.stated_run or not _repeats(scene, other, row)
     ]
 
 
