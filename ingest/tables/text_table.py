@@ -26,7 +26,9 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
         declared = dataclasses.replace(declared, header_row=None, units_row=None, first_row=None)
     if refuse_long_line(source, findings):
         return None
-    pairs = with_pairs_joined(source, declared)
+    pairs = with_pairs_joined(source, declared, findings)
+    if "decimal_comma_unquoted" in findings:
+        return None
     if pairs is not None:
         source, declared = pairs, dataclasses.replace(declared, delimiter=BETWEEN)
     sign = None if declared.delimiter is None else declared.delimiter.encode("latin-1")

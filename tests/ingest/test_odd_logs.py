@@ -54,9 +54,29 @@ def test_a_comma_that_is_both_is_read_in_pairs_when_both_are_declared(title: lis
     check_heights(read(lines, decimal_sign=",", delimiter=","))
 
 
-def test_pairs_without_a_header_are_read_by_place() -> None:
-    columns = {"1": ColumnDeclaration("time", "s"), "2": ColumnDeclaration("body_height", "mm")}
-    check_heights(read(COMMAS, decimal_sign=",", delimiter=",", columns=columns, header_row=0))
+BY_PLACE = {"1": ColumnDeclaration("time", "ms"), "2": ColumnDeclaration("body_height", "mm")}
+WHOLE = [f"{5 * k},{round(1000 * h)},12,1" for k, h in enumerate(HEIGHTS)]
+
+
+@pytest.mark.parametrize("rows", [COMMAS, WHOLE], ids=["pairs", "whole numbers"])
+@pytest.mark.parametrize("above", [[], ["String pot of Monday"], ["Rig A, Monday"]])
+def test_commas_without_names_may_be_pairs_or_whole_numbers(rows: list[str], above: list[str]) -> None:
+    """A height of 300 mm beside a column of 12 was 0.0121 m."""
+    for header_row in (0, None):
+        result = read([*above, *rows], decimal_sign=",", delimiter=",", columns=BY_PLACE, header_row=header_row)
+        assert refusal(result).rule == "decimal_comma_unquoted"
+
+
+def test_a_title_of_half_as_many_cells_is_no_header_of_pairs() -> None:
+    lines = ["Rig A, Monday", "time [ms],body_height [mm],k_gain,state", *WHOLE]
+    result = read(lines, decimal_sign=",", delimiter=",")
+    assert not result.refused
+    assert result.parts[0].channels[0].values == pytest.approx(np.round(HEIGHTS, 3), abs=1e-12)
+
+
+def test_a_header_row_that_is_declared_names_the_pairs() -> None:
+    lines = ["time [s],body_height [mm]", "# taken on Monday", *COMMAS]
+    check_heights(read(lines, decimal_sign=",", delimiter=",", header_row=1))
 
 
 def test_a_row_that_is_no_row_of_pairs_is_never_guessed_at() -> None:
