@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
+from ingest.channels.declared import declared_columns
+from ingest.channels.factors import refuse_two_units
 from ingest.findings import FindingCollector
 from ingest.model import Declarations
 from ingest.tables.cell_units import without_cell_units
-from ingest.tables.layout import find_layout
+from ingest.tables.header_cells import normal_unit
+from ingest.tables.layout import Layout, find_layout
 from ingest.tables.preamble import read_preamble
 from ingest.tables.rows import read_rows
 from ingest.tables.second_header import check_above
@@ -42,6 +45,18 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
         return read_rows(source, layout, wanted, findings)
 
     preamble = read_preamble((*source.comments, *layout.preamble))
-    units = tuple(cell_units.get(position) or unit for position, unit in enumerate(layout.units))
+    units = _units(layout, cell_units, declared, findings)
     shape = layout.shape if pairs is None else dataclasses.replace(layout.shape, delimiter=",")
     return Table(layout.names, units, layout.kinds, preamble, rows, text=shape)
+
+
+def _units(
+    layout: Layout, cell_units: Mapping[int, str], declared: Declarations, findings: FindingCollector
+) -> tuple[str | None, ...]:
+    """Return the units of the columns, from their cells or the row of units; two different ones refuse the file."""
+    said = declared_columns(declared, layout.names) if declared.override_units else {}
+    for position, (name, unit) in enumerate(zip(layout.names, layout.units, strict=True)):
+        decided = position in said and said[position].unit is not None
+        if not decided:
+            refuse_two_units(name, normal_unit(unit or ""), cell_units.get(position), findings)
+    return tuple(cell_units.get(position) or unit for position, unit in enumerate(layout.units))

@@ -59,8 +59,8 @@ def _header(above: Sequence[Line], declared: Declarations) -> Line | None:
 
 def _refuse_unnamed(row: Line, columns: int, findings: FindingCollector) -> None:
     message = (
-        f"No header says whether the rows are {2 * columns} whole numbers or {columns} with a decimal comma: declare the "
-        "names' line as `header_row` in a profile, or leave `--decimal ,` out where no number has decimals."
+        f"No header says whether the rows are {2 * columns} whole numbers or {columns} with a decimal comma: declare "
+        "the names' line as `header_row` in a profile, or leave `--decimal ,` out where no number has decimals."
     )
     findings.add(FILE, "decimal_comma_unquoted", message, lines=[row.number])
 

@@ -121,6 +121,14 @@ def test_units_in_cells_against_those_of_the_header_are_refused() -> None:
     assert refusal(read(["time;body_height", *with_units()], columns={"body_height": ColumnDeclaration(unit="cm")}))
 
 
+def test_a_row_of_units_against_those_of_the_cells_is_refused() -> None:
+    said = refusal(read(["time;body_height", "ms;m", *with_units()]))
+    assert said.rule == "unit_contradicts"
+    check_heights(read(["time;body_height", "ms;mm", *with_units()]))
+    columns = {"time": ColumnDeclaration("time", "ms"), "body_height": ColumnDeclaration("body_height", "mm")}
+    check_heights(read(["time;body_height", "s;m", *with_units()], columns=columns, override_units=True))
+
+
 def test_two_units_in_one_column_are_refused_with_the_cell() -> None:
     for odd in ("31.1 cm", "311", "311 furlong"):
         rows = with_units()
