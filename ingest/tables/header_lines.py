@@ -52,7 +52,8 @@ def find_header(split: Split) -> HeaderLines:
 def with_units_joined(cells: list[bytes], width: int) -> list[bytes]:
     """Return the cells of a header between blanks, `time [s] height [m]`, with each unit in the cell of its name.
 
-    Where that does not make `width` cells, a name is all that stands before its unit: `body height [m]`.
+    A cell without a unit may be the first word of a name, `body height [m]`: it counts as a name of its own only
+    where it is known. Else a name is all that stands before its unit, where that makes `width` cells.
     """
     if len(cells) <= width or not any(map(_UNIT_ALONE.fullmatch, cells)):
         return cells
@@ -68,7 +69,8 @@ def with_units_joined(cells: list[bytes], width: int) -> list[bytes]:
         if unit:
             names.append([])
     whole = [b" ".join(name) for name in names if name]
-    return next((joined for joined in (pairs, whole) if len(joined) == width), cells)
+    possible = [pairs, whole] if all(_is_name(name.decode("latin-1")) for name in pairs) else [whole]
+    return next((joined for joined in possible if len(joined) == width), cells)
 
 
 def _whole_row(row: Row, split: Split) -> Row:

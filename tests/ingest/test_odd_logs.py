@@ -180,6 +180,13 @@ def test_a_header_by_blanks_with_units_of_some_columns() -> None:
     check_heights(read(["time [s] state body_height [m]", *rows]))
 
 
+def test_a_name_of_two_words_beside_one_without_a_unit_is_refused() -> None:
+    """`body height [m]` over a column each of four: the height was read from the third."""
+    rows = [f"{t} {h:.5f} 0.7 3" for t, h in zip(TIMES, HEIGHTS, strict=True)]
+    assert refusal(read(["time [s] body height [m] load", *rows])).rule == "header_mismatch"
+    check_heights(read(["time [s] body_height [m] seq load [N]", *rows]))
+
+
 def test_that_header_again_inside_the_rows_is_skipped() -> None:
     rows = [f"{t} {h:.5f}" for t, h in zip(TIMES, HEIGHTS, strict=True)]
     header = "time [s] body_height [m]"
