@@ -34,8 +34,9 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
         return None
     if pairs is not None:
         source, declared = pairs, dataclasses.replace(declared, delimiter=BETWEEN)
-    sign = None if declared.delimiter is None else declared.delimiter.encode("latin-1")
-    source, cell_units = without_cell_units(source, sign, findings)
+    source, cell_units = without_cell_units(source, declared, findings)
+    if "cell_units_too_large" in findings:
+        return None
     layout = find_layout(source, declared, findings)
     if layout is None:
         return None

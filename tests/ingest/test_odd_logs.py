@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +13,8 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, Finding, ReadFile
 from ingest.read import read_file
+from ingest.spool.mapped_bytes import map_and_hash
+from ingest.tables import cell_units
 from tests.ingest.formats.test_excel import workbook
 
 HEIGHTS = [0.30 + 0.05 * abs(math.sin(k / 20)) for k in range(120)]
@@ -136,6 +140,43 @@ def test_two_units_in_one_column_are_refused_with_the_cell() -> None:
         said = refusal(read(["time;body_height", *rows]))
         assert said.rule == "cell_units_differ"
         assert (said.line, said.value) == (72, odd)
+
+
+@pytest.mark.parametrize(
+    ("above", "below"),
+    [
+        (["load;250", "3;7", "time;body_height"], []),
+        (["3;7", "# time;body_height"], []),
+        (["# 3;250", "time;body_height"], ["# mean"]),
+        (["time;body_height"], ["total;250"]),
+    ],
+    ids=["preamble", "commented header", "comments", "footer"],
+)
+def test_lines_that_are_no_rows_need_no_units(above: list[str], below: list[str]) -> None:
+    header = next(line for line, text in enumerate(above, start=1) if "time" in text)
+    for header_row in (header, None):
+        result = read([*above, *with_units(), *below], header_row=header_row)
+        assert "cell_units_differ" not in {finding.rule for finding in result.findings}
+    check_heights(read([*above, *with_units(), *below], header_row=header))
+
+
+def test_a_row_without_units_above_the_first_with_is_refused() -> None:
+    said = refusal(read(["time;body_height", "0 ms;300", *with_units()]))
+    assert (said.rule, said.line) == ("cell_units_differ", 2)
+
+
+def test_lines_are_counted_across_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cell_units, "_BLOCK_BYTES", 100)
+    rows = with_units()
+    check_heights(read(["time;body_height", *rows]))
+    rows[70:71] = ["", "350 ms;31.1 cm"]
+    assert refusal(read(["time;body_height", *rows])).line == 73
+
+
+def test_units_in_the_cells_of_a_mapped_file_are_refused(tmp_path: Path) -> None:
+    data = "\n".join(["time;body_height", *with_units()]).encode()
+    large, _ = map_and_hash(data, io.BytesIO(), tmp_path)
+    assert refusal(read_file(large, Declarations())).rule == "cell_units_too_large"
 
 
 def test_a_missing_value_among_units_is_missing() -> None:
