@@ -26,6 +26,8 @@ _CONTINUOUS = 5.0
 _LONGEST_STEP_S = 3600.0
 _MAKES_UP = 50
 """Bursts within which a delay is made up for; later ones would take the drift of a clock for it."""
+_ENDS = 50
+"""Bursts at either end, a third of all at most, whose usual lateness says how long a recording took."""
 _MOST_ROWS = 1 << 20
 """A long recording that does not begin in bursts has none."""
 
@@ -94,18 +96,18 @@ def from_bursts(seconds: FloatArray, ordinals: IntArray, starts: IntArray, numbe
     """
     counts = (ordinals if numbers is None else numbers).copy()
     last_of_burst = np.append(starts[1:], len(counts)) - 1
-    # How much of the last burst the file holds says nothing: neither its size nor when it came is judged.
+    # How much of the last burst the file holds says nothing; when it came, only what it made up for.
     brought = np.diff(counts[last_of_burst])[:-1]
-    passed = np.diff(seconds[starts])[:-1]
+    between = np.diff(seconds[starts])
+    passed = between[:-1]
     period, tolerated = _period(passed, brought)
     lateness = np.concatenate([[0.0], np.cumsum(passed - brought * period)])
-    lasting = _lowest_from_here(lateness)
-    for_good = np.diff(lasting)
+    of_last = lateness[-1] + between[-1] - float(np.median(brought)) * period
+    for_good = np.diff(_lowest_from_here(np.append(lateness, of_last))[:-1])
     missing = np.where(for_good > tolerated, np.rint(for_good / period), 0).astype(np.int64)
     paused = for_good > max(PAUSE_S, PAUSE_PERIODS * period)
-    passing = lateness - lasting
-    recorded = float(passed[~paused].sum()) + float(passing[0] - passing[-1])
-    rate = float((brought + missing)[~paused].sum()) / recorded if recorded > 0 else 1 / period
+    took = np.concatenate([[0.0], np.cumsum(np.where(paused, brought * period, passed))])
+    rate = _rate(took, np.concatenate([[0], np.cumsum(brought + np.where(paused, 0, missing))]))
     for start, number in zip(starts[1:-1][missing > 0].tolist(), missing[missing > 0].tolist(), strict=True):
         counts[start:] += number
     even = from_rate(counts, ordinals, rate)
@@ -124,6 +126,15 @@ def _period(passed: FloatArray, brought: IntArray) -> tuple[float, float]:
     tolerated = max(0.75 * usual, 5 * 1.4826 * float(np.median(np.abs(late - np.median(late)))))
     in_time = np.abs(late) <= tolerated
     return float(passed[in_time].sum() / brought[in_time].sum()) if in_time.any() else usual, tolerated
+
+
+def _rate(took: FloatArray, samples: IntArray) -> float:
+    """Return the samples over the time that they took, each counted until a burst, by the medians at either end."""
+    few = max(1, min(_ENDS, len(took) // 3))
+    period = (took[-1] - took[0]) / (samples[-1] - samples[0])
+    late = took - samples * period
+    drift = (np.median(late[-few:]) - np.median(late[:few])) / (np.median(samples[-few:]) - np.median(samples[:few]))
+    return float(1 / (period + drift))
 
 
 def _lowest_from_here(lateness: FloatArray) -> FloatArray:
