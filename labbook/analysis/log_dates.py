@@ -9,7 +9,7 @@ from zoneinfo import ZoneInfo
 
 from data_schema.vocabulary import Severity
 from ingest.model import Finding, SignalPart
-from ingest.timebase.clock_formats import parse_stamp
+from ingest.timebase.clock_formats import day_of, parse_stamp
 
 ABOUT_DAY = "log_day_differs"
 """The rule of a log that begins on another day than its run."""
@@ -46,7 +46,7 @@ def other_day(start_utc: str | None, run_day: str, zone: str | None) -> OtherDay
     if abs(of_log - of_run) <= _NEAR:
         return None
     turned = _turned(of_log)
-    return OtherDay(of_log, of_run, turned is not None and abs(turned - of_run) <= _NEAR)
+    return OtherDay(of_log, of_run, turned is not None and timedelta(0) <= turned - of_run <= _NEAR)
 
 
 def day_notes(parts: Iterable[SignalPart], run: str, run_day: str, zone: str | None) -> list[Finding]:
@@ -88,8 +88,10 @@ def _other_order(text: str, read_as: date) -> str | None:
     stamp = parse_stamp(text)
     if stamp is None or stamp.date is None or len(stamp.date[0]) == 4:
         return None
-    month_first = int(stamp.date[0]) == read_as.month
-    return "d/m/y" if month_first else "m/d/y"
+    for order, other in (("m/d/y", "d/m/y"), ("d/m/y", "m/d/y")):
+        if day_of(stamp, order) == read_as and day_of(stamp, other) == _turned(read_as):
+            return other
+    return None
 
 
 def _finding(severity: Severity, rule: str, message: str, value: str | None) -> Finding:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from ingest.model import SignalPart
+from labbook.analysis.log_dates import swapped_day
 from tests.cli.shell import Answer, good, labbook, rows
 from tests.helpers.books import SmallBook, small_book
 
@@ -57,6 +60,25 @@ def test_another_reading_with_day_and_month_swapped_leaves_the_one_before(early:
     good(labbook("ingest", log, "--dates", "d/m/y", at=early.folder))
     assert labbook("ingest", log, "--dates", "m/d/y", at=early.folder).code == 2
     assert rows(early.folder, "SELECT start_utc FROM signal")[0][0].startswith("2021-05-06")
+
+
+@pytest.mark.parametrize(
+    ("text", "of_log", "of_run", "order"),
+    [
+        ("04/03/2024", "2024-03-04", "2024-04-03", "m/d/y"),
+        ("03/04/2024", "2024-03-04", "2024-04-03", "d/m/y"),
+        ("04/03/2024", "2024-03-04", "2024-04-04", None),
+        ("04/03/2024", "2024-03-04", "2024-04-02", "m/d/y"),
+        ("24/03/04", "2024-03-04", "2024-04-03", None),
+        ("2024-03-04", "2024-03-04", "2024-04-03", None),
+    ],
+)
+def test_a_swap_is_what_makes_the_log_of_the_day_of_its_run(
+    text: str, of_log: str, of_run: str, order: str | None
+) -> None:
+    part = SignalPart("log", np.arange(2.0), 1.0, f"{of_log}T10:00:00Z", f"{text} 10:00:00", (), ())
+    found = swapped_day([part], "r001", of_run, "UTC")
+    assert [f"--dates {order}" in finding.message for finding in found] == ([] if order is None else [True])
 
 
 def test_log_of_another_day_is_told_with_both_dates_and_again_by_a_rebuild(stated: SmallBook, tmp_path: Path) -> None:
