@@ -48,20 +48,23 @@ def _slow(pattern: str) -> str | None:
         return f"{pattern!r} has the flag x: write it without, and without blanks between its signs."
     signs = _SIGN.findall(pattern)
     ways = [0.0]  # of each open group, in bits
+    alternatives = [1]
     for place, sign in enumerate(signs):
         least, most = _counts(signs, place + 1)
         if sign.startswith("(") and not sign.endswith(")"):
             ways.append(0.0)
+            alternatives.append(1)
         elif sign == ")" and len(ways) > 1:
-            inside = ways.pop()
+            inside = ways.pop() + math.log2(alternatives.pop())
             ways[-1] += most * inside + math.log2(most - least + 1)
         elif sign == "|":
-            ways[-1] += 1.0
+            alternatives[-1] += 1
         elif most > least and not _ends_in_one_way(signs, place):
             ways[-1] += math.log2(most - least + 1)
-    if sum(ways) > MOST_BITS:
+    bits = sum(ways) + sum(map(math.log2, alternatives))
+    if bits > MOST_BITS:
         return (
-            f"{pattern!r} can match a name in 2 to the power of {sum(ways):.0f} ways, which takes too long: name the "
+            f"{pattern!r} can match a name in 2 to the power of {bits:.0f} ways, which takes too long: name the "
             "letters between its wildcards, and repeat no group that repeats or has alternatives itself."
         )
     return None

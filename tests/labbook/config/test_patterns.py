@@ -23,6 +23,8 @@ USUAL = [
     r"(?P<run>[a-z]+_?\d+)(?:log|raw)?.*\.(?:csv|txt|dat)$",
     r"^\d{8}[-_]\d{6}[-_](?P<run>r\d{3})(?:_[a-z]+)?(?:_v\d)?\.csv(?:\.gz)?$",
     r"^(?:\w+ )?(?P<run>(?:[a-z]+-)+\d+)",
+    rf"(?P<run>{'|'.join(f'r{number:03}' for number in range(30))})\.csv",
+    "|".join(["(?P<run>r1)", *(f"r{number}" for number in range(2, 40))]),
 ]
 ENDLESS = [
     r"(?P<run>(\d+)*x)",
@@ -41,6 +43,7 @@ ENDLESS = [
     r"(?P<run>a)(?:\w{1,20}){15}!",
     r"(?i)(?P<run>a)([a-z]+A)+!",
     r"(?P<run>a)(\w+\b\w?)+!",
+    rf"(?P<run>{'(a|a|a|a|a|a|a|a)' * 10})b",
     r"(?P<run>(?:a+|b)+)c",
     r"(?x)(?P<run>a* a* a* a* a* b)",
 ]
