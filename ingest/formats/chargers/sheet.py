@@ -80,13 +80,21 @@ def _report_columns(header: SheetHeader, declared: Declarations, findings: Findi
     """Refuse two columns that may both be what was measured, and units that contradict each other."""
     for role, rival in header.rivals.items():
         column = header.columns[role]
+        said = f"{role}:{column.unit or STORED_UNIT[role]}" if role in FACTORS else role
         message = (
             f"Columns {column.name!r} and {rival!r} may both be the {role.replace('_', ' ')}: "
-            f'say which with `--column "{column.name}={role}:{column.unit or STORED_UNIT[role]}"`.'
+            f'say which with `--column "{column.name}={said}"`.'
         )
         findings.add(FILE, "column_ambiguous", message, column=rival)
-    for column in header.columns.values():
-        refuse_other_unit(column.name, column.header_unit, column.unit, declared, findings)
+    for role, column in header.columns.items():
+        if role in FACTORS:
+            refuse_other_unit(column.name, column.header_unit, column.unit, declared, findings)
+            if column.unit is not None and column.unit not in FACTORS[role]:
+                message = (
+                    f"Column {column.name!r} is declared as {role} and its unit is {column.unit}: say which it is in "
+                    f'with `--column "{column.name}={role}:{STORED_UNIT[role]}" --override-units`, or declare another.'
+                )
+                findings.add(FILE, "unit_not_convertible", message, column=column.name, value=column.unit)
 
 
 def _refuse_capacity(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> None:
@@ -249,7 +257,11 @@ def _use(header: SheetHeader, decimal: str, declared: Declarations) -> TableUse:
 
 
 def _ended(text: Mapping[str, str]) -> str:
-    return f"{text.get('date', '')} {text.get('ended', '')}".strip()
+    """Return when a recharge ended as written; a date of its own in `ended` counts, not that of the column of dates."""
+    ended = text.get("ended", "")
+    stamp = parse_stamp(ended)
+    whole = stamp is not None and stamp.date is not None
+    return ended if whole else f"{text.get('date', '')} {ended}".strip()
 
 
 def _date_order(header: SheetHeader, rows: list[list[str]], head: Head, findings: FindingCollector) -> str | None:

@@ -20,16 +20,19 @@ ROLES = {
     "duration": "minutes, min, mins, seconds, hours, duration, time, charge time, charging time, recharge time",
     "end_voltage": "end voltage, voltage, final voltage, end v, v end, volts, v",
     "pack": "pack, battery, pack id, battery id, lipo, accu",
-    "ended": "ended, end time, finished, date, datetime, date and time, when, ended at, time ended",
+    "ended": "ended, end time, finished, datetime, date and time, when, ended at, time ended",
     "mode": "mode, program",
-    "date": "",
+    "date": "date",
 }
 """What a column of a sheet holds, and the names under which people write it."""
 
 _ROLE_OF = {squash(word): role for role, words in ROLES.items() for word in words.split(",") if word}
 
 # Of two columns of one role the more telling name counts: what was charged, not what the pack can hold.
-_LESS_TELLING = {"mah": 1, "ah": 1, "charge": 1, "capacity": 2, "voltage": 1, "volts": 1, "v": 1}
+_LESS_TELLING = {
+    "mah": 1, "ah": 1, "charge": 1, "capacity": 2, "voltage": 1, "volts": 1, "v": 1,
+    "datetime": 1, "dateandtime": 1, "when": 1,
+}  # fmt: skip
 _DECLARED = -1
 
 # Names that are units themselves, and the end voltage of labbook's own sheet, which is in volts by definition.
@@ -123,15 +126,15 @@ def _header(
     said = declared_columns(declared, names)
     for position, text in enumerate(names):
         role, column = _column(position, text, said.get(position))
-        # A column `battery [V]` is a voltage over time and no name of a pack.
-        fits = column.unit is None or (role in FACTORS and column.unit in FACTORS[role])
+        # A column `battery [V]` is a voltage over time and no name of a pack; `beendet um` may be declared as `ended`.
+        fits = column.rank == _DECLARED or column.unit is None or column.unit in FACTORS.get(role or "", {})
         if role is not None and fits:
             found.setdefault(role, []).append(column)
     columns, rivals = {}, {}
     for role, candidates in found.items():
         columns[role] = min(candidates, key=lambda column: column.rank)
         equal = [column.name for column in candidates if column.rank == columns[role].rank]
-        if role in FACTORS and len(equal) > 1:
+        if len(equal) > 1 and (role in (*FACTORS, "ended") or columns[role].rank == _DECLARED):
             rivals[role] = equal[1]
     used = {column.position for column in columns.values()}
     ignored = tuple(text for position, text in enumerate(names) if text and position not in used)

@@ -147,3 +147,41 @@ def test_cells_that_a_spreadsheet_would_run_stay_plain_text() -> None:
 def test_a_log_with_a_charge_column_is_no_sheet() -> None:
     rows = "\n".join(f"{1000 * second},{second},{16.0 + second / 1000:.3f}" for second in range(100))
     assert read(f"time [ms],charge [mAh],battery [V]\n{rows}\n").format == "delimited_log"
+
+
+@pytest.mark.parametrize("name", ["beendet um", "fertig um", "Ende [m]"])
+def test_a_declared_column_is_used_whatever_its_name_ends_in(name: str) -> None:
+    said = {"Datum": ColumnDeclaration("date"), name: ColumnDeclaration("ended")}
+    declared = Declarations(columns=said, date_format="d.m.y", time_zone="America/New_York")
+    (charge,) = read(f"run,Datum,{name},mAh\nr1,05.06.2021,09:30,461\n", declared).charges
+    assert charge.ended_utc == "2021-06-05T13:30:00.000000Z"
+
+
+def test_a_declared_column_in_a_unit_of_another_quantity_is_refused() -> None:
+    result = read("run,in [V],minutes\nr1,461,12\n", Declarations(columns={"in [V]": ColumnDeclaration("charge")}))
+    assert "unit_not_convertible" in rules(result)
+    assert result.refused
+
+
+@pytest.mark.parametrize(
+    "sheet",
+    [
+        "run,date,ended,charge (mAh)\nr1,2021-06-05,09:30,461\n",
+        "run,date,end time,charge (mAh)\nr1,2021-06-05,09:30,461\n",
+        "run,ended,date,charge (mAh)\nr1,09:30,2021-06-05,461\n",
+        "run,ended,date,charge (mAh)\nr1,2021-06-05 09:30,2021-06-04,461\n",
+        "run,when,ended,charge (mAh)\nr1,2021-06-05 09:00,2021-06-05 09:30,461\n",
+        "run,date,charge (mAh)\nr1,2021-06-05 09:30,461\n",
+    ],
+)
+def test_the_end_of_a_recharge_with_its_date_in_any_order_of_columns(sheet: str) -> None:
+    (charge,) = read(sheet).charges
+    assert charge.ended_utc == "2021-06-05T13:30:00.000000Z"
+
+
+@pytest.mark.parametrize("said", [{}, {"over": ColumnDeclaration("ended"), "out": ColumnDeclaration("ended")}])
+def test_two_columns_that_may_both_be_the_end_are_refused(said: dict[str, ColumnDeclaration]) -> None:
+    header = "over,out" if said else "ended,end time"
+    result = read(f"run,{header},mAh\nr1,2021-06-05 09:30,2021-06-05 11:30,461\n", Declarations(columns=said))
+    assert "column_ambiguous" in rules(result)
+    assert result.refused
