@@ -26,6 +26,8 @@ class ChargeOfRun:
     end_voltage_v: float | None
     mode: str
     stated_pack: str | None
+    ended_utc: str | None
+    ended_original: str | None
 
 
 def charges_by_run(connection: sa.Connection) -> dict[str, list[ChargeOfRun]]:
@@ -73,6 +75,8 @@ def _charges() -> sa.Select[Any]:
             charge.c.end_voltage_v,
             charge.c.mode,
             sa.func.coalesce(battery.c.name, charge.c.stated_pack),
+            charge.c.ended_utc,
+            charge.c.ended_original,
         )
         .outerjoin(run, charge.c.run == run.c.id)
         .outerjoin(battery, charge.c.battery == battery.c.id)

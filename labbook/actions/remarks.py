@@ -193,6 +193,21 @@ def _charge(run: RunRow, charges: Sequence[ChargeOfRun], background: Background)
     return None
 
 
+def _ended(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+    """Question a recharge that was over before its run began; of a date alone midnight is stored, so its day counts."""
+    for charge in charges:
+        if charge.ended_utc is None:
+            continue
+        ended = datetime.datetime.fromisoformat(charge.ended_utc)
+        before = ended.astimezone(ZoneInfo(background.study.time_zone)).date().isoformat() < run.day
+        if run.started_utc is not None and ":" in (charge.ended_original or ""):
+            before = ended < datetime.datetime.fromisoformat(run.started_utc)
+        if before:
+            began = f"{run.started_utc} (UTC)" if run.started_utc is not None else run.day
+            return f"run {run.name} began {began} and its charge ended before, at {charge.ended_original}"
+    return None
+
+
 def _pack(run: RunRow, charges: Sequence[ChargeOfRun], _background: Background) -> str | None:
     for charge in charges:
         if charge.stated_pack is not None and charge.stated_pack != run.battery:
@@ -224,6 +239,7 @@ RULES: Mapping[str, Rule] = {
     "log_day_differs": Rule(frozenset({"day", "log"}), _log_day, alike=False),
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),
     "charge_unusual": Rule(frozenset({"charge_mah", "battery", "run"}), _charge),
+    "charge_before_run": Rule(frozenset({"charge_mah", "ended_utc", "started_utc", "day", "run"}), _ended, alike=False),
     "pack_differs": Rule(frozenset({"battery", "stated_pack", "run"}), _pack),
     "differs_from_plan": Rule(frozenset({"condition", "kind"}), _plan, alike=False),
 }

@@ -34,12 +34,14 @@ Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 class RigLine:
     """What is said of a run; `jumps_off` is by how many the jumps found differ from those made.
 
-    `outside`: its joules are out of their control limits.
+    `charge_odd`: its charge is one that the pack cannot have taken after it; `outside`: its joules are out of their
+    control limits.
     """
 
     text: str
     jumps_off: int = 0
     logs_do_not_count: bool = False
+    charge_odd: bool = False
     outside: bool = False
 
 

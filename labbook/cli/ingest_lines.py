@@ -11,6 +11,7 @@ from data_schema.vocabulary import IngestStatus, Severity
 from ingest.model import Finding
 from labbook.actions.ingesting import FileOutcome
 from labbook.actions.missing_height import MissingHeight, missing_height_lines
+from labbook.actions.remarks import remarks_on
 from labbook.actions.rig_line import RigLine, rig_lines
 from labbook.analysis.detections import Detections
 from labbook.analysis.gathering import Evidence, gather
@@ -102,6 +103,10 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
         evidence = gather(connection, book.configuration, None)
         for name, line in rig_lines(Detections(connection, book.store), files, evidence).items():
             found[last[name]].append(line)
+        charged = [name for name, prepared in files.items() if any(each.read.charges for each in prepared)]
+        remarks = remarks_on(connection, book.configuration, charged, ["charge_mah"])
+    for remark in remarks:
+        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", charge_odd=True))
     for run in evidence.runs:
         if run.name in last:
             found[last[run.name]] += _logs_too_many(run, evidence)

@@ -14,7 +14,7 @@ from labbook.cli.ingest_lines import file_head, file_line, needs_a_person, noted
 
 MOST_LISTED = 12
 """More files or runs than this with nothing to say about them are counted, not listed: a day at the rig has fewer."""
-_REFUSED, _NO_HEIGHT, _JUMPS, _LOGS, _ROWS, _NO_RUN, _LIMITS = range(7)
+_REFUSED, _NO_HEIGHT, _JUMPS, _LOGS, _CHARGE, _ROWS, _NO_RUN, _LIMITS = range(8)
 """What needs attention, gravest first."""
 
 
@@ -134,11 +134,13 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
 
 
 def _of_run(line: RigLine) -> tuple[int, int]:
-    """Rank what is said of a run: how many jumps are not as made, logs too many, joules out of limits, nothing."""
+    """Rank what is said of a run: jumps not as made, logs too many, an odd charge, joules out of limits, nothing."""
     if line.jumps_off:
         return _JUMPS, -line.jumps_off
     if line.logs_do_not_count:
         return _LOGS, 0
+    if line.charge_odd:
+        return _CHARGE, 0
     return (_LIMITS, 0) if line.outside else (_LIMITS + 1, 0)
 
 

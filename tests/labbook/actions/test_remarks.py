@@ -11,11 +11,13 @@ import pytest
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.days import checks_by_day
 from labbook.actions.correcting import correct, runs_corrected, void
+from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.remarks import MOST_NAMED, RULES, Remark, remark_lines, remarks_on, remarks_on_check
 from labbook.actions.runs_importing import RunsImported, import_runs
 from labbook.actions.typed_charge import state_charge
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
+from labbook.cli.ingest_lines import rig_lines_of
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
 
 NEXT_YEAR = (datetime.datetime.now(datetime.UTC) + datetime.timedelta(days=366)).date().isoformat()
@@ -148,6 +150,32 @@ def test_a_charge_is_compared_with_the_pack_of_its_run(stated: SmallBook) -> Non
         (differs,) = after_correction(book, "r001", "battery=C")
         assert differs.message == "run r001 was made with pack C and its charge is of pack A."
         assert rules([differs]) == ["pack_differs"]
+
+
+@pytest.mark.parametrize(
+    ("mah", "ended", "rule"),
+    [
+        ("461", "2021-06-14 10:00", None),
+        ("461", "2021-06-14", None),
+        ("461", "2021-06-13", "charge_before_run"),
+        ("461", "2021-06-14 09:29", "charge_before_run"),
+        ("461", "2021-06-12 10:00", "charge_before_run"),
+        ("11900", "2021-06-14 10:00", "charge_unusual"),
+    ],
+)
+def test_a_charge_that_cannot_be_is_questioned_at_ingest(
+    mah: str, ended: str, rule: str | None, stated: SmallBook
+) -> None:
+    path = stated.folder.parent / "odd.csv"
+    path.write_text(f"run,mAh,minutes,end_voltage,pack,ended\nr001,{mah},12,16.8,A,{ended}\n")
+    with stated.open() as book:
+        outcome = ingest_file(book, path, IngestRequest(person=ADA))
+        (lines,) = rig_lines_of(book, [outcome])
+        assert [line.charge_odd for line in lines] == ([False] if rule is None else [False, True])
+        with book.reading() as connection:
+            (charge,) = charges_of_run(connection, run_named(connection, "r001").uid)
+        said = rules(after_correction(book, f"charge:{charge.uid}", f"charge_mah={float(mah) + 1}"))
+        assert said == ([] if rule is None else [rule])
 
 
 def test_a_check_without_the_unit_of_earlier_ones_is_remarked(stated: SmallBook) -> None:
