@@ -10,6 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.chunks import in_chunks
+from data_schema.queries.signals import GapRow, gaps_by_signal
 from data_schema.row_hashes import written
 from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.people import config, journal, person
@@ -58,6 +59,8 @@ class PartRow:
     n_samples: int
     channels: tuple[tuple[str, str | None], ...]
     columns: tuple[str, ...]
+    start_utc: str | None
+    gaps: tuple[GapRow, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,11 +149,13 @@ def parts_of_reading(connection: sa.Connection, ingest_uid: str) -> list[PartRow
     query = (
         sa.select(
             signal.c.id,
+            signal.c.uid,
             signal.c.part,
             signal.c.sha256,
             signal.c.time_sha256,
             signal.c.rate_hz,
             signal.c.n_samples,
+            signal.c.start_utc,
         )
         .join(ingest, signal.c.ingest == ingest.c.id)
         .where(ingest.c.uid == ingest_uid)
@@ -167,7 +172,11 @@ def parts_of_reading(connection: sa.Connection, ingest_uid: str) -> list[PartRow
     for owner, name, unit, column in connection.execute(of_rows):
         channels[owner].append((name, unit))
         columns[owner].append(column)
-    return [PartRow(*row[1:], tuple(channels[row.id]), tuple(columns[row.id])) for row in rows]
+    gaps = gaps_by_signal(connection, [row.uid for row in rows])
+    return [
+        PartRow(*row[2:7], tuple(channels[row.id]), tuple(columns[row.id]), row.start_utc, gaps[row.uid])
+        for row in rows
+    ]
 
 
 def set_status(connection: sa.Connection, ingest_uid: str, status: IngestStatus) -> None:

@@ -74,11 +74,14 @@ def said_by_rows(connection: sa.Connection, file_uid: str) -> dict[str, tuple[An
         sa.select(
             charge.c.uid,
             charge.c.charge_mah,
+            charge.c.resolution_mah,
             charge.c.duration_s,
             charge.c.end_voltage_v,
             charge.c.mode,
             charge.c.stated_run,
             charge.c.stated_pack,
+            charge.c.ended_utc,
+            charge.c.ended_original,
             charge.c.run,
         )
         .join(file, charge.c.file == file.c.id)

@@ -51,7 +51,7 @@ def changes(old: Gave, new: Gave) -> list[str]:
         before = old.parts.get(name)
         if before is None:
             said.append(f"part {name!r} is new: {part.n_samples} samples of {_channels(part)}")
-        elif before.sha256 != part.sha256:
+        elif before != part:
             said += [f"{text}{f' in part {name!r}' if len(new.parts) > 1 else ''}" for text in _part(before, part)]
         if name in old.jumps and name in new.jumps and old.jumps[name] != new.jumps[name]:
             said.append(f"{new.jumps[name]} jumps found, were {old.jumps[name]}")
@@ -73,7 +73,11 @@ def _part(old: PartRow, new: PartRow) -> list[str]:
         said.append(f"{_rate(new)}, was {_rate(old)}")
     if old.n_samples != new.n_samples:
         said.append(f"{new.n_samples} samples, were {old.n_samples}")
-    return said or ["values differ"]
+    if old.start_utc != new.start_utc:
+        said.append(f"starts at {new.start_utc or 'no known instant'}, was {old.start_utc or 'no known instant'}")
+    if old.gaps != new.gaps:
+        said.append(f"{len(new.gaps)} gaps, were {len(old.gaps)}" if len(old.gaps) != len(new.gaps) else "gaps differ")
+    return said or (["values differ"] if old.sha256 != new.sha256 else [])
 
 
 def _charges(old: Gave, new: Gave) -> list[str]:

@@ -139,6 +139,20 @@ def test_numbers_of_an_earlier_reading_become_stale_and_their_ids_still_answer(t
     rebuilt_alike(small)
 
 
+def test_a_reading_that_gives_the_same_makes_nothing_stale(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    sheet = next((small.instruments / "charger").glob("*.csv"))
+    with small.open() as book:
+        state_report(book, None, ADA, lambda _step: None)
+        for path, column in ((small.log("r001"), "body_height [m]"), (sheet, "mAh")):
+            said = {"channel": "charge", "unit": "mAh"} if column == "mAh" else {"channel": "body_height", "unit": "m"}
+            again = take(book, path, {"columns": {column: said}})
+            assert again.changes == ("nothing comes out otherwise",)
+        query = "SELECT count(*) FROM result WHERE stale = 1"
+        with book.reading() as connection:
+            assert connection.exec_driver_sql(query).scalar() == 0
+
+
 def test_in_a_batch_what_is_declared_is_for_new_files(home: tuple[SmallBook, Path]) -> None:
     small, path = home
     with small.open() as book:
