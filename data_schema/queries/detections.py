@@ -95,10 +95,15 @@ def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> No
 
 
 def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | None) -> dict[str, int]:
-    """Return how many jumps an algorithm found in each part of a reading; the last one that looked, without a name."""
+    """Return how many jumps an algorithm found in each part of a reading; the last one that looked, without a name.
+
+    A stance without a flight that has an apex is no jump found, as where jumps found are set beside jumps made.
+    """
     looked = signal.alias("looked")  # the same samples may have been looked at in an earlier reading, or another file
+    found = sa.select(sa.func.count()).where(jump.c.detection == detection.c.id, jump.c.undefined_reason.is_(None))
     query = (
-        sa.select(signal.c.part, detection.c.n_jumps)
+        sa.select(signal.c.part, found.scalar_subquery().label("n"))
+        .select_from(detection)
         .join(looked, detection.c.signal == looked.c.id)
         .join(signal, signal.c.sha256 == looked.c.sha256)
         .join(ingest, signal.c.ingest == ingest.c.id)
@@ -107,7 +112,7 @@ def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | Non
     )
     if algorithm is not None:
         query = query.where(detection.c.algorithm == algorithm)
-    return {row.part: row.n_jumps for row in connection.execute(query)}
+    return {row.part: row.n for row in connection.execute(query)}
 
 
 def _private_keys(connection: sa.Connection, name: sa.Column[str], names: Sequence[str]) -> dict[str, int]:

@@ -127,6 +127,15 @@ def decide(
     return stated
 
 
+def without_apex(found: RunReview, numbers: Collection[int]) -> list[str]:
+    """Say which of these are no jumps: without an apex nothing of them counts, whatever the verdict."""
+    return [
+        f"{item.jump.number} of run {found.run.name} has no apex ({item.jump.undefined_reason}): it counts neither way."
+        for item in found.jumps
+        if item.jump.number in numbers and item.jump.apex_height_m is None
+    ]
+
+
 def _stands(standing: DecisionRow | None, person: str, verdict: str, reason: str, note: str | None) -> bool:
     """Tell whether a verdict would say again what stands; one that is taken back leaves none."""
     if standing is None:

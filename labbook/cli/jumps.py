@@ -108,7 +108,7 @@ def _decide(
     person: AsOption,
     as_json: bool,
 ) -> None:
-    from labbook.actions.jump_review import decide, jumps_meant, review
+    from labbook.actions.jump_review import decide, jumps_meant, review, without_apex
     from labbook.actions.not_allowed import reason_remarks
     from labbook.book.opening import opened
 
@@ -123,6 +123,7 @@ def _decide(
             rejecting = verdict == "reject"
             about = (desk.connection, opened_book.configuration, reason, "every comparison of apex heights")
             remarks = reason_remarks(*about) if rejecting else []
+            remarks += [] if verdict == "clear" else without_apex(found, decided)
     said = f"{verdict} {', '.join(map(str, decided))}" + ("" if stated else " says nothing new: nothing was stated")
     emit(
         {"run": run, "jumps": decided, "verdict": verdict, "stale": stale, "remarks": remarks},

@@ -7,10 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.queries.detections import jumps_found
+from data_schema.queries.readings import readings_of
 from data_schema.queries.run_results import standing_number
 from labbook.actions.correcting import correct
 from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
-from labbook.actions.jump_review import review
+from labbook.actions.jump_review import review, without_apex
 from labbook.actions.report_command import state_report
 from labbook.actions.run_view import run_view, view_lines
 from labbook.analysis.detections import Detections
@@ -57,6 +59,19 @@ def test_the_last_landing_is_no_jump(book: Book, tmp_path: Path) -> None:
     assert "10 jumps made, 10 found" in shown(book)
     with book.reading() as connection:
         assert len(review(book, connection, RUN).jumps) == 11
+
+
+def test_what_a_new_reading_found_is_counted_as_what_was_made(book: Book, tmp_path: Path) -> None:
+    """It was "20 jumps found" beside "10 of 10 jumps found": each stance without a flight counted too."""
+    path = tmp_path / "log.csv"
+    path.write_bytes(hopping_log(10))
+    outcome = ingest_file(book, path, IngestRequest(run=RUN, person=ADA))
+    with book.reading() as connection:
+        (row,) = readings_of(connection, outcome.sha256)
+        assert list(jumps_found(connection, row.uid, None).values()) == [10]
+        found = review(book, connection, RUN)
+    (last,) = without_apex(found, [1, 11])
+    assert last.startswith("11 of run r001 has no apex (")
 
 
 def test_a_jump_whose_apex_is_lost_is_missing(book: Book, tmp_path: Path) -> None:
