@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.declared import declared_columns, positions_of
-from ingest.channels.factors import factor, refuse_other_unit, refuse_two_units
+from ingest.channels.factors import factor, is_common, refuse_other_unit, refuse_two_units
 from ingest.channels.synonyms import TIME_NAMES, UNIT_OF_NAME, channel_kind, channel_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import ColumnDeclaration, Declarations
@@ -123,13 +123,15 @@ def _column(
     base, unit = cell.base, cell.unit
     if cell.suffix_base is not None and _is_known(cell.suffix_base) and not _is_known(base):
         base, unit = cell.suffix_base, cell.suffix_unit
+    elif cell.suffix_unit is not None and is_common(cell.suffix_unit, _stored_unit(base)):
+        unit = cell.suffix_unit  # `battery_V` is known as a whole, and `v_in` is in no inches
     row_unit = normal_unit(table.units[position] or "")
     decided = declared.override_units and said is not None and said.unit is not None
     if not decided:
         refuse_two_units(name, unit, row_unit, findings)
     unit = unit or row_unit or UNIT_OF_NAME.get(squash(base))
     own = table.channels[position] if table.channels else None
-    channel = own or (TIME if squash(base) in TIME_NAMES else channel_of(base))
+    channel = own or (TIME if squash(base) in TIME_NAMES else channel_of(base, unit))
     sign = 1
     own, stated = unit, None
     if said is not None:
@@ -160,6 +162,11 @@ def _refuse_side_by_side(columns: list[_Column], findings: FindingCollector) -> 
                 f"{min(both)}: export one table a file.",
             )
             return
+
+
+def _stored_unit(name: str) -> str:
+    kind = channel_kind(channel_of(name) or "")
+    return "" if kind is None else CHANNELS[kind].unit
 
 
 def _is_known(name: str) -> bool:

@@ -36,6 +36,11 @@ def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> t
         return 1.0, 0.0
 
 
+def is_common(unit: str, stored: str) -> bool:
+    """Whether a unit is one in which logs often give a quantity that is stored in `stored`."""
+    return unit in _COMMON.get(stored, {})
+
+
 def same_unit(one: str, other: str) -> bool:
     """Whether two spellings mean one unit."""
     if one == other:

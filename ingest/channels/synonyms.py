@@ -69,9 +69,12 @@ _PLATE_NUMBER = re.compile(r"(f[xyz]|m[xyz]|cop[xyz]|force[xyz]|moment[xyz])([1-
 _CHANNEL_OF = {squash(name): name for name in CHANNELS}
 _CHANNEL_OF |= {squash(word): name for name, words in _WRITTEN_AS.items() for word in words.split(",") if word}
 
+_CHANNEL_IN_UNIT = {("battery", "V"): "battery_voltage", ("battery", "mV"): "battery_voltage"}
+"""Names that may be those of several quantities, and the units that decide which."""
 
-def channel_of(name: str) -> str | None:
-    """Return the channel that a source column of this name holds, None when it is not known.
+
+def channel_of(name: str, unit: str | None = None) -> str | None:
+    """Return the channel that a source column of this name, in this unit, holds, None when it is not known.
 
     Force plates number their columns (`Fx1`, `COPx2`): plate 1 keeps the plain name, further ones a suffix.
     """
@@ -80,7 +83,7 @@ def channel_of(name: str) -> str | None:
     if plate:
         channel = _CHANNEL_OF[plate[1]]
         return channel if plate[2] == "1" else f"{channel}_{plate[2]}"
-    return _CHANNEL_OF.get(squashed)
+    return _CHANNEL_OF.get(squashed) or _CHANNEL_IN_UNIT.get((squashed, unit))
 
 
 def channel_kind(channel: str) -> str | None:

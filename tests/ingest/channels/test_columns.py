@@ -26,6 +26,13 @@ def channel(result: ReadFile) -> ChannelData:
     return result.parts[0].channels[0]
 
 
+def test_the_end_of_a_name_is_no_unit_of_another_quantity() -> None:
+    result = read("v_in")
+    assert result.refused
+    assert {"unit_missing"} <= {finding.rule for finding in result.findings}
+    assert channel(read("battery")).name == "battery"
+
+
 @pytest.mark.parametrize(
     ("header", "name", "unit", "stored"),
     [
@@ -40,6 +47,11 @@ def channel(result: ReadFile) -> ChannelData:
         ("leg_velocity_m_s", "leg_velocity", "m/s", 0.25),
         ("leg_vel [mm/s]", "leg_velocity", "mm/s", 0.00025),
         ("Vbat [mV]", "battery_voltage", "mV", 0.00025),
+        ("battery [V]", "battery_voltage", "V", 0.25),
+        ("battery_V", "battery_voltage", "V", 0.25),
+        ("battery_mV", "battery_voltage", "mV", 0.00025),
+        ("vbat_V", "battery_voltage", "V", 0.25),
+        ("body_height_m", "body_height", "m", 0.25),
         ("batteryVoltage_mV", "battery_voltage", "mV", 0.00025),
         ("int temp [°C]", "temperature_internal", "degC", 0.25),
         ("k_gain", "k_gain", None, 0.25),
