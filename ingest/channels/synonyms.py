@@ -69,7 +69,10 @@ _PLATE_NUMBER = re.compile(r"(f[xyz]|m[xyz]|cop[xyz]|force[xyz]|moment[xyz])([1-
 _CHANNEL_OF = {squash(name): name for name in CHANNELS}
 _CHANNEL_OF |= {squash(word): name for name, words in _WRITTEN_AS.items() for word in words.split(",") if word}
 
-_CHANNEL_IN_UNIT = {("battery", "V"): "battery_voltage", ("battery", "mV"): "battery_voltage"}
+_CHANNEL_IN_UNIT: dict[tuple[str, str | None], str] = {
+    ("battery", "V"): "battery_voltage",
+    ("battery", "mV"): "battery_voltage",
+}
 """Names that may be those of several quantities, and the units that decide which."""
 
 
