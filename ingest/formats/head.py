@@ -40,7 +40,7 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> He
         return Head(data, with_profile(declared, None, findings), None, ())
     source = open_text(data, declared.encoding or DEFAULT_PAGE, findings, declared.limits.longest_line_bytes)
     declared = with_profile(declared, source, findings)
-    source = as_declared(source, declared)
+    source = as_declared(source, declared, findings)
     if source.encoding != "utf-8":
         message = f"The text is not UTF-8; names are read as {source.encoding}, the page declared for such files."
         findings.add(NOTE, "encoding_declared", message)

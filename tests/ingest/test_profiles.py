@@ -175,3 +175,29 @@ def test_profile_by_file_name_acts_inside_an_archive() -> None:
     result = read(gzip.compress(GERMAN.encode("cp1252")), profile, name="lade.csv.gz")
     assert not result.refused, result.findings
     assert (result.format, len(result.charges), result.profile) == ("gzip", 2, "ladebuch")
+
+
+@pytest.mark.parametrize(
+    ("said", "rule", "severity", "line", "words"),
+    [
+        ({"footer": "1"}, "footer_ends_data", "row", 5, "56 of 56"),
+        ({"footer": "20;"}, "footer_ends_data", "row", 7, "54 of 54"),
+        ({"comment": "1"}, "comment_like_data", "row", 5, "'1'"),
+    ],
+)
+def test_rows_that_a_mistaken_footer_or_comment_takes_are_reported(
+    said: dict[str, str], rule: str, severity: str, line: int, words: str
+) -> None:
+    result = read(text("t;h;x", ROWS), Profile("p", ("h",), columns={"t": MILLISECONDS, "h": HEIGHT}, **said))
+    (found,) = [finding for finding in result.findings if finding.rule == rule]
+    assert (found.severity, found.line) == (severity, line)
+    assert words in found.message
+
+
+def test_a_footer_before_words_is_noted_and_one_at_the_end_or_a_true_comment_is_not() -> None:
+    profile = Profile("p", ("h",), footer="END", comment="'", columns={"t": MILLISECONDS, "h": HEIGHT})
+    rows = [*ROWS, "' 1;2;3", "END OF LOG"]
+    rules = {"footer_ends_data", "comment_like_data"}
+    assert not rules & {finding.rule for finding in read(text("t;h;x", rows), profile).findings}
+    (found,) = [f for f in read(text("t;h;x", [*rows, "mean 3.4"]), profile).findings if f.rule in rules]
+    assert (found.severity, found.line) == ("note", 63)
