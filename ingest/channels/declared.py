@@ -9,7 +9,10 @@ from collections.abc import Collection, Mapping, Sequence
 from data_schema.errors import nearest
 from ingest.findings import NOTE, FindingCollector
 from ingest.model import ColumnDeclaration, Declarations
-from ingest.tables.header_cells import parse_header
+from ingest.tables.header_cells import parse_header, squash
+
+ABSENT = "declared_column_absent"
+"""The rule of a declared column that the file does not have."""
 
 _NUMBERED = re.compile(r"(.+)#(\d{1,4})")
 _PLACE = re.compile(r"[1-9]\d{0,3}")
@@ -75,6 +78,13 @@ def note_absent(declared: Declarations, names: Sequence[str], findings: FindingC
     single = (declared.time_column, declared.date_column, declared.trials)
     for column in [*declared.columns, *declared.profile_columns, *(column for column in single if column is not None)]:
         if not positions_of(column, names):
-            close = nearest(column, names)
+            close = _nearest(column, names)
             hint = f"did you mean {close!r}?" if close else f"the file has {', '.join(map(repr, names[:12]))}."
-            findings.add(NOTE, "declared_column_absent", f"No column is named {column!r}: {hint}", column=column)
+            findings.add(NOTE, ABSENT, f"No column is named {column!r}: {hint}", column=column)
+
+
+def _nearest(column: str, names: Sequence[str]) -> str | None:
+    """Return the cell that is called so but for capitals, signs or its unit, else the one that looks most like it."""
+    wanted = squash(parse_header(column).base)
+    alike = [name for name in names if wanted and squash(parse_header(name).base) == wanted]
+    return alike[0] if alike else nearest(column, names)

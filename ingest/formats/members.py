@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from pathlib import PurePosixPath
 
 from data_schema.vocabulary import Severity
+from ingest.channels.declared import ABSENT
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import ChargeRow, Declarations, Finding, ReadFile, Reading, SignalPart
 from ingest.several import combine
 from ingest.tables.header_cells import clean_name
-
-_ABSENT = "declared_column_absent"
 
 
 def read_members(
@@ -51,12 +50,12 @@ def read_members(
 
 def _report(results: Sequence[tuple[str, ReadFile]], findings: FindingCollector) -> None:
     """Report what was found in each member; a declared column needs to stand in one of them only."""
-    absent = Counter(finding.column for _, result in results for finding in result.findings if finding.rule == _ABSENT)
+    absent = Counter(finding.column for _, result in results for finding in result.findings if finding.rule == ABSENT)
     for name, result in results:
         message = f"Member {name!r} was read as {result.format}, version {result.reader_version}."
         findings.add(NOTE, "member_read", message, column=name)
         for finding in result.findings:
-            if finding.rule == _ABSENT and absent[finding.column] < len(results):
+            if finding.rule == ABSENT and absent[finding.column] < len(results):
                 continue
             repeat(finding, findings, "" if finding.severity is Severity.NOTE else f"In {name!r}: ")
 

@@ -11,6 +11,7 @@ from data_schema.queries.facts import find_uid
 from ingest.explanation import Explanation
 from ingest.model import ChargeRow, Finding, Limits, ReadFile
 from ingest.read import read_file
+from labbook.actions.absent_columns import refused_without_columns
 from labbook.actions.day_of_run import with_day_of_run
 from labbook.actions.ingesting import readable, stated_run
 from labbook.book.opening import Book
@@ -52,11 +53,13 @@ class Explained:
     findings: tuple[Finding, ...]
 
 
-def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | None) -> Explained:
-    """Read a file as `ingest` would, and say how; `run` is the one named for it."""
+def explain_file(book: Book, path: Path, options: Mapping[str, Any], run: str | None, *, alone: bool) -> Explained:
+    """Read a file as `ingest` would, and say how; `run` is the one named for it, `alone`: no other file is read."""
     run = run or stated_run(book, path)
     with book.reading() as connection:
-        read = with_day_of_run(connection, read_as_ingest(book, path, options), run, notes=True)
+        read = read_as_ingest(book, path, options)
+        read = refused_without_columns(read, options) if alone else read
+        read = with_day_of_run(connection, read, run, notes=True)
         known = run is not None and find_uid(connection, "run", name=run) is not None
     return Explained(
         readable(path),

@@ -26,6 +26,7 @@ from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, Limits, ReadFile, SignalPart
 from ingest.read import read_file
+from labbook.actions.absent_columns import refused_without_columns
 from labbook.actions.day_of_run import with_day_of_run
 from labbook.actions.known_files import take_known
 from labbook.actions.rereading import state_refusal, with_findings_of_book
@@ -101,13 +102,16 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     of_run = request.run or stated_run(book, path)
     if request.dry_run:
         with book.reading() as connection:
-            read = with_day_of_run(connection, read_file(data, settings.declared), of_run, notes=True)
+            read = read_file(data, settings.declared)
+            read = refused_without_columns(read, options) if request.batch is None else read
+            read = with_day_of_run(connection, read, of_run, notes=True)
             if read.refused:
                 return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
             runs = _runs_meant(connection, of_run, read)
         return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, None)
 
     def judged(read: ReadFile) -> ReadFile:
+        read = refused_without_columns(read, options) if request.batch is None else read
         with book.reading() as connection:
             return with_day_of_run(connection, read, of_run)
 

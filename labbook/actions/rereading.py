@@ -19,6 +19,7 @@ from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
+from labbook.actions.absent_columns import refused_without_columns
 from labbook.actions.day_of_run import with_day_of_run
 from labbook.actions.reading_changes import Gave, changes
 from labbook.book.desk import Desk, DryRun, Statement, new_uid
@@ -73,6 +74,8 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     settings = settings_now(book.configuration, request.options, row.name)
 
     def judged(read: ReadFile) -> ReadFile:
+        if request.batch is None and canonical(dict(request.options)) != row.options_json:
+            read = refused_without_columns(read, request.options)
         with book.reading() as connection:
             return with_day_of_run(connection, read, row.stated_run, file_uid=row.file_uid)
 

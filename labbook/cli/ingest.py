@@ -168,7 +168,7 @@ def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str 
     from labbook.actions.explaining import explain_file
     from labbook.cli.explain_lines import explained_lines
 
-    explained = [explain_file(book, path, options, run) for path in files]
+    explained = [explain_file(book, path, options, run, alone=len(files) == 1) for path in files]
     emit(explained, [line for each in explained for line in explained_lines(each)], as_json)
     if any(each.refused for each in explained):
         raise typer.Exit(2)

@@ -134,10 +134,19 @@ def test_programs_are_never_asked(fresh: SmallBook, tmp_path: Path) -> None:
     [
         (("--unit", "time=parsec"), "time_unit_unknown", "one of s, ms, us"),
         (("--unit", "tme=ms"), "declared_column_absent", "did you mean 'time'?"),
+        (("--unit", "time=ms", "--column", "nosuch=leg_length:mm"), "file: declared_column_absent", "'height [m]'"),
+        (("--unit", "time=ms", "--column", "Height=body_height"), "file: declared_column_absent", "'height [m]'?"),
         (("--unit", "time=ms", "--unit", "height=kg"), "unit_not_convertible", "for example 'm'"),
         (("--unit", "time=ms", "--column", "height=body_height:furlong"), "unit_contradicts", "--override-units"),
     ],
-    ids=["unknown unit", "unknown column", "unit of another quantity", "impossible unit"],
+    ids=[
+        "unknown unit",
+        "unknown column",
+        "absent column",
+        "column in capitals",
+        "unit of another quantity",
+        "impossible unit",
+    ],
 )
 def test_wrong_declaration_is_refused_with_what_is_right(
     said: tuple[str, ...], rule: str, remedy: str, fresh: SmallBook, tmp_path: Path

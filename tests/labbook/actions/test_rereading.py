@@ -235,3 +235,16 @@ def test_a_part_taken_off_its_run_stays_off_in_another_reading(tmp_path: Path) -
         with book.reading() as connection:
             (file,) = find_files(connection, "both.csv")
             assert [link.part for link in links_of_file(connection, file.uid)] == ["log"]
+
+
+def test_a_column_that_the_file_lacks_is_refused_when_named_and_noted_in_a_batch(home: tuple[SmallBook, Path]) -> None:
+    small, path = home
+    absent = {"columns": {**MM["columns"], "nosuch": {"channel": "leg_length", "unit": "mm"}}}
+    with small.open() as book:
+        take(book, path, MM)
+        refused = reread_named(book, path.name, RereadRequest(absent, ADA), keep_options=False)
+        assert refused.read.refused
+        in_batch = reread_named(book, path.name, RereadRequest(absent, ADA, batch="b"), keep_options=False)
+        assert not in_batch.read.refused
+        again = reread_named(book, path.name, RereadRequest({}, ADA), keep_options=True)
+    assert not again.read.refused
