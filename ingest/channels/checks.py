@@ -14,6 +14,7 @@ import numpy as np
 
 from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan
+from ingest.channels.fitting_units import fitting_unit, say_unit
 from ingest.channels.synonyms import channel_kind, is_cop, plate_of
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
@@ -80,11 +81,13 @@ def out_of_range(
         if bad.any():
             rows = np.flatnonzero(bad)
             unit = f" {plan.unit}" if plan.unit else ""
+            fitting = fitting_unit(plan, float(np.nanmedian(stored)), low, high) if 2 * len(rows) > len(bad) else None
+            advice = "" if fitting is None else f" If the unit is {fitting}, say {say_unit(plan, fitting)}."
             findings.add(
                 ROW,
                 "out_of_range",
-                f"{plan.channel} lies outside {low:g} to {high:g}{unit}, or is a denormal: "
-                "a misframed row or a wrong unit; the whole row is left out.",
+                f"{plan.channel} lies outside {low:g} to {high:g}{unit}, or is smaller than "
+                f"anything measured: a damaged row or a wrong unit; the whole row is left out.{advice}",
                 column=plan.source_name,
                 lines=block.line_of(rows),
                 count=len(rows),

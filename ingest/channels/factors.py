@@ -10,8 +10,7 @@ from ingest.findings import FILE, FindingCollector
 from ingest.model import Declarations
 from ingest.tables.header_cells import is_unit
 
-# The units that logs are full of: the units library, slow to load, is for the others.
-_COMMON = {
+FACTORS = {
     "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "m/s": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3},
     "N": {"N": 1.0, "kN": 1e3},
@@ -22,11 +21,12 @@ _COMMON = {
     "degC": {"degC": 1.0, "0.1 degC": 0.1, "0.01 degC": 0.01},
     "1": {"1": 1.0},
 }
+"""The units that logs are full of, by the stored one: the units library, slow to load, is for the others."""
 
 
 def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> tuple[float, float]:
     """Return `(scale, offset)` with `stored = scale * value + offset`; a unit of another quantity refuses the file."""
-    common = _COMMON.get(stored, {}).get(unit)
+    common = FACTORS.get(stored, {}).get(unit)
     if common is not None:
         return common, 0.0
     try:

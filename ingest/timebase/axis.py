@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -33,6 +34,7 @@ from ingest.timebase.stamps import (
 MOTION = frozenset({"body_height", "foot_height", "leg_length", "leg_velocity", "body_velocity", "force_z"})
 MOTION_RATES_HZ = (20.0, 50_000.0)
 """A log of jumps slower or faster than this has its time in another unit than was said."""
+USUAL_RATE_HZ = 500.0
 
 _WRAPPING = ("ms", "us")
 
@@ -183,17 +185,19 @@ def _check_rates(found: Sequence[Recording], sources: TimeSources, findings: Fin
         moving = any(column.channel in MOTION for column in sources.plan.columns)
         if moving and not MOTION_RATES_HZ[0] <= rate <= MOTION_RATES_HZ[1]:
             message = f"The time stamps give {rate:.3g} Hz, at which no jump can be seen: is the unit of time right? "
-            findings.add(FILE, "rate_implausible", message + _say_time_unit(sources))
+            findings.add(FILE, "rate_implausible", message + _say_time_unit(sources, rate))
 
 
-def _say_time_unit(sources: TimeSources) -> str:
-    """Return which flag corrects the time column, or the rate where none is."""
+def _say_time_unit(sources: TimeSources, rate_hz: float) -> str:
+    """Return which flag corrects the time column, or the rate where none is; first the unit with a usual rate."""
     time = sources.plan.time
     if time is None or time.kind is CellKind.CLOCK:
         return "Say the rate with `--rate`, and name no time column."
     cell = parse_header(time.source_name)
     override = " --override-units" if cell.unit is not None else ""
+    second = rate_hz / TICKS_PER_SECOND[time.unit or "s"]
     others = [unit for unit in ("ms", "s", "us") if unit != time.unit]
+    others.sort(key=lambda unit: abs(math.log(second * TICKS_PER_SECOND[unit] / USUAL_RATE_HZ)))
     return f"Say it with `--unit {shlex.quote(cell.base)}={others[0]}{override}` (or {others[1]})."
 
 

@@ -10,6 +10,7 @@ from data_schema.journal import canonical
 from data_schema.queries.imported_files import links_of_file, runs_of_file
 from data_schema.queries.readings import ReadingRow, last_reading, said_last
 from data_schema.vocabulary import Action, IngestStatus
+from ingest.model import Finding
 from labbook.actions.remarks import remark_lines, remarks_on
 from labbook.actions.rereading import Reread, RereadRequest, reread, would_differ
 from labbook.actions.second_charge import refuse_second_of_file
@@ -69,13 +70,19 @@ def take_known(
 def reread_lines(done: Reread, *, dry_run: bool) -> list[str]:
     """Say what came of another reading: what is otherwise, what became stale, which verdicts wait."""
     if done.read.refused:
-        refusals = [finding.message for finding in done.read.findings if finding.severity == "file"]
-        return ["refused so, and nothing was changed: the reading before stands:", *refusals]
+        found = [finding for finding in done.read.findings if finding.severity != "note"]
+        return ["refused so, and nothing was changed: the reading before stands:", *map(_refusal_line, found)]
     head = "it would be read again" if dry_run else "read again"
     lines = [f"{head}: {'; '.join(done.changes)}."]
     lines += [f"{finding.severity}: {finding.rule}: {finding.message}" for finding in done.read.findings]
     lines += stale_lines(list(done.stale)) if done.stale else []
     return [*lines, *done.waiting]
+
+
+def _refusal_line(finding: Finding) -> str:
+    more = f" and {finding.count - 1} more" if finding.count > 1 else ""
+    place = "" if finding.line is None else f" (line {finding.line}{more})"
+    return f"{finding.severity}: {finding.rule}{place}: {finding.message}"
 
 
 def _to_run(book: Book, row: ReadingRow, run: str, person: str | None, dry_run: bool) -> list[str]:

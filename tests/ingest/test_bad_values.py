@@ -52,6 +52,19 @@ VALUES = [
 ]
 
 
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (with_heights(lambda h: f"{1000 * h:.3f}"), '--column "height [m]=body_height:mm" --override-units'),
+        (with_heights(lambda h: f"{100 * h:.3f}"), '--column "height [m]=body_height:cm" --override-units'),
+        (with_heights(lambda h: 16_000 + h, "battery [V]"), '--unit "battery [V]=mV" --override-units'),
+    ],
+)
+def test_values_of_another_unit_name_the_flags_that_read_them(data: bytes, said: str) -> None:
+    (found,) = [finding for finding in read(data).findings if finding.rule == "out_of_range"]
+    assert f"`{said}`" in found.message
+
+
 @pytest.mark.parametrize("case", VALUES, ids=lambda case: case.name)
 def test_bad_values_have_their_outcome(case: Case) -> None:
     check(case)

@@ -311,3 +311,8 @@ def test_an_implausible_rate_names_the_column_and_a_flag_that_works(
     assert f"--unit {name}=ms" in said.message
     assert ("--override-units" in said.message) is ("[s]" in header)
     check_heights(read(lines, columns=works, override_units="[s]" in header or None))
+
+
+def test_microseconds_called_milliseconds_are_told_so() -> None:
+    lines = ["time [ms];height [m]", *(f"{5000 * k};{h:.5f}" for k, h in enumerate(HEIGHTS))]
+    assert "--unit time=us" in refusal(read(lines)).message

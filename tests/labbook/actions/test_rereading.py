@@ -16,6 +16,7 @@ from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.assigning import assign
 from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.kept_files import files_to_reread, reread_named
+from labbook.actions.known_files import reread_lines
 from labbook.actions.report_command import state_report
 from labbook.actions.rereading import RereadRequest
 from labbook.actions.tracing import NumberTrace, trace
@@ -122,6 +123,17 @@ def test_a_new_reading_that_is_refused_changes_nothing(home: tuple[SmallBook, Pa
             assert row is not None
             assert json.loads(row.options_json) == MM
     rebuilt_alike(small)
+
+
+def test_a_refused_reading_says_what_is_wrong_with_the_rows(home: tuple[SmallBook, Path]) -> None:
+    small, path = home
+    with small.open() as book:
+        take(book, path, MM)
+        metres = {"columns": {"z": {"channel": "body_height", "unit": "m"}}}
+        refused = reread_named(book, path.name, RereadRequest(metres, ADA), keep_options=False)
+    lines = "\n".join(reread_lines(refused, dry_run=False))
+    assert '"z=body_height:mm"' in lines
+    assert "out_of_range (line 2 and " in lines
 
 
 def test_numbers_of_an_earlier_reading_become_stale_and_their_ids_still_answer(tmp_path: Path) -> None:
