@@ -14,7 +14,7 @@ from ingest.model import Declarations
 from ingest.tables.header_cells import normal_unit, parse_header, squash
 from ingest.tables.table import CellKind, Table
 
-_LEFT_OUT = {
+LEFT_OUT = {
     CellKind.TEXT: "it holds text",
     CellKind.CLOCK: "it holds dates or times",
     CellKind.EMPTY: "it is empty",
@@ -55,7 +55,7 @@ def table_use(
         elif position == trial_column:
             use = dataclasses.replace(use, holds="trial")
         else:
-            use = dataclasses.replace(use, left_out=_LEFT_OUT.get(table.kinds[position], "nothing is known of it"))
+            use = dataclasses.replace(use, left_out=LEFT_OUT.get(table.kinds[position], "nothing is known of it"))
         uses.append(use)
     return TableUse(table.text, tuple(uses), _rate_from(table, plan, declared, instrument))
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.vocabulary import CHANNELS
-from ingest.channels.declared import declared_columns, positions_of
+from ingest.channels.declared import argument, declared_columns, positions_of
 from ingest.channels.factors import factor, is_common, refuse_other_unit, refuse_two_units
 from ingest.channels.synonyms import TIME_NAMES, UNIT_OF_NAME, channel_kind, channel_of
 from ingest.findings import FILE, NOTE, FindingCollector
@@ -207,7 +207,8 @@ def _time_plan(columns: list[_Column], convention: Convention, findings: Finding
         findings.add(
             FILE,
             "time_unit_missing",
-            f"The unit of column {column.name!r} is stated nowhere: say it with `--unit {column.base}=ms` (or s, us), "
+            f"The unit of column {column.name!r} is stated nowhere: say it with "
+            f"`--unit {argument(column.base + '=ms')}` (or s, us), "
             f"or in a [profiles.NAME] table of labbook.toml as `{example}`.",
             column=column.name,
         )

@@ -37,6 +37,11 @@ def positions_of(column: str, names: Sequence[str]) -> tuple[int, ...]:
     return ()
 
 
+def argument(text: str) -> str:
+    """Return what stands behind a flag, in quotes where a shell would part it."""
+    return text if re.fullmatch(r"[\w@%+=:,./#-]+", text, re.ASCII) else f'"{text}"'
+
+
 def declared_columns(declared: Declarations, names: Sequence[str]) -> Mapping[int, ColumnDeclaration]:
     """Return what is declared about the columns of these names, by place from 0: directly, over what the profile says.
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ingest.channels.columns import Plan, TimePlan
+from ingest.channels.declared import argument
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, IntArray
 from ingest.spool.columns import by_blocks, take
@@ -83,9 +83,8 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     if time.kind is not CellKind.CLOCK and time.unit not in TICKS_PER_SECOND:
         if time.unit is not None:
             known = ", ".join(TICKS_PER_SECOND)
-            message = (
-                f"{time.unit!r} is no unit of time known here: say `--unit {time.source_name}=ms`, or one of {known}."
-            )
+            flag = argument(f"{time.source_name}=ms")
+            message = f"{time.unit!r} is no unit of time known here: say `--unit {flag}`, or one of {known}."
             findings.add(FILE, "time_unit_unknown", message, column=time.source_name, value=time.unit)
         order = put_in_order(ticks, usable, sources.block, findings, time.source_name)
         return Recordings(order.keep, ())
@@ -198,7 +197,7 @@ def _say_time_unit(sources: TimeSources, rate_hz: float) -> str:
     second = rate_hz / TICKS_PER_SECOND[time.unit or "s"]
     others = [unit for unit in ("ms", "s", "us") if unit != time.unit]
     others.sort(key=lambda unit: abs(math.log(second * TICKS_PER_SECOND[unit] / USUAL_RATE_HZ)))
-    return f"Say it with `--unit {shlex.quote(cell.base)}={others[0]}{override}` (or {others[1]})."
+    return f"Say it with `--unit {argument(f'{cell.base}={others[0]}')}{override}` (or {others[1]})."
 
 
 def _say_clock_columns(sources: TimeSources) -> str:
@@ -210,14 +209,23 @@ def _say_clock_columns(sources: TimeSources) -> str:
     return f'the clock times in column {times[0]!r} with `--column "{times[0]}=time"{named}`, or '
 
 
+def _say_sheet(sources: TimeSources) -> str:
+    """Return how to read a table that may be one of recharges, one a row: it has a column of charges."""
+    charges = [column for column in sources.plan.columns if column.source_unit in ("mAh", "Ah")]
+    if not charges:
+        return ""
+    flag = argument(f"{charges[0].source_name}=charge")
+    return f"The file looks like a sheet of recharges: if it is, say `--format charger_sheet --column {flag}`. "
+
+
 def _from_stated_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
     rate = _stated_rate(sources, findings)
     if rate is None:
         findings.add(
             FILE,
             "rate_missing",
-            "The file has neither a time column nor a sampling rate: say `--rate 300` (hertz), or name "
-            f'{_say_clock_columns(sources)}its time column with `--column "NAME=time:ms"`, or do either in a '
+            f"{_say_sheet(sources)}The file has neither a time column nor a sampling rate: say `--rate 300` (hertz), "
+            f'or name {_say_clock_columns(sources)}its time column with `--column "NAME=time:ms"`, or do either in a '
             "[profiles.NAME] table of labbook.toml.",
         )
         return Recordings(usable, ())

@@ -13,9 +13,11 @@ from typing import Any
 from data_schema.errors import InputRefused, nearest
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.synonyms import channel_kind
+from ingest.explaining import LEFT_OUT
 from ingest.explanation import ColumnUse, TableUse, TextShape
 from ingest.model import ReadFile
 from ingest.tables.header_cells import clean_name
+from ingest.tables.table import CellKind
 from labbook.actions.explaining import bytes_of, read_as_ingest
 from labbook.actions.ingesting import readable
 from labbook.book.opening import Book
@@ -134,6 +136,8 @@ def _time(read: ReadFile, table: TableUse, rules: set[str]) -> Iterator[str]:
         yield f"time = {{ column = {key[time.place]}, unit = {_text(time.unit)} }}"
     elif time is not None:
         yield f'#time = {{ column = {key[time.place]}, unit = "ms" }}  # {_TIME_UNITS}'
+    elif clock := next((column for column in table.columns if column.left_out == LEFT_OUT[CellKind.CLOCK]), None):
+        yield f"#time = {{ column = {key[clock.place]} }}  # its dates or times; dates apart: `date_column`"
     elif table.columns and not read.charges:
         yield f'#time = {{ column = {key[table.columns[0].place]}, unit = "ms" }}  # its time column; {_TIME_UNITS}'
         if table.rate_from is None:

@@ -50,7 +50,7 @@ def _profile(table: TableReader, in_force: bool) -> ProfileSettings:
         "instrument": _text(table, "instrument"),
         **{key: table.flag(key, False) or None for key in ("override_units", "complete", "no_robot_check")},
     }
-    columns = {name: _column(below, in_force) for name, below in table.tables("columns")}
+    columns = {name: _column(below, in_force) for name, below in table.tables("columns", text_key="channel")}
     channels = [column.channel for column in columns.values() if column.channel]
     for channel in sorted({channel for channel in channels if channels.count(channel) > 1}):
         table.fault("columns", f"{channel!r} is the channel of several columns: name each channel once.")

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import math
+import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from enum import StrEnum
@@ -11,6 +13,7 @@ from typing import Any, TypeVar
 from data_schema.errors import unknown_name
 
 _Word = TypeVar("_Word", bound=StrEnum)
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def is_plain(text: str) -> bool:
@@ -123,21 +126,25 @@ class TableReader:
             return []
         return given or []
 
-    def table(self, key: str, *, required: bool = False) -> TableReader:
-        """Open a table below this one, empty where absent."""
+    def table(self, key: str, *, required: bool = False, text_key: str | None = None) -> TableReader:
+        """Open a table below this one, empty where absent; `text_key` is its key for a text in its place."""
         given = self.value(key)
-        path = f"{self._path}.{key}" if self._path else key
+        name = key if _BARE_KEY.fullmatch(key) else json.dumps(key, ensure_ascii=False)
+        path = f"{self._path}.{name}" if self._path else name
         if isinstance(given, dict) or (given is None and not required):
             return TableReader(given or {}, path, self._faults)
         found = "is missing" if given is None else f"{given!r} is not a table"
-        self.fault(key, f"{found}: write [{path}] on a line of its own and its keys below.")
+        advice = f"[{path}] on a line of its own and its keys below."
+        if text_key is not None and isinstance(given, str):
+            advice = f"{name} = {{ {text_key} = {json.dumps(given, ensure_ascii=False)} }}"
+        self.fault(key, f"{found}: write {advice}")
         return TableReader({}, path, [])  # one fault is enough
 
-    def tables(self, key: str) -> Iterator[tuple[str, TableReader]]:
+    def tables(self, key: str, *, text_key: str | None = None) -> Iterator[tuple[str, TableReader]]:
         """Open each table whose name a person chose, such as `[robots.hopper]`."""
         parent = self.table(key)
         for name in parent.names():
-            yield name, parent.table(name, required=True)
+            yield name, parent.table(name, required=True, text_key=text_key)
 
     def finish(self) -> None:
         """Add a fault for every key that was not read: a typing error must not become a default."""

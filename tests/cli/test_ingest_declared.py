@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import shlex
 from pathlib import Path
 
 import pytest
@@ -55,6 +57,49 @@ def test_time_unit_is_asked_for_by_its_flag_and_works_with_it(
     assert "--unit" in answer.out
     good(labbook("ingest", path, *said, at=fresh.folder))
     assert rate_of(fresh) == pytest.approx(300.0, rel=0.01)
+
+
+def flags_in(text: str, before: str) -> list[str]:
+    """What stands in the first backticks of a message that begin with a flag, parted as a shell does."""
+    found = re.search(rf"`({before}[^`]*)`", text)
+    assert found is not None, text
+    return shlex.split(found[1])
+
+
+def test_flags_that_a_refusal_names_work_when_pasted(fresh: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "unix.csv"
+    path.write_text("unix time,height [m]\n" + "".join(f"{4 * k},{0.4 + k % 7 / 1000}\n" for k in range(300)))
+    said = ["--column", "unix time=time"]
+    answer = labbook("ingest", path, *said, at=fresh.folder)
+    good(labbook("ingest", path, *said, *flags_in(answer.out, "--unit"), at=fresh.folder))
+    sheet = tmp_path / "Ladebuch.csv"
+    sheet.write_text("Nr;Akku;Versuch;geladen [mAh];Spannung [V]\n1;A;r001;812,5;16,8\n2;B;r002;790,0;16,7\n")
+    answer = labbook("ingest", sheet, at=fresh.folder)
+    (item,) = good(labbook("ingest", sheet, *flags_in(answer.out, "--format"), "--json", at=fresh.folder)).json
+    assert item["format"] == "charger_sheet"
+
+
+def test_a_channel_without_a_table_is_answered_with_toml_that_works(fresh: SmallBook, tmp_path: Path) -> None:
+    profile = '\n[profiles.x]\nrecognise = ["body height"]\n[profiles.x.columns]\n'
+    before = fresh.toml.read_text() + profile
+    fresh.toml.write_text(before + '"body height" = "body_height"\n')
+    said = labbook("runs", "list", at=fresh.folder).err.partition("write ")[2].strip().splitlines()[0]
+    assert said.startswith('"body height" = {')
+    fresh.toml.write_text(f"{before}{said}\n")
+    good(labbook("runs", "list", at=fresh.folder))
+
+
+def test_a_draft_offers_a_column_of_dates_and_times_without_a_unit(fresh: SmallBook, tmp_path: Path) -> None:
+    path = tmp_path / "r001.csv"
+    stamps = (f"5.6.2021 14:30:{k // 100:02d}.{k % 100:02d}" for k in range(600))
+    path.write_text("z;Datum\n" + "".join(f"{400 + k % 7};{stamp}\n" for k, stamp in enumerate(stamps)))
+    draft = good(labbook("ingest", path, "--draft-profile", at=fresh.folder)).out
+    assert '#time = { column = "Datum" }' in draft
+    height = 'z = { channel = "body_height", unit = "mm" }'
+    draft = re.sub(r"(?m)^#?\"z\" = .*$", height, draft.replace("#time = ", "time = "))
+    fresh.toml.write_text(fresh.toml.read_text() + draft)
+    good(labbook("ingest", path, at=fresh.folder))
+    assert rate_of(fresh) == pytest.approx(100.0, rel=0.01)
 
 
 def test_stated_rate_that_the_time_stamps_contradict_is_refused(fresh: SmallBook, tmp_path: Path) -> None:
