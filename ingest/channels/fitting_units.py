@@ -23,6 +23,11 @@ def fitting_unit(plan: ColumnPlan, value: float, low: float, high: float, *, usu
     return min(fitting, key=lambda unit: abs(math.log((fitting[unit] or 1e-30) / near)), default=None)
 
 
+def in_unit(plan: ColumnPlan, value: float, unit: str) -> float:
+    """Return a stored length as it would be, its column being in another unit."""
+    return value / plan.scale * _LENGTHS[unit]
+
+
 def say_unit(plan: ColumnPlan, unit: str) -> str:
     """Return the flags that have the column read in a unit."""
     if channel_kind(plan.channel) is None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from ingest.channels.columns import ColumnPlan
+from ingest.channels.fitting_units import fitting_unit, in_unit, say_unit
 from ingest.channels.synonyms import channel_kind
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, RobotFacts
@@ -21,6 +22,11 @@ WEIGHT_REFUSED = 2.0
 """A mean force that is so many times more or less than the weight is of another unit, or of no robot known."""
 LEAST_MOTION_M = 1e-3
 MOST_MOTION_LEGS = 10.0
+LEAST_MOTION_LEGS = 0.05
+"""Hops of less are no reason to take a unit for the right one."""
+LEAST_HEIGHT_LEGS, MOST_HEIGHT_LEGS = 0.2, 3.0
+"""A body that never comes higher, while it hops, or comes higher than this may be measured in another unit."""
+HEIGHT_DOUBTFUL = "height_doubtful"
 
 _FEWEST_HOPS = 3
 _MOST_ROWS = 1 << 20
@@ -36,7 +42,9 @@ def check_robot(
     declared: Declarations,
     findings: FindingCollector,
 ) -> None:
-    """Refuse forces and heights that no known robot can have; says nothing where none is known or no hops are seen.
+    """Refuse forces and heights that no known robot can have, and report heights that hardly any has.
+
+    Says nothing where no robot is known or no hops are seen.
 
     `stored` holds the columns by position, shape (n_rows,); `usable`, shape (n_rows,), excludes rejected rows.
     """
@@ -116,10 +124,29 @@ def _check_height(
             FILE,
             "height_implausible",
             f"Column {plan.source_name!r} moves by {1e3 * (high - low):.3g} mm, and the longest leg in [robots] "
-            f"reaches {1e3 * reach:.3g} mm: is its unit right? Say for example "
-            f'`--column "{plan.source_name}=body_height:m" --override-units`, or `--no-robot-check`.',
+            f"reaches {1e3 * reach:.3g} mm: {_say_height_unit(plan, low, high, reach)}, or `--no-robot-check`.",
             column=plan.source_name,
         )
+        return
+    never_low = low > 0 and high < LEAST_HEIGHT_LEGS * reach and _hops(finite) is not None
+    if high < 0 or low > reach or high > MOST_HEIGHT_LEGS * reach or never_low:
+        advice = "is its sign turned round? Say `sign = -1` of it in a [profiles.NAME] table of labbook.toml"
+        findings.add(
+            NOTE,
+            HEIGHT_DOUBTFUL,
+            f"Column {plan.source_name!r} is read as heights of {low:.3g} to {high:.3g} m, and the longest leg in "
+            f"[robots] reaches {reach:.3g} m: {_say_height_unit(plan, low, high, reach) if high >= 0 else advice}, or "
+            "`--no-robot-check` if it is as it should be.",
+            column=plan.source_name,
+        )
+
+
+def _say_height_unit(plan: ColumnPlan, low: float, high: float, reach: float) -> str:
+    """Return a question and the flags for the unit in which heights and motion would be those of a robot."""
+    unit = fitting_unit(plan, high, LEAST_HEIGHT_LEGS * reach, MOST_HEIGHT_LEGS * reach, usual=reach)
+    if unit is None or in_unit(plan, high - low, unit) < LEAST_MOTION_LEGS * reach:
+        return f'are its unit and the column right? Say `--column "NAME={plan.channel}:UNIT" --override-units`'
+    return f"is its unit {unit}? Say {say_unit(plan, unit)}"
 
 
 def _carried_n(force: FloatArray) -> float | None:

@@ -20,7 +20,7 @@ from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
 
 _MOST_COLUMNS = 8
-_CONTRADICTIONS = ("charge_contradicts", "log_day_differs")
+_CONTRADICTIONS = ("charge_contradicts", "log_day_differs", "height_doubtful")
 """Rules of notes that wait for a person's word."""
 
 

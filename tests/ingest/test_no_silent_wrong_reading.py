@@ -523,6 +523,27 @@ def test_metres_labelled_millimetres_were_stored() -> None:
         assert not with_robot(height_log(unit, scale)).refused
 
 
+@pytest.mark.parametrize(
+    ("unit", "scale", "fits"),
+    [("cm", 1e3, "mm"), ("mm", 1e2, "cm"), ("m", 1 / 0.3048, "ft"), ("mm", 1 / 0.0254, "in"), ("um", 1e3, "mm")],
+)
+def test_heights_of_another_unit_name_the_one_that_fits(unit: str, scale: float, fits: str) -> None:
+    found = [f for f in with_robot(height_log(unit, scale)).findings if f.rule.startswith("height_")]
+    assert [f'`--column "height [{unit}]=body_height:{fits}" --override-units`' in f.message for f in found] == [True]
+
+
+def test_heights_that_cannot_be_of_the_robot_say_what_was_read() -> None:
+    turned = finding(with_robot(height_log("m", -1.0)), "height_doubtful").message
+    assert "-0.501 to -0.304 m" in turned
+    assert "sign = -1" in turned
+    volts = [f"{3 * k},{15.5 + 0.01 * np.sin(k / 40):.4f}" for k in range(1200)]
+    message = finding(with_robot(text("time [ms],height [m]", volts)), "height_doubtful").message
+    assert "15.5 m" in message
+    assert "the column right" in message
+    assert "height_doubtful" not in {f.rule for f in with_robot(height_log("m", 1.0)).findings}
+    assert "height_doubtful" not in {f.rule for f in with_robot(height_log("m", -1.0), no_robot_check=True).findings}
+
+
 def test_a_robot_that_stands_is_plausible() -> None:
     assert not with_robot(height_log("m", 1.0, hop_m=0.0)).refused
 
