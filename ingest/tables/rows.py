@@ -31,7 +31,7 @@ PIECE_BYTES = 1 << 18
 BLOCK_BYTES = 1 << 24
 """What is tried at once of a large file."""
 
-_WAIT_S = 1e-4
+_WAIT_S, _LONGEST_WAIT_S = 1e-4, 1.0
 
 
 def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], findings: FindingCollector) -> Block:
@@ -137,9 +137,10 @@ def _take_back(lent: memoryview) -> None:
     """Wait until no thread of Arrow holds the bytes; some still do when its parser has returned.
 
     To let go of Python's bytes a thread needs the interpreter, and one that first asks while the interpreter ends
-    aborts the process.
+    aborts the process. Bytes that are held for good are left to their holder.
     """
-    while True:
+    end = time.monotonic() + _LONGEST_WAIT_S
+    while time.monotonic() < end:
         try:
             return lent.release()
         except BufferError:
