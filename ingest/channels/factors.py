@@ -38,7 +38,7 @@ def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> t
 
 def is_common(unit: str, stored: str) -> bool:
     """Whether a unit is one in which logs often give a quantity that is stored in `stored`."""
-    return unit in _COMMON.get(stored, {})
+    return unit in FACTORS.get(stored, {})
 
 
 def same_unit(one: str, other: str) -> bool:

@@ -142,9 +142,11 @@ def _take_back(lent: memoryview) -> None:
     end = time.monotonic() + _LONGEST_WAIT_S
     while time.monotonic() < end:
         try:
-            return lent.release()
+            lent.release()
         except BufferError:
             time.sleep(_WAIT_S)
+        else:
+            return
 
 
 def _count_line_ends(data: bytes, start: int, stop: int) -> int:
