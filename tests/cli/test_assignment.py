@@ -143,7 +143,7 @@ def test_file_taken_off_its_run_is_in_the_inbox_and_can_be_assigned_again(whole:
     (item,) = good(labbook("runs", "inbox", "--json", at=whole.folder)).json
     assert item["name"] == "r001.csv"
     with unchanged(whole.folder):
-        refused(labbook(*off, at=whole.folder), 2, "r001.csv belongs to no run", "`labbook runs inbox`")
+        assert "r001.csv belongs to no run" in good(labbook(*off, at=whole.folder)).out, "said again, it is no mistake"
         assert "imported before" in good(labbook("ingest", whole.log("r001"), at=whole.folder)).out
     before = contents(whole.folder).rows
     good(labbook("rebuild", at=whole.folder))
@@ -159,8 +159,9 @@ def test_charge_taken_off_its_run_waits_in_the_inbox(whole: SmallBook) -> None:
     said = good(labbook("assign", "2021-06-14.csv#7", "none", "--why", "read a line too low", at=whole.folder)).out
     assert said == "charge 7 of 2021-06-14.csv belongs to run r007 no longer: it is in the inbox.\n"
     assert "2021-06-14.csv#7" in good(labbook("runs", "inbox", at=whole.folder)).out
-    again = labbook("assign", "2021-06-14.csv#7", "none", "--why", "x", at=whole.folder)
-    refused(again, 2, "belongs to no run", "`labbook runs inbox`")
+    with unchanged(whole.folder):
+        again = good(labbook("assign", "2021-06-14.csv#7", "none", "--why", "x", at=whole.folder))
+        assert "belongs to no run" in again.out
     good(labbook("assign", "2021-06-14.csv#7", "r007", at=whole.folder))
     assert good(labbook("runs", "inbox", at=whole.folder)).out == "the inbox is empty.\n"
 

@@ -109,7 +109,7 @@ def test_results_that_no_report_shows_go_and_come_again(tmp_path: Path, database
         assert listed(standing) == {}
         after = all_rows(standing.engine)
         fewer = {name for name in before if len(after[name]) < len(before[name])}
-        assert fewer == {"result", "result_number", "result_input"}
+        assert fewer == {"result", "result_number", "result_input", "row_hash"}
         assert all(set(after[name]) <= set(before[name]) for name in before)
         assert {row[2] for row in after["report_item"]} == {row[2] for row in before["report_item"]}
     if database_url is None:
@@ -167,8 +167,8 @@ def test_an_ingest_whose_files_are_removed_before_its_rows_are_there_is_not_half
     with book.open() as standing:
         real = ingesting.read_and_store
 
-        def then_pruned(*given: object) -> object:
-            done = real(*given)  # type: ignore[arg-type]
+        def then_pruned(*given: object, **named: object) -> object:
+            done = real(*given, **named)  # type: ignore[arg-type]
             for path in book.folder.rglob("*"):
                 os.utime(path, (1e9, 1e9))
             assert len(pruned(standing)) >= 1

@@ -45,6 +45,7 @@ def test_a_folder_without_configuration_gets_one_to_fill_in(tmp_path: Path) -> N
     with opened(tmp_path / "new book") as book, book.reading() as connection:
         assert list(people(connection)) == ["Zoë Ł"]
     assert sorted(path.name for path in (tmp_path / "new book").iterdir()) == [
+        ".whole.journal.jsonl",
         "journal.jsonl",
         "labbook.db",
         "labbook.toml",
