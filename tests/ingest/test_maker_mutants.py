@@ -144,6 +144,7 @@ def test_none_of_500_mutants_of_each_makers_file_is_read_wrongly(name: str, bloc
     check(name, range(100 * block, 100 * block + 100))
 
 
+REFUSED = "refused"
 MINUTES = re.compile(r"\+?(\d+\.?\d*|\.\d+)|(\d+):([0-5]\d)")
 
 
@@ -167,25 +168,36 @@ def sheet_rows(data: bytes) -> list[tuple[str | None, float, float | None, float
 
 
 def wrong_sheet(seed: int) -> str | None:
-    lines = [f"r{n:03},{440 + 7 * n % 50},{12 + n % 3}.5,16.{70 + n % 20},{'AB'[n % 2]}" for n in range(40)]
+    """Return what is wrong with the reading of a mutant sheet, `REFUSED` where none was read."""
+    lines = [f"r{n:03},{440 + 7 * n % 50},{12 + n % 3}.5,16.{70 + n % 20},{'AB'[n % 2]}" for n in range(240)]
     good = "\n".join([SHEET.splitlines()[0], *lines, ""]).encode()
     mutant = mutant_of(good, ",", seed)
     read = read_file(mutant.data, Declarations())
     if read.refused or read.format != "charger_sheet" or lines_of(mutant.data)[0] != lines_of(good)[0]:
-        return None
+        return REFUSED
     rows = sheet_rows(mutant.data)
+    left = iter(rows)
     for charge in read.charges:
         run, pack = (None if text is None else text.strip('"') for text in (charge.stated_run, charge.stated_pack))
         told = (run, charge.charge_mah, charge.duration_s, charge.end_voltage_v, pack)
-        if not any(all(a is None or a == b for a, b in zip(told, row, strict=True)) for row in rows):
-            return f"{told} stands in no line ({mutant.made_by})"
-    return None
+        if told not in left:
+            return f"{told} stands in no line below those before it ({mutant.made_by})"
+    if read.rows_read != len(read.charges) + read.rows_rejected:
+        return f"{len(read.charges)} of {read.rows_read} rows are read and {read.rows_rejected} rejected"
+    lost = len(rows) - len(read.charges) - read.rows_rejected
+    return f"{lost} rows are neither read nor rejected ({mutant.made_by})" if lost > 0 else None
+
+
+def check_sheets(seeds: range) -> None:
+    found = {seed: wrong_sheet(seed) for seed in seeds}
+    assert {seed: fault for seed, fault in found.items() if fault not in (None, REFUSED)} == {}
+    assert sum(fault is None for fault in found.values()) > 0.7 * len(seeds)
 
 
 def test_no_mutant_of_a_charger_sheet_is_read_wrongly() -> None:
-    assert {seed: fault for seed in range(200) if (fault := wrong_sheet(seed))} == {}
+    check_sheets(range(200))
 
 
 @pytest.mark.soak
 def test_none_of_3000_mutants_of_a_charger_sheet_is_read_wrongly() -> None:
-    assert {seed: fault for seed in range(3000) if (fault := wrong_sheet(seed))} == {}
+    check_sheets(range(3000))
