@@ -149,7 +149,7 @@ def _rows(head: Head, header: SheetHeader, findings: FindingCollector) -> Iterat
     below = [row for row in numbered_lines(source.data, source.start) if row[0] > header.line]
     above: list[str] = []
     for line, content in below:
-        raw = split_cells(content.strip(b"\x1a"), header.delimiter)
+        raw = split_cells(content.rstrip(b"\x1a"), header.delimiter)
         if unended and line == below[-1][0] and raw:
             if len(raw) < fewest or (not raw[-1] and any(above)):
                 message = f"The last line ends in the middle; {_LEFT_OUT}."
