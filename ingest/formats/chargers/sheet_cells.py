@@ -17,7 +17,7 @@ FACTORS = {
 }
 STORED_UNIT = {"charge": "mAh", "duration": "s", "end_voltage": "V"}
 
-LIMITS = {"charge": (0.0, 1e5), "duration": (0.0, 172_800.0), "end_voltage": (0.5, 100.0)}
+LIMITS = {"charge": (0.0, 1e5), "duration": (1.0, 172_800.0), "end_voltage": (0.5, 100.0)}
 """What a recharge of a robot's pack can be, in stored units."""
 
 # No other blank: a damaged digit may be one.
@@ -87,7 +87,8 @@ def _from_clock(clock: re.Match[str], unit: str | None) -> Quantity | CellFault:
         seconds = 3600 * second + 60 * third
     else:
         return UNIT_MISSING
-    return Quantity(float(seconds), 1.0) if seconds <= LIMITS["duration"][1] else OUT_OF_RANGE
+    low, high = LIMITS["duration"]
+    return Quantity(float(seconds), 1.0) if low <= seconds <= high else OUT_OF_RANGE
 
 
 def parse_mode(text: str) -> ChargeMode | CellFault | None:

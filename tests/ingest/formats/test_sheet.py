@@ -91,6 +91,15 @@ def test_a_row_that_cannot_be_read_is_left_out_and_named(row: str, rule: str) ->
     assert (result.rows_kept, result.rows_rejected, result.refused) == (200, 1, False)
 
 
+@pytest.mark.parametrize("minutes", ["0", "0:00"])
+def test_a_recharge_that_took_no_time_is_left_out(minutes: str) -> None:
+    """The book has no place for it: its sheet could not be stored."""
+    rows = [f"r{number},461,90" for number in range(200)]
+    result = read("\n".join(["run,mAh,minutes", *rows, f"r200,461,{minutes}", "r201,461,90"]) + "\n")
+    assert (result.rows_kept, result.rows_rejected, result.refused) == (201, 1, False)
+    assert "out_of_range" in rules(result)
+
+
 def test_all_that_is_wrong_in_a_row_is_reported() -> None:
     result = read("run,mAh,minutes,end_voltage,mode\nr1,ERR,x,1680,fast\n")
     assert {"not_a_number", "out_of_range", "mode_unknown", "no_rows_kept"} <= rules(result)
