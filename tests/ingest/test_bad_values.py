@@ -57,7 +57,10 @@ VALUES = [
     [
         (with_heights(lambda h: f"{1000 * h:.3f}"), '--column "height [m]=body_height:mm" --override-units'),
         (with_heights(lambda h: f"{100 * h:.3f}"), '--column "height [m]=body_height:cm" --override-units'),
-        (with_heights(lambda h: 16_000 + h, "battery [V]"), '--unit "battery [V]=mV" --override-units'),
+        (
+            with_heights(lambda h: 16_000 + h, "battery [V]"),
+            '--column "battery [V]=battery_voltage:mV" --override-units',
+        ),
     ],
 )
 def test_values_of_another_unit_name_the_flags_that_read_them(data: bytes, said: str) -> None:

@@ -277,7 +277,7 @@ def test_another_reading_killed_after_each_sync_is_made_or_not(lab: Lab) -> None
     (path,) = lab.record(0).iterdir()
     code, said = lab.commands.run(*lab.ingest(path))
     assert code == 0, said
-    meant = ("aux", "sync", "sequence", "aux", "sync", "sequence", "aux", "sync")
+    meant = ("aux", "sync", "sequence") * 8
     for number, channel in enumerate(meant):
         gain = f"k_gain={channel}"
         words = ["files", "reread", path.name, "--column", gain, "--book", lab.book.folder]

@@ -157,7 +157,8 @@ def test_after_any_commands_file_and_table_are_the_same_chain(
             except LabbookError:
                 assert all_rows(book.engine) == before
             else:
-                assert len(said_alike(book)) > len(entries)
+                more = len(said_alike(book)) - len(entries)
+                assert more > 0 or set(command) <= {"correct", "void", "reject"}, "said again, these add nothing"
             assert said_alike(book)[: len(entries)] == entries
             entries = said_alike(book)
 
