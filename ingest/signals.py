@@ -55,7 +55,8 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     columns = check_plates(columns, stored, findings)
     check_robot(columns, stored, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
-    clock_columns = split_clocks({table.names[position]: block.clocks[position] for position in clocks})
+    given = [position for position in clocks if position in block.clocks]  # not every table of a maker keeps them
+    clock_columns = split_clocks({table.names[position]: block.clocks[position] for position in given})
     sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, clock_columns)
     parts: list[SignalPart] = []
     kept = 0
