@@ -20,7 +20,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.chunks import in_chunks
-from data_schema.tables import design, equipment, files, hashes, people, results, runs, signals
+from data_schema.tables import FACTS, design, files, hashes, results, signals
 
 _WRITTEN = "labbook_rows_written"
 """Under this name a connection keeps what its transaction has written."""
@@ -54,10 +54,6 @@ class Altered:
     how: Misfit
 
 
-def _alone(table: sa.Table) -> tuple[sa.Table, tuple[Member, ...]]:
-    return table, (Member(table, (), (table.c.id,)),)
-
-
 def _below(table: sa.Table, owner: sa.Table, *order: sa.Column[Any]) -> Member:
     return Member(table, ((owner, table.c[owner.name] == owner.c.id),), order)
 
@@ -68,76 +64,28 @@ def _of_signal(table: sa.Table, place: sa.Column[Any]) -> Member:
     return Member(table, joins, (table.c.signal, place))
 
 
-_FACTS = (
-    people.person,
-    people.config,
-    design.study,
-    design.day,
-    design.day_check,
-    design.factor,
-    design.level,
-    design.plan,
-    design.planned_run,
-    equipment.robot,
-    equipment.battery,
-    equipment.instrument,
-    equipment.calibration,
-    files.file,
-    files.run_file,
-    runs.run,
-    runs.charge,
-    runs.note,
-    runs.decision,
-)
+_OWNERS = (*FACTS.values(), files.ingest, signals.detection, results.result)
+
+_MEMBERS: Mapping[str, tuple[Member, ...]] = {
+    "condition": (_below(design.condition_level, design.condition, design.condition_level.c.factor),),
+    "ingest": (
+        _below(files.finding, files.ingest, files.finding.c.id),
+        _below(signals.signal, files.ingest, signals.signal.c.id),
+        _of_signal(signals.channel, signals.channel.c.position),
+        _of_signal(signals.gap, signals.gap.c.id),
+    ),
+    "detection": (_below(signals.jump, signals.detection, signals.jump.c.number),),
+    "result": (
+        _below(results.result_number, results.result, results.result_number.c.name),
+        _below(results.result_input, results.result, *results.result_input.primary_key.columns),
+        _below(results.prediction, results.result, results.prediction.c.id),
+    ),
+    "report": (_below(results.report_item, results.report, results.report_item.c.number_uid),),
+}
+"""What belongs to an owner beside its own row, by its kind."""
 
 GROUPS: Mapping[str, tuple[sa.Table, tuple[Member, ...]]] = {
-    **{table.name: _alone(table) for table in _FACTS},
-    "condition": (
-        design.condition,
-        (
-            Member(design.condition, (), (design.condition.c.id,)),
-            _below(design.condition_level, design.condition, design.condition_level.c.factor),
-        ),
-    ),
-    "ingest": (
-        files.ingest,
-        (
-            Member(files.ingest, (), (files.ingest.c.id,)),
-            _below(files.finding, files.ingest, files.finding.c.id),
-            _below(signals.signal, files.ingest, signals.signal.c.id),
-            _of_signal(signals.channel, signals.channel.c.position),
-            _of_signal(signals.gap, signals.gap.c.id),
-        ),
-    ),
-    "detection": (
-        signals.detection,
-        (
-            Member(signals.detection, (), (signals.detection.c.id,)),
-            _below(signals.jump, signals.detection, signals.jump.c.number),
-        ),
-    ),
-    "result": (
-        results.result,
-        (
-            Member(results.result, (), (results.result.c.id,)),
-            _below(results.result_number, results.result, results.result_number.c.name),
-            _below(
-                results.result_input,
-                results.result,
-                results.result_input.c.role,
-                results.result_input.c.input_kind,
-                results.result_input.c.input_uid,
-            ),
-            _below(results.prediction, results.result, results.prediction.c.id),
-        ),
-    ),
-    "report": (
-        results.report,
-        (
-            Member(results.report, (), (results.report.c.id,)),
-            _below(results.report_item, results.report, results.report_item.c.number_uid),
-        ),
-    ),
+    owner.name: (owner, (Member(owner, (), (owner.c.id,)), *_MEMBERS.get(owner.name, ()))) for owner in _OWNERS
 }
 """The kinds of owners, each with the tables that its hash covers: all but the journal, which is a chain of its own."""
 
@@ -159,6 +107,11 @@ def hashed(connection: sa.Connection) -> Iterator[None]:
                 _keep(connection, kind, some)
     finally:
         del connection.info[_WRITTEN]
+
+
+def has_hashes(connection: sa.Connection) -> bool:
+    """Tell whether any hash is kept: a migration writes none, the rebuild after it does."""
+    return connection.execute(sa.select(hashes.row_hash.c.uid).limit(1)).first() is not None
 
 
 def altered_rows(connection: sa.Connection) -> list[Altered]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.facts import FACTS
+from data_schema.tables import FACTS
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.people import journal, person
 from data_schema.tables.runs import run

@@ -11,35 +11,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.queries.broken_rules import why_refused
 from data_schema.row_hashes import written
-from data_schema.tables import design, equipment, files, people, results, runs
-
-FACTS: dict[str, sa.Table] = {
-    fact.name: fact
-    for fact in (
-        people.person,
-        people.config,
-        design.study,
-        design.day,
-        design.day_check,
-        design.factor,
-        design.level,
-        design.condition,
-        design.plan,
-        design.planned_run,
-        equipment.robot,
-        equipment.battery,
-        equipment.instrument,
-        equipment.calibration,
-        files.file,
-        files.run_file,
-        runs.run,
-        runs.charge,
-        runs.note,
-        runs.decision,
-        results.report,
-    )
-}
-"""The tables a person's statement can write to, by the kind of thing they hold."""
+from data_schema.tables import FACTS
 
 
 def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[str, Any]) -> int:

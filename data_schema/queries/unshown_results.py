@@ -13,15 +13,24 @@ from data_schema.tables.results import prediction, report_item, result, result_i
 
 def unshown_results(connection: sa.Connection) -> list[str]:
     """Return the uids of these results; one that a shown one rests on, over however many others, is not among them."""
-    shown = sa.select(result_number.c.result).join(report_item, report_item.c.result_number == result_number.c.id)
-    needed = sa.select(result.c.id).where(result.c.id.in_(shown)).cte("needed", recursive=True)
-    needed = needed.union(
-        sa.select(result.c.id)
-        .join(result_input, sa.and_(result_input.c.input_kind == "result", result_input.c.input_uid == result.c.uid))
-        .join(needed, needed.c.id == result_input.c.result)
+    shown = (
+        sa.select(result.c.uid)
+        .distinct()
+        .join(result_number, result_number.c.result == result.c.id)
+        .join(report_item, report_item.c.result_number == result_number.c.id)
     )
-    query = sa.select(result.c.uid).where(result.c.id.not_in(sa.select(needed.c.id))).order_by(result.c.id)
-    return list(connection.execute(query).scalars())
+    below = sa.select(result.c.uid, result_input.c.input_uid).join(result_input, result_input.c.result == result.c.id)
+    inputs: dict[str, list[str]] = {}
+    for uid, used in connection.execute(below.where(result_input.c.input_kind == "result")):
+        inputs.setdefault(uid, []).append(used)
+    step = list(connection.execute(shown).scalars())
+    needed: set[str] = set()
+    while step:
+        needed.update(step)
+        step = [used for uid in step for used in inputs.get(uid, ()) if used not in needed]
+    return [
+        uid for uid in connection.execute(sa.select(result.c.uid).order_by(result.c.id)).scalars() if uid not in needed
+    ]
 
 
 def remove_results(connection: sa.Connection, uids: Sequence[str]) -> None:

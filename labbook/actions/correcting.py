@@ -9,10 +9,11 @@ from zoneinfo import ZoneInfo
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.facts import FACTS, find_uid, read_fact
+from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.plans import planned_runs
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import factors
+from data_schema.tables import FACTS
 from data_schema.vocabulary import Action, RunKind, RunState
 from labbook.actions.corrected_values import date_value, number_value, text_value
 from labbook.actions.second_charge import refuse_second_charge

@@ -26,9 +26,10 @@ from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.integrity import KeptFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.verdicts import verdicts_waiting
-from data_schema.row_hashes import altered_rows
+from data_schema.row_hashes import altered_rows, has_hashes
 from ingest.store import Store
 from labbook.book.altered import MOST_NAMED, compared, differing
+from labbook.book.differing import differences
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
 from labbook.book.replaying import replayed
 from labbook.config.parsing import Configuration
@@ -142,24 +143,33 @@ def _altered(
     connection: sa.Connection, folder: Path, configuration: Configuration, entries: int, counted: Counted, deep: bool
 ) -> list[str]:
     """Say which rows are not what labbook wrote, what they should be, and which reports rest on them."""
+    if not has_hashes(connection):
+        return ["the rows of the database have no hashes, for no rebuild followed its upgrade: run `labbook rebuild`."]
     suspected = altered_rows(connection)
     if not suspected and not deep:
         return []
     mirror = JournalFile(journal_path(folder, configuration))
     problems: list[str] = []
+    remedy = " Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     with counted(entries) as step:
         try:
             with (
-                replayed(store_of(folder, configuration), mirror, entries, step) as engine,
+                replayed(store_of(folder, configuration), mirror, entries, step) as (engine, replay),
                 reading(engine) as fresh,
             ):
-                if deep:
-                    suspected = list(dict.fromkeys((*suspected, *differing(connection, fresh))))
+                others = [item for item in differing(connection, fresh) if item not in suspected] if deep else []
+                if others and differences(fresh, replay.entries, replay.without_rows).by_versions:
+                    problems.append(
+                        f"{len(others)} groups of rows come out otherwise with this labbook's readers and algorithms "
+                        "than with those of other versions that wrote them: run `labbook rebuild`, then check again."
+                    )
+                else:
+                    suspected += others
                 found = compared(connection, fresh, suspected[:MOST_NAMED])
         except BookError as error:
             problems.append(f"what should stand in the tables cannot be told: {error}")
             found = compared(connection, None, suspected[:MOST_NAMED])
-    remedy = "" if problems else " Run `labbook rebuild` to make the database anew from the raw copies and the journal."
+            remedy = ""
     problems += [f"{rows.sentence}{remedy}" for rows in found]
     if len(suspected) > MOST_NAMED:
         kinds = Counter(item.kind for item in suspected)

@@ -53,7 +53,7 @@ def recompute(book: Book, uids: Sequence[str], step: Callable[[str], None]) -> l
                 "report again and check a number of that."
             )
         numbers = [number for _row, number in filter(None, stored)]
-    with replayed(book.store, book.mirror, until, step) as engine, reading(engine) as fresh:
+    with replayed(book.store, book.mirror, until, step) as (engine, _replay), reading(engine) as fresh:
         return [_compared(number, result_of_number(fresh, number.uid)) for number in numbers]
 
 

@@ -39,6 +39,11 @@ class Differences:
     without_rows: tuple[str, ...] = ()
 
     @property
+    def by_versions(self) -> bool:
+        """Whether another version of a reader or an algorithm made what stands in the journal."""
+        return bool(self.files_read_anew or self.numbers_gone)
+
+    @property
     def sentences(self) -> list[str]:
         """Say in words what differs; nothing where all agrees."""
         said = []

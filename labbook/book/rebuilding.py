@@ -20,7 +20,7 @@ from data_schema.engine import postgres_engine, reading, sqlite_engine, writing
 from data_schema.errors import BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile, LeftOut
-from data_schema.row_hashes import altered_rows
+from data_schema.row_hashes import altered_rows, has_hashes
 from data_schema.tables.hashes import row_hash
 from labbook.book.altered import MOST_NAMED, AlteredRows, compared
 from labbook.book.differing import Differences, differences
@@ -96,7 +96,7 @@ def _altered(
     engine = postgres_engine(url, schema=old) if url else sqlite_engine(folder / old)
     try:
         with reading(engine) as connection:
-            if not sa.inspect(connection).has_table(row_hash.name):
+            if not sa.inspect(connection).has_table(row_hash.name) or not has_hashes(connection):
                 return 0, ()
             suspected = altered_rows(connection)
             return len(suspected), tuple(compared(connection, fresh, suspected[:MOST_NAMED]))

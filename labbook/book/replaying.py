@@ -72,7 +72,9 @@ class Replay:
 
 
 @contextlib.contextmanager
-def replayed(store: Store, mirror: JournalFile, until: int, step: Callable[[str], None]) -> Iterator[sa.Engine]:
+def replayed(
+    store: Store, mirror: JournalFile, until: int, step: Callable[[str], None]
+) -> Iterator[tuple[sa.Engine, Replay]]:
     """Make the database that raw copies and the first `until` entries of the journal give, for as long as it is used.
 
     It lies with its samples in a temporary folder of the system; of the book, only raw copies and journal are read.
@@ -83,7 +85,8 @@ def replayed(store: Store, mirror: JournalFile, until: int, step: Callable[[str]
         fill_sqlite(folder / DATABASE)
         engine = sqlite_engine(folder / DATABASE)
         try:
-            Replay(Store(folder), mirror, step).onto(engine, until)
-            yield engine
+            replay = Replay(Store(folder), mirror, step)
+            replay.onto(engine, until)
+            yield engine, replay
         finally:
             engine.dispose()
