@@ -32,6 +32,7 @@ from labbook.book.altered import MOST_NAMED, compared, differing
 from labbook.book.differing import differences
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
 from labbook.book.replaying import replayed
+from labbook.book.suspected import needless_entries
 from labbook.config.parsing import Configuration
 
 PROBLEMS_OF_SQLITE = 20
@@ -132,7 +133,7 @@ def _ask(folder: Path, configuration: Configuration, counted: Counted, deep: boo
             raw, samples = raw_copies(connection), signal_files(connection)
             entries = _attempt(problems, lambda: list(journal.chained(journal.stored(connection), remedy=MEND_TABLE)))
             if entries:
-                problems += _altered(connection, folder, configuration, len(entries), counted, deep)
+                problems += _altered(connection, folder, configuration, entries, counted, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
         return _Told(problems, raw, samples, entries, *waiting)
     finally:
@@ -140,7 +141,12 @@ def _ask(folder: Path, configuration: Configuration, counted: Counted, deep: boo
 
 
 def _altered(
-    connection: sa.Connection, folder: Path, configuration: Configuration, entries: int, counted: Counted, deep: bool
+    connection: sa.Connection,
+    folder: Path,
+    configuration: Configuration,
+    entries: Sequence[Entry],
+    counted: Counted,
+    deep: bool,
 ) -> list[str]:
     """Say which rows are not what labbook wrote, what they should be, and which reports rest on them."""
     if not has_hashes(connection):
@@ -148,28 +154,29 @@ def _altered(
     suspected = altered_rows(connection)
     if not suspected and not deep:
         return []
-    mirror = JournalFile(journal_path(folder, configuration))
+    store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
+    needless = frozenset() if deep else needless_entries(entries, suspected[:MOST_NAMED])
     problems: list[str] = []
     remedy = " Run `labbook rebuild` to make the database anew from the raw copies and the journal."
-    with counted(entries) as step:
-        try:
-            with (
-                replayed(store_of(folder, configuration), mirror, entries, step) as (engine, replay),
-                reading(engine) as fresh,
-            ):
-                others = [item for item in differing(connection, fresh) if item not in suspected] if deep else []
-                if others and differences(fresh, replay.entries, replay.without_rows).by_versions:
-                    problems.append(
-                        f"{len(others)} groups of rows come out otherwise with this labbook's readers and algorithms "
-                        "than with those of other versions that wrote them: run `labbook rebuild`, then check again."
-                    )
-                else:
-                    suspected += others
-                found = compared(connection, fresh, suspected[:MOST_NAMED])
-        except BookError as error:
-            problems.append(f"what should stand in the tables cannot be told: {error}")
-            found = compared(connection, None, suspected[:MOST_NAMED])
-            remedy = ""
+    try:
+        with (
+            counted(len(entries)) as step,
+            replayed(store, mirror, len(entries), step, needless) as (engine, replay),
+            reading(engine) as fresh,
+        ):
+            others = [item for item in differing(connection, fresh) if item not in suspected] if deep else []
+            if others and differences(fresh, replay.entries, replay.without_rows).by_versions:
+                problems.append(
+                    f"{len(others)} groups of rows come out otherwise with this labbook's readers and algorithms "
+                    "than with those of other versions that wrote them: run `labbook rebuild`, then check again."
+                )
+            else:
+                suspected += others
+            found = compared(connection, fresh, suspected[:MOST_NAMED])
+    except BookError as error:
+        problems.append(f"what should stand in the tables cannot be told: {error}")
+        found = compared(connection, None, suspected[:MOST_NAMED])
+        remedy = ""
     problems += [f"{rows.sentence}{remedy}" for rows in found]
     if len(suspected) > MOST_NAMED:
         kinds = Counter(item.kind for item in suspected)

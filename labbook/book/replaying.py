@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -28,6 +28,8 @@ class Replay:
     store: Store
     mirror: JournalFile
     step: Callable[[str], None]
+    needless: Collection[int] = ()
+    """The numbers of entries that need not take effect."""
     entries: list[Entry] = field(default_factory=list)
     without_rows: list[Entry] = field(default_factory=list)
     left_out: LeftOut = NOTHING
@@ -42,7 +44,7 @@ class Replay:
         new = new if until is None else [entry for entry in new if entry.seq <= until]
         for command in journal.commands(new):
             with writing(engine) as connection:
-                self.without_rows += apply_again(connection, self.store, command)
+                self.without_rows += apply_again(connection, self.store, command, self.needless)
             last = command[-1]
             self.step(f"{last.seq}/{new[-1].seq} {last.action} {last.entity_kind}")
             self.entries += command
@@ -73,11 +75,12 @@ class Replay:
 
 @contextlib.contextmanager
 def replayed(
-    store: Store, mirror: JournalFile, until: int, step: Callable[[str], None]
+    store: Store, mirror: JournalFile, until: int, step: Callable[[str], None], needless: Collection[int] = ()
 ) -> Iterator[tuple[sa.Engine, Replay]]:
     """Make the database that raw copies and the first `until` entries of the journal give, for as long as it is used.
 
-    It lies with its samples in a temporary folder of the system; of the book, only raw copies and journal are read.
+    Entries whose numbers are `needless` do not take effect. It lies with its samples in a temporary folder of the
+    system; of the book, only raw copies and journal are read.
     """
     with tempfile.TemporaryDirectory(prefix="labbook-replay-") as name:
         folder = Path(name)
@@ -85,7 +88,7 @@ def replayed(
         fill_sqlite(folder / DATABASE)
         engine = sqlite_engine(folder / DATABASE)
         try:
-            replay = Replay(Store(folder), mirror, step)
+            replay = Replay(Store(folder), mirror, step, needless)
             replay.onto(engine, until)
             yield engine, replay
         finally:

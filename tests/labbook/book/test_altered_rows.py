@@ -7,18 +7,25 @@ import random
 import shutil
 import struct
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, sqlite_engine, writing
+from data_schema.journal import Entry
 from data_schema.queries.facts import update_fact
+from data_schema.row_hashes import written
+from data_schema.vocabulary import Action
+from ingest.store import Store
 from labbook.actions.health import Health, check_book
 from labbook.actions.recomputing import recompute
 from labbook.book.rebuilding import rebuild_database
 from labbook.cli.common import progress
 from tests.helpers.books import SmallBook
+from tests.helpers.journals import renumbered
+from tests.helpers.statements import in_file
 from tests.helpers.whole_book import whole_book
 
 
@@ -191,9 +198,52 @@ def test_a_row_altered_with_its_hash_is_found_by_the_deep_check_only(whole: Smal
     assert "charge_mah is 1.0 and should be " in problem
 
 
+def test_a_fact_is_compared_without_reading_any_log(whole: SmallBook) -> None:
+    store = Store(whole.folder)
+    for raw in whole.folder.glob("raw/*/*.zst"):
+        if b"body_height" in store.raw(str(raw.relative_to(whole.folder)), raw.stem):
+            raw.unlink()
+    execute(engine_of(whole), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
+    (problem,) = [problem for problem in check(whole).problems if "charge" in problem]
+    assert "charge_mah is 1.0 and should be " in problem
+
+
+def test_rows_that_other_versions_made_are_no_alterations(whole: SmallBook) -> None:
+    """As if an earlier version of a reader had read every log: journal and tables say so alike."""
+
+    def earlier(entry: Entry) -> Entry:
+        read = entry.action in (Action.INGEST, Action.READ)
+        return replace(entry, new={**(entry.new or {}), "reader_version": 1}) if read else entry
+
+    with whole.open() as book:
+        entries = renumbered([earlier(entry) for entry in in_file(book)])
+    whole.journal.write_text("".join(entry.line + "\n" for entry in entries), encoding="utf-8")
+    whole.database.unlink()
+    rebuild_database(whole.folder, lambda _step: None)
+    engine = engine_of(whole)
+    with writing(engine) as connection:
+        of_journal = sa.text("UPDATE ingest SET reader_version = 1 WHERE status <> 'refused' RETURNING uid")
+        written(connection, "ingest", list(connection.execute(of_journal).scalars()))
+    engine.dispose()
+    assert check(whole).whole
+    (problem,) = check(whole, deep=True).problems
+    assert "come out otherwise with this labbook's readers" in problem
+    rebuild_database(whole.folder, lambda _step: None)
+    assert check(whole, deep=True).whole
+
+
+def test_rows_without_hashes_are_named_with_the_remedy(whole: SmallBook) -> None:
+    execute(engine_of(whole), "DELETE FROM row_hash")
+    (problem,) = check(whole).problems
+    assert "have no hashes" in problem
+    assert rebuild_database(whole.folder, lambda _step: None).n_altered == 0
+    assert check(whole, deep=True).whole
+
+
 def test_what_cannot_be_compared_is_named_all_the_same(whole: SmallBook) -> None:
     execute(engine_of(whole), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
-    next(whole.folder.glob("raw/*/*.zst")).unlink()
+    for raw in whole.folder.glob("raw/*/*.zst"):
+        raw.unlink()
     problems = check(whole).problems
     assert any("what should stand in the tables cannot be told" in problem for problem in problems)
     assert any(problem.startswith("altered in the database: charge ") for problem in problems)

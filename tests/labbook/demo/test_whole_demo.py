@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import csv
 import json
+import random
 from pathlib import Path
 
 import numpy as np
 import pytest
+import sqlalchemy as sa
 
+from data_schema.tables.results import result_number
 from data_schema.vocabulary import RunKind
+from labbook.actions.recomputing import recompute
 from labbook.analysis.pairing import POOLED
 from labbook.analysis.planned import planned_analysis
 from labbook.book.opening import Book, opened
@@ -87,6 +91,22 @@ def test_a_campaign_through_files_gives_what_was_drawn(seed: int, tmp_path: Path
     assert content.flow.jumps_detected <= content.flow.jumps_made
 
 
+def check_numbers(folder: Path, how_many: int) -> None:
+    """Numbers picked at random, recomputed from raw copies and journal, are the same to the last digit."""
+    with opened(folder) as book:
+        with book.reading() as connection:
+            stored = list(connection.execute(sa.select(result_number.c.uid).order_by(result_number.c.uid)).scalars())
+        found = recompute(book, random.Random(17).sample(stored, how_many), lambda _step: None)
+    assert [(number.anew is not None, number.differs) for number in found] == [(True, ())] * how_many
+
+
+@pytest.mark.soak
+def test_numbers_of_the_whole_demonstration_come_out_again(tmp_path: Path) -> None:
+    campaign = make_campaign(1)
+    done = run_demo(tmp_path / "demo", campaign, False, lambda _step: None, lambda _line: None)
+    check_numbers(Path(done.book), how_many=500)
+
+
 def test_the_demonstration_reports_and_remembers_its_correction(tmp_path: Path) -> None:
     campaign = make_campaign(1, runs_per_condition=1, extra_controls=4, jumps_per_run=2)
     correction = campaign.corrections[0]
@@ -98,6 +118,7 @@ def test_the_demonstration_reports_and_remembers_its_correction(tmp_path: Path) 
     assert [entry["reason"] for entry in corrected] == [correction.why]
     assert corrected[0]["old"] != corrected[0]["new"]
 
+    check_numbers(Path(done.book), how_many=50)
     with opened(Path(done.book)) as book, book.reading() as connection:
         planned = planned_analysis(connection, book.configuration)
     assert planned.stated
