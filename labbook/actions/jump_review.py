@@ -60,11 +60,22 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
     detections = Detections(connection, book.store)
     length_m = rest_length_m(connection, run.robot_uid)
     found = detections.of({run.uid: signals}, protocol.detector, length_m)[run.uid]
-    rules = Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps)
+    return _judged(book, connection, run, signals, found)
+
+
+def _judged(
+    book: Book,
+    connection: sa.Connection,
+    run: RunRow,
+    signals: tuple[SignalRow, ...],
+    detections: tuple[DetectionRow, ...],
+) -> RunReview:
+    """Judge jumps by the protocol and by the verdicts that stand now."""
+    protocol = book.configuration.protocol
     decisions = jump_decisions(connection, [signal.sha256 for signal in signals])
-    judgement = judge(found, decisions, rules)
+    judgement = judge(detections, decisions, Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps))
     lost = tuple(verdicts_waiting(connection, run.uid))
-    return RunReview(run, signals, found, judgement.jumps, judgement.waiting, lost)
+    return RunReview(run, signals, detections, judgement.jumps, judgement.waiting, lost)
 
 
 def jumps_meant(texts: Sequence[str], found: RunReview) -> list[int]:
@@ -104,7 +115,10 @@ def decide(
     """
     if reason not in tuple(ReasonCode):
         raise unknown_name("reason", reason, tuple(ReasonCode))
-    found = found or review(book, desk.connection, name)
+    if found is None:
+        found = review(book, desk.connection, name)
+    else:  # verdicts may have come since, also from a command that was cut off
+        found = _judged(book, desk.connection, found.run, found.signals, found.detections)
     jumps = {item.jump.number: item for item in found.jumps}
     _refuse_unknown(found, jumps, numbers)
     stated = [number for number in numbers if not _stands(jumps[number].decision, desk.person, verdict, reason, note)]

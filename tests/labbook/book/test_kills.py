@@ -1,0 +1,236 @@
+"""SIGKILL at a random moment of each command that writes: what was stated stays, and the command can be given again."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import random
+import shutil
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import pytest
+
+from data_schema.engine import sqlite_engine
+from data_schema.journal import Entry
+from data_schema.journal_file import JournalFile
+from labbook.actions.health import check_book
+from labbook.actions.restoring import MARKER
+from labbook.book.copying import raw_of
+from labbook.book.opening import opened
+from labbook.book.rebuilding import rebuild_database
+from labbook.cli.common import progress
+from labbook.statements.ingesting import raw_path
+from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
+from tests.helpers.commands import KILLED, Commands
+from tests.helpers.databases import all_rows_by_name
+from tests.helpers.statements import note, said_alike
+
+ROWS_OF_A_LOG = 60
+FIGURES = "LABBOOK_KILLS"
+"""Names a file to which each kind of command adds a line of JSON: engine, rounds, kills, entries that survived."""
+
+
+@dataclass
+class Count:
+    """What became of the commands of one kind."""
+
+    kind: str
+    engine: str
+    rounds: int = 0
+    killed: int = 0
+    written: int = 0
+    """Of the killed ones, how many had their entry in the journal already."""
+
+
+@dataclass
+class Lab:
+    """A book, a backup of it and a laptop's copy of it, all of which commands go on changing."""
+
+    book: SmallBook
+    commands: Commands
+    folder: Path
+    on_server: bool
+    numbers: Iterator[int] = field(default_factory=itertools.count)
+
+    @property
+    def laptop(self) -> Path:
+        return self.folder / "laptop"
+
+    @property
+    def backup(self) -> Path:
+        return self.folder / "backup"
+
+    def run(self, *words: str | Path) -> None:
+        code, said = self.commands.run(*words)
+        assert code == 0, said
+
+    def entries(self) -> list[Entry]:
+        return list(JournalFile(self.book.journal).entries())
+
+    def ingest(self) -> list[str | Path]:
+        number = next(self.numbers)
+        lines = instrument_files()["logs/r001.csv"].split(b"\n")
+        first = 1 + number % (len(lines) - ROWS_OF_A_LOG - 2)
+        log = self.folder / f"log of round {number}.csv"  # of no run, so that none has two
+        log.write_bytes(b"\n".join([lines[0], *lines[first : first + ROWS_OF_A_LOG], b""]))
+        return ["ingest", log, "--book", self.book.folder]
+
+    def verdict(self) -> list[str | Path]:
+        number = next(self.numbers)
+        note = f"seen on video {number}"
+        words = ["jumps", "reject", "r002", "1", "--reason", "touched_by_hand", "--note", note]
+        return [*words, "--book", self.book.folder]
+
+    def correct(self) -> list[str | Path]:
+        words = ["correct", "r003", f"jumps_made={20 + next(self.numbers)}", "--why", "counted again"]
+        return [*words, "--book", self.book.folder]
+
+    def report(self) -> list[str | Path]:
+        return ["report", "--out", self.folder / f"report-{next(self.numbers)}", "--book", self.book.folder]
+
+    def rebuild(self) -> list[str | Path]:
+        return ["rebuild", "--book", self.book.folder]
+
+    def back_up(self) -> list[str | Path]:
+        self.say(self.book.folder)
+        return ["backup", self.backup, "--book", self.book.folder]
+
+    def restore(self) -> list[str | Path]:
+        self.run("backup", self.backup, "--book", self.book.folder)
+        shutil.rmtree(self.folder / "restored", ignore_errors=True)
+        return ["restore", self.backup, self.folder / "restored", *(["--sqlite"] if self.on_server else [])]
+
+    def merge(self) -> list[str | Path]:
+        if not self.laptop.exists():
+            self.run("backup", self.backup, "--book", self.book.folder)
+            self.run("restore", self.backup, self.laptop, *(["--sqlite"] if self.on_server else []))
+        self.say(self.laptop)
+        return ["merge", self.laptop, "--book", self.book.folder]
+
+    def say(self, folder: Path) -> None:
+        with opened(folder) as book, book.desk(ADA) as desk:
+            note(desk, f"remark {next(self.numbers)}")
+
+
+KINDS: Mapping[str, Callable[[Lab], list[str | Path]]] = {
+    "ingest": Lab.ingest,
+    "verdict": Lab.verdict,
+    "correct": Lab.correct,
+    "report": Lab.report,
+    "rebuild": Lab.rebuild,
+    "backup": Lab.back_up,
+    "restore": Lab.restore,
+    "merge": Lab.merge,
+}
+
+
+def check(lab: Lab, before: Sequence[Entry]) -> list[Entry]:
+    """The book is whole and holds all that was stated before; returns what is there beyond."""
+    found = check_book(lab.book.folder, lambda total: progress("checking", total, shown=False))
+    assert found.problems == ()
+    entries = lab.entries()
+    assert entries[: len(before)] == list(before)
+    return entries[len(before) :]
+
+
+def kinds_of(entries: Sequence[Entry]) -> Counter[tuple[str, str]]:
+    return Counter((entry.action, entry.entity_kind) for entry in entries)
+
+
+def check_copies(lab: Lab, kind: str, *, done: bool) -> None:
+    """Look at what the command makes beside the book."""
+    if kind == "backup":
+        for sha256 in raw_of(JournalFile(lab.backup / "journal.jsonl").entries()):
+            assert (lab.backup / raw_path(sha256)).exists()
+        if done:
+            assert (lab.backup / "journal.jsonl").read_bytes() == lab.book.journal.read_bytes()
+    restored = lab.folder / "restored"
+    if kind == "restore" and not done:
+        assert not restored.exists() or (restored / MARKER).exists() or not any(restored.glob("[!.]*"))
+    elif kind == "restore":
+        engine = sqlite_engine(restored / "labbook.db")
+        with opened(lab.book.folder) as book:
+            assert all_rows_by_name(engine) == all_rows_by_name(book.engine)
+        engine.dispose()
+
+
+def kill(
+    lab: Lab, kind: str, usual_s: float, usual: Counter[tuple[str, str]], chance: random.Random
+) -> tuple[bool, bool]:
+    """Kill one command, look, give it again, look again; returns whether it died, and with its entry written."""
+    words = KINDS[kind](lab)
+    before = lab.entries()
+    running = lab.commands.start(*words)
+    time.sleep(chance.uniform(0.05, 1.0) * usual_s)
+    running.kill()
+    code = running.wait()
+    assert code in (0, KILLED), running.output.read_text()
+    left = check(lab, before)
+    assert kinds_of(left) in (Counter(), usual)
+    if code == KILLED:
+        check_copies(lab, kind, done=False)
+        lab.run(*words)
+    after = check(lab, before)
+    again = kind == "report" and bool(left) and code == KILLED  # a second report is a second report
+    assert kinds_of(after) == usual + (usual if again else Counter())
+    check_copies(lab, kind, done=True)
+    return code == KILLED, code == KILLED and bool(left)
+
+
+def kill_in_turn(lab: Lab, kinds: Sequence[str], rounds: int, seed: int) -> list[Count]:
+    """Kill each kind of command so many times, in turn; at the end a rebuild makes the same book."""
+    chance = random.Random(seed)
+    usual: dict[str, tuple[float, Counter[tuple[str, str]]]] = {}
+    for kind in kinds:
+        for _ in range(2):  # the first of a kind may have more to load
+            words, before, started = KINDS[kind](lab), lab.entries(), time.monotonic()
+            lab.run(*words)
+            usual[kind] = time.monotonic() - started, kinds_of(check(lab, before))
+    counts = [Count(kind, "PostgreSQL" if lab.on_server else "SQLite") for kind in kinds]
+    for _, count in itertools.product(range(rounds), counts):
+        died, written = kill(lab, count.kind, *usual[count.kind], chance)
+        count.rounds, count.killed, count.written = count.rounds + 1, count.killed + died, count.written + written
+    with opened(lab.book.folder) as book:
+        said_alike(book)
+        rows = all_rows_by_name(book.engine)
+    rebuild_database(lab.book.folder, lambda _step: None)
+    with opened(lab.book.folder) as book:
+        assert all_rows_by_name(book.engine) == rows
+    return counts
+
+
+def lab_at(folder: Path, database_url: str | None, commands: Commands) -> Lab:
+    return Lab(small_book(folder, database_url=database_url), commands, folder, database_url is not None)
+
+
+def test_a_verdict_and_a_correction_killed_can_be_given_again(tmp_path: Path, commands: Commands) -> None:
+    counts = kill_in_turn(lab_at(tmp_path, None, commands), ("verdict", "correct"), 4, seed=1)
+    assert sum(count.killed for count in counts) > 2
+
+
+def test_a_verdict_cut_off_between_journal_and_commit_is_given_once(tmp_path: Path, commands: Commands) -> None:
+    lab = lab_at(tmp_path, None, commands)
+    words, before = lab.verdict(), lab.entries()
+    code, said = commands.run(*words, die_after_sync=1, of="journal.jsonl")
+    assert code == KILLED, said
+    lab.run(*words)
+    assert len(check(lab, before)) == 1
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("block", range(10))
+def test_a_thousand_kills_lose_nothing(
+    block: int, tmp_path: Path, request: pytest.FixtureRequest, commands: Commands
+) -> None:
+    """A block has 13 rounds of eight commands; every fourth is on PostgreSQL."""
+    url = request.getfixturevalue("postgres_url") if block % 4 == 3 else None
+    counts = kill_in_turn(lab_at(tmp_path, url, commands), list(KINDS), 13, seed=block)
+    assert sum(count.killed for count in counts) > 50
+    if FIGURES in os.environ:
+        with Path(os.environ[FIGURES]).open("a") as file:
+            file.writelines(json.dumps(asdict(count)) + "\n" for count in counts)
