@@ -139,7 +139,7 @@ class Disk:
         """Do what a call did; tells whether it changed or synced anything here."""
         if call.name in ("openat", "open", "creat"):
             return self._open(call)
-        if call.name in ("fsync", "fdatasync", "write", "pwrite64", "ftruncate"):
+        if call.name in ("fsync", "fdatasync", "write", "pwrite64", "ftruncate", "sendfile"):
             path = self._of_descriptor(call.arguments[0])
             return path is not None and self._with_descriptor(call, path)
         places = [place for place in self._places(call) if place is not None]
@@ -188,11 +188,20 @@ class Disk:
             node.do(int(call.arguments[1]))
         else:
             offset = int(call.arguments[3]) if call.name == "pwrite64" else self._offsets[descriptor]
-            data = _bytes(call.arguments[1])[: call.result]
+            data = self._sent(call) if call.name == "sendfile" else _bytes(call.arguments[1])[: call.result]
             node.do((offset, data))
-            if call.name == "write":
+            if call.name != "pwrite64":
                 self._offsets[descriptor] = offset + len(data)
         return True
+
+    def _sent(self, call: Call) -> bytes:
+        """The bytes that one file gave to another."""
+        source = self._of_descriptor(call.arguments[1])
+        assert source is not None, call
+        content = self._at(source).now
+        assert isinstance(content, bytearray)
+        start = int(call.arguments[2][1:].partition("]")[0])
+        return bytes(content[start : start + call.result])
 
     def _places(self, call: Call) -> list[Path | None]:
         """The paths among a call's arguments, None for one outside the folder."""

@@ -16,8 +16,12 @@ from pathlib import Path
 import pytest
 
 from data_schema.journal import Entry
+from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
+from ingest.store import Store
+from labbook.book.copying import raw_of
 from labbook.book.opening import opened
+from labbook.statements.ingesting import raw_path
 from tests.helpers import power
 from tests.helpers.books import ADA, small_book
 from tests.helpers.commands import KILLED, Commands, running_commands
@@ -71,6 +75,7 @@ CASES = {
     "report": Case((("report", "--out", "{book}/reports/one"),), slow=True),
     "rebuild": Case((("rebuild",),)),
     "rebuild --journal": Case((("rebuild", "--journal"),)),
+    "backup": Case((("backup", "{book} on a stick"),)),
 }
 """What is recorded; another command that writes to a book is a line here."""
 
@@ -179,6 +184,7 @@ def check(trial: Trial, moment: Moment, folder: Path, commands: Commands, again:
     if moment.done:
         pages = {path.relative_to(trial.folder): path.read_bytes() for path in trial.folder.glob("book/reports/**/*.*")}
         assert {path: (folder / path).read_bytes() for path in pages} == pages
+    check_backup(folder / f"{trial.case.book} on a stick", journal if moment.done else None)
     if not again:
         return
     code, said = commands.run(*case.words(case.commands[-1], folder))
@@ -190,6 +196,17 @@ def check(trial: Trial, moment: Moment, folder: Path, commands: Commands, again:
     if case.made or moment.done:
         assert [entry.hash for entry in after[: len(in_file)]] == in_file
     assert _kinds(after) == _kinds(trial.said)
+
+
+def check_backup(stick: Path, journal: Sequence[str] | None) -> None:
+    """A backup that has a journal has every raw copy it speaks of; one that was done has the book's `journal`."""
+    if not (stick / "journal.jsonl").exists():
+        assert journal is None or not stick.exists()
+        return
+    entries = list(JournalFile(stick / "journal.jsonl").entries())
+    for sha256 in raw_of(entries):
+        assert Store(stick).raw(raw_path(sha256), sha256)
+    assert journal is None or [entry.hash for entry in entries] == journal
 
 
 def _kinds(entries: Sequence[Entry]) -> Counter[tuple[str, str]]:
