@@ -77,6 +77,11 @@ def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.E
 
 def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema: str | None = None) -> sa.Engine:
     """Open an engine on a PostgreSQL database given by its SQLAlchemy URL, in its usual schema or in another."""
+    if "://" in url and not url.startswith("postgresql"):
+        raise UsageError(
+            f"[database] url {url!r} is not PostgreSQL: give postgresql+psycopg://USER@HOST/NAME, or leave the "
+            "table out to use labbook.db in the book."
+        )
     try:
         engine = sa.create_engine(url, connect_args={"connect_timeout": int(BUSY_TIMEOUT_S)})
     except (sa.exc.ArgumentError, ModuleNotFoundError) as error:
@@ -84,11 +89,6 @@ def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema:
             f"[database] url {url!r} cannot be used ({error}): give postgresql+psycopg://USER@HOST/NAME and "
             "install the extra with `pip install 'robot-labbook[postgres]'`."
         ) from error
-    if engine.dialect.name != "postgresql":
-        raise UsageError(
-            f"[database] url {url!r} is not PostgreSQL: give postgresql+psycopg://USER@HOST/NAME, or leave "
-            "the table out to use labbook.db in the book."
-        )
 
     def wait_no_longer(connection: Any, _record: Any) -> None:
         with connection.cursor() as cursor:

@@ -29,6 +29,7 @@ GENESIS = "0" * 64
 """The hash that the first entry follows."""
 
 MEND_FILE = "write journal.jsonl anew from the database with `labbook rebuild --journal`, or restore it from a backup"
+MEND_BOTH = "journal.jsonl is damaged too: make the book anew from a backup with `labbook restore`"
 MEND_TABLE = "run `labbook rebuild` to make the database anew from journal.jsonl"
 
 
@@ -66,19 +67,17 @@ class Entry:
         return canonical({**self._body(), "hash": self.hash})
 
     @classmethod
-    def from_line(cls, text: str) -> Self:
-        """Read a line back; raises `BookDamaged` when it is not what was written."""
+    def from_line(cls, text: str, remedy: str = MEND_FILE) -> Self:
+        """Read a line back; raises `BookDamaged`, with the `remedy`, when it is not what was written."""
         try:
             record = json.loads(text)
             stated = record.pop("hash")
             entry = cls(**{**record, "action": Action(record["action"])})
         except (ValueError, KeyError, TypeError, AttributeError) as error:
-            raise BookDamaged(
-                f"a line of journal.jsonl cannot be read ({error}): {text[:80]!r}; {MEND_FILE}."
-            ) from error
+            raise BookDamaged(f"a line of journal.jsonl cannot be read ({error}): {text[:80]!r}; {remedy}.") from error
         if entry.hash != stated or entry.line != text:
             raise BookDamaged(
-                f"journal entry {entry.seq} was changed after it was written (its hash does not fit): {MEND_FILE}."
+                f"journal entry {entry.seq} was changed after it was written (its hash does not fit): {remedy}."
             )
         return entry
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from data_schema.disk import stamp, sync
 from data_schema.errors import BookDamaged
-from data_schema.journal import Entry, chained
+from data_schema.journal import MEND_FILE, Entry, chained
 
 CUT_OFF = "cut-off"
 """Part of the name under which is kept what was cut off."""
@@ -50,9 +50,9 @@ class JournalFile:
     def __init__(self, path: Path) -> None:
         self.path = path
 
-    def entries(self) -> Iterator[Entry]:
-        """Read and verify every entry of every complete command."""
-        yield from chained(Entry.from_line(line) for line in self._read(None).lines)
+    def entries(self, remedy: str = MEND_FILE) -> Iterator[Entry]:
+        """Read and verify every entry of every complete command; `remedy` says what mends a damaged file."""
+        yield from chained((Entry.from_line(line, remedy) for line in self._read(None).lines), remedy=remedy)
 
     def tail(self, after_seq: int) -> list[Entry]:
         """Return the entries of complete commands after `after_seq`, reading from the end of the file."""

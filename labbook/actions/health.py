@@ -34,7 +34,14 @@ from labbook.book.opening import check_revision, engine_of, journal_path, read_c
 from labbook.book.replaying import replayed
 from labbook.book.suspected import needless_entries
 from labbook.config.parsing import Configuration
+from labbook.statements.ingesting import raw_path
 
+NO_HASHES = (
+    "the rows of the database have no hashes: `labbook db check --deep` compares them all the same, `labbook rebuild` "
+    "makes hashes, and names what was altered."
+)
+GUARDS = frozenset({"journal_never_changed", "journal_never_deleted"})
+"""The triggers that labbook makes on SQLite."""
 PROBLEMS_OF_SQLITE = 20
 """So many at most: what SQLite says of a damaged file can be endless."""
 
@@ -91,14 +98,18 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
     if written is not None and told.entries is not None:
         problems += _compared(path, written, told.entries)
         waiting = max(0, len(written) - len(told.entries))
+    if told.entries is None and written is None:
+        problems.append("neither the database nor journal.jsonl holds the whole journal: `labbook restore` a backup.")
     with counted(len(told.raw) + len(told.samples)) as step:
         for kept in told.raw:
-            _attempt(problems, partial(store.raw, kept.store_path, kept.sha256))
+            if kept.store_path == raw_path(kept.sha256):  # else the row is altered, not the copy
+                _attempt(problems, partial(store.raw, kept.store_path, kept.sha256))
             step(kept.name)
         for kept in told.samples:
             _attempt(problems, partial(store.check_samples, kept.store_path, kept.sha256, kept.name))
             step(kept.name)
     spoken_of = {kept.store_path for kept in (*told.raw, *told.samples)}
+    spoken_of |= {raw_path(kept.sha256) for kept in told.raw}
     return Health(
         whole=not problems,
         entries=len(written or told.entries or ()),
@@ -149,15 +160,14 @@ def _altered(
     deep: bool,
 ) -> list[str]:
     """Say which rows are not what labbook wrote, what they should be, and which reports rest on them."""
-    if not has_hashes(connection):
-        return ["the rows of the database have no hashes, for no rebuild followed its upgrade: run `labbook rebuild`."]
-    suspected = altered_rows(connection)
+    hashed = has_hashes(connection)
+    suspected = altered_rows(connection) if hashed else []
+    problems = [] if hashed else [NO_HASHES]
     if not suspected and not deep:
-        return []
+        return problems
     store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
     needless = frozenset() if deep else needless_entries(entries, suspected[:MOST_NAMED])
-    problems: list[str] = []
-    remedy = " Run `labbook rebuild` to make the database anew from the raw copies and the journal."
+    remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     try:
         with (
             counted(len(entries)) as step,
@@ -165,7 +175,7 @@ def _altered(
             reading(engine) as fresh,
         ):
             others = [item for item in differing(connection, fresh) if item not in suspected] if deep else []
-            if others and differences(fresh, replay.entries, replay.without_rows).by_versions:
+            if others and differences(fresh, replay.entries, replay.without_rows).other_versions:
                 problems.append(
                     f"{len(others)} groups of rows come out otherwise with this labbook's readers and algorithms "
                     "than with those of other versions that wrote them: run `labbook rebuild`, then check again."
@@ -177,7 +187,7 @@ def _altered(
         problems.append(f"what should stand in the tables cannot be told: {error}")
         found = compared(connection, None, suspected[:MOST_NAMED])
         remedy = ""
-    problems += [f"{rows.sentence}{remedy}" for rows in found]
+    problems += _with_remedy([rows.sentence for rows in found], remedy)
     if len(suspected) > MOST_NAMED:
         kinds = Counter(item.kind for item in suspected)
         counts = ", ".join(f"{count} of {kind}" for kind, count in kinds.items())
@@ -185,14 +195,23 @@ def _altered(
     return problems
 
 
+def _with_remedy(said: list[str], remedy: str) -> list[str]:
+    """Say what to do once, after the last of several problems."""
+    return [*said[:-1], f"{said[-1]} {remedy}".rstrip()] if said else []
+
+
 def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
-    remedy = "keep the file, and run `labbook rebuild` to make it anew from the raw copies and the journal."
+    """Say what SQLite finds wrong in its file, which rows refer to none, and which triggers are not labbook's."""
     found = connection.exec_driver_sql(f"PRAGMA integrity_check({PROBLEMS_OF_SQLITE})").scalars().all()
-    said = [f"the database is damaged ({text}): {remedy}" for text in found if text != "ok"]
+    said = [f"the database is damaged ({text})." for text in found if text != "ok"]
     broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), PROBLEMS_OF_SQLITE)
-    return said + [
-        f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there: {remedy}" for row in broken
-    ]
+    said += [f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there." for row in broken]
+    triggers = set(connection.exec_driver_sql("SELECT name FROM sqlite_master WHERE type = 'trigger'").scalars())
+    said += [f"trigger {name} of the database is not labbook's." for name in sorted(triggers - GUARDS)]
+    said += [f"trigger {name}, which guards the journal, is gone." for name in sorted(GUARDS - triggers)]
+    return _with_remedy(
+        said, "Keep the file, and run `labbook rebuild` to make it anew from the raw copies and the journal."
+    )
 
 
 def _compared(path: Path, written: Sequence[Entry], told: Sequence[Entry]) -> list[str]:

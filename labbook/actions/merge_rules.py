@@ -140,7 +140,7 @@ def _declare(here: Here, entry: Entry) -> Already | Conflict | None:
     if not differing or (uid in here.declared and here.declared[uid].new == new):
         return Already(uid)
     words = "; ".join(
-        f"{name} {_shown(here, stands[name])} here, {_shown(here, new[name])} there" for name in differing
+        f"{name} {_shown(here, stands[name], name)} here, {_shown(here, new[name], name)} there" for name in differing
     )
     name = called(here.connection, kind, uid)
     remedy = (
@@ -276,7 +276,7 @@ def _change(here: Here, entry: Entry) -> Already | Conflict | None:
     if not contrary and all(name in changed or stands[name] == old.get(name) for name in new):
         return None
     words = "; ".join(
-        f"{name} is {_shown(here, stands[name])} here and became {_shown(here, ends[name])} there"
+        f"{name} is {_shown(here, stands[name], name)} here and became {_shown(here, ends[name], name)} there"
         for name in contrary or sorted(name for name in new if stands[name] != new[name])
     )
     return Conflict(f"{called(here.connection, kind, uid)}: {words}: correct it here to what the other book says.")
@@ -336,11 +336,11 @@ def _alike(row: object, values: Mapping[str, Any], names: Collection[str]) -> bo
     return all(getattr(row, name) == values[name] for name in names)
 
 
-def _shown(here: Here, value: Any) -> str:
-    """Return a value as people know it; a uid is what it leads to."""
+def _shown(here: Here, value: Any, column: str) -> str:
+    """Return a value as people know it; a uid is what it leads to, without its kind where the column says that."""
     if isinstance(value, str):
         for kind in ("run", "condition", "day", "battery", "robot"):
             name = called(here.connection, kind, value)
             if name != f"{kind} {value}":
-                return name
+                return name.removeprefix(f"{column} ")
     return "nothing" if value is None else str(value)

@@ -36,6 +36,7 @@ from labbook.actions.merge_rules import (
     how_read,
     meets,
 )
+from labbook.book.backing_up import MARKER as OF_BACKUP
 from labbook.book.desk import Desk, DryRun, Statement, apply, new_uid
 from labbook.book.opening import CONFIGURATION, Book, open_book
 from labbook.statements.ingesting import raw_path
@@ -71,6 +72,10 @@ def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False
 
 @contextlib.contextmanager
 def _opened(book: Book, folder: Path) -> Iterator[Book]:
+    if (folder / OF_BACKUP).is_file():
+        raise UsageError(
+            f"{folder} is a backup: make a book of it with `labbook restore {folder} DIR`, and merge that."
+        )
     if not (folder / CONFIGURATION).is_file():
         raise BookMissing(f"there is no book in {folder}: name the folder that holds the other book's labbook.toml.")
     if folder.resolve() == book.folder.resolve():
@@ -146,7 +151,8 @@ class _Merging:
         texts = [(entry.new or {})["text"] for entry in self.theirs if entry.entity_kind == "config"]
         if in_force is None or not texts:
             raise InputRefused(f"{self.other.folder} describes no study yet: there is nothing to merge.")
-        here, there = _described(in_force.text), _described(texts[-1])
+        now = (self.other.folder / CONFIGURATION).read_text(encoding="utf-8")
+        here, there = _described(in_force.text), _described(now)
         names = [tables.get("study", {}).get("name") for tables in (here, there)]
         if names[0] != names[1]:
             raise InputRefused(
@@ -160,6 +166,11 @@ class _Merging:
                 f"labbook.toml of {self.other.folder} says otherwise than this book's under {tables}: write the same "
                 "in both, have each book take it over with any command that writes (`labbook check`, `labbook note`), "
                 "and merge again."
+            )
+        if _described(texts[-1]) != there:
+            raise InputRefused(
+                f"labbook.toml of {self.other.folder} was changed since that book was last written to: have it take "
+                "the change over with any command that writes there (`labbook check`, `labbook note`), and merge again."
             )
 
     def _merged_before(self, ours: Sequence[Entry], common: int) -> int:

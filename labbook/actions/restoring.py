@@ -23,12 +23,21 @@ from labbook.actions.health import check_book
 from labbook.book.backing_up import MARKER as OF_BACKUP
 from labbook.book.copying import CopiedRaw, Counted, claim, copy_raw, put_journal, put_scene, raw_of
 from labbook.book.differing import Differences
-from labbook.book.opening import CONFIGURATION, JOURNAL, check_revision, engine_of, read_configuration, shown
+from labbook.book.making import last_configuration
+from labbook.book.opening import (
+    CONFIGURATION,
+    JOURNAL,
+    UNFINISHED_RESTORE,
+    check_revision,
+    engine_of,
+    read_configuration,
+    shown,
+)
 from labbook.book.rebuilding import rebuild_database
 from labbook.config.moving import in_one_folder
 from labbook.config.parsing import parse_configuration
 
-MARKER = ".labbook-restore.json"
+MARKER = UNFINISHED_RESTORE
 """In a folder whose restore is not complete: from where, and into which database."""
 
 
@@ -86,22 +95,28 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
 
 def _read(source: Path) -> tuple[list[Entry], str]:
     """Return the journal and the configuration of a backup; a copy of a book's folder serves as one."""
-    missing = [name for name in (JOURNAL, CONFIGURATION) if not (source / name).is_file()]
-    if missing and (source / OF_BACKUP).exists():
-        raise UsageError(f"the backup {source} was never completed, it has no {missing[0]}: name another one.")
-    if missing:
-        raise UsageError(f"{source} is no backup, it has no {missing[0]}: name a folder that `labbook backup` made.")
+    if not (source / JOURNAL).is_file() and (source / OF_BACKUP).exists():
+        raise UsageError(
+            f"the backup {source} was never completed, it has no {JOURNAL}: give the `labbook backup` again that began "
+            "it, or name another one."
+        )
+    if not (source / JOURNAL).is_file():
+        raise UsageError(f"{source} is no backup, it has no {JOURNAL}: name a folder that `labbook backup` made.")
     try:
-        entries = list(JournalFile(source / JOURNAL).entries())
-        text = (source / CONFIGURATION).read_bytes().decode("utf-8")
+        entries = list(JournalFile(source / JOURNAL).entries(remedy="restore from another backup"))
+        text = last_configuration(entries)
+        if (source / CONFIGURATION).is_file():
+            text = (source / CONFIGURATION).read_bytes().decode("utf-8")
     except BookDamaged as error:
-        raise BookDamaged(f"the backup {source} is damaged, restore from another one: {error}") from error
+        raise BookDamaged(f"the backup {source} is damaged: {error}") from error
     except UnicodeDecodeError as error:
         raise UsageError(
             f"{source / CONFIGURATION} is not UTF-8 text (byte {error.start}): save it as UTF-8."
         ) from error
     if not entries:
         raise UsageError(f"{source / JOURNAL} holds no entry: there is nothing to restore.")
+    if text is None:
+        raise UsageError(f"{source} has no {CONFIGURATION}: put the book's there, or name another backup.")
     return entries, text
 
 

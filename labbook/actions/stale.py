@@ -19,7 +19,9 @@ def stale_lines(stale: list[tuple[str, str]]) -> list[str]:
     by_kind: dict[str, list[str]] = {}
     for kind, scope in stale:
         by_kind.setdefault(kind, []).append(_about(json.loads(scope)))
-    lines = [f"{len(stale)} results are stale and will be computed anew by the next report:"]
+    lines = [
+        f"{len(stale)} result{'s are' if len(stale) > 1 else ' is'} stale and will be computed anew by the next report:"
+    ]
     for kind, about in by_kind.items():
         different = list(dict.fromkeys(filter(None, about)))
         more = f", and {len(different) - SCOPES_NAMED} more" if len(different) > SCOPES_NAMED else ""

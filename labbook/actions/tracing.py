@@ -66,6 +66,12 @@ def trace(connection: sa.Connection, beginning: str) -> NumberTrace | PrintedNum
     return NumberTrace(number, shown_in, _trace(connection, row, set()))
 
 
+def trace_of(connection: sa.Connection, uid: str) -> Trace | None:
+    """Follow a number down, None where it is not there."""
+    found = result_of_number(connection, uid)
+    return None if found is None else _trace(connection, found[0], set())
+
+
 def trace_lines(found: NumberTrace | PrintedNumber) -> list[str]:
     """Write a trace as an indented tree, or all that is known of a number that was printed."""
     if isinstance(found, PrintedNumber):

@@ -49,11 +49,15 @@ class AlteredRows:
     rows: Altered
     values: tuple[WrongValue, ...]
     reports: tuple[str, ...]
+    hash_only: bool = False
+    """Whether the rows are as they should be, so that only their hash was altered or removed."""
 
     @property
     def sentence(self) -> str:
         """Say what was altered, and the reports that rest on it."""
         what = "; ".join(value.sentence for value in self.values[:5]) or f"{self.rows.kind} {self.rows.uid}"
+        if self.hash_only:
+            return f"altered in the database: the hash of {what}, whose rows are as they should be."
         more = f" and {len(self.values) - 5} more" if len(self.values) > 5 else ""
         printed = f"; reports that rest on it: {', '.join(self.reports)}" if self.reports else ""
         how = {
@@ -66,14 +70,12 @@ class AlteredRows:
 
 def compared(book: sa.Connection, fresh: sa.Connection | None, suspected: Sequence[Altered]) -> list[AlteredRows]:
     """Say of suspected rows which values are wrong; `fresh` holds what should stand, None where that is not known."""
-    return [
-        AlteredRows(
-            item,
-            () if fresh is None else tuple(_wrong_values(book, fresh, item)),
-            tuple(reports_resting_on(book, _inputs(book, fresh, item))),
-        )
-        for item in suspected
-    ]
+    found = []
+    for item in suspected:
+        values = () if fresh is None else tuple(_wrong_values(book, fresh, item))
+        reports = tuple(reports_resting_on(book, _inputs(book, fresh, item)))
+        found.append(AlteredRows(item, values, reports, hash_only=fresh is not None and not values))
+    return found
 
 
 def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:

@@ -75,6 +75,8 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
     with alone_with(marker, f"another program is writing the backup {destination}: wait until it has finished."):
         entries, remarks = _taken(folder, configuration)
         _refuse_longer(destination / JOURNAL, entries)
+        if (destination / JOURNAL).exists() and readable_entries(destination / JOURNAL) is None:
+            remarks.append("the journal in the backup was damaged and is written anew: is that disk failing?")
         raw = copy_raw(store, Store(destination), raw_of(entries), counted)
         outside = put_scene(destination, configuration)
         if outside is not None:

@@ -7,9 +7,10 @@ or not at all, so a copying that was cut off is completed by the next.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import shutil
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,7 +81,7 @@ def _bring(source: Store, place: Path, target: Store, sha256: str) -> None:
     make_folder(place.parent)
     part = part_of(place)
     part.unlink(missing_ok=True)  # one that was cut off may be read-only
-    with contextlib.suppress(FileNotFoundError):
+    with contextlib.suppress(FileNotFoundError), _naming(part):
         shutil.copyfile(source.root / raw_path(sha256), part)
         if _holds(target, part, sha256):
             with contextlib.suppress(OSError):  # some sticks and drives know no permissions
@@ -90,6 +91,19 @@ def _bring(source: Store, place: Path, target: Store, sha256: str) -> None:
     part.unlink(missing_ok=True)
     source.raw(raw_path(sha256), sha256)  # says what is wrong with it
     raise BookDamaged(f"{place} was not written as it was read: check the disk that it lies on.")
+
+
+@contextlib.contextmanager
+def _naming(target: Path) -> Iterator[None]:
+    """Name the file that could not be written: where the disk is full, Python names the one that was read."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
+            raise OSError(
+                error.errno, f"{error.strerror}, give the command again when there is room", target
+            ) from error
+        raise
 
 
 def put_journal(path: Path, entries: list[Entry]) -> None:
@@ -136,7 +150,10 @@ def claim(folder: Path, marker: str, mine: dict[str, Any], whose: str, refused: 
         return path
     if folder.exists() and any(found not in (path, part_of(path)) for found in folder.iterdir()):
         raise UsageError(refused)
-    with contextlib.suppress(FileNotFoundError):  # another program claims the folder, and was quicker
+    try:
         write_json(path, mine)
-        return path
-    return claim(folder, marker, mine, whose, refused)
+    except FileNotFoundError as error:
+        if not folder.exists():
+            raise UsageError(f"the folder {folder} cannot be made here: name one on another disk.") from error
+        return claim(folder, marker, mine, whose, refused)  # another program claims the folder, and was quicker
+    return path

@@ -86,8 +86,12 @@ def _set_sequence(connection: sa.Connection, table: sa.Table) -> None:
 def _into_sqlite(old: sa.Engine, folder: Path, step: Callable[[str], None]) -> CopiedDatabase:
     path = folder / DATABASE
     if path.exists() or not folder.is_dir():
-        what = "is there already" if path.exists() else "cannot be made, for its folder is not there"
-        raise UsageError(f"{path} {what}: name the folder in which labbook.db is to be made.")
+        what = (
+            "is there already: move it away"
+            if path.exists()
+            else "cannot be made, for its folder is not there: make the folder"
+        )
+        raise UsageError(f"{path} {what}, or name another folder in which labbook.db is to be made.")
     fresh = folder / f".{DATABASE}.copy.{secrets.token_hex(4)}"
     try:
         fill_sqlite(fresh)

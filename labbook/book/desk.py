@@ -21,7 +21,7 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.disk import sync
 from data_schema.engine import writing
-from data_schema.errors import BookDamaged, BookError, InputRefused
+from data_schema.errors import BookDamaged, BookError, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
@@ -209,7 +209,13 @@ def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> in
             "different books; put the right files together."
         )
     sync(mirror.path)  # who wrote them may have been killed before that
-    apply_again(connection, store, journal.chained(missing, (seq, last_hash)))
+    try:
+        apply_again(connection, store, journal.chained(missing, (seq, last_hash)))
+    except (InputRefused, UsageError) as error:
+        raise BookDamaged(
+            f"entry {missing[0].seq} of journal.jsonl, which the database lacks, cannot take effect there ({error}): "
+            "run `labbook rebuild` to make the database anew from journal.jsonl."
+        ) from error
     return len(missing)
 
 

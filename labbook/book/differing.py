@@ -16,7 +16,7 @@ from data_schema.queries.integrity import readings
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.shown_numbers import shown_numbers
 from data_schema.vocabulary import Action
-from labbook.analysis.as_printed import agree
+from labbook.analysis.as_printed import agree, versions_now
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +27,7 @@ class Differences:
     `numbers_changed` could, and have another value; `files_read_anew` were read by another version of their reader,
     `files_changed` of them gave other rows or samples. `files_waiting` says of each file that this labbook refuses, and
     an earlier one read, what it waits for. `without_rows` says of each statement about a charge or a part of a file
-    that no reading gives it now.
+    that no reading gives it now. `other_versions`: another version of a reader or an algorithm made some of it.
     """
 
     numbers_gone: int = 0
@@ -37,21 +37,22 @@ class Differences:
     files_changed: int = 0
     files_waiting: tuple[str, ...] = ()
     without_rows: tuple[str, ...] = ()
-
-    @property
-    def by_versions(self) -> bool:
-        """Whether another version of a reader or an algorithm made what stands in the journal."""
-        return bool(self.files_read_anew or self.numbers_gone)
+    other_versions: bool = False
 
     @property
     def sentences(self) -> list[str]:
         """Say in words what differs; nothing where all agrees."""
         said = []
         if self.numbers_gone:
+            explained = self.other_versions or self.files_waiting or self.without_rows
+            why = (
+                "an algorithm or a reader has another version now"
+                if explained
+                else "what they rest on had been altered in the database when they were computed"
+            )
             said.append(
                 f"{_counted(self.numbers_gone, 'shown number')} of {_counted(self.reports_concerned, 'report')} could "
-                "not be computed again under their ids (an algorithm or a reader has another version now); `labbook "
-                "why` still tells what was printed."
+                f"not be computed again under their ids ({why}); `labbook why` still tells what was printed."
             )
         if self.numbers_changed:
             said.append(
@@ -87,6 +88,7 @@ def differences(connection: sa.Connection, entries: Sequence[Entry], without_row
         reports_concerned=len({item.report for item in gone}),
         numbers_changed=len(changed),
         files_read_anew=len(anew),
+        other_versions=bool(anew) or _other_algorithms(entries),
         files_changed=sum(
             (said[uid]["rows"], said[uid]["signals"]) != (now[uid].rows, now[uid].signals) for uid in anew
         ),
@@ -97,6 +99,13 @@ def differences(connection: sa.Connection, entries: Sequence[Entry], without_row
             if entry.entity_kind != "charge" or not fact_exists(connection, "charge", entry.entity_uid)
         ),
     )
+
+
+def _other_algorithms(entries: Sequence[Entry]) -> bool:
+    """Tell whether a report was made with another version of an algorithm than this labbook has."""
+    now = versions_now()
+    made = ((entry.new or {}).get("versions", {}) for entry in entries if entry.action is Action.REPORT)
+    return any(now.get(name) != version for versions in made for name, version in versions.items())
 
 
 def _without_row(entry: Entry) -> str:

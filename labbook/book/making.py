@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import secrets
 import sqlite3
+from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
 
@@ -13,9 +14,12 @@ from data_schema import journal, migrations
 from data_schema.disk import make_folder, sync
 from data_schema.engine import reading, sqlite_engine, translated
 from data_schema.errors import UsageError
+from data_schema.journal import Entry
+from data_schema.journal_file import JournalFile
 from labbook.book.opening import (
     CONFIGURATION,
     DATABASE,
+    JOURNAL,
     engine_of,
     journal_path,
     open_book,
@@ -39,9 +43,7 @@ def make_book(folder: Path, person: str | None, database_url: str | None = None,
     make_folder(folder)
     path = folder / CONFIGURATION
     if not path.exists():
-        if person is None:
-            raise UsageError("a new book needs a person: add --as NAME.")
-        _write_whole(path, placed(template(folder.resolve().name, person), database_url, store))
+        _write_whole(path, _first_configuration(folder, person, database_url, store))
     configuration = read_configuration(folder)
     for what, given, said in (
         ("[database] url", database_url, configuration.database_url),
@@ -69,6 +71,22 @@ def make_book(folder: Path, person: str | None, database_url: str | None = None,
     finally:
         book.close()
     return not entries_before
+
+
+def _first_configuration(folder: Path, person: str | None, database_url: str | None, store: Path | None) -> str:
+    """Return the labbook.toml that a journal in the folder holds, where its file was lost, else the template."""
+    lost = last_configuration(JournalFile(folder / JOURNAL).entries()) if (folder / JOURNAL).exists() else None
+    if lost is not None:
+        return lost
+    if person is None:
+        raise UsageError("a new book needs a person: add --as NAME.")
+    return placed(template(folder.resolve().name, person), database_url, store)
+
+
+def last_configuration(entries: Iterable[Entry]) -> str | None:
+    """Return the text of labbook.toml that was declared last in a journal, None where none was."""
+    texts = [(entry.new or {})["text"] for entry in entries if entry.entity_kind == "config"]
+    return texts[-1] if texts else None
 
 
 def _write_whole(path: Path, text: str) -> None:

@@ -25,6 +25,8 @@ from labbook.config.parsing import Configuration, parse_configuration
 CONFIGURATION = "labbook.toml"
 DATABASE = "labbook.db"
 JOURNAL = "journal.jsonl"
+UNFINISHED_RESTORE = ".labbook-restore.json"
+"""Stands in the folder of a restore until it is done."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,11 @@ def find_folder(start: Path) -> Path:
     for folder in (start.resolve(), *start.resolve().parents):
         if (folder / CONFIGURATION).is_file():
             return folder
+    if (start / JOURNAL).is_file():
+        raise BookMissing(
+            f"{start} has a journal and no {CONFIGURATION}: put that back from a backup, or have "
+            f"`labbook init {start}` write the last one that the journal holds."
+        )
     raise BookMissing(
         f"there is no book in {start} or above it: go to a book's folder, name one with --book DIR, or make one with "
         "`labbook init DIR`."
@@ -132,6 +139,8 @@ def engine_of(folder: Path, configuration: Configuration) -> sa.Engine:
     if configuration.database_url:
         return postgres_engine(configuration.database_url)
     path = folder / DATABASE
+    if not path.exists() and (folder / UNFINISHED_RESTORE).exists():
+        raise BookMissing(f"the restore to {folder} was cut off: give the same `labbook restore` again, it goes on.")
     if not path.exists():
         raise BookMissing(
             f"{path} is missing: run `labbook rebuild` to make it from the raw copies and the journal, or `labbook "

@@ -22,7 +22,7 @@ from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile, LeftOut
 from data_schema.row_hashes import altered_rows, has_hashes
 from data_schema.tables.hashes import row_hash
-from labbook.book.altered import MOST_NAMED, AlteredRows, compared
+from labbook.book.altered import MOST_NAMED, AlteredRows, compared, differing
 from labbook.book.differing import Differences, differences
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import (
@@ -80,25 +80,31 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
     try:
         with reading(engine) as connection:
             found = differences(connection, replay.entries, replay.without_rows)
-            altered = _altered(folder, configuration, old, connection)
+            altered = _altered(folder, configuration, old, connection, found)
     finally:
         engine.dispose()
     return Rebuilt(len(replay.entries), old, found, replay.left_out, *altered)
 
 
 def _altered(
-    folder: Path, configuration: Configuration, old: str | None, fresh: sa.Connection
+    folder: Path, configuration: Configuration, old: str | None, fresh: sa.Connection, found: Differences
 ) -> tuple[int, tuple[AlteredRows, ...]]:
-    """Compare rows of the old database that do not fit their hashes; none where it is too damaged, or too old."""
+    """Compare rows of the old database that do not fit their hashes; none where it is too damaged, or too old.
+
+    Without any hash all rows are compared, unless other versions made them.
+    """
     if old is None:
         return 0, ()
     url = configuration.database_url
     engine = postgres_engine(url, schema=old) if url else sqlite_engine(folder / old)
     try:
         with reading(engine) as connection:
-            if not sa.inspect(connection).has_table(row_hash.name) or not has_hashes(connection):
+            if not sa.inspect(connection).has_table(row_hash.name):
                 return 0, ()
-            suspected = altered_rows(connection)
+            if has_hashes(connection):
+                suspected = altered_rows(connection)
+            else:
+                suspected = [] if found.other_versions else differing(connection, fresh)
             return len(suspected), tuple(compared(connection, fresh, suspected[:MOST_NAMED]))
     except (BookError, sa.exc.DBAPIError):
         return 0, ()
@@ -140,7 +146,8 @@ def rewrite_journal(folder: Path) -> int:
     try:
         check_revision(engine)
         with writing(engine) as connection:  # alone, so that nobody appends to the old file meanwhile
-            entries = list(journal.chained(journal.stored(connection), remedy=journal.MEND_TABLE))
+            remedy = journal.MEND_BOTH if path.exists() and _known(path) is None else journal.MEND_TABLE
+            entries = list(journal.chained(journal.stored(connection), remedy=remedy))
             _replace_journal(path, entries)
     finally:
         engine.dispose()
@@ -151,7 +158,8 @@ def _replace_journal(path: Path, entries: list[Entry]) -> None:
     known = _known(path)
     if known is not None and known != [entry.hash for entry in entries[: len(known)]]:
         raise BookDamaged(
-            f"{path} holds entries that the database does not have: keep both, and restore the right one from a backup."
+            f"{path} holds entries that the database does not have: the two belong to different books, or one is older "
+            "than the other; put the right file there from a backup, or move this one away and give the command again."
         )
     fresh = JournalFile(path.with_name(f".{path.name}.{secrets.token_hex(4)}"))
     fresh.path.touch()

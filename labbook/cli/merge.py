@@ -36,7 +36,8 @@ def merge(
     counts = ", ".join(f"{what}: {count}" for what, count in done.entries.items())
     total = sum(done.entries.values())
     came = f"{'would come' if dry_run else 'came'} from {other}"
-    lines = [f"{came}: {total} entries ({counts}), {done.raw_copies} raw copies."]
+    entries, copies = _counted(total, "entry", "entries"), _counted(done.raw_copies, "raw copy", "raw copies")
+    lines = [f"{came}: {entries} ({counts}), {copies}."]
     if not total:
         lines = [] if done.conflicts else [f"{other} says nothing that this book does not have: nothing to add."]
     if done.there_already:
@@ -45,3 +46,7 @@ def merge(
     emit(done, lines, as_json)
     if done.conflicts:
         raise typer.Exit(1)
+
+
+def _counted(number: int, one: str, several: str) -> str:
+    return f"{number} {one if number == 1 else several}"

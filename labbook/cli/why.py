@@ -1,5 +1,6 @@
 """`labbook why`: where a number came from."""
 
+from dataclasses import replace
 from typing import Annotated
 
 import typer
@@ -25,7 +26,7 @@ def why(
 
     A number printed by an earlier labbook, which a rebuild computes anew under another id, is told as it was printed.
 
-    With --check, exit code 3 where the number does not come out as it is stored.
+    With --check, exit code 3 where the number does not come out as it is stored, or rests on what was altered.
 
     Example: labbook why 3fa9c2d1 --check
     """
@@ -42,6 +43,8 @@ def why(
         uid = found.number.uid if isinstance(found, NumberTrace) else found.uid
         with progress("replaying", None, shown=not as_json) as step:
             (checked,) = recompute(opened_book, [uid], step)
+    if isinstance(found, NumberTrace) and checked.trace is not None:
+        found = replace(found, trace=checked.trace)
     emit({"trace": found, "check": checked}, [checked.sentence, *trace_lines(found)], as_json)
-    if checked.differs:
+    if checked.stands is False:
         raise typer.Exit(BookDamaged.exit_code)

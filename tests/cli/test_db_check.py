@@ -112,7 +112,11 @@ def test_a_journal_that_is_short_or_missing_is_told(whole: SmallBook) -> None:
 
 def test_an_entry_changed_in_the_database_is_told(whole: SmallBook) -> None:
     execute(whole, "DROP TRIGGER journal_never_changed", "UPDATE journal SET reason = 'because' WHERE seq = 3")
-    found(whole, "journal entry 3 of the database was changed", "run `labbook rebuild`")
+    answer = check(whole)
+    assert answer.out.startswith("2 problems: ")
+    assert "trigger journal_never_changed, which guards the journal, is gone" in answer.out
+    assert "journal entry 3 of the database was changed after it was written" in answer.out
+    assert "run `labbook rebuild`" in answer.out
 
 
 def test_a_reference_to_nothing_is_told(whole: SmallBook) -> None:
@@ -145,7 +149,8 @@ def test_without_a_database_the_rest_is_checked_all_the_same(whole: SmallBook, h
         whole.database.write_bytes(b"not a database " * 1000)
     answer = check(whole)
     assert answer.code == 3
-    assert answer.out.startswith("2 problems: ")
+    assert answer.out.startswith("3 problems: ")
+    assert "`labbook restore` a backup" in answer.out
     assert "labbook.db" in answer.out or "the database is damaged" in answer.out
     assert "was changed after it was written" in answer.out
 

@@ -14,16 +14,19 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, sqlite_engine, writing
+from data_schema.errors import BookDamaged
 from data_schema.journal import Entry
 from data_schema.queries.facts import update_fact
 from data_schema.row_hashes import written
 from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.actions.health import Health, check_book
+from labbook.actions.jump_review import decide
 from labbook.actions.recomputing import recompute
+from labbook.actions.report_command import state_report
 from labbook.book.rebuilding import rebuild_database
 from labbook.cli.common import progress
-from tests.helpers.books import SmallBook
+from tests.helpers.books import ADA, SmallBook
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file
 from tests.helpers.whole_book import whole_book
@@ -145,7 +148,7 @@ def test_an_altered_row_is_named_with_what_should_stand_there(whole: SmallBook, 
     assert not found.whole
     problem = next(problem for problem in found.problems if problem.startswith(said[0]))
     assert said[1] in problem
-    assert "`labbook rebuild`" in problem
+    assert "`labbook rebuild`" in found.problems[-1]
 
 
 def test_on_postgresql_too_and_a_rebuild_says_and_mends_them(tmp_path: Path, postgres_url: str) -> None:
@@ -238,6 +241,87 @@ def test_rows_without_hashes_are_named_with_the_remedy(whole: SmallBook) -> None
     assert "have no hashes" in problem
     assert rebuild_database(whole.folder, lambda _step: None).n_altered == 0
     assert check(whole, deep=True).whole
+
+
+def test_a_forged_row_is_named_though_all_hashes_were_removed(whole: SmallBook) -> None:
+    execute(engine_of(whole), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2", "DELETE FROM row_hash")
+    _no_hashes, problem = check(whole, deep=True).problems
+    assert "charge_mah is 1.0 and should be " in problem
+    done = rebuild_database(whole.folder, lambda _step: None)
+    assert [rows.rows.kind for rows in done.altered] == ["charge"]
+
+
+def test_a_removed_hash_of_rows_as_they_should_be_is_no_added_row(whole: SmallBook) -> None:
+    execute(engine_of(whole), "DELETE FROM row_hash WHERE kind = 'charge' AND uid = (SELECT min(uid) FROM charge)")
+    (problem,) = check(whole).problems
+    assert problem.startswith("altered in the database: the hash of charge ")
+
+
+def test_a_number_computed_from_a_forged_fact_does_not_stand(whole: SmallBook) -> None:
+    with whole.open() as book, book.reading() as connection:
+        energy = "SELECT n.uid FROM result_number n JOIN result r ON r.id = n.result WHERE r.kind = 'run_energy'"
+        before = set(connection.exec_driver_sql(energy).scalars())
+        (honest,) = random.Random(3).sample(sorted(before), 1)
+    execute(engine_of(whole), "UPDATE charge SET charge_mah = charge_mah + 5 WHERE run = 2")
+    with whole.open() as book:
+        state_report(book, None, ADA, lambda _step: None)  # whatever made it compute anew
+        with book.desk(ADA) as desk:
+            decide(book, desk, "r004", [1], "reject", "touched_by_hand", None)
+        state_report(book, None, ADA, lambda _step: None)
+        with book.reading() as connection:
+            forged = sorted(set(connection.exec_driver_sql(energy).scalars()) - before)
+        assert forged
+        standing, fallen = recompute(book, [honest, forged[0]], lambda _step: None)
+    assert (standing.anew is not None, fallen.stands) == (True, False)
+    assert "what it rests on was altered" in fallen.sentence
+    found = rebuild_database(whole.folder, lambda _step: None).differences
+    assert any("had been altered in the database" in sentence for sentence in found.sentences)
+
+
+def test_the_trace_of_a_checked_number_is_what_files_and_journal_say(whole: SmallBook) -> None:
+    with whole.open() as book, book.reading() as connection:
+        query = (
+            "SELECT n.uid FROM result_number n JOIN result_input i ON i.result = n.result "
+            "JOIN charge c ON c.uid = i.input_uid WHERE c.id = 2 LIMIT 1"
+        )
+        uid = connection.exec_driver_sql(query).scalar_one()
+    execute(engine_of(whole), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
+    with whole.open() as book:
+        (found,) = recompute(book, [uid], lambda _step: None)
+    assert (found.differs, found.as_traced, found.stands) == ((), False, False)
+    assert found.trace is not None
+    assert "charge_mah 1.0" not in str(found.trace)
+
+
+def test_an_altered_name_of_a_copy_is_no_damaged_copy(whole: SmallBook) -> None:
+    execute(engine_of(whole), "UPDATE file SET sha256 = '00' || substr(sha256, 3) WHERE id = 2")
+    assert [problem for problem in check(whole).problems if "the raw copy" in problem] == []
+    execute(engine_of(whole), "UPDATE file SET store_path = 'raw/00/nothing.zst' WHERE id = 3")
+    found = check(whole)
+    assert [problem for problem in found.problems if "the raw copy" in problem] == []
+    assert found.orphans == ()
+
+
+def test_triggers_that_are_not_those_of_labbook_are_named(whole: SmallBook) -> None:
+    engine = engine_of(whole)
+    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
+        connection.exec_driver_sql("CREATE TRIGGER tt AFTER INSERT ON note BEGIN UPDATE charge SET charge_mah = 1; END")
+        connection.exec_driver_sql("DROP TRIGGER journal_never_changed")
+    engine.dispose()
+    problems = check(whole).problems
+    assert ["trigger tt " in problems[0], "trigger journal_never_changed" in problems[1]] == [True, True]
+    rebuild_database(whole.folder, lambda _step: None)
+    assert check(whole).whole
+
+
+def test_an_entry_whose_effect_is_there_already_names_the_remedy(whole: SmallBook) -> None:
+    engine = engine_of(whole)
+    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
+        connection.exec_driver_sql("DROP TRIGGER journal_never_deleted")
+        connection.exec_driver_sql("DELETE FROM journal WHERE seq = (SELECT max(seq) FROM journal)")
+    engine.dispose()
+    with pytest.raises(BookDamaged, match=r"cannot take effect there .* run `labbook rebuild`"), whole.open() as book:
+        state_report(book, None, ADA, lambda _step: None)
 
 
 def test_what_cannot_be_compared_is_named_all_the_same(whole: SmallBook) -> None:

@@ -160,6 +160,20 @@ def test_a_scene_of_ones_own_is_in_the_backup(whole: SmallBook, tmp_path: Path) 
     assert "elsewhere.toml lies outside the book" in remark
 
 
+def test_a_damaged_journal_of_a_backup_is_told_and_written_anew(whole: SmallBook, tmp_path: Path) -> None:
+    backup(whole, tmp_path / "backup")
+    journal = tmp_path / "backup" / "journal.jsonl"
+    journal.write_bytes(journal.read_bytes().replace(b"Nwosu", b"Nwoso", 1))
+    (remark,) = backup(whole, tmp_path / "backup").remarks
+    assert "is written anew" in remark
+    assert journal.read_bytes() == whole.journal.read_bytes()
+
+
+def test_a_folder_that_cannot_be_made_is_a_sentence(whole: SmallBook) -> None:
+    with pytest.raises(UsageError, match="cannot be made here"):
+        backup(whole, Path("/proc/labbook"))
+
+
 def test_the_line_of_today_says_what_was_gained_since(whole: SmallBook, tmp_path: Path) -> None:
     done = backup(whole, tmp_path / "backup")
     assert backup_line(None, 3).startswith("no backup yet")

@@ -105,6 +105,7 @@ def test_nothing_is_copied_over_anything(tmp_path: Path, postgres_url: str) -> N
         (str(book.folder), "is there already"),
         (str(tmp_path / "nowhere"), "its folder is not there"),
         ("sqlite:///labbook.db", "is not PostgreSQL"),
+        ("mysql://lab/book", "is not PostgreSQL"),
     ):
         with pytest.raises(UsageError, match=text):
             copied(book.folder, target)

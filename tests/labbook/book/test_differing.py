@@ -83,7 +83,7 @@ def test_numbers_of_an_earlier_algorithm_are_kept_and_told(reported: SmallBook) 
 
     found = as_earlier(reported, Action.REPORT, earlier)
     gone = sum(uid in old for shown in before for uid in shown)
-    assert found == Differences(numbers_gone=gone, reports_concerned=2)
+    assert found == Differences(numbers_gone=gone, reports_concerned=2, other_versions=True)
     assert found.sentences == [
         f"{gone} shown numbers of 2 reports could not be computed again under their ids (an algorithm or a "
         "reader has another version now); `labbook why` still tells what was printed."
@@ -136,6 +136,6 @@ def test_files_read_by_an_earlier_reader_are_counted(reported: SmallBook, same: 
         return {**said, "reader_version": said["reader_version"] - 1, "rows": rows}
 
     found = as_earlier(reported, Action.INGEST, earlier)
-    assert found == Differences(files_read_anew=2, files_changed=0 if same else 2)
+    assert found == Differences(files_read_anew=2, files_changed=0 if same else 2, other_versions=True)
     result = "with the same result" if same else "2 of them with another result"
     assert found.sentences == [f"2 files went through another version of their reader than at their import, {result}."]

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from data_schema.engine import postgres_engine, reading
-from data_schema.errors import InputRefused, UnknownName, UsageError
+from data_schema.errors import BookMissing, InputRefused, UnknownName, UsageError
 from data_schema.journal_file import JournalFile
 from data_schema.queries.people import people
 from data_schema.queries.study import factors, the_study
 from labbook.book.making import make_book
 from labbook.book.opening import opened
-from tests.helpers.books import ADA, SmallBook, small_toml
+from tests.helpers.books import ADA, SmallBook, small_book, small_toml
 from tests.helpers.databases import all_rows
 from tests.helpers.folders import contents
 
@@ -124,3 +124,13 @@ def test_journal_and_store_lie_where_the_configuration_says(tmp_path: Path) -> N
     make_book(tmp_path, ADA)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["labbook.db", "labbook.toml", "shared"]
     assert sorted(path.name for path in shared.iterdir()) == [".whole.journal.jsonl", "journal.jsonl"]
+
+
+def test_a_lost_labbook_toml_is_written_as_the_journal_holds_it(tmp_path: Path) -> None:
+    made = small_book(tmp_path)
+    text = made.toml.read_text(encoding="utf-8")
+    made.toml.unlink()
+    with pytest.raises(BookMissing, match="`labbook init "), opened(made.folder):
+        pass
+    assert not make_book(made.folder, None)
+    assert made.toml.read_text(encoding="utf-8") == text
