@@ -16,6 +16,7 @@ import logging
 import os
 import sqlite3
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +30,9 @@ from data_schema.row_hashes import hashed
 
 BUSY_TIMEOUT_S = 10.0
 SQLITE_MINIMUM = (3, 37, 0)
-_PRAGMAS = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
+_PRAGMAS: dict[str, str | int] = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
+_SCRATCH: dict[str, str | int] = {**_PRAGMAS, "synchronous": 0}
+"""Of a file that is worth nothing until it is complete, and is synced then."""
 _NOT_ALLOWED = ("42501", "25006")
 """PostgreSQL's codes: the role lacks a right, or its transactions only read."""
 _POOL_LOG = logging.getLogger("sqlalchemy.pool.impl.QueuePool")
@@ -45,10 +48,11 @@ def _is_told_elsewhere(record: logging.LogRecord) -> bool:
 _POOL_LOG.addFilter(lambda record: not _is_told_elsewhere(record))
 
 
-def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.Engine:
+def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S, scratch: bool = False) -> sa.Engine:
     """Open an engine on a SQLite file that exists; a missing file is an error, never created here.
 
-    For who may not write to the file and its folder, the engine only reads.
+    For who may not write to the file and its folder, the engine only reads. What is committed to a `scratch` file need
+    not survive a power cut.
     """
     if sqlite3.sqlite_version_info < SQLITE_MINIMUM:
         raise UsageError(
@@ -68,7 +72,7 @@ def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S) -> sa.E
     seen = (path, _look(path)) if still else None  # before it is opened
     engine = sa.create_engine("sqlite+pysqlite://", creator=lambda: connect(options), poolclass=sa.pool.QueuePool)
     if writable:
-        event.listen(engine, "connect", _set_pragmas)
+        event.listen(engine, "connect", partial(_set_pragmas, _SCRATCH if scratch else _PRAGMAS))
     if still:
         event.listen(engine, "connect", lambda _connection, record: record.info.update({_SEEN: seen}))
     event.listen(engine, "begin", _begin_sqlite)
@@ -206,10 +210,10 @@ def _refuse_changed(connection: sa.Connection) -> None:
         raise BookBusy("somebody wrote to the book while it was read: give the command again.")
 
 
-def _set_pragmas(connection: Any, _record: Any) -> None:
+def _set_pragmas(pragmas: dict[str, str | int], connection: Any, _record: Any) -> None:
     cursor = connection.cursor()
     try:
-        for name, wanted in _PRAGMAS.items():
+        for name, wanted in pragmas.items():
             cursor.execute(f"PRAGMA {name} = {wanted}")
             found = cursor.execute(f"PRAGMA {name}").fetchone()[0]
             if found != wanted:

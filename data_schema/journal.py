@@ -140,23 +140,28 @@ def head(connection: sa.Connection) -> tuple[int, str]:
 
 def insert(connection: sa.Connection, entry: Entry) -> None:
     """Write one entry to the table; its person must be known by then."""
-    connection.execute(
-        journal.insert().values(
-            seq=entry.seq,
-            following=entry.following,
-            at_utc=entry.at_utc,
-            person=sa.select(person.c.id).where(person.c.name == entry.person).scalar_subquery(),
-            action=str(entry.action),
-            entity_kind=entry.entity_kind,
-            entity_uid=entry.entity_uid,
-            old_json=None if entry.old is None else canonical(entry.old),
-            new_json=None if entry.new is None else canonical(entry.new),
-            reason=entry.reason,
-            prev_hash=entry.prev_hash,
-            hash=entry.hash,
-            origin_json=None if entry.origin is None else canonical(entry.origin),
-        )
-    )
+    row = {
+        "seq": entry.seq,
+        "following": entry.following,
+        "at_utc": entry.at_utc,
+        "person_name": entry.person,
+        "action": str(entry.action),
+        "entity_kind": entry.entity_kind,
+        "entity_uid": entry.entity_uid,
+        "old_json": None if entry.old is None else canonical(entry.old),
+        "new_json": None if entry.new is None else canonical(entry.new),
+        "reason": entry.reason,
+        "prev_hash": entry.prev_hash,
+        "hash": entry.hash,
+        "origin_json": None if entry.origin is None else canonical(entry.origin),
+    }
+    connection.execute(_INSERT, row)
+
+
+# Built once: a rebuild writes thousands of entries, and building a query takes longer than asking it.
+_INSERT = journal.insert().values(
+    person=sa.select(person.c.id).where(person.c.name == sa.bindparam("person_name")).scalar_subquery()
+)
 
 
 def stored(connection: sa.Connection) -> Iterator[Entry]:

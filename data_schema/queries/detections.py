@@ -116,8 +116,14 @@ def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | Non
 
 
 def _private_keys(connection: sa.Connection, name: sa.Column[str], names: Sequence[str]) -> dict[str, int]:
-    query = sa.select(name, name.table.c.id).where(name.in_(names))
-    return {row[0]: row[1] for row in connection.execute(query)}
+    return {row[0]: row[1] for row in connection.execute(_KEYS_BY[name.table.name], {"names": list(names)})}
+
+
+_KEYS_BY = {
+    name.table.name: sa.select(name, name.table.c.id).where(name.in_(sa.bindparam("names", expanding=True)))
+    for name in (detection.c.key, signal.c.uid)
+}
+"""Built once: an ingest of many files asks them for each."""
 
 
 def detections_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[str, DetectionRow]:

@@ -59,8 +59,9 @@ def find_uid(connection: sa.Connection, kind: str, **natural: Any) -> str | None
     """Return the uid of the row with these values (references as uids), or None."""
     table = FACTS[kind]
     row = _with_keys(connection, table, natural)
-    query = sa.select(table.c.uid).where(*(table.c[name] == value for name, value in row.items()))
-    found: str | None = connection.execute(query).scalar()
+    given = {name: value for name, value in row.items() if value is not None}
+    blank = tuple(name for name in row if name not in given)
+    found: str | None = connection.execute(_finding(kind, tuple(given), blank), given).scalar()
     return found
 
 
@@ -109,6 +110,14 @@ def _looking_up(kind: str, names: tuple[str, ...]) -> sa.Select[Any]:
         assert referred is not None  # noqa: S101 - `_with_keys` asks for references only
         found.append(sa.select(referred.c.id).where(referred.c.uid == sa.bindparam(name)).scalar_subquery().label(name))
     return sa.select(*found)
+
+
+@functools.cache
+def _finding(kind: str, given: tuple[str, ...], blank: tuple[str, ...]) -> sa.Select[Any]:
+    """Select the uid of the row with the values given under the names of these columns, and none in the blank ones."""
+    table = FACTS[kind]
+    stated = [table.c[name] == sa.bindparam(name) for name in given]
+    return sa.select(table.c.uid).where(*stated, *(table.c[name].is_(None) for name in blank))
 
 
 @functools.cache

@@ -91,23 +91,27 @@ def imported_names(connection: sa.Connection) -> list[str]:
 
 def links_of_file(connection: sa.Connection, file_uid: str) -> list[Link]:
     """Return which runs the parts of a file belong to."""
-    return _links(connection, file.c.uid == file_uid)
+    return _links(connection, _LINKS_OF_FILE, file_uid)
 
 
 def links_of_run(connection: sa.Connection, run_uid: str) -> list[Link]:
     """Return the parts of files that belong to a run."""
-    return _links(connection, run.c.uid == run_uid)
+    return _links(connection, _LINKS_OF_RUN, run_uid)
 
 
-def _links(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> list[Link]:
-    query = (
-        sa.select(run_file.c.uid, file.c.uid, run.c.uid, run.c.name, run_file.c.part, run_file.c.role)
-        .join(run, run_file.c.run == run.c.id)
-        .join(file, run_file.c.file == file.c.id)
-        .where(wanted)
-        .order_by(run_file.c.id)
-    )
-    return [Link(*row) for row in connection.execute(query)]
+def _links(connection: sa.Connection, query: sa.Select[Any], uid: str) -> list[Link]:
+    return [Link(*row) for row in connection.execute(query, {"of": uid})]
+
+
+# Built once: an ingest of many files asks them for each, and building one takes longer than asking it.
+_LINKS = (
+    sa.select(run_file.c.uid, file.c.uid, run.c.uid, run.c.name, run_file.c.part, run_file.c.role)
+    .join(run, run_file.c.run == run.c.id)
+    .join(file, run_file.c.file == file.c.id)
+    .order_by(run_file.c.id)
+)
+_LINKS_OF_FILE = _LINKS.where(file.c.uid == sa.bindparam("of"))
+_LINKS_OF_RUN = _LINKS.where(run.c.uid == sa.bindparam("of"))
 
 
 def charges_of_file(connection: sa.Connection, file_uid: str) -> list[ChargeRef]:
@@ -148,10 +152,13 @@ def signals_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
 
 def unlink_file(connection: sa.Connection, file_uid: str, part: str | None = None) -> None:
     """Let a file, or a part of it, belong to no run; which one it belonged to stands in the journal."""
-    of_file = sa.select(file.c.id).where(file.c.uid == file_uid).scalar_subquery()
-    meant = run_file.delete().where(run_file.c.file == of_file)
-    unlinked = (meant if part is None else meant.where(run_file.c.part == part)).returning(run_file.c.uid)
-    written(connection, "run_file", connection.execute(unlinked).scalars().all())
+    unlinked = connection.execute(_UNLINK_PART if part is not None else _UNLINK, {"file_uid": file_uid, "of": part})
+    written(connection, "run_file", unlinked.scalars().all())
+
+
+_OF_FILE = run_file.c.file == sa.select(file.c.id).where(file.c.uid == sa.bindparam("file_uid")).scalar_subquery()
+_UNLINK = run_file.delete().where(_OF_FILE).returning(run_file.c.uid)
+_UNLINK_PART = _UNLINK.where(run_file.c.part == sa.bindparam("of"))
 
 
 def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:

@@ -86,11 +86,16 @@ def ingest_key(connection: sa.Connection, uid: str) -> int:
 
 def add_ingest(connection: sa.Connection, *, person_name: str, values: Mapping[str, Any]) -> int:
     """Add the row that says how a file was read, under the configuration in force; returns its key."""
-    newest_config = sa.select(sa.func.max(config.c.id)).scalar_subquery()
-    speaker = sa.select(person.c.id).where(person.c.name == person_name).scalar_subquery()
-    done = connection.execute(ingest.insert().values(person=speaker, config=newest_config, **values))
+    done = connection.execute(_ADD_INGEST, {"person_name": person_name, **values})
     written(connection, "ingest", [values["uid"]])
     return _key(done)
+
+
+_ADD_INGEST = ingest.insert().values(
+    person=sa.select(person.c.id).where(person.c.name == sa.bindparam("person_name")).scalar_subquery(),
+    config=sa.select(sa.func.max(config.c.id)).scalar_subquery(),
+)
+"""Built once: an ingest of many files asks for it for each."""
 
 
 def add_findings(connection: sa.Connection, ingest_key: int, rows: Sequence[Mapping[str, Any]]) -> None:
@@ -144,7 +149,7 @@ def add_signal(
     gaps: Sequence[Mapping[str, Any]],
 ) -> int:
     """Add a signal of the reading that the transaction adds, with its channels and gaps; returns its key."""
-    key = _key(connection.execute(signal.insert().values(**values)))
+    key = _key(connection.execute(signal.insert(), values))
     connection.execute(channel.insert(), [{"signal": key, **row} for row in channels])
     if gaps:
         connection.execute(gap.insert(), [{"signal": key, **row} for row in gaps])

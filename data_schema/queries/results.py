@@ -167,16 +167,19 @@ def resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> 
     while step:
         above: list[str] = []
         for some in in_chunks(step):
-            query = (
-                sa.select(result.c.uid)
-                .distinct()
-                .join(result_input, result_input.c.result == result.c.id)
-                .where(sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(some))
-            )
-            above += connection.execute(query).scalars()
+            above += connection.execute(_RESTING_ON, {"inputs": list(some)}).scalars()
         step = [("result", uid) for uid in dict.fromkeys(above) if uid not in found]
         found |= dict.fromkeys(above)
     return list(found)
+
+
+_RESTING_ON = (
+    sa.select(result.c.uid)
+    .distinct()
+    .join(result_input, result_input.c.result == result.c.id)
+    .where(sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(sa.bindparam("inputs", expanding=True)))
+)
+"""Built once: every statement asks what rests on what it changes."""
 
 
 def result_of_number(connection: sa.Connection, number_uid: str) -> tuple[ResultRow, NumberRow] | None:

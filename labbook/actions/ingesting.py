@@ -13,7 +13,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, unknown_name
@@ -24,7 +23,7 @@ from data_schema.queries.imports import ABOUT_RUNS, FirstImport, first_import
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.formats.format import UNKNOWN
-from ingest.model import Finding, Limits, ReadFile, SignalPart
+from ingest.model import Finding, Limits, ReadFile
 from ingest.read import read_file
 from labbook.actions.absent_columns import refused_without_columns
 from labbook.actions.day_of_run import with_day_of_run
@@ -32,7 +31,7 @@ from labbook.actions.known_files import take_known
 from labbook.actions.rereading import state_refusal, with_findings_of_book
 from labbook.book.desk import Statement, new_uid
 from labbook.book.opening import Book
-from labbook.statements.importing import PreparedImport, read_and_store, settings_now
+from labbook.statements.importing import PreparedImport, read_and_store, sample_counts, settings_now, with_counts
 from labbook.statements.ingesting import as_read
 
 
@@ -227,12 +226,6 @@ def without_samples(outcome: FileOutcome) -> FileOutcome:
     """Let go of a file's samples, which are in the store by now; how many there were is still known."""
     if outcome.read is None:
         return outcome
-    read = replace(outcome.read, parts=tuple(_counted(part) for part in outcome.read.parts))
+    read = with_counts(outcome.read, sample_counts(outcome.read))
     prepared = None if outcome.prepared is None else replace(outcome.prepared, read=read)
     return replace(outcome, read=read, prepared=prepared)
-
-
-def _counted(part: SignalPart) -> SignalPart:
-    nothing = np.broadcast_to(np.float64(0.0), part.time_s.shape)  # a shape without memory behind it
-    channels = tuple(replace(channel, values=nothing) for channel in part.channels)
-    return replace(part, time_s=nothing, channels=channels)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import secrets
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -118,23 +118,28 @@ def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: objec
 
 
 def apply_again(
-    connection: sa.Connection, store: Store, entries: Iterable[Entry], left_out: Collection[int] = ()
+    connection: sa.Connection,
+    store: Store,
+    entries: Iterable[Entry],
+    left_out: Collection[int] = (),
+    prepared: Callable[[Entry], object] = lambda _entry: None,
 ) -> list[Entry]:
     """Let commands of the journal file take effect and stand in the journal table, as they did the first time.
 
     A command's entries stand there when all have taken effect: while it was spoken they did not either. Those that were
     merged from another book come last, and each stands there for the next, as in that book. Those whose numbers are
-    `left_out` stand there only. Returns the entries that speak of a charge or a link which is not there now.
+    `left_out` stand there only. `prepared` gives work that was done for an entry already. Returns the entries that
+    speak of a charge or a link which is not there now.
     """
     without_rows: list[Entry] = []
     for command in journal.commands(entries):
         own = [entry for entry in command if entry.origin is None]
         for entry in own:
             if entry.seq not in left_out:
-                APPLY[entry.action](Scene(connection, store, without_rows), entry, None)
+                APPLY[entry.action](Scene(connection, store, without_rows), entry, prepared(entry))
         for entry in own:
             journal.insert(connection, entry)
-        _take_effect(connection, store, command, without_rows, left_out)
+        _take_effect(connection, store, command, without_rows, left_out, prepared)
     return without_rows
 
 
@@ -144,12 +149,13 @@ def _take_effect(
     command: Iterable[Entry],
     without_rows: list[Entry] | None = None,
     left_out: Collection[int] = (),
+    prepared: Callable[[Entry], object] = lambda _entry: None,
 ) -> None:
     """Let the merged entries of a command take effect, one after the other."""
     for entry in command:
         if entry.origin is not None:
             if entry.seq not in left_out:
-                APPLY[entry.action](Scene(connection, store, without_rows), entry, None)
+                APPLY[entry.action](Scene(connection, store, without_rows), entry, prepared(entry))
             journal.insert(connection, entry)
 
 

@@ -117,18 +117,19 @@ def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:
     path, fresh = folder / DATABASE, folder / f".{DATABASE}.rebuild.{secrets.token_hex(4)}"
     try:
         fill_sqlite(fresh)
-        engine = sqlite_engine(fresh)
+        engine = sqlite_engine(fresh, scratch=True)
         try:
             replay.onto(engine)
         finally:
             engine.dispose()  # which brings its write-ahead log into the one file
 
         def finish() -> None:
-            last = sqlite_engine(fresh)
+            last = sqlite_engine(fresh, scratch=True)
             try:
                 replay.finish(last, head_of_sqlite(path))
             finally:
                 last.dispose()
+            sync(fresh)
 
         return replace_sqlite(folder, fresh, finish)
     finally:

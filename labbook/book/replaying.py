@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import tempfile
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,10 +15,16 @@ from data_schema.engine import sqlite_engine, writing
 from data_schema.errors import BookDamaged
 from data_schema.journal import Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
+from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.book.desk import apply_again
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import DATABASE
+from labbook.book.reading_ahead import reading_ahead
+from labbook.statements.reports_replayed import ReportsReplayed
+
+ENTRIES_AT_ONCE = 500
+"""Commands of so many entries are one transaction: committing and hashing rows for each takes a third of its time."""
 
 
 @dataclass
@@ -33,21 +39,29 @@ class Replay:
     entries: list[Entry] = field(default_factory=list)
     without_rows: list[Entry] = field(default_factory=list)
     left_out: LeftOut = NOTHING
+    reports: ReportsReplayed = field(default_factory=ReportsReplayed)
 
     def onto(self, engine: sa.Engine, until: int | None = None) -> None:
-        """Apply what the journal holds beyond what was applied before, one transaction a command as at first.
+        """Apply what the journal holds beyond what was applied before, many commands in one transaction.
 
         Nothing after entry number `until`, where that is given.
         """
         seq, last_hash = self.reached
         new = list(journal.chained(self.mirror.tail(seq) if seq else self.mirror.entries(), (seq, last_hash)))
         new = new if until is None else [entry for entry in new if entry.seq <= until]
-        for command in journal.commands(new):
-            with writing(engine) as connection:
-                self.without_rows += apply_again(connection, self.store, command, self.needless)
-            last = command[-1]
-            self.step(f"{last.seq}/{new[-1].seq} {last.action} {last.entity_kind}")
-            self.entries += command
+        with reading_ahead(self.store, new, self.needless) as take:
+
+            def prepared(entry: Entry) -> object:
+                self.reports.before(entry)
+                return self.reports if entry.action is Action.REPORT else take(entry)
+
+            for some in _together(journal.commands(new)):
+                with writing(engine) as connection:
+                    for command in some:
+                        self.without_rows += apply_again(connection, self.store, command, self.needless, prepared)
+                        last = command[-1]
+                        self.step(f"{last.seq}/{new[-1].seq} {last.action} {last.entity_kind}")
+                self.entries += [entry for command in some for entry in command]
 
     @property
     def reached(self) -> tuple[int, str]:
@@ -73,6 +87,18 @@ class Replay:
             )
 
 
+def _together(commands: Iterable[list[Entry]]) -> Iterator[list[list[Entry]]]:
+    """Gather commands until they have enough entries."""
+    some: list[list[Entry]] = []
+    for command in commands:
+        some.append(command)
+        if sum(map(len, some)) >= ENTRIES_AT_ONCE:
+            yield some
+            some = []
+    if some:
+        yield some
+
+
 @contextlib.contextmanager
 def replayed(
     store: Store, mirror: JournalFile, until: int, step: Callable[[str], None], needless: Collection[int] = ()
@@ -86,7 +112,7 @@ def replayed(
         folder = Path(name)
         (folder / "raw").symlink_to((store.root / "raw").resolve())
         fill_sqlite(folder / DATABASE)
-        engine = sqlite_engine(folder / DATABASE)
+        engine = sqlite_engine(folder / DATABASE, scratch=True)
         try:
             replay = Replay(Store(folder), mirror, step, needless)
             replay.onto(engine, until)

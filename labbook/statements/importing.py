@@ -7,7 +7,7 @@ file are made side by side. Files are on disk and synced before a row speaks of 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -16,12 +16,14 @@ import numpy as np
 
 from data_schema.errors import unknown_name
 from ingest.declared_json import declared_from_json, declared_to_json
-from ingest.model import ColumnDeclaration, Declarations, FloatArray, Limits, Profile, ReadFile, RobotFacts
+from ingest.model import ColumnDeclaration, Declarations, FloatArray, Limits, Profile, ReadFile, RobotFacts, SignalPart
 from ingest.read import read_file
 from ingest.store import Store
 from labbook.analysis.detecting import Detection, detect_part
 from labbook.config.model import ProfileSettings
 from labbook.config.parsing import Configuration
+
+_ZERO = np.float64(0.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,6 +75,25 @@ class PreparedImport:
     parts: tuple[StoredPart, ...]
 
 
+def sample_counts(read: ReadFile) -> list[int]:
+    """Return the number of samples of each part."""
+    return [len(part.time_s) for part in read.parts]
+
+
+def with_counts(read: ReadFile, counts: Sequence[int]) -> ReadFile:
+    """Return a file without its samples, which are in the store; its arrays say how many there were and take no memory.
+
+    One number a part.
+    """
+    pairs = zip(read.parts, counts, strict=True)
+    return replace(read, parts=tuple(_with_values(part, np.broadcast_to(_ZERO, (count,))) for part, count in pairs))
+
+
+def _with_values(part: SignalPart, values: FloatArray) -> SignalPart:
+    channels = tuple(replace(channel, values=values) for channel in part.channels)
+    return replace(part, time_s=values, channels=channels)
+
+
 def without_name(settings: Mapping[str, Any] | None) -> Mapping[str, Any] | None:
     """Return the settings of a reading without the name that the file came under: that alone makes no other reading."""
     return None if settings is None else {**settings, "declared": {**settings["declared"], "file_name": None}}
@@ -104,12 +125,29 @@ def read_and_store(
     with ThreadPoolExecutor(max_workers=2) as pool:
         raw = pool.submit(store.put_raw, data, sha256)
         kept = [pool.submit(store.put_signal, part, anew=anew) for part in read.parts]
-        found = [detect_part(part, settings.detector, settings.rest_length_m) for part in read.parts]
-        times = [times_sha256(part.time_s) for part in read.parts]
-        parts = zip(kept, times, found, strict=True)
-        stored = tuple(StoredPart(*done.result(), time_sha256, detection) for done, time_sha256, detection in parts)
+        found = [_detected(part, settings) for part in read.parts]
+        parts = zip(kept, found, strict=True)
+        stored = tuple(StoredPart(*done.result(), *detected) for done, detected in parts)
         raw.result()
         return PreparedImport(sha256, len(data), read, in_force, stored)
+
+
+def read_anew(store: Store, data: bytes, sha256: str, settings: ReadSettings) -> PreparedImport:
+    """Read a kept copy as `read_and_store` does, one thing after the other; its samples are written once more.
+
+    For a process beside others that do the same: threads of its own would only wait for each other.
+    """
+    read = read_file(data, settings.declared)
+    stored = tuple(
+        StoredPart(*store.put_signal(part, anew=True), *_detected(part, settings))
+        for part in (() if read.refused else read.parts)
+    )
+    return PreparedImport(sha256, len(data), read, resolved(settings, read), stored)
+
+
+def _detected(part: SignalPart, settings: ReadSettings) -> tuple[str, Detection | None]:
+    """Return the hash of a part's times, and the jumps found in it."""
+    return times_sha256(part.time_s), detect_part(part, settings.detector, settings.rest_length_m)
 
 
 def read_only(
@@ -123,8 +161,7 @@ def read_only(
         StoredPart(
             signal_sha256(part),
             "",
-            times_sha256(part.time_s),
-            detect_part(part, settings.detector, settings.rest_length_m),
+            *_detected(part, settings),
         )
         for part in (() if read.refused else read.parts)
     )

@@ -58,7 +58,8 @@ def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
     if not done.read.refused:
         add_signals(scene, file_key, ingest_key, done, new, None)
         of_file = run_uid if role is FileRole.CHARGE and "settings" in new else None
-        touched += _update_charges(scene, ingest_key, file_uid, done, new, of_file)
+        if done.read.charges:
+            touched += _update_charges(scene, ingest_key, file_uid, done, new, of_file)
     if run_uid:
         if "settings" not in new:  # an earlier labbook gave a run its file's charge whatever charge it had
             assign_only_charge(scene, file_uid, run_uid, role)

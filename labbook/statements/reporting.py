@@ -18,6 +18,7 @@ from labbook.analysis.predicting import keep_predictions
 from labbook.analysis.workbench import keep
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.making import MadeReport, make_report
+from labbook.statements.reports_replayed import ReportsReplayed
 from labbook.statements.scene import Scene
 from stats.apexes import DETECTORS
 
@@ -34,15 +35,16 @@ def shown_by(made: MadeReport) -> dict[str, Any]:
 
 
 def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
-    """Add the report and what it computed; on rebuilding, compute it again."""
+    """Add the report and what it computed; on rebuilding, compute it again unless that can give nothing new."""
     new = entry.new or {}
     row = config_in_force(scene.connection)
     assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
-    if isinstance(prepared, MadeReport):
-        made = prepared
-    else:
+    replayed = prepared if isinstance(prepared, ReportsReplayed) else ReportsReplayed()
+    made = prepared if isinstance(prepared, MadeReport) else None
+    if made is None and new["where"] not in replayed.settled:
         configuration = parse_configuration(row.text, "the book's configuration")
         made = make_report(scene.connection, scene.store, configuration, where=new["where"], made_at=new["made_at"])
+        replayed.made(new["where"], made)
     values = {
         "options_json": canonical({"where": new["where"]}),
         "as_of_utc": new["made_at"],
@@ -51,8 +53,9 @@ def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
         "made_utc": new["made_at"],
     }
     insert_fact(scene.connection, "report", entry.entity_uid, values)
-    keep_detections(scene.connection, made.detections)
-    keep(scene.connection, made.bench)
-    keep_predictions(scene.connection, made.bench)
+    if made is not None:
+        keep_detections(scene.connection, made.detections)
+        keep(scene.connection, made.bench)
+        keep_predictions(scene.connection, made.bench)
     add_report_items(scene.connection, entry.entity_uid, new["shown"])
     return []

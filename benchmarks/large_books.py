@@ -1,0 +1,149 @@
+"""Books of any number of runs, made as a lab makes them: run sheets, logs, charger sheets, verdicts, corrections.
+
+Every statement goes through the functions of the commands, so that the journal is a genuine one. The logs are short:
+one run of 25 jumps at 300 Hz without the pauses, of its own noise each.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.inputs import new_book
+from data_schema.units import STANDARD_GRAVITY_M_S2
+from data_schema.vocabulary import IngestStatus, ReasonCode, RunKind, Verdict
+from labbook.actions.correcting import correct
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.jump_review import decide
+from labbook.actions.runs_importing import import_runs
+from labbook.book.desk import new_uid
+from labbook.book.opening import Book, opened
+from labbook.demo.book_toml import FACTORS, ROBOT
+from labbook.demo.campaign import BATTERIES
+from labbook.demo.truth import CHAPTER_5
+from labbook.demo.writers.charger_sheet import SheetRow, charger_sheet
+from labbook.demo.writers.run_sheet import RunRow, run_sheet
+from labbook.demo.writers.string_pot_log import string_pot_log
+
+RATE_HZ, JUMPS, RUNS_A_DAY = 300, 25, 12
+AT_ONCE = 1000
+"""So many runs have a run sheet, a folder of logs and a charger sheet together."""
+VERDICT_EVERY, CORRECTION_EVERY = 50, 100
+_REST_LENGTH_M, _START_M, _CLAMP_M = 0.27, 0.42, 0.46
+_FEET = sorted({group.foot for group in CHAPTER_5.groups})
+_K_GAINS = sorted({group.k_gain for group in CHAPTER_5.groups})
+
+
+@dataclass(frozen=True, slots=True)
+class Grown:
+    """What taking in some runs took: `ingest_s` of their logs alone."""
+
+    runs: int
+    ingest_s: float
+
+
+def grow_book(folder: Path, first: int, last: int, say: Callable[[str], None]) -> list[Grown]:
+    """Add the runs `first` to `last` - 1 to a book, which is made where there is none."""
+    if not folder.exists():
+        new_book(folder)
+    grown = []
+    with opened(folder) as book:
+        for start in range(first, last, AT_ONCE):
+            numbers = range(start, min(last, start + AT_ONCE))
+            grown.append(_take_in(book, numbers, folder.parent / f"{folder.name}-instruments"))
+            say(f"{numbers.stop} runs, {grown[-1].ingest_s / len(numbers) * 1e3:.1f} ms a log")
+    return grown
+
+
+def run_name(number: int) -> str:
+    """Return the name of a run."""
+    return f"r{number:06d}"
+
+
+def _take_in(book: Book, numbers: range, instruments: Path) -> Grown:
+    with book.desk(None) as desk:
+        sheet = run_sheet(FACTORS, map(_row, numbers)).decode()
+        import_runs(book, desk, sheet, f"runs-{numbers.start}.csv")
+    instruments.mkdir(exist_ok=True)
+    request, taken_s = IngestRequest(batch=new_uid()), 0.0
+    for number in numbers:
+        taken_s += _ingest(book, instruments / f"{run_name(number)}.csv", log_of(number), request)
+    charges = [_charge(number) for number in numbers]
+    _ingest(book, instruments / f"charges-{numbers.start}.csv", charger_sheet(charges), request)
+    for number in numbers:
+        with book.desk(None) as desk:
+            if number % VERDICT_EVERY == 0:
+                decide(book, desk, run_name(number), [3], Verdict.REJECT, ReasonCode.TOUCHED_BY_HAND, None)
+            if number % CORRECTION_EVERY == 0:
+                correct(book, desk, run_name(number), ["duration_s=719"], "misread the clock")
+    return Grown(len(numbers), taken_s)
+
+
+def _ingest(book: Book, path: Path, data: bytes, request: IngestRequest) -> float:
+    path.write_bytes(data)
+    start = time.perf_counter()
+    outcome = ingest_file(book, path, request)
+    taken_s = time.perf_counter() - start
+    path.unlink()
+    if outcome.status is not IngestStatus.IMPORTED:
+        raise RuntimeError(f"{path.name} was not taken in: {outcome.status}")
+    return taken_s
+
+
+def log_of(number: int) -> bytes:
+    """Return the log of a run: dropped, stance, flight, caught, lifted, 25 times."""
+    rng = np.random.default_rng([1, number])
+    pieces = [np.full(RATE_HZ // 5, _CLAMP_M)]
+    for apex_m in 0.33 + 0.01 * rng.normal(size=JUMPS):
+        falling_s = np.arange(int(RATE_HZ * _fall_s(_START_M - _REST_LENGTH_M))) / RATE_HZ
+        stance = np.arange(RATE_HZ // 10) / (RATE_HZ // 10)
+        rising_s = _fall_s(apex_m - _REST_LENGTH_M)
+        flight_s = np.arange(int(RATE_HZ * 1.6 * rising_s)) / RATE_HZ
+        flight_m = apex_m - STANDARD_GRAVITY_M_S2 * (flight_s - rising_s) ** 2 / 2
+        lifted_m = np.concatenate([np.linspace(flight_m[-1], _CLAMP_M, 45), np.linspace(_CLAMP_M, _START_M, 20)])
+        fallen_m = _START_M - STANDARD_GRAVITY_M_S2 * falling_s**2 / 2
+        pieces += [fallen_m, _REST_LENGTH_M - 0.1 * np.sin(np.pi * stance), flight_m, lifted_m]
+    height_m = np.concatenate(pieces)
+    time_ms = 15_000 + np.arange(height_m.size) * 1000 // RATE_HZ
+    name = "body_height [m]"
+    return string_pot_log(time_ms, {name: height_m + rng.normal(0, 0.001, height_m.size)}, {name: 4})
+
+
+def _fall_s(height_m: float) -> float:
+    return float(np.sqrt(2 * height_m / STANDARD_GRAVITY_M_S2))
+
+
+def _started(number: int) -> dt.datetime:
+    day, position = divmod(number, RUNS_A_DAY)
+    return dt.datetime(2001, 1, 1, 9) + dt.timedelta(days=day, minutes=40 * position)  # noqa: DTZ001 - local time
+
+
+def _row(number: int) -> RunRow:
+    return RunRow(
+        run=run_name(number),
+        started=_started(number),
+        position=number % RUNS_A_DAY + 1,
+        kind=RunKind.JUMPS,
+        levels={
+            "foot": _FEET[number % len(_FEET)],
+            "k_gain": _K_GAINS[number // len(_FEET) % len(_K_GAINS)],
+            "b_ad_gain": CHAPTER_5.ad_gains[number % len(CHAPTER_5.ad_gains)],
+        },
+        battery=BATTERIES[number % len(BATTERIES)],
+        robot=ROBOT,
+        duration_s=720,
+        jumps_made=JUMPS,
+        starts=1,
+        note="",
+    )
+
+
+def _charge(number: int) -> SheetRow:
+    charge_mah = 780 + number * 7919 % 97
+    pack = BATTERIES[number % len(BATTERIES)]
+    return SheetRow(run_name(number), charge_mah, 25, 16.8, pack, _started(number) + dt.timedelta(minutes=39))

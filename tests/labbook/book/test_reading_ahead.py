@@ -1,0 +1,127 @@
+"""A rebuild of many files reads them in other processes: the rows are the same, and no process outlives it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from data_schema.engine import sqlite_engine
+from data_schema.errors import BookDamaged
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.book.opening import Book
+from labbook.book.reading_ahead import FEWEST
+from labbook.book.rebuilding import rebuild_database
+from tests.helpers.books import SmallBook, small_book
+from tests.helpers.databases import Rows, all_rows
+from tests.helpers.hopping_log import hopping_log
+
+MANY = FEWEST
+
+
+@pytest.fixture(scope="module")
+def full(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
+    """A book with many logs, some of which nothing is found in, and files that are refused."""
+    made = small_book(tmp_path_factory.mktemp("full"))
+    folder = made.folder.parent / "more"
+    folder.mkdir()
+    with made.open() as book:
+        for number in range(MANY):
+            _ingest(book, folder / f"log{number}.csv", hopping_log(jumps=1 + number % 4) + b"\n" * number)
+    return made
+
+
+def _ingest(book: Book, path: Path, data: bytes) -> None:
+    path.write_bytes(data)
+    ingest_file(book, path, IngestRequest())
+
+
+def _rows(book: SmallBook) -> dict[str, Rows]:
+    engine = sqlite_engine(book.database)
+    try:
+        return all_rows(engine)
+    finally:
+        engine.dispose()
+
+
+@pytest.fixture
+def one_processor() -> Iterator[None]:
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {min(before)})
+    yield
+    os.sched_setaffinity(0, before)
+
+
+def _copy(full: SmallBook, folder: Path) -> SmallBook:
+    shutil.copytree(full.folder, folder / "book")
+    return SmallBook(folder / "book", full.instruments)
+
+
+def test_the_rows_are_those_of_the_ingest(full: SmallBook, tmp_path: Path) -> None:
+    book = _copy(full, tmp_path)
+    rebuild_database(book.folder, lambda _step: None)
+    assert _rows(book) == _rows(full)
+
+
+def test_the_rows_are_those_of_a_rebuild_in_one_process(full: SmallBook, tmp_path: Path, one_processor: None) -> None:
+    book = _copy(full, tmp_path)
+    rebuild_database(book.folder, lambda _step: assert_alone())
+    assert _rows(book) == _rows(full)
+
+
+def assert_alone() -> None:
+    assert not _children(os.getpid())
+
+
+def test_a_raw_copy_that_is_gone_is_named_and_nothing_is_changed(full: SmallBook, tmp_path: Path) -> None:
+    book = _copy(full, tmp_path)
+    gone = sorted((book.folder / "raw").rglob("*.zst"))[MANY // 2]
+    gone.unlink()
+    with pytest.raises(BookDamaged, match=gone.name):
+        rebuild_database(book.folder, lambda _step: None)
+    assert _rows(book) == _rows(full)
+    assert not _children(os.getpid())
+
+
+def test_samples_that_are_gone_are_written_again(full: SmallBook, tmp_path: Path) -> None:
+    book = _copy(full, tmp_path)
+    shutil.rmtree(book.folder / "signals")
+    rebuild_database(book.folder, lambda _step: None)
+    kept = {path.relative_to(full.folder): path.read_bytes() for path in (full.folder / "signals").rglob("*.parquet")}
+    now = {path.relative_to(book.folder): path.read_bytes() for path in (book.folder / "signals").rglob("*.parquet")}
+    assert now == kept
+
+
+def test_readers_of_a_killed_rebuild_end_by_themselves(full: SmallBook, tmp_path: Path) -> None:
+    book = _copy(full, tmp_path)
+    code = "import sys; from pathlib import Path; from labbook.book.rebuilding import rebuild_database\n"
+    code += "rebuild_database(Path(sys.argv[1]), lambda _step: print('.', flush=True))"
+    with subprocess.Popen([sys.executable, "-c", code, book.folder], stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.readline()
+        readers = _children(process.pid)
+        process.kill()
+    assert readers
+    deadline = time.monotonic() + 30
+    while any(Path(f"/proc/{reader}/cmdline").exists() and _is_reader(reader) for reader in readers):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    rebuild_database(book.folder, lambda _step: None)
+    assert _rows(book) == _rows(full)
+
+
+def _children(pid: int) -> list[int]:
+    return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def _is_reader(pid: int) -> bool:
+    try:
+        return b"reading_ahead" in Path(f"/proc/{pid}/cmdline").read_bytes()
+    except OSError:
+        return False
