@@ -45,16 +45,21 @@ def every_charge(connection: sa.Connection) -> list[ChargeOfRun]:
 
 def charges_of_run(connection: sa.Connection, run_uid: str) -> list[ChargeOfRun]:
     """Return the charges of one run."""
-    return [ChargeOfRun(*row) for row in connection.execute(_of_runs().where(run.c.uid == run_uid))]
+    return [ChargeOfRun(*row) for row in connection.execute(_of_runs().where(charge.c.run == _key(run_uid)))]
 
 
 def charges_of_runs(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, list[ChargeOfRun]]:
     """Return the charges of some runs, by the run's uid."""
     found: dict[str, list[ChargeOfRun]] = {}
     for some in in_chunks(run_uids):
-        for row in connection.execute(_of_runs().where(run.c.uid.in_(some))):
+        keys = sa.select(run.c.id).where(run.c.uid.in_(some))
+        for row in connection.execute(_of_runs().where(charge.c.run.in_(keys))):
             found.setdefault(row[1], []).append(ChargeOfRun(*row))
     return found
+
+
+def _key(run_uid: str) -> sa.ScalarSelect[int]:
+    return sa.select(run.c.id).where(run.c.uid == run_uid).scalar_subquery()
 
 
 def _of_runs() -> sa.Select[Any]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.chunks import in_chunks
+from data_schema.chunks import CHUNK, in_chunks
 from data_schema.row_hashes import written
 from data_schema.tables.files import ingest
 from data_schema.tables.people import person
@@ -188,20 +188,26 @@ def jump_decisions(
         .where(decision.c.target_kind == str(TargetKind.JUMP))
         .order_by(decision.c.id)
     )
-    if signals_sha256 is not None:
-        query = query.where(decision.c.signal_sha256.in_({*signals_sha256, *holds_for}))
+    wanted = None if signals_sha256 is None else {*signals_sha256, *holds_for}
+    if wanted is not None and len(wanted) <= CHUNK:
+        query = query.where(decision.c.signal_sha256.in_(wanted))
     found: dict[str, list[DecisionRow]] = {}
     for uid, sha256, anchor_s, verdict, reason, *rest in connection.execute(query):
+        if wanted is not None and sha256 not in wanted:
+            continue
         row = DecisionRow(uid, sha256, anchor_s, Verdict(verdict), ReasonCode(reason), *rest)
         for signal_sha256 in holds_for.get(sha256, {sha256}):
             found.setdefault(signal_sha256, []).append(row)
     return found
 
 
-def same_times(connection: sa.Connection, signals_sha256: Sequence[str] | None = None) -> dict[str, set[str]]:
+def same_times(
+    connection: sa.Connection, signals_sha256: Sequence[str] | None = None, *, given_on: Sequence[str] | None = None
+) -> dict[str, set[str]]:
     """Return, for the hash of any samples, those of the readings in force of the same file with the same times.
 
-    All there are, or those that lead to some signals. What the journal says the samples' hash was counts as theirs.
+    All there are, those that lead to some signals, or those that lead from the samples `given_on`. What the journal
+    says the samples' hash was counts as theirs.
     """
     now = signal.alias("now")
     query = (
@@ -209,10 +215,14 @@ def same_times(connection: sa.Connection, signals_sha256: Sequence[str] | None =
         .join(now, sa.and_(now.c.file == signal.c.file, _same_times(now)))
         .join(ingest, sa.and_(ingest.c.id == now.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))
     )
+    queries = [query]
     if signals_sha256 is not None:
-        query = query.where(now.c.sha256.in_(signals_sha256))
+        queries = [query.where(now.c.sha256.in_(some)) for some in in_chunks(signals_sha256)]
+    if given_on is not None:
+        either = (signal.c.sha256, signal.c.recorded_sha256)
+        queries = [query.where(sa.or_(*(column.in_(some) for column in either))) for some in in_chunks(given_on)]
     found: dict[str, set[str]] = {}
-    for row in connection.execute(query):
+    for row in (row for query in queries for row in connection.execute(query)):
         for sha256 in {row.sha256, row.recorded_sha256} - {None}:
             found.setdefault(sha256, set()).add(row.now)
     return found

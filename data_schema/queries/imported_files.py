@@ -26,6 +26,20 @@ def runs_of_file(connection: sa.Connection, sha256: str) -> tuple[str, ...]:
     return tuple(sorted(connection.execute(both).scalars()))
 
 
+def runs_by_file(connection: sa.Connection) -> dict[str, tuple[str, ...]]:
+    """Return the same for every file of which there are runs, by the SHA-256 of the file."""
+    assigned = sa.select(file.c.sha256, run.c.name).join(run_file, run_file.c.file == file.c.id)
+    charged = sa.select(file.c.sha256, run.c.name).join(charge, charge.c.file == file.c.id)
+    found: dict[str, set[str]] = {}
+    for query in (
+        assigned.join(run, run_file.c.run == run.c.id),
+        charged.join(run, charge.c.run == run.c.id).where(charge.c.state == str(ChargeState.COUNTED)),
+    ):
+        for sha256, name in connection.execute(query):
+            found.setdefault(sha256, set()).add(name)
+    return {sha256: tuple(sorted(names)) for sha256, names in found.items()}
+
+
 @dataclass(frozen=True, slots=True)
 class FileRow:
     """An imported file as people name it; `status` is that of its last reading."""
@@ -73,9 +87,9 @@ def _imported() -> sa.Select[Any]:
 
 def find_files(connection: sa.Connection, name: str) -> list[FileRow]:
     """Return the imported files of this name, uid or SHA-256, of which 8 digits will do; withdrawn ones too."""
-    matches = [ingest.c.original_name == name, file.c.uid == name]
+    matches = [ingest.c.original_name == name, ingest.c.file.in_(sa.select(file.c.id).where(file.c.uid == name))]
     if _BEGINNING.fullmatch(name):
-        matches.append(file.c.sha256.startswith(name))
+        matches.append(sa.and_(ingest.c.sha256 >= name, ingest.c.sha256 < f"{name}g"))
     rows = [list(row) for row in connection.execute(_imported().where(sa.or_(*matches)))]
     return [FileRow(*[*row[:-1], IngestStatus(row[-1])]) for row in rows]
 

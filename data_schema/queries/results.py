@@ -160,24 +160,31 @@ def mark_stale(connection: sa.Connection, changed: Sequence[tuple[str, str]]) ->
 def resting_on(connection: sa.Connection, inputs: Sequence[tuple[str, str]]) -> list[str]:
     """Return the uids of all results that have one of these (kind, uid) as an input, or rest on such results in turn.
 
-    Step by step: SQLite walks through all inputs of results at each step of a recursive query.
+    Step by step and kind by kind: SQLite walks through all inputs of results at each step of a recursive query, and
+    where it is asked for pairs.
     """
     found: dict[str, None] = {}
     step = list(inputs)
     while step:
+        by_kind: dict[str, list[str]] = {}
+        for kind, uid in step:
+            by_kind.setdefault(kind, []).append(uid)
         above: list[str] = []
-        for some in in_chunks(step):
-            above += connection.execute(_RESTING_ON, {"inputs": list(some)}).scalars()
+        for kind, uids in by_kind.items():
+            for some in in_chunks(uids):
+                above += connection.execute(_RESTING_ON, {"kind": kind, "uids": some}).scalars()
         step = [("result", uid) for uid in dict.fromkeys(above) if uid not in found]
         found |= dict.fromkeys(above)
     return list(found)
 
 
-_RESTING_ON = (
-    sa.select(result.c.uid)
-    .distinct()
-    .join(result_input, result_input.c.result == result.c.id)
-    .where(sa.tuple_(result_input.c.input_kind, result_input.c.input_uid).in_(sa.bindparam("inputs", expanding=True)))
+_RESTING_ON = sa.select(result.c.uid).where(
+    result.c.id.in_(
+        sa.select(result_input.c.result).where(
+            result_input.c.input_kind == sa.bindparam("kind"),
+            result_input.c.input_uid.in_(sa.bindparam("uids", expanding=True)),
+        )
+    )
 )
 """Built once: every statement asks what rests on what it changes."""
 

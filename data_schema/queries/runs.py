@@ -115,6 +115,23 @@ def find_run(connection: sa.Connection, name: str) -> RunRow | None:
     return next(iter(list_runs(connection, run.c.name == name)), None)
 
 
+def runs_of_day(connection: sa.Connection, date_local: str) -> list[RunRow]:
+    """List the runs of a day by position."""
+    return list_runs(connection, day.c.date_local == date_local)
+
+
+def idle_runs(connection: sa.Connection) -> list[RunRow]:
+    """List the idle runs by day and position."""
+    return list_runs(connection, run.c.kind == str(RunKind.IDLE))
+
+
+def runs_of_conditions(connection: sa.Connection, condition_uids: Sequence[str]) -> list[RunRow]:
+    """List the runs of some conditions by day and position."""
+    return list_runs(
+        connection, run.c.condition.in_(sa.select(condition.c.id).where(condition.c.uid.in_(condition_uids)))
+    )
+
+
 def run_uids_named(connection: sa.Connection, names: Sequence[str]) -> dict[str, str]:
     """Return the uids of those of these runs that there are, by name."""
     found: dict[str, str] = {}

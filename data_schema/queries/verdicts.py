@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
 
+from data_schema.chunks import in_chunks
 from data_schema.queries.detections import same_times
 from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.people import person
@@ -43,8 +45,6 @@ class WaitingVerdict:
 
 def verdicts_waiting(connection: sa.Connection, run_uid: str | None = None) -> list[WaitingVerdict]:
     """Return the verdicts whose samples are in no reading in force, of all runs or of one; not of withdrawn files."""
-    holds = same_times(connection)
-    names = _names(connection)
     query = (
         sa.select(
             run.c.name,
@@ -63,8 +63,11 @@ def verdicts_waiting(connection: sa.Connection, run_uid: str | None = None) -> l
     )
     if run_uid is not None:
         query = query.where(run.c.uid == run_uid)
+    rows = connection.execute(query).all()
+    given_on = sorted({row.signal_sha256 for row in rows})
+    holds, names = same_times(connection, given_on=given_on), _names(connection, given_on)
     last: dict[tuple[str, str, float], WaitingVerdict] = {}
-    for row in connection.execute(query):
+    for row in rows:
         sha256 = row.signal_sha256
         name, withdrawn = names.get(sha256, (None, False))
         if sha256 in holds or withdrawn:
@@ -73,15 +76,18 @@ def verdicts_waiting(connection: sa.Connection, run_uid: str | None = None) -> l
     return [item for item in last.values() if item.verdict is not Verdict.CLEAR]
 
 
-def _names(connection: sa.Connection) -> dict[str, tuple[str, bool]]:
-    """Return, by the hash of samples, the name of their file and whether that is withdrawn."""
-    query = (
-        sa.select(signal.c.sha256, signal.c.recorded_sha256, ingest.c.original_name, ingest.c.status)
-        .join(file, signal.c.file == file.c.id)
-        .join(ingest, sa.and_(ingest.c.file == file.c.id, LAST_READING))
-    )
+def _names(connection: sa.Connection, hashes: Sequence[str]) -> dict[str, tuple[str, bool]]:
+    """Return, by the hashes of samples, the name of their file and whether that is withdrawn."""
     found = {}
-    for row in connection.execute(query):
-        for sha256 in {row.sha256, row.recorded_sha256} - {None}:
-            found[sha256] = (row.original_name, row.status == IngestStatus.WITHDRAWN)
+    for some in in_chunks(hashes):
+        query = (
+            sa.select(signal.c.sha256, signal.c.recorded_sha256, ingest.c.original_name, ingest.c.status)
+            .join(file, signal.c.file == file.c.id)
+            .join(ingest, sa.and_(ingest.c.file == file.c.id, LAST_READING))
+            .where(sa.or_(signal.c.sha256.in_(some), signal.c.recorded_sha256.in_(some)))
+            .order_by(signal.c.id)
+        )
+        for row in connection.execute(query):
+            for sha256 in {row.sha256, row.recorded_sha256} - {None}:
+                found[sha256] = (row.original_name, row.status == IngestStatus.WITHDRAWN)
     return found

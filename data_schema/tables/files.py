@@ -58,6 +58,15 @@ ingest = table(
         sqlite_where=sa.text("status = 'imported'"),
         postgresql_where=sa.text("status = 'imported'"),
     ),
+    sa.Index("ix_ingest_sha256", "sha256"),
+    sa.Index("ix_ingest_original_name", "original_name"),
+    sa.Index("ix_ingest_stated_run", "stated_run"),
+    sa.Index(
+        "ix_ingest_waiting",
+        "id",
+        sqlite_where=sa.text("status = 'waiting'"),
+        postgresql_where=sa.text("status = 'waiting'"),
+    ),
 )
 
 IN_USE = ingest.c.status.in_((str(IngestStatus.IMPORTED), str(IngestStatus.WAITING)))

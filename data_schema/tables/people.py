@@ -42,6 +42,7 @@ journal = table(
     one_of("action", Action),
     sa.CheckConstraint("following >= 0", name="following_counted"),
     sa.Index("ix_journal_entity", "entity_kind", "entity_uid"),
+    sa.Index("ix_journal_entity_uid", "entity_uid"),
 )
 
 config = table(

@@ -42,6 +42,7 @@ run = table(
     sa.CheckConstraint("starts >= 1", name="starts_counted"),
     sa.CheckConstraint("position_in_day >= 1", name="position_counted"),
     sa.UniqueConstraint("study", "name"),
+    sa.Index("ix_run_name", "name"),
 )
 
 charge = table(
@@ -86,6 +87,7 @@ note = table(
     text_column("at_utc"),
     one_of("target_kind", TargetKind),
     sa.Index("ix_note_target", "target_kind", "target_uid"),
+    sa.Index("ix_note_target_uid", "target_uid"),
 )
 
 decision = table(

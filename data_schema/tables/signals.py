@@ -35,6 +35,8 @@ signal = table(
     text_column("store_path"),
     sa.CheckConstraint("n_samples >= 0", name="n_samples_counted"),
     sa.UniqueConstraint("ingest", "part"),
+    sa.Index("ix_signal_sha256", "sha256"),
+    sa.Index("ix_signal_recorded_sha256", "recorded_sha256"),
 )
 
 channel = table(

@@ -10,7 +10,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
-from data_schema.queries.imported_files import charges_of_file, links_of_file, runs_of_file
+from data_schema.queries.imported_files import charges_of_file, links_of_file, runs_by_file, runs_of_file
 from data_schema.queries.imports import FindingRow, findings_of
 from data_schema.queries.readings import (
     PartRow,
@@ -64,10 +64,8 @@ class ShownFile:
 
 def list_files(connection: sa.Connection) -> list[ListedFile]:
     """List the files of the book in the order in which they came."""
-    return [
-        ListedFile(row, runs_of_file(connection, row.sha256), _remark(connection, row))
-        for row in last_readings(connection)
-    ]
+    runs = runs_by_file(connection)
+    return [ListedFile(row, runs.get(row.sha256, ()), _remark(connection, row)) for row in last_readings(connection)]
 
 
 def show_file(connection: sa.Connection, name: str) -> ShownFile:

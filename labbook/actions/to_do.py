@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import UsageError
-from data_schema.queries.charges import charges_by_run
+from data_schema.queries.charges import charges_of_runs
 from data_schema.queries.days import checks_by_day
 from data_schema.queries.first_measurement import first_measurement
 from data_schema.queries.plans import planned_runs
 from data_schema.queries.readings import waiting_files
-from data_schema.queries.runs import RunRow, list_runs
+from data_schema.queries.runs import RunRow, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.queries.waiting import inbox
@@ -21,7 +21,7 @@ from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
 from labbook.actions.without_numbers import without_apexes, without_joules
 from labbook.analysis.detecting import BODY_HEIGHT
 from labbook.analysis.detections import Detections
-from labbook.analysis.gathering import gather
+from labbook.analysis.gathering import gather_about
 from labbook.analysis.run_apexes import usable_logs
 from labbook.config.parsing import Configuration
 from labbook.presenting.planned import HOW_TO_DECIDE
@@ -57,11 +57,9 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     """Compare the day's runs with what they should have; without `day`, today in the study's time zone."""
     connection = detections.connection
     date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
-    runs = [run for run in list_runs(connection) if run.day == date.isoformat() and run.state is not RunState.VOID]
-    charged = set(charges_by_run(connection))
-    logs: dict[str, list[SignalRow]] = {}
-    for signal in signals_of_runs(connection, FileRole.LOG):
-        logs.setdefault(signal.run_uid, []).append(signal)
+    runs = [run for run in runs_of_day(connection, date.isoformat()) if run.state is not RunState.VOID]
+    charged = set(charges_of_runs(connection, [run.uid for run in runs]))
+    logs = {run.uid: signals for run in runs if (signals := signals_of_runs(connection, FileRole.LOG, run_uid=run.uid))}
     made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
 
     def names(has_log: bool, has_charge: bool) -> tuple[str, ...]:
@@ -72,7 +70,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         )
 
     jumped = [run for run in runs if _needs_log(run)]
-    evidence = gather(connection, configuration, None) if jumped else None
+    evidence = gather_about(connection, configuration, jumped) if jumped else None
     idle_uncharged = tuple(run.name for run in runs if run.kind is RunKind.IDLE and run.uid not in charged)
     return ToDo(
         day=date.isoformat(),

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
-from data_schema.queries.charges import ChargeOfRun, charges_by_run
+from data_schema.queries.charges import ChargeOfRun, charges_by_run, charges_of_runs
 from data_schema.queries.detections import DecisionRow, jump_decisions
 from data_schema.queries.readings import WaitingFile, waiting_files
-from data_schema.queries.runs import RunRow, list_runs, where_columns
+from data_schema.queries.runs import RunRow, idle_runs, list_runs, where_columns
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
 from data_schema.vocabulary import FileRole, RunKind, RunState
@@ -97,5 +97,45 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
         charges=charges_by_run(connection),
         logs=logs,
         decisions=jump_decisions(connection),
+        waiting=waiting,
+    )
+
+
+def gather_about(
+    connection: sa.Connection, configuration: Configuration, about: Sequence[RunRow], beside: Sequence[RunRow] = ()
+) -> Evidence:
+    """Read what `gather` does of some runs alone, of runs `beside` them only the charges, and all idle runs.
+
+    A book may have a hundred thousand others.
+    """
+    study = the_study(connection)
+    assert study is not None, "a book with runs has a study"  # noqa: S101
+    every = {run.uid: run for run in (*beside, *about)}.values()
+    runs = [run for run in every if run.kind is RunKind.JUMPS and run.state is not RunState.VOID]
+    idle = [run for run in idle_runs(connection) if run.state is not RunState.VOID]
+    waiting = tuple(waiting_files(connection))
+    incomplete = {run_uid for file in waiting if file.role == FileRole.LOG for run_uid in file.runs}
+    logs = {
+        run.uid: [
+            signal
+            for signal in signals_of_runs(connection, FileRole.LOG, run_uid=run.uid)
+            if BODY_HEIGHT in signal.channels
+        ]
+        for run in about
+        if run.uid not in incomplete
+    }
+    return Evidence(
+        study=study,
+        configuration=configuration,
+        selection="",
+        factors=factors(connection),
+        selected=tuple(runs),
+        runs=tuple(runs),
+        beside=(),
+        idle=tuple(idle),
+        void=(),
+        charges=charges_of_runs(connection, [run.uid for run in (*runs, *idle)]),
+        logs=logs,
+        decisions=jump_decisions(connection, [signal.sha256 for several in logs.values() for signal in several]),
         waiting=waiting,
     )

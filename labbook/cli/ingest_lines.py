@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from data_schema.queries.runs import RunRow
+from data_schema.queries.runs import RunRow, runs_named, runs_of_conditions
 from data_schema.vocabulary import IngestStatus, Severity
 from ingest.model import Finding
 from labbook.actions.ingesting import FileOutcome
@@ -14,7 +14,7 @@ from labbook.actions.missing_height import MissingHeight, missing_height_lines
 from labbook.actions.remarks import remarks_on
 from labbook.actions.rig_line import RigLine, rig_lines
 from labbook.analysis.detections import Detections
-from labbook.analysis.gathering import Evidence, gather
+from labbook.analysis.gathering import Evidence, gather_about
 from labbook.analysis.run_apexes import usable_logs
 from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
@@ -85,7 +85,7 @@ def file_head(outcome: FileOutcome) -> str:
 
 
 def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLine]]:
-    """Return how the runs of each file do, when all files are stored: the book is gathered once for all of them.
+    """Return how the runs of each file do, when all files are stored.
 
     A run that several files belong to, a log and a charge, is told once, with the last of them.
     """
@@ -100,7 +100,10 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
     if not files:
         return found
     with book.reading() as connection:
-        evidence = gather(connection, book.configuration, None)
+        about = runs_named(connection, list(files))
+        conditions = sorted({run.condition_uid for run in about if run.condition_uid is not None})
+        earlier = runs_of_conditions(connection, conditions)
+        evidence = gather_about(connection, book.configuration, about, earlier)
         for name, line in rig_lines(Detections(connection, book.store), files, evidence).items():
             found[last[name]].append(line)
         charged = [name for name, prepared in files.items() if any(each.read.charges for each in prepared)]

@@ -1,0 +1,196 @@
+"""A book of ten thousand runs, or a hundred thousand: taking in, listing, checking, rebuilding; a hundred reports."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.large_books import Grown, grow_book, log_of, run_name
+from benchmarks.processes import LABBOOK, ProcessRun, run_process
+from benchmarks.section import Benchmark, Budget, Section, Table
+from labbook.actions.report_command import state_report
+from labbook.book.opening import opened
+
+FULL = "LABBOOK_BENCH_LOAD"
+"""Set to `full`, the environment variable that asks for a hundred thousand runs, which take an hour."""
+RUNS, ALL_RUNS = 10_000, 100_000
+RUNS_REPORTED, REPORTS = 200, 100
+TURNS = 3
+COMMAND_S, REBUILD_S, PEAK_MB = 1.5, 100.0, 1500.0
+FLAT = LINEAR = 1.3
+"""A tenth of noise on either side, and a little for trees of indexes that grow deeper."""
+TWICE = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """What was done with a book of so many runs."""
+
+    runs: int
+    check: ProcessRun
+    rebuild: ProcessRun
+
+
+def measure(say: Callable[[str], None]) -> Section:
+    """Grow a book, and time what grows with it at two sizes; then rebuild a small one with one and many reports."""
+    runs = ALL_RUNS if os.environ.get(FULL) == "full" else RUNS
+    with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
+        folder = Path(name)
+        grown, sizes = [], []
+        for first, last in ((0, runs // 5), (runs // 5, runs)):
+            grown += grow_book(folder / "book", first, last, say)
+            say(f"checking and rebuilding {last} runs")
+            sizes.append(Taken(last, _run(folder, "db", "check"), _run(folder, "rebuild")))
+        commands = _commands(folder, runs, say)
+        reports = _with_reports(folder / "reported", say)
+    return Section(
+        f"A book of {runs:,} runs".replace(",", " "),
+        f"Run sheets, {runs} logs of 25 jumps, charger sheets, verdicts and corrections through the functions of the "
+        f"commands: {25 * runs} jumps. Each command is a whole process, the shortest of {TURNS}; check and rebuild "
+        f"once, at a fifth of the runs and at all. A book of {RUNS_REPORTED} runs is rebuilt with one report and with "
+        f"{REPORTS}. `{FULL}=full` measures {ALL_RUNS} runs, for about an hour.",
+        _budgets(runs, grown, sizes, commands, reports),
+        (_sizes_table(sizes, grown), _commands_table(commands), _reports_table(reports)),
+    )
+
+
+def _run(folder: Path, *words: str | Path) -> ProcessRun:
+    return run_process([LABBOOK, *words, "--book", folder / "book"])
+
+
+def _commands(folder: Path, runs: int, say: Callable[[str], None]) -> dict[str, ProcessRun]:
+    """Time the commands of a day at the rig, on a run in the middle of the book."""
+    say("the commands of a day")
+    middle, day = run_name(runs // 2), "2001-01-05"
+    logs = [folder / f"{run_name(runs + turn)}.csv" for turn in range(TURNS)]
+    for turn, path in enumerate(logs):
+        path.write_bytes(log_of(runs + turn))
+    with opened(folder / "book") as book:
+        number = state_report(book, f"day={day}", None, lambda _what: None).shown[0]
+    wanted: Mapping[str, Callable[[int], tuple[str | Path, ...]]] = {
+        "runs list": lambda _: ("runs", "list"),
+        "runs list --where": lambda _: ("runs", "list", "--where", f"day={day}"),
+        "files list": lambda _: ("files", "list"),
+        "show RUN": lambda _: ("show", middle),
+        "jumps list RUN": lambda _: ("jumps", "list", middle),
+        "files show NAME": lambda _: ("files", "show", f"{middle}.csv"),
+        "today --day": lambda _: ("today", "--day", day),
+        "why ID": lambda _: ("why", number),
+        "note RUN": lambda _: ("note", middle, "looked at"),
+        "ingest FILE": lambda turn: ("ingest", logs[turn], "--run", middle),
+    }
+    return {
+        what: min((_run(folder, *words(turn)) for turn in range(TURNS)), key=lambda run: run.wall_s)
+        for what, words in wanted.items()
+    }
+
+
+def _with_reports(folder: Path, say: Callable[[str], None]) -> dict[int, ProcessRun]:
+    """Rebuild a book with one report, then with many of the same runs."""
+    say(f"{REPORTS} reports of {RUNS_REPORTED} runs")
+    grow_book(folder / "book", 0, RUNS_REPORTED, say)
+    found = {}
+    for first, last in ((0, 1), (1, REPORTS)):
+        with opened(folder / "book") as book:
+            for _ in range(first, last):
+                state_report(book, None, None, lambda _what: None)
+        found[last] = _run(folder, "rebuild")
+    return found
+
+
+def _budgets(
+    runs: int,
+    grown: list[Grown],
+    sizes: list[Taken],
+    commands: Mapping[str, ProcessRun],
+    reports: Mapping[int, ProcessRun],
+) -> tuple[Budget, ...]:
+    small, large = sizes
+    slowest = max(commands, key=lambda what: commands[what].wall_s)
+    first, last = _ms_a_log(grown)
+    peaks = [
+        run.peak_mb for run in (*(run for size in sizes for run in (size.check, size.rebuild)), *commands.values())
+    ]
+    known = [peak for peak in peaks if peak is not None]
+    more = large.runs / small.runs
+    return (
+        Budget("ingest of a log, the last tenth of the runs over the first (medians)", FLAT, "×", last / first),
+        Budget(
+            f"the slowest command in a book of {runs} runs (`{slowest}`, min)", COMMAND_S, "s",
+            commands[slowest].wall_s,
+        ),
+        Budget(
+            f"db check of {large.runs} runs over that of {small.runs}, a run", LINEAR, "×",
+            large.check.wall_s / small.check.wall_s / more,
+        ),
+        Budget(
+            f"rebuild of {large.runs} runs over that of {small.runs}, a run", LINEAR, "×",
+            large.rebuild.wall_s / small.rebuild.wall_s / more,
+        ),
+        Budget("rebuild, for each 10 000 runs", REBUILD_S, "s", large.rebuild.wall_s * RUNS / large.runs),
+        Budget(
+            f"rebuild with {REPORTS} reports over that with one", TWICE, "×",
+            reports[REPORTS].wall_s / reports[1].wall_s,
+        ),
+        Budget("the most memory of all these", PEAK_MB, "MB", max(known, default=None), why="not told by this system"),
+    )  # fmt: skip
+
+
+def _ms_a_log(grown: list[Grown]) -> tuple[float, float]:
+    """Return the median time of a log in ms in the first tenth of the runs and in the last."""
+    each = [part.ingest_s / part.runs * 1e3 for part in grown]
+    tenth = max(1, len(each) // 10)
+    return statistics.median(each[:tenth]), statistics.median(each[-tenth:])
+
+
+def _sizes_table(sizes: list[Taken], grown: list[Grown]) -> Table:
+    rows = tuple(
+        (
+            f"{size.runs}",
+            f"{size.check.wall_s:.1f}",
+            f"{size.rebuild.wall_s:.1f}",
+            f"{size.rebuild.wall_s / size.runs * 1e3:.1f}",
+            *(_mb(run) for run in (size.check, size.rebuild)),
+        )
+        for size in sizes
+    )
+    first, last = _ms_a_log(grown)
+    return Table(
+        ("runs", "db check, s", "rebuild, s", "rebuild, ms a run", "check, MB", "rebuild, MB"),
+        rows,
+        f"Taking in a log took {first:.1f} ms in the first tenth of the runs and {last:.1f} ms in the last. A rebuild "
+        "reads every kept copy and finds its jumps in other processes, as many as there are cores, at most four, while "
+        "one writes rows; the memory is that one's.",
+    )
+
+
+def _commands_table(commands: Mapping[str, ProcessRun]) -> Table:
+    rows = tuple(
+        (what, f"{run.wall_s:.2f}", f"{run.cpu_s:.2f}", _mb(run), f"{run.output.count(chr(10))}")
+        for what, run in commands.items()
+    )
+    return Table(
+        ("command", "wall, s", "processor, s", "peak, MB", "lines"),
+        rows,
+        "Lists print all that there is; the other commands look up what they need by an index.",
+    )
+
+
+def _reports_table(reports: Mapping[int, ProcessRun]) -> Table:
+    rows = tuple((f"{count}", f"{run.wall_s:.1f}", _mb(run)) for count, run in reports.items())
+    return Table(
+        ("reports", "rebuild, s", "peak, MB"),
+        rows,
+        "A report after which nothing was said but reports is not computed again when it is replayed.",
+    )
+
+
+def _mb(run: ProcessRun) -> str:
+    return "" if run.peak_mb is None else f"{run.peak_mb:.0f}"
+
+
+BENCHMARK = Benchmark("load", measure)
