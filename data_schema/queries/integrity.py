@@ -51,10 +51,14 @@ def signal_files(connection: sa.Connection) -> list[KeptFile]:
     return list({row.store_path: row for row in rows}.values())[::-1]
 
 
+_COUNTED = ("rows_read", "rows_kept", "rows_rejected")
+
+
 def readings(connection: sa.Connection) -> dict[str, Reading]:
     """Return what each reading of a file gave, also an earlier one, by the uid of its ingest; refused ones left out."""
     gave = ingest.c.status.not_in((str(IngestStatus.REFUSED), str(IngestStatus.WAITING)))
-    heads = connection.execute(sa.select(ingest).where(gave).order_by(ingest.c.id)).all()
+    columns = [ingest.c[name] for name in ("id", "uid", "reader", "reader_version", *_COUNTED)]
+    heads = connection.execute(sa.select(*columns).where(gave).order_by(ingest.c.id)).all()
     signals: dict[int, list[str]] = {row.id: [] for row in heads}
     for owner, sha256 in connection.execute(sa.select(signal.c.ingest, signal.c.sha256).order_by(signal.c.id)):
         signals[owner].append(sha256)

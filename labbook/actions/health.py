@@ -75,12 +75,12 @@ class Health:
 
 @dataclass(frozen=True, slots=True)
 class _Told:
-    """What the database says: its own damage, the files it speaks of, and its journal."""
+    """What the database says: its own damage, the files it speaks of, and the hashes of its journal."""
 
     problems: list[str]
     raw: list[KeptFile]
     samples: list[KeptFile]
-    entries: list[Entry] | None
+    entries: list[str] | None
     verdicts_waiting: int = 0
     files_waiting: int = 0
 
@@ -92,7 +92,9 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
     problems: list[str] = []
     told = _attempt(problems, lambda: _ask(folder, configuration, counted, deep)) or _Told([], [], [], None)
     problems += told.problems
-    written = _attempt(problems, lambda: list(JournalFile(path).entries()))  # after the table: it is never behind it
+    written = _attempt(
+        problems, lambda: [entry.hash for entry in JournalFile(path).entries()]
+    )  # after the table: it is never behind it
     left_out = NOTHING if written is None else JournalFile(path).left_out()
     waiting = 0
     if written is not None and told.entries is not None:
@@ -142,9 +144,9 @@ def _ask(folder: Path, configuration: Configuration, counted: Counted, deep: boo
             if engine.dialect.name == "sqlite":
                 problems += _damage_of_sqlite(connection)
             raw, samples = raw_copies(connection), signal_files(connection)
-            entries = _attempt(problems, lambda: list(journal.chained(journal.stored(connection), remedy=MEND_TABLE)))
+            entries = _attempt(problems, lambda: [entry.hash for entry in _chained(connection)])
             if entries:
-                problems += _altered(connection, folder, configuration, entries, counted, deep)
+                problems += _altered(connection, folder, configuration, len(entries), counted, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
         return _Told(problems, raw, samples, entries, *waiting)
     finally:
@@ -155,7 +157,7 @@ def _altered(
     connection: sa.Connection,
     folder: Path,
     configuration: Configuration,
-    entries: Sequence[Entry],
+    entries: int,
     counted: Counted,
     deep: bool,
 ) -> list[str]:
@@ -166,16 +168,16 @@ def _altered(
     if not suspected and not deep:
         return problems
     store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
-    needless = frozenset() if deep else needless_entries(entries, suspected[:MOST_NAMED])
+    needless = frozenset() if deep else needless_entries(list(_chained(connection)), suspected[:MOST_NAMED])
     remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     try:
         with (
-            counted(len(entries)) as step,
-            replayed(store, mirror, len(entries), step, needless) as (engine, replay),
+            counted(entries) as step,
+            replayed(store, mirror, entries, step, needless) as (engine, replay),
             reading(engine) as fresh,
         ):
             others = [item for item in differing(connection, fresh) if item not in suspected] if deep else []
-            if others and differences(fresh, replay.entries, replay.without_rows).other_versions:
+            if others and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
                 problems.append(
                     f"{len(others)} groups of rows come out otherwise with this labbook's readers and algorithms "
                     "than with those of other versions that wrote them: run `labbook rebuild`, then check again."
@@ -214,9 +216,14 @@ def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
     )
 
 
-def _compared(path: Path, written: Sequence[Entry], told: Sequence[Entry]) -> list[str]:
-    """Compare the journal's file and table; what the file has more is applied by the next command."""
-    differing = next((a.seq for a, b in zip(written, told, strict=False) if a.hash != b.hash), None)
+def _chained(connection: sa.Connection) -> Iterator[Entry]:
+    return journal.chained(journal.stored(connection), remedy=MEND_TABLE)
+
+
+def _compared(path: Path, written: Sequence[str], told: Sequence[str]) -> list[str]:
+    """Compare the hashes in the journal's file and table; what the file has more is applied by the next command."""
+    pairs = enumerate(zip(written, told, strict=False), start=1)
+    differing = next((seq for seq, (a, b) in pairs if a != b), None)
     if differing is not None:
         return [
             f"entry {differing} of {path} is not entry {differing} of the database: the two belong to different books; "

@@ -82,7 +82,7 @@ def recompute(book: Book, uids: Sequence[str], step: Callable[[str], None]) -> l
             )
         numbers = [number for _row, number in filter(None, stored)]
         with replayed(book.store, book.mirror, until, step) as (engine, replay), reading(engine) as fresh:
-            other_versions = differences(fresh, replay.entries, replay.without_rows).other_versions
+            other_versions = differences(fresh, journal.stored(fresh), replay.without_rows).other_versions
             return [_compared(connection, fresh, number, other_versions) for number in numbers]
 
 

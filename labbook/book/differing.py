@@ -5,7 +5,7 @@ The journal keeps what a report showed and how a file was read, so both can be c
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
@@ -70,7 +70,7 @@ class Differences:
         return [*said, *self.files_waiting, *self.without_rows]
 
 
-def differences(connection: sa.Connection, entries: Sequence[Entry], without_rows: Sequence[Entry] = ()) -> Differences:
+def differences(connection: sa.Connection, entries: Iterable[Entry], without_rows: Sequence[Entry] = ()) -> Differences:
     """Compare a rebuilt database with what its journal says of reports and files.
 
     `without_rows` are the statements about rows that were not there when they were replayed; those about charges have
@@ -80,18 +80,22 @@ def differences(connection: sa.Connection, entries: Sequence[Entry], without_row
     gone = [item for item in shown if not item.known]
     changed = [item for item in shown if item.known and not agree(item.printed, item.value)]
     now = readings(connection)
-    said = {entry.entity_uid: entry.new or {} for entry in entries if entry.action in (Action.INGEST, Action.READ)}
-    versions = {uid: (new["reader"], new["reader_version"]) for uid, new in said.items()}
-    anew = [uid for uid, reading in now.items() if versions[uid] != (reading.reader, reading.reader_version)]
+    versions, other_algorithms, anew = versions_now(), False, []
+    for entry in entries:
+        said = entry.new or {}
+        if entry.action is Action.REPORT:
+            other_algorithms |= any(versions.get(name) != made for name, made in said.get("versions", {}).items())
+        elif entry.action in (Action.INGEST, Action.READ) and entry.entity_uid in now:
+            reading = now[entry.entity_uid]
+            if (said["reader"], said["reader_version"]) != (reading.reader, reading.reader_version):
+                anew.append((said["rows"], said["signals"]) != (reading.rows, reading.signals))
     return Differences(
         numbers_gone=len(gone),
         reports_concerned=len({item.report for item in gone}),
         numbers_changed=len(changed),
         files_read_anew=len(anew),
-        other_versions=bool(anew) or _other_algorithms(entries),
-        files_changed=sum(
-            (said[uid]["rows"], said[uid]["signals"]) != (now[uid].rows, now[uid].signals) for uid in anew
-        ),
+        files_changed=sum(anew),
+        other_versions=bool(anew) or other_algorithms,
         files_waiting=tuple(f"{waiting.reason}." for waiting in waiting_files(connection)),
         without_rows=tuple(
             _without_row(entry)
@@ -99,13 +103,6 @@ def differences(connection: sa.Connection, entries: Sequence[Entry], without_row
             if entry.entity_kind != "charge" or not fact_exists(connection, "charge", entry.entity_uid)
         ),
     )
-
-
-def _other_algorithms(entries: Sequence[Entry]) -> bool:
-    """Tell whether a report was made with another version of an algorithm than this labbook has."""
-    now = versions_now()
-    made = ((entry.new or {}).get("versions", {}) for entry in entries if entry.action is Action.REPORT)
-    return any(now.get(name) != version for versions in made for name, version in versions.items())
 
 
 def _without_row(entry: Entry) -> str:

@@ -1,7 +1,8 @@
 """Files of the journal are read in other processes while their rows are written in this one.
 
 Reading a kept copy and finding its jumps takes most of the time of a rebuild and needs no database. Each process reads
-every n-th file that is to come; what it found is taken in the order of the journal. What it cannot read, for whatever
+every n-th file that is to come; what it found is taken in the order of the journal, of which no more is in memory than
+that needs. What it cannot read, for whatever
 reason, is read here when its turn comes, so that an error is the same one. A process ends when its input does, also
 where this one was killed.
 """
@@ -17,8 +18,9 @@ import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import replace
+from collections import deque
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -28,14 +30,11 @@ from ingest.store import Store
 from labbook.statements.importing import PreparedImport, ReadSettings, read_anew, sample_counts, with_counts
 
 FEWEST = 64
-"""With fewer files to read, starting processes takes longer than it saves."""
+"""So many files are asked for before the first is taken; with fewer, starting processes takes longer than it saves."""
+MOST_WAITING = 5000
+"""So many entries wait at most for more files to be read."""
 MOST_PROCESSES = 4
 """More would wait for the rows to be written."""
-AHEAD = 8
-"""So many files are waiting to be read, or to be taken, at each process."""
-
-Take = Callable[[Entry], PreparedImport | None]
-"""Gives what was read of an entry's file; None where it is to be read here."""
 
 _Asked: TypeAlias = tuple[Path, int, str, dict[str, Any]]
 """Where the store is, the number of an entry, the file's SHA-256, and how it is to be read."""
@@ -43,27 +42,74 @@ _Asked: TypeAlias = tuple[Path, int, str, dict[str, Any]]
 _COMMAND = (sys.executable, "-P", "-c", "from labbook.book.reading_ahead import serve; serve()")
 
 
+@dataclass
+class ReadingAhead:
+    """Passes entries on some time after it has seen them; files that they tell of are read meanwhile.
+
+    Of entries `left_out`, by their numbers, none are read.
+    """
+
+    store: Store
+    left_out: Collection[int]
+    _readers: list[_Reader] = field(default_factory=list)
+    _reader_of: dict[int, _Reader] = field(default_factory=dict)
+    _count: int = 0
+
+    def passed_on(self, entries: Iterable[Entry]) -> Iterator[Entry]:
+        """Pass entries on in their order."""
+        waiting: deque[Entry] = deque()
+        to_read = 0
+        for entry in entries:
+            waiting.append(entry)
+            if self._is_wanted(entry):
+                to_read += 1
+                if self._readers:
+                    self._ask(entry)
+                elif to_read == FEWEST and self._start():
+                    for one in waiting:
+                        if self._is_wanted(one):
+                            self._ask(one)
+            while to_read >= FEWEST or len(waiting) >= MOST_WAITING:
+                to_read -= self._is_wanted(waiting[0])
+                yield waiting.popleft()
+        yield from waiting
+
+    def take(self, entry: Entry) -> PreparedImport | None:
+        """Return what was read of an entry's file, waiting for it; None where it is to be read here."""
+        reader = self._reader_of.pop(entry.seq, None)
+        return None if reader is None else reader.take(entry.seq)
+
+    def close(self) -> None:
+        """Let the processes end."""
+        for reader in self._readers:
+            reader.close()
+
+    def _is_wanted(self, entry: Entry) -> bool:
+        says_how = entry.action in (Action.INGEST, Action.READ) and "settings" in (entry.new or {})
+        return says_how and entry.seq not in self.left_out
+
+    def _start(self) -> bool:
+        """Start processes where there are processors for them; one alone reads no faster than this."""
+        count = min(_processors(), MOST_PROCESSES)
+        if count > 1 and sys.executable:
+            self._readers = [_Reader(self.store.root.resolve()) for _ in range(count)]
+        return bool(self._readers)
+
+    def _ask(self, entry: Entry) -> None:
+        reader = self._readers[self._count % len(self._readers)]
+        self._count += 1
+        self._reader_of[entry.seq] = reader
+        reader.ask(entry)
+
+
 @contextlib.contextmanager
-def reading_ahead(store: Store, entries: Sequence[Entry], left_out: Collection[int] = ()) -> Iterator[Take]:
-    """Read the files of the entries that say how they were read, but for those `left_out`, where that saves time."""
-    wanted = [entry for entry in entries if _says_how(entry) and entry.seq not in left_out]
-    count = min(_processors(), MOST_PROCESSES)
-    if len(wanted) < FEWEST or count < 2 or not sys.executable:
-        yield lambda _entry: None
-        return
-    with contextlib.ExitStack() as stack:
-        readers = [stack.enter_context(_Reader(store, wanted[place::count])) for place in range(count)]
-        reader_of = {entry.seq: readers[place % count] for place, entry in enumerate(wanted)}
-
-        def take(entry: Entry) -> PreparedImport | None:
-            reader = reader_of.get(entry.seq)
-            return None if reader is None else reader.take(entry.seq)
-
-        yield take
-
-
-def _says_how(entry: Entry) -> bool:
-    return entry.action in (Action.INGEST, Action.READ) and "settings" in (entry.new or {})
+def reading_ahead(store: Store, left_out: Collection[int] = ()) -> Iterator[ReadingAhead]:
+    """Have files read ahead until the end of the block."""
+    ahead = ReadingAhead(store, left_out)
+    try:
+        yield ahead
+    finally:
+        ahead.close()
 
 
 def _processors() -> int:
@@ -71,59 +117,49 @@ def _processors() -> int:
 
 
 class _Reader:
-    """A process that reads files, and those that it is still to be asked for."""
+    """A process that reads files in the order in which it is asked for them."""
 
-    def __init__(self, store: Store, wanted: Sequence[Entry]) -> None:
-        self._root = store.root.resolve()
-        self._wanted = iter(wanted)
+    def __init__(self, root: Path) -> None:
+        self._root = root
         self._found: dict[int, PreparedImport | None] = {}
         self._broken = False
-
-    def __enter__(self) -> _Reader:
-        path = os.pathsep.join(place for place in sys.path if place)
         self._process = subprocess.Popen(
             _COMMAND,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
-            env={**os.environ, "PYTHONPATH": path},
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(place for place in sys.path if place)},
         )
-        for _ in range(AHEAD):
-            self._ask()
-        return self
-
-    def __exit__(self, *_error: object) -> None:
-        assert self._process.stdin is not None  # noqa: S101 - it was asked for
+        assert self._process.stdin is not None  # noqa: S101 - they were asked for
         assert self._process.stdout is not None  # noqa: S101
-        with contextlib.suppress(OSError):
-            self._process.stdin.close()
-        self._process.stdout.close()
-        self._process.wait()
+        self._questions, self._answers = self._process.stdin, self._process.stdout
+
+    def ask(self, entry: Entry) -> None:
+        """Ask for the file of an entry that says how it was read."""
+        assert entry.new is not None  # noqa: S101
+        try:
+            pickle.dump((self._root, entry.seq, entry.new["sha256"], entry.new["settings"]), self._questions)
+            self._questions.flush()
+        except OSError:
+            self._broken = True
 
     def take(self, seq: int) -> PreparedImport | None:
         """Return what was read for an entry, waiting for it; None where it could not be."""
-        assert self._process.stdout is not None  # noqa: S101
         while seq not in self._found and not self._broken:
             try:
-                number, done, counts = pickle.load(self._process.stdout)  # noqa: S301 - of a process of our own
+                number, done, counts = pickle.load(self._answers)  # noqa: S301 - of a process of our own
             except (OSError, EOFError, pickle.UnpicklingError):
                 self._broken = True
             else:
                 self._found[number] = done and replace(done, read=with_counts(done.read, counts))
-                self._ask()
         return self._found.pop(seq, None)
 
-    def _ask(self) -> None:
-        entry = next(self._wanted, None)
-        if entry is None or self._broken:
-            return
-        assert entry.new is not None  # noqa: S101 - it says how it was read
-        assert self._process.stdin is not None  # noqa: S101
-        try:
-            pickle.dump((self._root, entry.seq, entry.new["sha256"], entry.new["settings"]), self._process.stdin)
-            self._process.stdin.flush()
-        except OSError:
-            self._broken = True
+    def close(self) -> None:
+        """Let the process end after the file that it is reading."""
+        with contextlib.suppress(OSError):
+            self._questions.close()
+        self._answers.close()
+        self._process.wait()
 
 
 def serve() -> None:

@@ -79,11 +79,11 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
     engine = engine_of(folder, configuration)
     try:
         with reading(engine) as connection:
-            found = differences(connection, replay.entries, replay.without_rows)
+            found = differences(connection, journal.stored(connection), replay.without_rows)
             altered = _altered(folder, configuration, old, connection, found)
     finally:
         engine.dispose()
-    return Rebuilt(len(replay.entries), old, found, replay.left_out, *altered)
+    return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered)
 
 
 def _altered(

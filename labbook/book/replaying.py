@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import tempfile
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass, field
@@ -36,7 +37,8 @@ class Replay:
     step: Callable[[str], None]
     needless: Collection[int] = ()
     """The numbers of entries that need not take effect."""
-    entries: list[Entry] = field(default_factory=list)
+    hashes: list[str] = field(default_factory=list)
+    """Of the entries that were applied, in their order."""
     without_rows: list[Entry] = field(default_factory=list)
     left_out: LeftOut = NOTHING
     reports: ReportsReplayed = field(default_factory=ReportsReplayed)
@@ -46,27 +48,30 @@ class Replay:
 
         Nothing after entry number `until`, where that is given.
         """
+        last = self.mirror.last()
         seq, last_hash = self.reached
-        new = list(journal.chained(self.mirror.tail(seq) if seq else self.mirror.entries(), (seq, last_hash)))
-        new = new if until is None else [entry for entry in new if entry.seq <= until]
-        with reading_ahead(self.store, new, self.needless) as take:
+        if last is None or seq >= (last.seq if until is None else min(last.seq, until)):
+            return
+        total = last.seq if until is None else min(last.seq, until)
+        entries = journal.chained(self.mirror.tail(seq), (seq, last_hash)) if seq else self.mirror.entries()
+        new = itertools.takewhile(lambda entry: entry.seq <= total, entries)
+        with reading_ahead(self.store, self.needless) as ahead:
 
             def prepared(entry: Entry) -> object:
                 self.reports.before(entry)
-                return self.reports if entry.action is Action.REPORT else take(entry)
+                return self.reports if entry.action is Action.REPORT else ahead.take(entry)
 
-            for some in _together(journal.commands(new)):
+            for some in _together(journal.commands(ahead.passed_on(new))):
                 with writing(engine) as connection:
                     for command in some:
                         self.without_rows += apply_again(connection, self.store, command, self.needless, prepared)
-                        last = command[-1]
-                        self.step(f"{last.seq}/{new[-1].seq} {last.action} {last.entity_kind}")
-                self.entries += [entry for command in some for entry in command]
+                        self.step(f"{command[-1].seq}/{total} {command[-1].action} {command[-1].entity_kind}")
+                self.hashes += [entry.hash for command in some for entry in command]
 
     @property
     def reached(self) -> tuple[int, str]:
         """Number and hash of the last entry that was applied."""
-        return (self.entries[-1].seq, self.entries[-1].hash) if self.entries else (0, journal.GENESIS)
+        return (len(self.hashes), self.hashes[-1]) if self.hashes else (0, journal.GENESIS)
 
     def finish(self, engine: sa.Engine, standing: tuple[int, str] | None) -> None:
         """Apply the last entries while nobody can write; `standing` is how far the old database goes, if known."""
@@ -75,12 +80,12 @@ class Replay:
         if standing is None or standing[0] == 0:
             return
         seq, last_hash = standing
-        if seq > len(self.entries):
+        if seq > len(self.hashes):
             raise BookDamaged(
-                f"{self.mirror.path} ends at entry {len(self.entries)}, the database at {seq}: write the file anew "
+                f"{self.mirror.path} ends at entry {len(self.hashes)}, the database at {seq}: write the file anew "
                 "from the database with `labbook rebuild --journal`, or restore it from a backup; nothing was changed."
             )
-        if self.entries[seq - 1].hash != last_hash:
+        if self.hashes[seq - 1] != last_hash:
             raise BookDamaged(
                 f"entry {seq} of {self.mirror.path} is not entry {seq} of the database: the two belong to different "
                 "books; put the right ones together; nothing was changed."
