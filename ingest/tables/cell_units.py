@@ -17,7 +17,9 @@ from ingest.text.source import Line, TextSource
 
 _NUMBER = rb"[+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?"
 _BLANK = rb"(?:[ \t]|\xc2?\xa0)*"
-_CELL = re.compile(rb"(" + _BLANK + _NUMBER + rb")(" + _BLANK + rb"([A-Za-z%\xb0\xb5\xc2\xce][^\s\d;,|\"]*))?" + _BLANK)
+_UNIT_BEGIN = rb"[A-Za-z%\xb0\xb5\xc2\xce]"
+_UNIT_BEGINS = re.compile(_UNIT_BEGIN)
+_CELL = re.compile(rb"(" + _BLANK + _NUMBER + rb")(" + _BLANK + rb"(" + _UNIT_BEGIN + rb"[^\s\d;,|\"]*))?" + _BLANK)
 _SIGNS = (b"\t", b";", b"|", b",")
 _JUDGED = 60
 _FEWEST_ROWS = 3
@@ -121,9 +123,10 @@ def _other_row(source: TextSource, content: bytes, columns: _Columns, line: int,
 def _columns(source: TextSource, declared: Declarations) -> _Columns | None:
     """Return what is known of the columns from the first lines; None where no cells bear units."""
     lines = [line for line in source.head_lines() if line.content.strip()]
+    lettered = [line for line in lines if _UNIT_BEGINS.search(line.content)]  # of most logs only the header
     best: tuple[float, bytes, list[list[bytes]]] = (0.0, b"", [])
     for sign in _SIGNS if declared.delimiter is None else (declared.delimiter.encode("latin-1"),):
-        rows = [row for row in (line.content.split(sign) for line in lines) if any(map(_unit, row))][:_JUDGED]
+        rows = [row for row in (line.content.split(sign) for line in lettered) if any(map(_unit, row))][:_JUDGED]
         width, _ = Counter(map(len, rows)).most_common(1)[0] if rows else (0, 0)
         rows = [row for row in rows if len(row) == width]
         share = sum(_unit(cell) is not None for row in rows for cell in row) / max(1, sum(map(len, rows)))
