@@ -73,9 +73,10 @@ class Entry:
             record = json.loads(text)
             stated = record.pop("hash")
             entry = cls(**{**record, "action": Action(record["action"])})
+            changed = entry.hash != stated or entry.line != text
         except (ValueError, KeyError, TypeError, AttributeError) as error:
             raise BookDamaged(f"a line of journal.jsonl cannot be read ({error}): {text[:80]!r}; {remedy}.") from error
-        if entry.hash != stated or entry.line != text:
+        if changed:
             raise BookDamaged(
                 f"journal entry {entry.seq} was changed after it was written (its hash does not fit): {remedy}."
             )
@@ -168,23 +169,31 @@ def stored(connection: sa.Connection) -> Iterator[Entry]:
     """Read all entries of the database in order; raises `BookDamaged` at one that is not what was written."""
     query = sa.select(journal, person.c.name.label("person_name")).join(person).order_by(journal.c.seq)
     for row in connection.execute(query):
-        entry = Entry(
-            seq=row.seq,
-            following=row.following,
-            at_utc=row.at_utc,
-            person=row.person_name,
-            action=Action(row.action),
-            entity_kind=row.entity_kind,
-            entity_uid=row.entity_uid,
-            old=None if row.old_json is None else json.loads(row.old_json),
-            new=None if row.new_json is None else json.loads(row.new_json),
-            reason=row.reason,
-            prev_hash=row.prev_hash,
-            origin=None if row.origin_json is None else json.loads(row.origin_json),
-        )
-        if entry.hash != row.hash:
+        try:
+            entry = _entry_of(row)
+            changed = entry.hash != row.hash
+        except (ValueError, TypeError):
+            changed = True
+        if changed:
             raise BookDamaged(
-                f"journal entry {entry.seq} of the database was changed after it was written (its hash does not fit): "
+                f"journal entry {row.seq} of the database was changed after it was written (its hash does not fit): "
                 f"{MEND_TABLE}."
             )
         yield entry
+
+
+def _entry_of(row: Any) -> Entry:
+    return Entry(
+        seq=row.seq,
+        following=row.following,
+        at_utc=row.at_utc,
+        person=row.person_name,
+        action=Action(row.action),
+        entity_kind=row.entity_kind,
+        entity_uid=row.entity_uid,
+        old=None if row.old_json is None else json.loads(row.old_json),
+        new=None if row.new_json is None else json.loads(row.new_json),
+        reason=row.reason,
+        prev_hash=row.prev_hash,
+        origin=None if row.origin_json is None else json.loads(row.origin_json),
+    )

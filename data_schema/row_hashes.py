@@ -116,7 +116,7 @@ def has_hashes(connection: sa.Connection) -> bool:
 
 def altered_rows(connection: sa.Connection) -> list[Altered]:
     """Hash all rows anew and return those that do not fit what was kept when they were written."""
-    kept: dict[str, dict[str, str]] = {kind: {} for kind in _QUERIES}
+    kept: dict[str, dict[str, str]] = {kind: {} for kind in (*GROUPS, STALE)}
     for kind, uid, sha256 in connection.execute(sa.select(hashes.row_hash)):
         kept.setdefault(kind, {})[uid] = sha256
     found = []
@@ -131,11 +131,10 @@ def altered_rows(connection: sa.Connection) -> list[Altered]:
 
 def row_hashes(connection: sa.Connection, kind: str, uids: Sequence[str] | None = None) -> dict[str, str]:
     """Return the hashes of the rows as they stand, by the uid of their owner: of all of a kind, or of some."""
-    if kind not in _QUERIES:
-        return {}
+    queries = _QUERIES[connection.dialect.name].get(kind, [])
     given = {} if uids is None else {"uids": list(uids)}
     digests: dict[str, Any] = {}
-    for name, every, some in _QUERIES[kind]:
+    for name, every, some in queries:
         for uid, *row in connection.execute(every if uids is None else some, given):
             digest = digests.get(uid)
             if digest is None:
@@ -148,18 +147,20 @@ def rows_of(connection: sa.Connection, kind: str, uid: str) -> list[tuple[str, d
     """Return what the hash of one owner covers: each row by column, after the name of its table."""
     return [
         (name.decode(), {column: value for column, value in row.items() if column != "owner"})
-        for name, _every, some in _QUERIES[kind]
+        for name, _every, some in _QUERIES[connection.dialect.name].get(kind, [])
         for row in connection.execute(some, {"uids": [uid]}).mappings()
     ]
 
 
-def _queries(owner: sa.Table, member: Member) -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
-    """Select the rows of all owners, and those of owners with one of the `uids`."""
+def _queries(owner: sa.Table, member: Member, dialect: str) -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
+    """Select the rows of all owners, and those of owners with one of the `uids`, texts ordered by their bytes."""
     source: sa.FromClause = member.table
     for table, on in member.joins:
         source = source.join(table, on)
     columns: list[sa.ColumnElement[Any]] = []
     for column in member.table.c:
+        if column is results.result.c.config:  # that of its first computation, which its key does not depend on
+            continue
         referred = next((key.column.table for key in column.foreign_keys), None)
         if referred is not None and referred is not owner:
             other = referred.alias()
@@ -167,7 +168,11 @@ def _queries(owner: sa.Table, member: Member) -> tuple[bytes, sa.Select[Any], sa
             columns.append(other.c.uid.label(column.name))
         elif referred is None and column.name not in ("id", STALE):
             columns.append(column)
-    every = sa.select(owner.c.uid.label("owner"), *columns).select_from(source).order_by(*member.order)
+    order = [
+        column.collate("C") if dialect == "postgresql" and isinstance(column.type, sa.Text) else column
+        for column in member.order
+    ]
+    every = sa.select(owner.c.uid.label("owner"), *columns).select_from(source).order_by(*order)
     return member.table.name.encode(), every, every.where(owner.c.uid.in_(sa.bindparam("uids", expanding=True)))
 
 
@@ -177,8 +182,11 @@ def _stale() -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
 
 
 _QUERIES = {
-    **{kind: [_queries(owner, member) for member in members] for kind, (owner, members) in GROUPS.items()},
-    STALE: [_stale()],
+    dialect: {
+        **{kind: [_queries(owner, member, dialect) for member in members] for kind, (owner, members) in GROUPS.items()},
+        STALE: [_stale()],
+    }
+    for dialect in ("sqlite", "postgresql")
 }
 """Built once: an ingest of many files asks them for each, and building one takes longer than asking it."""
 

@@ -72,12 +72,13 @@ def prune(book: Book, names: Sequence[str], counted: Counted) -> list[Leftover]:
     with alone_with(book.mirror.path, REBUILDING), writing(book.engine) as connection:
         chosen = [one for one in named(leftovers(book, connection), names) if names or not one.by_name_only]
         for one in chosen:
+            if one.path is None and one.name == RESULTS:
+                remove_results(connection, unshown_results(connection))
+            elif one.path is None:
+                drop_old(connection, one.name)
+        for one in chosen:  # after all that the database may refuse
             if one.path is not None:
                 one.path.unlink()
-            elif one.name == RESULTS:
-                remove_results(connection, unshown_results(connection))
-            else:
-                drop_old(connection, one.name)
     return chosen
 
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from data_schema.disk import make_folder, part_of, put_in_place, read_json, write_json, write_whole
+from data_schema.disk import make_folder, part_of, put_in_place, read_json, sync_names, write_json, write_whole
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
@@ -65,6 +65,9 @@ def copy_raw(source: Store, target: Store, wanted: Sequence[str], counted: Count
                 else:
                     written, replaced, n_bytes = written + 1, replaced + there, n_bytes + place.stat().st_size
             step(sha256)
+    for folder in {(target.root / raw_path(sha256)).parent for sha256 in wanted}:
+        if folder.exists():  # also of copies that were there: who made them may have been killed before that
+            sync_names(folder, target.root)
     return CopiedRaw(len(wanted), written, replaced, n_bytes, tuple(problems))
 
 

@@ -2,9 +2,8 @@
 
 Reading a kept copy and finding its jumps takes most of the time of a rebuild and needs no database. Each process reads
 every n-th file that is to come; what it found is taken in the order of the journal, of which no more is in memory than
-that needs. What it cannot read, for whatever
-reason, is read here when its turn comes, so that an error is the same one. A process ends when its input does, also
-where this one was killed.
+that needs. What it cannot read, for whatever reason, is read here when its turn comes, so that an error is the same
+one. A process ends when its input does, also where this one was killed.
 """
 
 from __future__ import annotations

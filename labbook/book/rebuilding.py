@@ -7,6 +7,7 @@ under another name, never deleted.
 
 from __future__ import annotations
 
+import contextlib
 import secrets
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -57,6 +58,14 @@ class Rebuilt:
     n_altered: int = 0
     altered: tuple[AlteredRows, ...] = ()
 
+    @property
+    def sentences(self) -> list[str]:
+        """Say what came out otherwise, what had been altered, and what does not count."""
+        said = [*self.differences.sentences, *(rows.sentence for rows in self.altered)]
+        if self.n_altered > len(self.altered):
+            said.append(f"{self.n_altered - len(self.altered)} more were altered in the old database.")
+        return [*said, *([self.left_out.sentence] if self.left_out.sentence else [])]
+
 
 def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
     """Make the database anew; an interrupted rebuild leaves the old one in place."""
@@ -89,9 +98,9 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
 def _altered(
     folder: Path, configuration: Configuration, old: str | None, fresh: sa.Connection, found: Differences
 ) -> tuple[int, tuple[AlteredRows, ...]]:
-    """Compare rows of the old database that do not fit their hashes; none where it is too damaged, or too old.
+    """Compare rows of the old database with the new ones; none where it is too damaged, or too old.
 
-    Without any hash all rows are compared, unless other versions made them.
+    Where other versions made them, only those that do not fit their hashes.
     """
     if old is None:
         return 0, ()
@@ -101,10 +110,9 @@ def _altered(
         with reading(engine) as connection:
             if not sa.inspect(connection).has_table(row_hash.name):
                 return 0, ()
-            if has_hashes(connection):
-                suspected = altered_rows(connection)
-            else:
-                suspected = [] if found.other_versions else differing(connection, fresh)
+            suspected = altered_rows(connection) if has_hashes(connection) else []
+            if not found.other_versions:  # a hash may have been altered with its row
+                suspected = list(dict.fromkeys((*suspected, *differing(connection, fresh))))
             return len(suspected), tuple(compared(connection, fresh, suspected[:MOST_NAMED]))
     except (BookError, sa.exc.DBAPIError):
         return 0, ()
@@ -157,6 +165,12 @@ def rewrite_journal(folder: Path) -> int:
 
 def _replace_journal(path: Path, entries: list[Entry]) -> None:
     known = _known(path)
+    beyond = 0 if known is not None else _readable_beyond(path, entries[-1].seq if entries else 0)
+    if beyond:
+        raise BookDamaged(
+            f"{path} is damaged, and {beyond} of its entries that can be read are not in the database: restore a "
+            "backup that has them, or move the file away, which gives them up, and give the command again."
+        )
     if known is not None and known != [entry.hash for entry in entries[: len(known)]]:
         raise BookDamaged(
             f"{path} holds entries that the database does not have: the two belong to different books, or one is older "
@@ -171,6 +185,15 @@ def _replace_journal(path: Path, entries: list[Entry]) -> None:
         JournalFile(path).keep_cut_off()
     fresh.path.rename(path)
     sync(path.parent)
+
+
+def _readable_beyond(path: Path, seq: int) -> int:
+    """Return how many lines of a damaged journal are whole entries after number `seq`."""
+    count = 0
+    for line in path.read_bytes().splitlines():
+        with contextlib.suppress(BookDamaged, UnicodeDecodeError):
+            count += Entry.from_line(line.decode()).seq > seq
+    return count
 
 
 def _known(path: Path) -> list[str] | None:

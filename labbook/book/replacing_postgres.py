@@ -176,7 +176,7 @@ def old_schemas(connection: sa.Connection) -> list[tuple[str, int]]:
         sa.text(
             "SELECT n.nspname, coalesce(sum(pg_total_relation_size(c.oid)), 0) FROM pg_namespace n "
             "LEFT JOIN pg_class c ON c.relnamespace = n.oid AND c.relkind = 'r' "
-            "WHERE n.nspname LIKE 'before\\_rebuild\\_%' GROUP BY n.nspname ORDER BY n.nspname"
+            "WHERE n.nspname ~ '^before_rebuild_[0-9]{8}t[0-9]{12}z$' GROUP BY n.nspname ORDER BY n.nspname"
         )
     )
     return [(name, int(n_bytes)) for name, n_bytes in rows]

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.engine import sqlite_engine, writing
-from data_schema.errors import BookDamaged
+from data_schema.errors import BookDamaged, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.vocabulary import Action
@@ -64,9 +64,20 @@ class Replay:
             for some in _together(journal.commands(ahead.passed_on(new))):
                 with writing(engine) as connection:
                     for command in some:
-                        self.without_rows += apply_again(connection, self.store, command, self.needless, prepared)
+                        self.without_rows += self._applied(connection, command, prepared)
                         self.step(f"{command[-1].seq}/{total} {command[-1].action} {command[-1].entity_kind}")
                 self.hashes += [entry.hash for command in some for entry in command]
+
+    def _applied(
+        self, connection: sa.Connection, command: list[Entry], prepared: Callable[[Entry], object]
+    ) -> list[Entry]:
+        try:
+            return apply_again(connection, self.store, command, self.needless, prepared)
+        except (InputRefused, UsageError) as error:
+            raise BookDamaged(
+                f"entry {command[0].seq} of {self.mirror.path} cannot take effect ({error}): the journal is not as "
+                "labbook wrote it, restore it from a backup."
+            ) from error
 
     @property
     def reached(self) -> tuple[int, str]:

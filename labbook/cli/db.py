@@ -118,4 +118,4 @@ def upgrade_command(book: BookOption = None, as_json: JsonOption = False) -> Non
     line = f"upgraded from {done.before} to {done.after}; backup: {done.backup or 'yours (PostgreSQL)'}."
     with progress("rebuilding", None, shown=not as_json) as step:
         rebuilt = rebuild_database(folder, step)
-    emit(done, [line, f"rebuilt from {rebuilt.entries} entries.", *rebuilt.differences.sentences], as_json)
+    emit(done, [line, f"rebuilt from {rebuilt.entries} entries.", *rebuilt.sentences], as_json)

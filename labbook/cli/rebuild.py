@@ -33,10 +33,4 @@ def rebuild(
     with progress("rebuilding", None, shown=not as_json) as step:
         done = rebuild_database(folder, step)
     kept = f"the old database is kept as {done.old}" if done.old else "there was no old database"
-    lines = [f"rebuilt from {done.entries} entries; {kept}.", *done.differences.sentences]
-    lines += [rows.sentence for rows in done.altered]
-    if done.n_altered > len(done.altered):
-        lines.append(f"{done.n_altered - len(done.altered)} more were altered in the old database.")
-    if done.left_out.sentence:
-        lines.append(done.left_out.sentence)
-    emit(done, lines, as_json)
+    emit(done, [f"rebuilt from {done.entries} entries; {kept}.", *done.sentences], as_json)

@@ -142,7 +142,7 @@ def contents(book: Path) -> Contents:
     database = book / "labbook.db"
     try:
         with contextlib.closing(sqlite3.connect(f"file:{database}?mode=ro", uri=True)) as connection:
-            return Contents(files, list(connection.iterdump()))
+            return Contents(files, sorted(connection.iterdump()))  # rows of hashes have no order
     except sqlite3.Error:
         digest = hashlib.sha256(database.read_bytes()).hexdigest() if database.exists() else "none"
         return Contents({**files, "labbook.db": digest}, [])

@@ -24,11 +24,11 @@ from labbook.actions.health import Health, check_book
 from labbook.actions.jump_review import decide
 from labbook.actions.recomputing import recompute
 from labbook.actions.report_command import state_report
-from labbook.book.rebuilding import rebuild_database
+from labbook.book.rebuilding import rebuild_database, rewrite_journal
 from labbook.cli.common import progress
 from tests.helpers.books import ADA, SmallBook
 from tests.helpers.journals import renumbered
-from tests.helpers.statements import in_file
+from tests.helpers.statements import in_file, note
 from tests.helpers.whole_book import whole_book
 
 
@@ -322,6 +322,58 @@ def test_an_entry_whose_effect_is_there_already_names_the_remedy(whole: SmallBoo
     engine.dispose()
     with pytest.raises(BookDamaged, match=r"cannot take effect there .* run `labbook rebuild`"), whole.open() as book:
         state_report(book, None, ADA, lambda _step: None)
+
+
+def test_a_rebuild_names_a_row_that_was_altered_with_its_hash(whole: SmallBook) -> None:
+    engine = engine_of(whole)
+    with writing(engine) as connection:
+        uid = connection.exec_driver_sql("SELECT uid FROM charge WHERE id = 2").scalar_one()
+        update_fact(connection, "charge", uid, {"charge_mah": 1.0})
+    engine.dispose()
+    (found,) = rebuild_database(whole.folder, lambda _step: None).altered
+    assert (found.rows.uid, [value.column for value in found.values]) == (uid, ["charge_mah"])
+
+
+def test_no_damage_ends_a_check_without_a_sentence(whole: SmallBook) -> None:
+    execute(engine_of(whole), "INSERT INTO row_hash (kind, uid, sha256) VALUES ('foo', 'x', 'y')")
+    (problem,) = check(whole).problems
+    assert "the hash of foo x" in problem
+    engine = engine_of(whole)
+    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
+        connection.exec_driver_sql("DROP TRIGGER journal_never_changed")
+        connection.exec_driver_sql("UPDATE journal SET new_json = '{' WHERE seq = 5")
+    engine.dispose()
+    assert any("journal entry 5 of the database was changed" in problem for problem in check(whole).problems)
+    lines = whole.journal.read_text(encoding="utf-8").splitlines(keepends=True)
+    lines[3] = lines[3].replace('"new":{', '"new":{"x":NaN,', 1)
+    whole.journal.write_text("".join(lines), encoding="utf-8")
+    problems = check(whole).problems
+    assert any("`labbook restore` a backup" in problem for problem in problems)
+
+
+def test_a_journal_that_cannot_be_replayed_is_named_by_entry(whole: SmallBook) -> None:
+    with whole.open() as book:
+        entries = in_file(book)
+    place = next(place for place, entry in enumerate(entries) if entry.action is Action.CORRECT)
+    entries[place] = replace(entries[place], entity_uid="ffffffffffff")
+    whole.journal.write_text("".join(entry.line + "\n" for entry in renumbered(entries)), encoding="utf-8")
+    whole.database.unlink()
+    with pytest.raises(BookDamaged, match=r"entry \d+ of .* cannot take effect"):
+        rebuild_database(whole.folder, lambda _step: None)
+
+
+def test_a_damaged_journal_that_holds_more_than_the_database_is_not_written_over(whole: SmallBook) -> None:
+    kept = whole.database.read_bytes()
+    with whole.open() as book, book.desk(ADA) as desk:
+        note(desk, "said later")
+    for piece in whole.folder.glob("labbook.db*"):
+        piece.unlink()
+    whole.database.write_bytes(kept)
+    whole.journal.write_text(whole.journal.read_text(encoding="utf-8").replace("Nwosu", "Nwoso", 1), encoding="utf-8")
+    before = whole.journal.read_bytes()
+    with pytest.raises(BookDamaged, match="1 of its entries that can be read are not in the database"):
+        rewrite_journal(whole.folder)
+    assert whole.journal.read_bytes() == before
 
 
 def test_what_cannot_be_compared_is_named_all_the_same(whole: SmallBook) -> None:
