@@ -20,7 +20,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.chunks import in_chunks
-from data_schema.tables import FACTS, design, files, hashes, results, signals
+from data_schema.tables import FACTS, design, files, hashes, people, results, runs, signals
 
 _WRITTEN = "labbook_rows_written"
 """Under this name a connection keeps what its transaction has written."""
@@ -34,6 +34,8 @@ class Misfit(StrEnum):
     ALTERED = "altered"
     ADDED = "added"
     REMOVED = "removed"
+    MOVED = "moved"
+    """Its private key says that it was written at another time than the journal does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,8 +112,14 @@ def hashed(connection: sa.Connection) -> Iterator[None]:
 
 
 def has_hashes(connection: sa.Connection) -> bool:
-    """Tell whether any hash is kept: a migration writes none, the rebuild after it does."""
-    return connection.execute(sa.select(hashes.row_hash.c.uid).limit(1)).first() is not None
+    """Tell whether the rows have hashes: a migration writes none, the rebuild after it does.
+
+    The first configuration is written before all else and never changed: what came after a migration gives it no hash.
+    """
+    config, kept = people.config, hashes.row_hash
+    first = sa.select(config.c.uid).order_by(config.c.id).limit(1).scalar_subquery()
+    found = sa.select(kept.c.uid).where(kept.c.kind == config.name, kept.c.uid == first)
+    return connection.execute(found).first() is not None
 
 
 def altered_rows(connection: sa.Connection) -> list[Altered]:
@@ -126,7 +134,22 @@ def altered_rows(connection: sa.Connection) -> list[Altered]:
             if expected.get(uid) != sha256:
                 found.append(Altered(kind, uid, Misfit.ALTERED if uid in expected else Misfit.ADDED))
         found += [Altered(kind, uid, Misfit.REMOVED) for uid in expected if uid not in now]
-    return found
+    return found + [moved for owner in _LATEST_COUNTS for moved in _moved(connection, owner)]
+
+
+_LATEST_COUNTS = (people.config, runs.decision, runs.note)
+"""Of these the private key tells which came later; no hash covers it."""
+
+
+def _moved(connection: sa.Connection, owner: sa.Table) -> Iterator[Altered]:
+    """Find rows that stand behind one which the journal has after them."""
+    journal = people.journal
+    said = sa.and_(journal.c.entity_kind == owner.name, journal.c.entity_uid == owner.c.uid)
+    latest = 0
+    for uid, seq in connection.execute(sa.select(owner.c.uid, journal.c.seq).join(journal, said).order_by(owner.c.id)):
+        if seq < latest:
+            yield Altered(owner.name, uid, Misfit.MOVED)
+        latest = max(latest, seq)
 
 
 def row_hashes(connection: sa.Connection, kind: str, uids: Sequence[str] | None = None) -> dict[str, str]:

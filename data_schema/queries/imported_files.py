@@ -14,7 +14,7 @@ from data_schema.row_hashes import written
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import charge, run
 from data_schema.tables.signals import signal
-from data_schema.vocabulary import ChargeState, IngestStatus
+from data_schema.vocabulary import ChargeState, FileRole, IngestStatus
 
 
 def runs_of_file(connection: sa.Connection, sha256: str) -> tuple[str, ...]:
@@ -113,6 +113,14 @@ def links_of_run(connection: sa.Connection, run_uid: str) -> list[Link]:
     return _links(connection, _LINKS_OF_RUN, run_uid)
 
 
+def logs_by_run(connection: sa.Connection) -> dict[str, list[Link]]:
+    """Return the logs in use that belong to runs, by the run's uid."""
+    found: dict[str, list[Link]] = {}
+    for row in connection.execute(_LINKS.join(ingest, sa.and_(ingest.c.file == file.c.id, IN_USE)).where(_IS_LOG)):
+        found.setdefault(row[2], []).append(Link(*row))
+    return found
+
+
 def _links(connection: sa.Connection, query: sa.Select[Any], uid: str) -> list[Link]:
     return [Link(*row) for row in connection.execute(query, {"of": uid})]
 
@@ -126,6 +134,7 @@ _LINKS = (
 )
 _LINKS_OF_FILE = _LINKS.where(file.c.uid == sa.bindparam("of"))
 _LINKS_OF_RUN = _LINKS.where(run.c.uid == sa.bindparam("of"))
+_IS_LOG = run_file.c.role == str(FileRole.LOG)
 
 
 def charges_of_file(connection: sa.Connection, file_uid: str) -> list[ChargeRef]:

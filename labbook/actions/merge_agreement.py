@@ -1,4 +1,4 @@
-"""Whether two books agree once all that the other one says is in: on verdicts, and on the one charge of a run."""
+"""Whether two books agree once all that the other one says is in: on verdicts, on the logs and the charge of a run."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import sqlalchemy as sa
 
 from data_schema.journal import Entry
 from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.imported_files import Link, find_files
 from data_schema.vocabulary import Action, ChargeMode
 from labbook.actions.merge_rules import called
 
@@ -30,6 +31,28 @@ def second_charges(connection: sa.Connection, before: Charges, there: Charges, n
                 f"{called(connection, 'run', uid)} has a charge in each book ({words}): take the wrong one off in its "
                 "book, `labbook correct charge:UID run=none --why ...`."
             )
+    return found
+
+
+Logs = Mapping[str, Sequence[Link]]
+"""The logs in use, by the uid of their run."""
+
+
+def second_logs(connection: sa.Connection, before: Logs, there: Logs, now: Logs) -> list[str]:
+    """Say which runs would have a log of each book, where neither has both; uids `there` are those of this book."""
+    found = []
+    for uid, logs in now.items():
+        here, other = ({log.file_uid for log in some.get(uid, ())} for some in (before, there))
+        if here <= other or other <= here:
+            continue
+        names = {log.file_uid: find_files(connection, log.file_uid)[0].name for log in logs}
+        words = " and ".join(f"{name} {'here' if file in here else 'there'}" for file, name in names.items())
+        run = logs[0].run_name
+        found.append(
+            f"run {run} has a log in each book ({words}): take the wrong one off in its book, `labbook assign FILE "
+            f"none --why ...`; where both are of this run, have this book read the other too, `labbook ingest FILE "
+            f"--run {run}`."
+        )
     return found
 
 

@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import sqlalchemy as sa
 
@@ -23,10 +23,11 @@ from data_schema.errors import BookError, BookMissing, InputRefused, UnknownName
 from data_schema.journal import GENESIS, Entry
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.facts import read_fact
+from data_schema.queries.imported_files import logs_by_run
 from data_schema.queries.people import config_in_force
 from data_schema.vocabulary import Action
 from ingest.store import Store
-from labbook.actions.merge_agreement import second_charges, verdicts_that_differ
+from labbook.actions.merge_agreement import second_charges, second_logs, verdicts_that_differ
 from labbook.actions.merge_rules import (
     CHANGES,
     IN_USE,
@@ -41,6 +42,8 @@ from labbook.book.desk import Desk, DryRun, Statement, apply, new_uid
 from labbook.book.opening import CONFIGURATION, Book, open_book
 from labbook.statements.ingesting import raw_path
 from labbook.statements.scene import derived_uid
+
+_T = TypeVar("_T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +189,7 @@ class _Merging:
     def _try(self, fresh: Sequence[Entry], here: Here) -> None:
         """Apply entries to this book, and take all of it back."""
         connection = self.desk.connection
-        before, there = charges_by_run(connection), charges_by_run(self.there)
+        charges, logs = charges_by_run(connection), logs_by_run(connection)
         number = journal.head(connection)[0] + len(self.desk.said)
         verdicts, ends = [], _ends(fresh)
         here.ends.update({uid: end for uid, end in ends.items() if isinstance(end, str)})
@@ -203,9 +206,15 @@ class _Merging:
                 verdicts += [ours] if ours.action is Action.DECIDE else []
                 self._apply(store, replace(ours, seq=number + len(self.taken), following=0, prev_hash=GENESIS), here)
             self.conflicts += verdicts_that_differ(connection, here.news, verdicts)
-            of_runs = {self.uids.get(uid, uid): charges for uid, charges in there.items()}
-            self.conflicts += second_charges(connection, before, of_runs, charges_by_run(connection))
+            there = self._of_our_runs(charges_by_run(self.there))
+            self.conflicts += second_charges(connection, charges, there, charges_by_run(connection))
+            self.conflicts += second_logs(
+                connection, logs, self._of_our_runs(logs_by_run(self.there)), logs_by_run(connection)
+            )
             trial.rollback()
+
+    def _of_our_runs(self, by_run: Mapping[str, _T]) -> dict[str, _T]:
+        return {self.uids.get(uid, uid): found for uid, found in by_run.items()}
 
     def _apply(self, store: Store, entry: Entry, here: Here) -> None:
         """Let one entry take effect on trial, and stand in the journal for the next; a report changes nothing."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import zip_longest
+from itertools import takewhile, zip_longest
 from typing import Any
 
 import sqlalchemy as sa
@@ -16,6 +16,8 @@ import sqlalchemy as sa
 from data_schema.queries.shown_numbers import reports_resting_on
 from data_schema.queries.unshown_results import unshown_results
 from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, row_hashes, rows_of
+from data_schema.tables import FACTS, design
+from data_schema.tables.runs import run
 
 MOST_NAMED = 20
 """So many groups of rows are compared value by value; a careless command alters all there are."""
@@ -39,7 +41,8 @@ class WrongValue:
         """Say which value it is, what stands there and what should."""
         if self.column is None:
             return f"{self.name} {'is missing' if self.stands is None else 'should not be there'}"
-        return f"{self.name}: {self.column} is {self.stands!r} and should be {self.should_be!r}"
+        stands, should_be = _beside(self.stands, self.should_be)
+        return f"{self.name}: {self.column} is {stands} and should be {should_be}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,10 +59,12 @@ class AlteredRows:
     def sentence(self) -> str:
         """Say what was altered, and the reports that rest on it."""
         what = "; ".join(value.sentence for value in self.values[:5]) or f"{self.rows.kind} {self.rows.uid}"
+        printed = f"; reports that rest on it: {', '.join(self.reports)}" if self.reports else ""
+        if self.rows.how is Misfit.MOVED:
+            return f"moved in the database: {what} stands after what was stated later{printed}."
         if self.hash_only:
             return f"altered in the database: the hash of {what}, whose rows are as they should be."
         more = f" and {len(self.values) - 5} more" if len(self.values) > 5 else ""
-        printed = f"; reports that rest on it: {', '.join(self.reports)}" if self.reports else ""
         how = {
             Misfit.ALTERED: "altered in the database",
             Misfit.ADDED: "added to the database",
@@ -74,7 +79,8 @@ def compared(book: sa.Connection, fresh: sa.Connection | None, suspected: Sequen
     for item in suspected:
         values = () if fresh is None else tuple(_wrong_values(book, fresh, item))
         reports = tuple(reports_resting_on(book, _inputs(book, fresh, item)))
-        found.append(AlteredRows(item, values, reports, hash_only=fresh is not None and not values))
+        hash_only = fresh is not None and not values and item.how is not Misfit.MOVED
+        found.append(AlteredRows(item, values, reports, hash_only))
     return found
 
 
@@ -141,4 +147,44 @@ def _inputs(book: sa.Connection, fresh: sa.Connection | None, item: Altered) -> 
     rows = rows_of(book, item.kind, item.uid) + ([] if fresh is None else rows_of(fresh, item.kind, item.uid))
     samples = [("signal", row["sha256"]) for table, row in rows if table == "signal"]
     runs = [("run", row["run"]) for _table, row in rows if row.get("run")]
-    return [(item.kind, item.uid), *samples, *runs]
+    return [(item.kind, item.uid), *samples, *runs, *_referring(book, item.kind, item.uid)]
+
+
+def _referring(book: sa.Connection, kind: str, uid: str) -> list[tuple[str, str]]:
+    """Return the conditions and runs that refer to a fact: those of a level, of a day, with a battery."""
+    fact = FACTS.get(kind)
+    if fact is None or kind in _RESTED_ON:
+        return []
+    found = []
+    for owner in (design.level, design.condition, run):
+        for member in GROUPS[owner.name][1]:
+            columns = [column for column in member.table.c if column.references(fact.c.id)]
+            source: sa.FromClause = member.table
+            for table, on in member.joins:
+                source = source.join(table, on)
+            for column in columns:
+                query = sa.select(owner.c.uid).select_from(source).join(fact, column == fact.c.id)
+                for (other,) in book.execute(query.where(fact.c.uid == uid)):
+                    found += [(owner.name, other), *_referring(book, owner.name, other)]
+    return found
+
+
+_RESTED_ON = ("condition", "run", "person", "study")
+"""Results name the first two as their inputs; all there is refers to the others."""
+
+_MOST_SHOWN = 60
+
+
+def _beside(stands: Any, should_be: Any) -> tuple[str, str]:
+    """Return two values to be read side by side; of long texts what is around the first difference."""
+    texts = [str(value) for value in (stands, should_be)]
+    if max(map(len, texts)) <= _MOST_SHOWN:
+        return repr(stands), repr(should_be)
+    same = sum(1 for _pair in takewhile(lambda pair: pair[0] == pair[1], zip(*texts, strict=False)))
+    begin = max(0, same - _MOST_SHOWN // 3)
+    shown = [
+        f"{'...' if begin else ''}{text[begin : begin + _MOST_SHOWN]!r}"
+        f"{'...' if len(text) > begin + _MOST_SHOWN else ''}"
+        for text in texts
+    ]
+    return shown[0], shown[1]

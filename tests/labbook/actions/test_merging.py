@@ -313,6 +313,11 @@ AGAINST: dict[str, tuple[Work, Work, tuple[str, ...]]] = {
         lambda book, _files: charge(book, "r001", 790),
         ("r001", "812", "790"),
     ),
+    "two logs of a run": (
+        lambda book, files: take(book, files.log("r003"), run="r003"),
+        lambda book, files: take(book, files.log("r004"), run="r003"),
+        ("run r003", "r003.csv here", "r004.csv there", "assign FILE none"),
+    ),
     "a file that is off its run": (
         lambda book, _files: moved(book, "r001.csv", "none"),
         lambda book, _files: moved(book, "r001.csv", "r004"),
@@ -334,6 +339,16 @@ AGAINST: dict[str, tuple[Work, Work, tuple[str, ...]]] = {
 def accept(book: Book, run: str, jump: int) -> None:
     with book.desk(ADA) as desk:
         decide(book, desk, run, [jump], "accept", "looks_right", None)
+
+
+def test_a_run_started_twice_keeps_both_logs_where_this_book_has_both(lab: SmallBook, laptop: SmallBook) -> None:
+    def here(book: Book, files: SmallBook) -> None:
+        take(book, files.log("r003"), run="r003")
+        take(book, files.log("r004"), run="r003")
+
+    go_on(lab, laptop, here, lambda book, files: take(book, files.log("r004"), run="r003"))
+    assert merged(lab, laptop).conflicts == ()
+    is_whole(lab.folder)
 
 
 @pytest.mark.parametrize("case", AGAINST)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import random
 import shutil
+import sqlite3
 import struct
 import tempfile
 from dataclasses import replace
@@ -241,6 +243,52 @@ def test_rows_without_hashes_are_named_with_the_remedy(whole: SmallBook) -> None
     assert "have no hashes" in problem
     assert rebuild_database(whole.folder, lambda _step: None).n_altered == 0
     assert check(whole, deep=True).whole
+
+
+def test_rows_without_hashes_stay_named_after_something_was_written(whole: SmallBook) -> None:
+    execute(engine_of(whole), "DELETE FROM row_hash")
+    with whole.open() as book, book.desk(ADA) as desk:
+        note(desk, "written before a rebuild", "r001")
+    (problem,) = check(whole).problems
+    assert "have no hashes" in problem
+
+
+@pytest.mark.parametrize("table", ["decision", "config"])
+def test_an_order_that_was_turned_round_is_found(whole: SmallBook, table: str) -> None:
+    """The last verdict on a jump counts, and the last configuration: no value of a row says which one that is."""
+    if table == "config":
+        with (whole.folder / "labbook.toml").open("a") as text:
+            text.write("\n# another day\n")
+        with whole.open() as book, book.desk(ADA) as desk:
+            note(desk, "takes the change over", "r001")
+    with contextlib.closing(sqlite3.connect(whole.database)) as connection, connection:
+        (first, last) = connection.execute(f"SELECT min(id), max(id) FROM {table}").fetchone()
+        assert first < last
+        for old, new in ((first, -1), (last, first), (-1, last)):
+            connection.execute(f"UPDATE {table} SET id = ? WHERE id = ?", (new, old))
+    problems = check(whole).problems
+    assert any(said.startswith(f"moved in the database: {table} ") for said in problems)
+    rebuild_database(whole.folder, lambda _step: None)
+    assert check(whole, deep=True).whole
+
+
+@pytest.mark.parametrize("kind", ["level", "day", "battery"])
+def test_reports_on_runs_of_an_altered_level_day_or_pack_are_named(whole: SmallBook, kind: str) -> None:
+    column = {"level": "label", "day": "date_local", "battery": "name"}[kind]
+    execute(engine_of(whole), f"UPDATE {kind} SET {column} = 'other' WHERE id = (SELECT min(id) FROM {kind})")
+    (problem,) = check(whole).problems
+    assert f"altered in the database: {kind} " in problem
+    assert "reports that rest on it: " in problem
+
+
+def test_long_texts_are_shown_where_they_differ(whole: SmallBook) -> None:
+    execute(
+        engine_of(whole),
+        "UPDATE config SET text = replace(text, 'name = ', 'nAme = ') WHERE id = (SELECT min(id) FROM config)",
+    )
+    (problem,) = check(whole).problems
+    assert "nAme = " in problem
+    assert len(problem) < 400
 
 
 def test_a_forged_row_is_named_though_all_hashes_were_removed(whole: SmallBook) -> None:
