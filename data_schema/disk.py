@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import json
 import os
@@ -56,6 +57,11 @@ def stamp() -> str:
     return f"{datetime.now(UTC):%Y%m%dT%H%M%S%f}Z"
 
 
+def today_utc() -> str:
+    """Return the day."""
+    return f"{datetime.now(UTC):%Y-%m-%d}"
+
+
 def part_of(path: Path) -> Path:
     """Return where a file is written until it is whole: one place, so that nothing piles up."""
     return path.with_name(f".{path.name}{PART}")
@@ -66,6 +72,21 @@ def put_in_place(path: Path) -> None:
     part = part_of(path)
     sync(part)
     part.replace(path)
+    sync(path.parent)
+
+
+def name_anew(fresh: Path, path: Path) -> None:
+    """Give a whole file a name that nothing has; raises `FileExistsError` where something has got it meanwhile."""
+    try:
+        os.link(fresh, path)
+    except FileExistsError:
+        raise
+    except OSError:  # some sticks and drives know no second names
+        if path.exists():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), path) from None
+        fresh.rename(path)
+    else:
+        fresh.unlink()
     sync(path.parent)
 
 
@@ -98,4 +119,6 @@ def alone_with(path: Path, otherwise: str) -> Iterator[None]:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             raise BookBusy(otherwise) from error
+        if not os.path.samestat(os.fstat(handle.fileno()), path.stat()):  # who held it put another file in its place
+            raise BookBusy(otherwise)
         yield

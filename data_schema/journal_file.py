@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from data_schema.disk import stamp, sync
+from data_schema.disk import stamp, sync, today_utc
 from data_schema.errors import BookDamaged
 from data_schema.journal import MEND_FILE, Entry, chained
 
@@ -45,21 +45,28 @@ NOTHING = LeftOut(0, 0)
 
 
 class JournalFile:
-    """The mirror of the journal on disk, append-only; what a cut-off command left at its end does not count."""
+    """The mirror of the journal on disk, append-only; what a cut-off command left at its end does not count.
 
-    def __init__(self, path: Path) -> None:
+    `remedy` says what mends a damaged file.
+    """
+
+    def __init__(self, path: Path, remedy: str = MEND_FILE) -> None:
         self.path = path
+        self.remedy = remedy
 
-    def entries(self, remedy: str = MEND_FILE) -> Iterator[Entry]:
-        """Read and verify every entry of every complete command; `remedy` says what mends a damaged file."""
-        yield from chained((Entry.from_line(line, remedy) for line in self._read(None).lines), remedy=remedy)
+    def entries(self) -> Iterator[Entry]:
+        """Read and verify every entry of every complete command."""
+        yield from chained((self._entry(line) for line in self._read(None).lines), remedy=self.remedy)
+
+    def _entry(self, line: str) -> Entry:
+        return Entry.from_line(line, self.remedy)
 
     def tail(self, after_seq: int) -> list[Entry]:
         """Return the entries of complete commands after `after_seq`, reading from the end of the file."""
         for part in self._from_the_end():
             newest: list[Entry] = []
             for line in reversed(part.lines):
-                entry = Entry.from_line(line)
+                entry = self._entry(line)
                 if entry.seq <= after_seq:
                     return newest[::-1]
                 newest.append(entry)
@@ -70,9 +77,10 @@ class JournalFile:
     def damage(self) -> str | None:
         """Say what is wrong with the file, None where nothing is.
 
-        It is read through only where it was changed since it was found whole: its size and time of change then stand in
-        a file beside it.
+        It is read through once a day, and where it was changed since it was found whole: its size and time of change
+        then stand in a file beside it.
         """
+        state = self._state()
         if self._found_whole():
             return None
         try:
@@ -80,7 +88,7 @@ class JournalFile:
                 pass
         except BookDamaged as error:
             return str(error)
-        self._remember_whole()
+        self._remember_whole(state)
         return None
 
     def _found_whole(self) -> bool:
@@ -89,21 +97,25 @@ class JournalFile:
         except (OSError, UnicodeDecodeError):
             return False
 
-    def _remember_whole(self) -> None:
+    def _remember_whole(self, state: str) -> None:
         with contextlib.suppress(OSError):  # then it is read again
-            self._remembered().write_text(self._state(), encoding="utf-8")
+            self._remembered().write_text(state, encoding="utf-8")
 
     def _remembered(self) -> Path:
         return self.path.with_name(f".whole.{self.path.name}")
 
     def _state(self) -> str:
-        found = self.path.stat()
-        return f"{found.st_size} {found.st_mtime_ns}"
+        """Return what is remembered of a whole file; nothing that fits where it is not there."""
+        try:
+            found = self.path.stat()
+        except OSError:
+            return "none"
+        return f"{found.st_size} {found.st_mtime_ns} {today_utc()}"
 
     def last(self) -> Entry | None:
         """Return the last entry of the last complete command."""
         lines = self._last_part().lines
-        return Entry.from_line(lines[-1]) if lines else None
+        return self._entry(lines[-1]) if lines else None
 
     def left_out(self) -> LeftOut:
         """Return how much at the end of the file does not count."""
@@ -142,7 +154,7 @@ class JournalFile:
                 handle.truncate(part.end)
                 raise
         if whole:
-            self._remember_whole()
+            self._remember_whole(self._state())
 
     def _last_part(self) -> _Part:
         """Read as much of the end of the file as holds a complete command."""
@@ -167,10 +179,7 @@ class JournalFile:
                 handle.seek(start)
                 data = handle.read()
         except FileNotFoundError as error:
-            raise BookDamaged(
-                f"{self.path} is missing: restore it from a backup, or write it anew from the database with "
-                "`labbook rebuild --journal`."
-            ) from error
+            raise BookDamaged(f"{self.path} is missing: {self.remedy}.") from error
         if start:  # a part begins within a line
             begin = data.find(b"\n") + 1 or len(data)
             start, data = start + begin, data[begin:]
@@ -179,8 +188,7 @@ class JournalFile:
             lines = data[:end_of_lines].decode().split("\n")[:-1]
         except UnicodeDecodeError as error:
             raise BookDamaged(
-                f"{self.path} is not the text that was written (byte {error.start + start}): restore it from a "
-                "backup, or write it anew from the database with `labbook rebuild --journal`."
+                f"{self.path} is not the text that was written (byte {error.start + start}): {self.remedy}."
             ) from error
         unended = _whole(data[end_of_lines:])
         if unended is not None:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
@@ -29,6 +28,7 @@ from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.row_hashes import altered_rows, has_hashes
 from ingest.store import Store
 from labbook.book.altered import MOST_NAMED, compared, differing
+from labbook.book.copying import Counted
 from labbook.book.differing import differences
 from labbook.book.opening import check_revision, engine_of, journal_path, read_configuration, store_of
 from labbook.book.replaying import replayed
@@ -40,13 +40,27 @@ NO_HASHES = (
     "the rows of the database have no hashes: `labbook db check --deep` compares them all the same, `labbook rebuild` "
     "makes hashes, and names what was altered."
 )
-GUARDS = frozenset({"journal_never_changed", "journal_never_deleted"})
-"""The triggers that labbook makes on SQLite."""
+_GUARD = "CREATE TRIGGER {} BEFORE {} ON journal {}"
+_ABORTS = "BEGIN SELECT RAISE(ABORT, 'the journal is only ever added to'); END"
+GUARDS = {
+    "sqlite": {
+        "journal_never_changed": _GUARD.format("journal_never_changed", "UPDATE", _ABORTS),
+        "journal_never_deleted": _GUARD.format("journal_never_deleted", "DELETE", _ABORTS),
+    },
+    "postgresql": {
+        "journal_never_changed": "O BEGIN RAISE EXCEPTION 'the journal is only ever added to'; END",
+    },
+}
+"""The triggers that labbook makes, with what they do: on PostgreSQL their function, after O for one that is enabled."""
+_TRIGGERS = {
+    "sqlite": "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'",
+    "postgresql": "SELECT t.tgname, t.tgenabled::text || ' ' || p.prosrc FROM pg_trigger t "
+    "JOIN pg_class c ON c.oid = t.tgrelid JOIN pg_proc p ON p.oid = t.tgfoid "
+    "WHERE NOT t.tgisinternal AND c.relnamespace = current_schema()::regnamespace",
+}
+MADE_ANEW = "Keep the database as it is, and run `labbook rebuild` to make it anew from the raw copies and the journal."
 PROBLEMS_OF_SQLITE = 20
 """So many at most: what SQLite says of a damaged file can be endless."""
-
-Counted = Callable[[int], AbstractContextManager[Callable[[str], None]]]
-"""Shows that so many steps will be made, and takes each."""
 
 _T = TypeVar("_T")
 
@@ -141,8 +155,8 @@ def _ask(folder: Path, configuration: Configuration, counted: Counted, deep: boo
         check_revision(engine)
         problems: list[str] = []
         with reading(engine) as connection:
-            if engine.dialect.name == "sqlite":
-                problems += _damage_of_sqlite(connection)
+            damage = _damage_of_sqlite(connection) if engine.dialect.name == "sqlite" else []
+            problems += _with_remedy([*damage, *_foreign_triggers(connection)], MADE_ANEW)
             raw, samples = raw_copies(connection), signal_files(connection)
             entries = _attempt(problems, lambda: [entry.hash for entry in _chained(connection)])
             if entries:
@@ -203,17 +217,26 @@ def _with_remedy(said: list[str], remedy: str) -> list[str]:
 
 
 def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
-    """Say what SQLite finds wrong in its file, which rows refer to none, and which triggers are not labbook's."""
+    """Say what SQLite finds wrong in its file, and which rows refer to none."""
     found = connection.exec_driver_sql(f"PRAGMA integrity_check({PROBLEMS_OF_SQLITE})").scalars().all()
     said = [f"the database is damaged ({text})." for text in found if text != "ok"]
     broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), PROBLEMS_OF_SQLITE)
     said += [f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there." for row in broken]
-    triggers = set(connection.exec_driver_sql("SELECT name FROM sqlite_master WHERE type = 'trigger'").scalars())
-    said += [f"trigger {name} of the database is not labbook's." for name in sorted(triggers - GUARDS)]
-    said += [f"trigger {name}, which guards the journal, is gone." for name in sorted(GUARDS - triggers)]
-    return _with_remedy(
-        said, "Keep the file, and run `labbook rebuild` to make it anew from the raw copies and the journal."
-    )
+    return said
+
+
+def _foreign_triggers(connection: sa.Connection) -> list[str]:
+    """Say which triggers labbook did not make, and which of its own were changed or are gone."""
+    guards = GUARDS[connection.dialect.name]
+    found = connection.exec_driver_sql(_TRIGGERS[connection.dialect.name])
+    triggers = {name: " ".join(text.split()) for name, text in found}
+    said = [f"trigger {name} of the database is not labbook's." for name in sorted(triggers.keys() - guards.keys())]
+    said += [
+        f"trigger {name}, which guards the journal, {'was changed' if name in triggers else 'is gone'}."
+        for name, text in guards.items()
+        if triggers.get(name) != text
+    ]
+    return said
 
 
 def _chained(connection: sa.Connection) -> Iterator[Entry]:

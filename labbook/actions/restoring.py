@@ -22,7 +22,7 @@ from ingest.store import Store
 from labbook.actions.health import check_book
 from labbook.book.backing_up import MARKER as OF_BACKUP
 from labbook.book.copying import CopiedRaw, Counted, claim, copy_raw, put_journal, put_scene, raw_of
-from labbook.book.differing import Differences
+from labbook.book.differing import Differences, differences
 from labbook.book.making import last_configuration
 from labbook.book.opening import (
     CONFIGURATION,
@@ -103,7 +103,7 @@ def _read(source: Path) -> tuple[list[Entry], str]:
     if not (source / JOURNAL).is_file():
         raise UsageError(f"{source} is no backup, it has no {JOURNAL}: name a folder that `labbook backup` made.")
     try:
-        entries = list(JournalFile(source / JOURNAL).entries(remedy="restore from another backup"))
+        entries = list(JournalFile(source / JOURNAL, "restore from another backup").entries())
         text = last_configuration(entries)
         if (source / CONFIGURATION).is_file():
             text = (source / CONFIGURATION).read_bytes().decode("utf-8")
@@ -152,19 +152,19 @@ def _refuse_filled(url: str) -> None:
 
 def _make_database(folder: Path, last: Entry, step: Callable[[str], None]) -> Differences:
     """Make the database, unless one that was cut off while it was checked is there already."""
-    if _reached(folder) == (last.seq, last.hash):
-        return Differences()
-    return rebuild_database(folder, step).differences
+    known = _made_before(folder, last)
+    return rebuild_database(folder, step).differences if known is None else known
 
 
-def _reached(folder: Path) -> tuple[int, str] | None:
-    """Return how far the database of a book goes; None where there is none that can be asked."""
+def _made_before(folder: Path, last: Entry) -> Differences | None:
+    """Return what differs in a database that goes as far as it has to; None where there is none that can be asked."""
     try:
         engine = engine_of(folder, read_configuration(folder))
         try:
             check_revision(engine)
             with reading(engine) as connection:
-                return journal.head(connection)
+                reached = journal.head(connection) == (last.seq, last.hash)
+                return differences(connection, journal.stored(connection)) if reached else None
         finally:
             engine.dispose()
     except BookError:

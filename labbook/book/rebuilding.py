@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import secrets
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,12 +180,22 @@ def _replace_journal(path: Path, entries: list[Entry]) -> None:
     fresh = JournalFile(path.with_name(f".{path.name}.{secrets.token_hex(4)}"))
     fresh.path.touch()
     fresh.append(entries)
+    if path.exists():
+        _like(path, fresh.path)
     if known is None:
-        path.rename(path.with_name(f"{path.name}.before-rebuild.{stamp()}"))
+        shutil.copy2(path, kept := path.with_name(f"{path.name}.before-rebuild.{stamp()}"))
+        sync(kept)
     elif path.exists():
         JournalFile(path).keep_cut_off()
-    fresh.path.rename(path)
+    fresh.path.replace(path)
     sync(path.parent)
+
+
+def _like(path: Path, fresh: Path) -> None:
+    """Let a file that takes the place of another be read and written by the same people."""
+    shutil.copymode(path, fresh)
+    with contextlib.suppress(PermissionError):  # only its owner may give it to another group
+        shutil.chown(fresh, group=path.stat().st_gid)
 
 
 def _readable_beyond(path: Path, seq: int) -> int:

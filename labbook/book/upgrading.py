@@ -11,13 +11,13 @@ import contextlib
 import shutil
 import sqlite3
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 import sqlalchemy as sa
 from sqlalchemy.exc import DBAPIError
 
 from data_schema import migrations
+from data_schema.disk import part_of, put_in_place, stamp
 from data_schema.engine import alone, reading, translated
 from data_schema.errors import BookDamaged, BookVersion, UsageError
 from labbook.book.opening import DATABASE, check_revision
@@ -64,13 +64,17 @@ def back_up(folder: Path, revision: str) -> Path:
             f"an upgrade needs {2 * size / 1e6:.0f} MB free beside {source}, there are {free / 1e6:.0f} MB: make room "
             "and try again."
         )
-    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%SZ")
-    target = folder / f"{DATABASE}.{revision}.{stamp}.backup"
-    with contextlib.closing(sqlite3.connect(source)) as origin, contextlib.closing(sqlite3.connect(target)) as copy:
-        origin.backup(copy)
-        verdict = copy.execute("PRAGMA integrity_check").fetchone()[0]
-    if verdict != "ok":
-        raise BookDamaged(f"the backup {target} is not whole ({verdict}): run `labbook rebuild` instead.")
+    target = folder / f"{DATABASE}.{revision}.{stamp()}.backup"
+    part = part_of(target)
+    try:
+        with contextlib.closing(sqlite3.connect(source)) as origin, contextlib.closing(sqlite3.connect(part)) as copy:
+            origin.backup(copy)
+            verdict = copy.execute("PRAGMA integrity_check").fetchone()[0]
+        if verdict != "ok":
+            raise BookDamaged(f"a copy of {source} is not whole ({verdict}): run `labbook rebuild` instead.")
+        put_in_place(target)
+    finally:
+        part.unlink(missing_ok=True)
     return target
 
 

@@ -28,7 +28,7 @@ from labbook.actions.recomputing import recompute
 from labbook.actions.report_command import state_report
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
 from labbook.cli.common import progress
-from tests.helpers.books import ADA, SmallBook
+from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file, note
 from tests.helpers.whole_book import whole_book
@@ -62,6 +62,14 @@ def execute(engine: sa.Engine, *statements: str) -> None:
                 assert connection.exec_driver_sql(statement).rowcount > 0
     finally:
         engine.dispose()
+
+
+def execute_plainly(engine: sa.Engine, *statements: str) -> None:
+    """Change tables and triggers, not rows."""
+    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
+        for statement in statements:
+            connection.exec_driver_sql(statement)
+    engine.dispose()
 
 
 ONE_JUMP = "(SELECT max(id) FROM jump WHERE apex_height_m IS NOT NULL)"
@@ -351,23 +359,45 @@ def test_an_altered_name_of_a_copy_is_no_damaged_copy(whole: SmallBook) -> None:
 
 
 def test_triggers_that_are_not_those_of_labbook_are_named(whole: SmallBook) -> None:
-    engine = engine_of(whole)
-    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
-        connection.exec_driver_sql("CREATE TRIGGER tt AFTER INSERT ON note BEGIN UPDATE charge SET charge_mah = 1; END")
-        connection.exec_driver_sql("DROP TRIGGER journal_never_changed")
-    engine.dispose()
+    execute_plainly(
+        engine_of(whole),
+        "CREATE TRIGGER tt AFTER INSERT ON note BEGIN UPDATE charge SET charge_mah = 1; END",
+        "DROP TRIGGER journal_never_changed",
+    )
     problems = check(whole).problems
     assert ["trigger tt " in problems[0], "trigger journal_never_changed" in problems[1]] == [True, True]
     rebuild_database(whole.folder, lambda _step: None)
     assert check(whole).whole
 
 
+def test_a_guard_that_does_nothing_any_more_is_named(whole: SmallBook) -> None:
+    with contextlib.closing(sqlite3.connect(whole.database)) as connection:
+        connection.execute("DROP TRIGGER journal_never_changed")
+        connection.execute("CREATE TRIGGER journal_never_changed BEFORE UPDATE ON journal BEGIN SELECT 1; END")
+    (problem,) = check(whole).problems
+    assert problem.startswith("trigger journal_never_changed, which guards the journal, was changed.")
+
+
+def test_on_postgresql_too_foreign_triggers_are_named(tmp_path: Path, postgres_url: str) -> None:
+    book = small_book(tmp_path, database_url=postgres_url)
+    assert check(book).whole
+    execute_plainly(
+        postgres_engine(postgres_url),
+        "ALTER TABLE journal DISABLE TRIGGER journal_never_changed",
+        "CREATE TRIGGER tt BEFORE UPDATE ON charge FOR EACH ROW EXECUTE FUNCTION journal_is_append_only()",
+    )
+    problems = check(book).problems
+    assert ["trigger tt " in problems[0], "journal_never_changed, which" in problems[1]] == [True, True]
+    rebuild_database(book.folder, lambda _step: None)
+    assert check(book).whole
+
+
 def test_an_entry_whose_effect_is_there_already_names_the_remedy(whole: SmallBook) -> None:
-    engine = engine_of(whole)
-    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
-        connection.exec_driver_sql("DROP TRIGGER journal_never_deleted")
-        connection.exec_driver_sql("DELETE FROM journal WHERE seq = (SELECT max(seq) FROM journal)")
-    engine.dispose()
+    execute_plainly(
+        engine_of(whole),
+        "DROP TRIGGER journal_never_deleted",
+        "DELETE FROM journal WHERE seq = (SELECT max(seq) FROM journal)",
+    )
     with pytest.raises(BookDamaged, match=r"cannot take effect there .* run `labbook rebuild`"), whole.open() as book:
         state_report(book, None, ADA, lambda _step: None)
 

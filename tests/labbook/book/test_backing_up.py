@@ -230,7 +230,7 @@ def test_killed_at_random_a_backup_is_the_one_before_or_the_new_one(tmp_path: Pa
 @pytest.mark.soak
 def test_killed_for_long_a_backup_is_the_one_before_or_the_new_one(tmp_path: Path, commands: Commands) -> None:
     book = small_book(tmp_path, ingested=False)
-    kill_rounds(book, tmp_path / "backup", commands, 300, seed=2)
+    assert kill_rounds(book, tmp_path / "backup", commands, 300, seed=2) > 150
     finish(book, tmp_path / "backup", commands)
 
 
@@ -265,6 +265,7 @@ def test_a_backup_during_eight_ingesting_programs_is_whole(
     assert [one.wait() for one in running] == [0] * 8
     finish(book, tmp_path / "backup 0", commands)
     assert seen == sorted(seen)
+    assert seen[0] < len(list(JournalFile(book.journal).entries())), "the first was taken while others wrote"
     record = json.loads((book.folder / "last-backup.json").read_text())
     assert record["where"] == str(tmp_path / "backup 0")
 

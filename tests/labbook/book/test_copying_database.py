@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from data_schema.engine import postgres_engine, sqlite_engine
+from data_schema.engine import postgres_engine, reading, sqlite_engine
 from data_schema.errors import BookVersion, UsageError
+from data_schema.row_hashes import altered_rows
 from labbook.actions.health import check_book
 from labbook.book.copying_database import copy_database
 from labbook.cli.common import progress
@@ -49,6 +50,20 @@ def check_goes_on(book: SmallBook, text: str) -> None:
             note(desk, text)
         assert notes(standing)[-1] == text
         said_alike(standing)
+
+
+def test_a_server_that_sorts_for_people_has_the_same_hashes(tmp_path: Path, cluster: Cluster) -> None:
+    book = copy_of_whole_book(tmp_path)
+    name = cluster.make_sorted_for_people()
+    try:
+        copied(book.folder, cluster.url(name))
+        engine = postgres_engine(cluster.url(name))
+        with reading(engine) as connection:
+            assert connection.exec_driver_sql("SELECT 'a' < 'B'").scalar_one(), "not by bytes"
+            assert altered_rows(connection) == []
+        engine.dispose()
+    finally:
+        cluster.drop(name)
 
 
 def test_from_sqlite_to_postgresql_and_back_every_row_is_the_same(tmp_path: Path, postgres_url: str) -> None:

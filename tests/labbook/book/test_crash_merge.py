@@ -131,7 +131,7 @@ def test_a_merge_cut_off_between_journal_and_commit_is_applied_next_time(homecom
 
 
 def test_a_merge_killed_at_random_is_made_or_not(homecoming: Homecoming) -> None:
-    kill_at_random(homecoming, 6)
+    assert kill_at_random(homecoming, 6) > 1
 
 
 @pytest.mark.soak

@@ -25,12 +25,14 @@ from labbook.statements.ingesting import raw_path
 from tests.helpers import power
 from tests.helpers.books import ADA, small_book
 from tests.helpers.commands import KILLED, Commands, running_commands
+from tests.helpers.figures import Count, record
 from tests.helpers.statements import said_alike
 
 pytestmark = pytest.mark.skipif(shutil.which("strace") is None, reason="strace is not installed")
 
 INGEST = ("ingest", "{instruments}/logs/r001.csv", "{instruments}/charger")
 CORRECT = ("correct", "r002", "foot=large", "--why", "seen on the video")
+BACKUP = ("backup", "{book} on a stick")
 NOT_SYNCED = {
     "nothing of it": power.nothing_unsynced,
     "its names": power.names_only,
@@ -75,7 +77,8 @@ CASES = {
     "report": Case((("report", "--out", "{book}/reports/one"),), slow=True),
     "rebuild": Case((("rebuild",),)),
     "rebuild --journal": Case((("rebuild", "--journal"),)),
-    "backup": Case((("backup", "{book} on a stick"),)),
+    "backup": Case((BACKUP,)),
+    "backup, killed before": Case((BACKUP, BACKUP), dies_after=4),
 }
 """What is recorded; another command that writes to a book is a line here."""
 
@@ -240,15 +243,12 @@ def test_nothing_that_was_said_is_lost_when_the_power_goes(
 
 
 @pytest.mark.soak
+@pytest.mark.parametrize("name", CASES)
 def test_nothing_is_lost_at_any_moment_of_any_command(
-    tmp_path: Path, recorder: tuple[Commands, Path], commands: Commands, capsys: pytest.CaptureFixture[str]
+    name: str, tmp_path: Path, recorder: tuple[Commands, Path], commands: Commands
 ) -> None:
-    lost: list[str] = []
-    for number, (name, case) in enumerate(CASES.items()):
-        trial = recorded(case, tmp_path / f"trial-{number}", recorder)
-        at = moments(trial, 1, 30) if case.slow else moments(trial, 3)
-        count, lost_here = losses(trial, at, tmp_path, commands)
-        lost += lost_here
-        with capsys.disabled():
-            print(f"power lost in {name}: {count} states of the disk, {len(lost_here)} lost or broken")
+    trial = recorded(CASES[name], tmp_path / "trial", recorder)
+    at = moments(trial, 1, 30) if trial.case.slow else moments(trial, 3)
+    count, lost = losses(trial, at, tmp_path, commands)
+    record(Count(name, "power cut", "SQLite", tried=count, cut_off=count, lost=len(lost)))
     assert not lost, "\n".join(lost)
