@@ -35,7 +35,7 @@ def runs_by_file(connection: sa.Connection) -> dict[str, tuple[str, ...]]:
         assigned.join(run, run_file.c.run == run.c.id),
         charged.join(run, charge.c.run == run.c.id).where(charge.c.state == str(ChargeState.COUNTED)),
     ):
-        for sha256, name in connection.execute(query):
+        for sha256, name in connection.execute(query).all():
             found.setdefault(sha256, set()).add(name)
     return {sha256: tuple(sorted(names)) for sha256, names in found.items()}
 

@@ -139,7 +139,7 @@ def _readings(
     )
     texts = {row.id: row.text for row in connection.execute(sa.select(config.c.id, config.c.text))}  # a few for all
     rows: Iterator[Any] = (
-        (*row[:6], _STATUS[row[6]], *row[7:11], texts[row[11]], *row[12:]) for row in connection.execute(query)
+        (*row[:6], _STATUS[row[6]], *row[7:11], texts[row[11]], *row[12:]) for row in connection.execute(query).all()
     )
     return [ReadingRow(*row) for row in rows]
 
