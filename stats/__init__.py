@@ -6,42 +6,40 @@ They return frozen results, whose fields may be undefined with a reason; `joules
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stats.anova import one_way_anova
-    from stats.apexes import find_jumps
-    from stats.autocorrelation import autocorrelation
-    from stats.bayes_factor import bayes_factor
-    from stats.blocked import blocked_by_day
-    from stats.dunnett import dunnett
+    from stats.apexes.detectors import find_jumps
+    from stats.compare.bayes_factor import bayes_factor
+    from stats.compare.equivalence import equivalence
+    from stats.compare.resampling import bootstrap_difference, permutation_test
+    from stats.compare.savings import percent_savings
+    from stats.compare.shared_error import SharedError, describe_shared
+    from stats.compare.shared_error_test import difference_with_shared
+    from stats.compare.summary import describe
+    from stats.compare.two_sample import compare_two
+    from stats.days.autocorrelation import autocorrelation
+    from stats.days.blocked import blocked_by_day
     from stats.energy import energy_budget, joules_per_jump
-    from stats.equivalence import equivalence
-    from stats.gain_line import fit_gain_line
-    from stats.multiple import holm
-    from stats.normal_quantiles import normal_quantiles
+    from stats.groups.anova import one_way_anova
+    from stats.groups.dunnett import dunnett
+    from stats.groups.multiple import holm
+    from stats.groups.normal_quantiles import normal_quantiles
+    from stats.groups.residuals import additive_residuals, residuals_of_groups
+    from stats.groups.tukey import compare_all_pairs
+    from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
+    from stats.groups.welch_anova import welch_anova
+    from stats.lines.gain_line import fit_gain_line
+    from stats.lines.passive_drain import fit_passive_drain
+    from stats.lines.polynomial import fit_polynomial
+    from stats.lines.regression import fit_linear
+    from stats.lines.rmse import rmse_over_iqr
+    from stats.lines.stiffness import fit_stiffness, force_points
     from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
-    from stats.passive_drain import fit_passive_drain
-    from stats.polynomial import fit_polynomial
-    from stats.power import power_anova, power_equivalence, power_t, power_welch
-    from stats.power_percent import power_percent_equivalence
-    from stats.regression import fit_linear
-    from stats.resampling import bootstrap_difference, permutation_test
-    from stats.residuals import additive_residuals, residuals_of_groups
-    from stats.rmse import rmse_over_iqr
-    from stats.sample_size import sample_size
-    from stats.savings import percent_savings
-    from stats.shared_error import SharedError, describe_shared
-    from stats.shared_test import difference_with_shared
-    from stats.stiffness import fit_stiffness, force_points
-    from stats.summary import describe
-    from stats.tukey import compare_all_pairs
-    from stats.two_sample import compare_two
-    from stats.variances import bartlett, brown_forsythe, f_test, levene
-    from stats.welch_anova import welch_anova
+    from stats.planning.power import power_anova, power_equivalence, power_t, power_welch
+    from stats.planning.power_percent import power_percent_equivalence
+    from stats.planning.sample_size import sample_size
 
 __all__ = [
     "SharedError",
@@ -91,50 +89,50 @@ __all__ = [
 ]
 
 _MODULE_OF = {
-    "one_way_anova": "anova",
-    "find_jumps": "apexes",
-    "autocorrelation": "autocorrelation",
-    "bayes_factor": "bayes_factor",
-    "blocked_by_day": "blocked",
-    "dunnett": "dunnett",
+    "find_jumps": "apexes.detectors",
+    "bayes_factor": "compare.bayes_factor",
+    "equivalence": "compare.equivalence",
+    "bootstrap_difference": "compare.resampling",
+    "permutation_test": "compare.resampling",
+    "percent_savings": "compare.savings",
+    "SharedError": "compare.shared_error",
+    "describe_shared": "compare.shared_error",
+    "difference_with_shared": "compare.shared_error_test",
+    "describe": "compare.summary",
+    "compare_two": "compare.two_sample",
+    "autocorrelation": "days.autocorrelation",
+    "blocked_by_day": "days.blocked",
     "energy_budget": "energy",
     "joules_per_jump": "energy",
-    "equivalence": "equivalence",
-    "holm": "multiple",
+    "one_way_anova": "groups.anova",
+    "dunnett": "groups.dunnett",
+    "holm": "groups.multiple",
+    "normal_quantiles": "groups.normal_quantiles",
+    "additive_residuals": "groups.residuals",
+    "residuals_of_groups": "groups.residuals",
+    "compare_all_pairs": "groups.tukey",
+    "bartlett": "groups.variances",
+    "brown_forsythe": "groups.variances",
+    "f_test": "groups.variances",
+    "levene": "groups.variances",
+    "welch_anova": "groups.welch_anova",
+    "fit_gain_line": "lines.gain_line",
+    "fit_passive_drain": "lines.passive_drain",
+    "fit_polynomial": "lines.polynomial",
+    "fit_linear": "lines.regression",
+    "rmse_over_iqr": "lines.rmse",
+    "fit_stiffness": "lines.stiffness",
+    "force_points": "lines.stiffness",
     "fraction_from_height": "packing",
     "fraction_from_mass": "packing",
     "fraction_from_water": "packing",
     "unbounded_fraction": "packing",
-    "fit_passive_drain": "passive_drain",
-    "fit_polynomial": "polynomial",
-    "power_anova": "power",
-    "power_equivalence": "power",
-    "power_percent_equivalence": "power_percent",
-    "power_t": "power",
-    "power_welch": "power",
-    "sample_size": "sample_size",
-    "fit_linear": "regression",
-    "bootstrap_difference": "resampling",
-    "permutation_test": "resampling",
-    "additive_residuals": "residuals",
-    "normal_quantiles": "normal_quantiles",
-    "residuals_of_groups": "residuals",
-    "rmse_over_iqr": "rmse",
-    "percent_savings": "savings",
-    "SharedError": "shared_error",
-    "describe_shared": "shared_error",
-    "difference_with_shared": "shared_test",
-    "fit_gain_line": "gain_line",
-    "fit_stiffness": "stiffness",
-    "force_points": "stiffness",
-    "describe": "summary",
-    "compare_all_pairs": "tukey",
-    "compare_two": "two_sample",
-    "bartlett": "variances",
-    "brown_forsythe": "variances",
-    "f_test": "variances",
-    "levene": "variances",
-    "welch_anova": "welch_anova",
+    "power_anova": "planning.power",
+    "power_equivalence": "planning.power",
+    "power_t": "planning.power",
+    "power_welch": "planning.power",
+    "power_percent_equivalence": "planning.power_percent",
+    "sample_size": "planning.sample_size",
 }
 
 
@@ -148,13 +146,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})
-
-
-class _Package(ModuleType):
-    """Keeps a function under its name where importing its module, which is called the same, would put that."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        super().__setattr__(name, getattr(value, name) if _MODULE_OF.get(name) == name else value)
-
-
-sys.modules[__name__].__class__ = _Package

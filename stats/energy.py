@@ -16,13 +16,13 @@ from data_schema.errors import InputRefused
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
-from stats.complete import complete_rows
-from stats.error_free import Doubles
-from stats.finite import finite, refuse_beyond
-from stats.passive_drain import rounding_sd_mah
+from stats.compare.summary import describe
+from stats.exact.error_free import Doubles
+from stats.exact.finite import finite, refuse_beyond
+from stats.exact.sums import moments
+from stats.lines.complete import complete_rows
+from stats.lines.passive_drain import rounding_sd_mah
 from stats.results import Result
-from stats.summary import describe
-from stats.sums import moments
 from stats.wording import missing_text, number_text, with_unit
 
 _TERM = "the standard error"
@@ -124,7 +124,7 @@ def energy_budget(
     """Return the budget of one condition from its runs' joules a jump and jumps made, both of shape (n,).
 
     `drain_se_run_j` and `drain_se_mean_j` are what the drain line's error makes of one run's joules and of their mean
-    (`stats.shared_error`; the same at equal durations and jumps). A charger that counts in steps of `resolution_mah`
+    (`compare.shared_error`; the same at equal durations and jumps). A charger that counts in steps of `resolution_mah`
     errs by at most half a step, standard deviation step / sqrt(12); it differs from run to run, so the scatter holds it
     already. The voltage's relative standard error shifts all joules by one factor.
     Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop" (which leaves out runs), lengths that

@@ -15,10 +15,10 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
-from stats.complete import complete_rows
-from stats.few_rows import refuse_few
-from stats.finite import refuse_beyond
-from stats.regression import fit_linear
+from stats.exact.finite import refuse_beyond
+from stats.lines.complete import complete_rows
+from stats.lines.few_rows import refuse_few
+from stats.lines.regression import fit_linear
 from stats.results import Result
 from stats.wording import bounded_texts, estimate_texts, missing_text, number_text, share_text
 

@@ -10,7 +10,7 @@ from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imported_files import links_of_file
 from data_schema.vocabulary import FileRole
 from ingest.model import Finding, ReadFile
-from labbook.analysis.log_dates import day_notes, swapped_day
+from labbook.analysis.outcomes.log_dates import day_notes, swapped_day
 
 
 def with_day_of_run(

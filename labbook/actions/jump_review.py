@@ -15,10 +15,10 @@ from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.verdicts import WaitingVerdict, verdicts_waiting
 from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Verdict
-from labbook.analysis.detecting import BODY_HEIGHT
-from labbook.analysis.detections import Detections, rest_length_m
-from labbook.analysis.judging import JudgedJump, Rules, anchor_of, judge
-from labbook.analysis.run_apexes import usable_logs
+from labbook.analysis.outcomes.detecting import BODY_HEIGHT
+from labbook.analysis.outcomes.detections import Detections, rest_length_m
+from labbook.analysis.outcomes.judging import JudgedJump, Rules, anchor_of, judge
+from labbook.analysis.outcomes.run_apexes import usable_logs
 from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.naming import run_named
 from labbook.book.opening import Book

@@ -13,7 +13,7 @@ from ingest.channels.synonyms import channel_kind
 from ingest.model import ChannelData
 from ingest.tables.header_cells import squash
 from labbook.actions.ingesting import FileOutcome
-from labbook.analysis.detecting import BODY_HEIGHT
+from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.book.opening import Book
 
 _LIKE_HEIGHT = ("bodyheight", "height", "hgt", "bodyz", "z", "h", "pot", "string", "position", "hoehe")

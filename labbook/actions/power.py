@@ -15,18 +15,18 @@ from data_schema.vocabulary import PlanMethod, Undefined
 from labbook.actions.power_request import PowerRequest, refuse_impossible
 from labbook.actions.power_tests import TESTS, Assumed, Design, PlannedTest
 from labbook.actions.runs_importing import plan_factors
-from labbook.analysis.conditions import NUMBER_OF
-from labbook.analysis.detections import Detections
-from labbook.analysis.gathering import gather
-from labbook.analysis.planned import QUANTITY_OF, Planned, planned_analysis
-from labbook.analysis.run_spread import Spread, run_spread
-from labbook.analysis.workbench import Workbench
+from labbook.analysis.outcomes.conditions import NUMBER_OF
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.run_spread import Spread, run_spread
+from labbook.analysis.preregistration.planned import QUANTITY_OF, Planned, planned_analysis
+from labbook.analysis.results.result_cache import Workbench
+from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
 from labbook.config.model import Outcome, UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import LARGEST_PLAN, draw_plan
 from reports.numbers import Quantity
-from stats.sample_size import SampleSize, sample_size
+from stats.planning.sample_size import SampleSize, sample_size
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from data_schema.vocabulary import Undefined
 from labbook.actions.power import Needed, StudyPower
 from labbook.actions.power_tests import Assumed
-from labbook.analysis.planned import FAMILY_OF
-from labbook.analysis.run_spread import LEVEL
+from labbook.analysis.outcomes.run_spread import LEVEL
+from labbook.analysis.preregistration.planned import FAMILY_OF
 from stats.wording import number_text
 
 _NOT_KNOWN = (

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis.run_spread import Spread
+from labbook.analysis.outcomes.run_spread import Spread
 from labbook.config.model import AnalysisSettings, Family, UnitOfAnalysis
-from stats.power import Power, power_anova, power_equivalence, power_t, power_welch
-from stats.power_percent import power_percent_equivalence
+from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch
+from stats.planning.power_percent import power_percent_equivalence
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ from data_schema.queries.runs import RunRow, runs_named
 from data_schema.queries.signals import log_starts
 from data_schema.queries.study import StudyRow
 from data_schema.vocabulary import RunKind, RunState
-from labbook.analysis.log_dates import other_day
+from labbook.analysis.outcomes.log_dates import other_day
 from labbook.book.naming import study_of
 from labbook.config.parsing import Configuration
 

@@ -17,15 +17,15 @@ from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_many import against_control_text, all_pairs_text
 from labbook.presenting.stats_plan import NO_ANOVA, plan_notes
 from reports.figures.estimation import Estimation
-from stats.anova import Anova, one_way_anova
 from stats.checks import Missing
-from stats.dunnett import Dunnett, dunnett
-from stats.finite import as_interval
-from stats.multiple import HolmFamily
+from stats.exact.finite import as_interval
+from stats.groups.anova import Anova, one_way_anova
+from stats.groups.dunnett import Dunnett, dunnett
+from stats.groups.multiple import HolmFamily
+from stats.groups.tukey import AllPairs, Variances, compare_all_pairs
+from stats.groups.variances import VarianceTest, bartlett, brown_forsythe, levene
+from stats.groups.welch_anova import WelchAnova, welch_anova
 from stats.results import as_dict
-from stats.tukey import AllPairs, Variances, compare_all_pairs
-from stats.variances import VarianceTest, bartlett, brown_forsythe, levene
-from stats.welch_anova import WelchAnova, welch_anova
 
 PAIRS: dict[str, tuple[Variances, str]] = {
     "tukey": ("equal", "Tukey"),

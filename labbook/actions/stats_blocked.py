@@ -10,15 +10,15 @@ from data_schema.errors import InputRefused, UsageError
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
-from labbook.analysis.leading_by_day import leading
+from labbook.analysis.comparison.leading_by_day import leading
+from labbook.analysis.comparison.shared_error_tests import by_day_with_shared
 from labbook.analysis.observations import Observations
-from labbook.analysis.with_shared import by_day_with_shared
 from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
 from labbook.presenting.stats_figures import estimation_of, in_groups, number_of
 from labbook.presenting.stats_plan import plan_notes
-from stats.blocked import blocked_by_day
-from stats.blocked_result import BlockedByDay, ExactTest
+from stats.days.blocked import blocked_by_day
+from stats.days.blocked_result import BlockedByDay, ExactTest
 from stats.results import as_dict
 
 COUNTS_VALUES = (

@@ -10,15 +10,15 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
+from labbook.analysis.comparison.shared_error_tests import two_with_shared
 from labbook.analysis.observations import Observations
-from labbook.analysis.with_shared import two_with_shared
 from labbook.presenting.stats_days import day_left_out, day_notes, days_untold, with_days_said
 from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import plan_notes
 from stats.checks import Missing
-from stats.multiple import HolmFamily, holm
+from stats.compare.two_sample import Route, TwoSample, compare_two
+from stats.groups.multiple import HolmFamily, holm
 from stats.results import as_dict
-from stats.two_sample import Route, TwoSample, compare_two
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from ingest.tables.header_cells import parse_header
 from labbook.actions.stats_cells import MINUS, has_thousands, is_number_text, maybe_thousands
 from labbook.actions.stats_table import LongTable, numbers_of, read_table
 from labbook.actions.stats_where import WhereColumns, rows_where
-from labbook.analysis.controls import with_control
+from labbook.analysis.comparison.controls import with_control
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
 from labbook.book.opening import opened
 from reports.numbers import Quantity

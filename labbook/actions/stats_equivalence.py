@@ -12,8 +12,8 @@ from labbook.actions.stats_anova import SHARED_NOTE
 from labbook.actions.stats_data import Given, observe
 from labbook.actions.stats_pictures import Pictures
 from labbook.actions.stats_told import Told, alpha_of, told_of
-from labbook.analysis.conditions import NUMBER_OF
 from labbook.analysis.observations import Observations
+from labbook.analysis.outcomes.conditions import NUMBER_OF
 from labbook.config.model import Bounds
 from labbook.presenting.one_day_each import FROM_DAYS
 from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
@@ -21,7 +21,7 @@ from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import Bounded, bounds_notes
 from reports.numbers import Quantity
 from stats.checks import Missing
-from stats.equivalence import Equivalence, EquivalenceRoute, equivalence
+from stats.compare.equivalence import Equivalence, EquivalenceRoute, equivalence
 from stats.results import as_dict
 
 

@@ -9,10 +9,10 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats_told import ALPHA, Told
 from labbook.presenting.stats_fields import field_lines
-from stats.power import Power, power_anova, power_equivalence, power_t, power_welch
-from stats.power_percent import power_percent_equivalence
+from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch
+from stats.planning.power_percent import power_percent_equivalence
+from stats.planning.sample_size import sample_size
 from stats.results import as_dict
-from stats.sample_size import sample_size
 
 USUAL_POWER = 0.8
 

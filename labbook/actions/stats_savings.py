@@ -15,8 +15,8 @@ from labbook.presenting.stats_figures import estimation_of, number_of
 from labbook.presenting.stats_plan import plan_notes
 from reports.numbers import Quantity
 from stats.checks import Missing
+from stats.compare.savings import percent_savings
 from stats.results import as_dict
-from stats.savings import percent_savings
 
 NOT_CONSUMED = (
     "Savings are of what is consumed, and an apex height is not: these are percent of the control's height that are "

@@ -19,10 +19,10 @@ from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
 from labbook.actions.without_numbers import without_apexes, without_joules
-from labbook.analysis.detecting import BODY_HEIGHT
-from labbook.analysis.detections import Detections
-from labbook.analysis.gathering import gather_about
-from labbook.analysis.run_apexes import usable_logs
+from labbook.analysis.outcomes.detecting import BODY_HEIGHT
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.run_apexes import usable_logs
+from labbook.analysis.study_data import gather_about
 from labbook.config.parsing import Configuration
 from labbook.presenting.planned import HOW_TO_DECIDE
 

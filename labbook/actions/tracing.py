@@ -11,7 +11,7 @@ from data_schema.errors import UnknownName
 from data_schema.queries.results import NumberRow, ResultRow, result_by_uid, result_of_number
 from data_schema.queries.shown_numbers import ShownIn, number_beginning, reports_showing
 from data_schema.queries.sources import Source, describe_input
-from labbook.analysis.as_printed import agree, versions_now
+from labbook.analysis.results.printed_values import agree, versions_now
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,12 +7,12 @@ from collections.abc import Collection, Sequence
 
 from data_schema.queries.runs import RunRow
 from labbook.actions.rig_line import joules_of
-from labbook.analysis.detecting import BODY_HEIGHT
-from labbook.analysis.detections import Detections, rest_length_m
-from labbook.analysis.gathering import Evidence
-from labbook.analysis.judging import judge
-from labbook.analysis.passive_drain import drain_lines
-from labbook.analysis.run_apexes import as_protocol, usable_logs
+from labbook.analysis.outcomes.detecting import BODY_HEIGHT
+from labbook.analysis.outcomes.detections import Detections, rest_length_m
+from labbook.analysis.outcomes.judging import judge
+from labbook.analysis.outcomes.passive_drain import drain_lines
+from labbook.analysis.outcomes.run_apexes import as_protocol, usable_logs
+from labbook.analysis.study_data import Evidence
 
 
 def without_joules(evidence: Evidence, runs: Sequence[RunRow]) -> dict[str, str]:

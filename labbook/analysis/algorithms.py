@@ -2,23 +2,10 @@
 
 from __future__ import annotations
 
-from labbook.analysis import (
-    budget,
-    checking,
-    comparing,
-    comparing_by_day,
-    comparing_jumps,
-    conditions,
-    day_means,
-    equivalent_heights,
-    family,
-    packs,
-    passive_drain,
-    predicting,
-    run_apexes,
-    run_energy,
-)
-from labbook.analysis.workbench import Algorithm
+from labbook.analysis.comparison import comparing, comparing_by_day, comparing_jumps, equivalent_heights, family
+from labbook.analysis.outcomes import budget, conditions, day_means, packs, passive_drain, run_apexes, run_energy
+from labbook.analysis.prediction import checking, predicting
+from labbook.analysis.results.result_cache import Algorithm
 
 ALGORITHMS: tuple[Algorithm, ...] = (
     passive_drain.ALGORITHM,

@@ -14,21 +14,21 @@ from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import FileRole
 from ingest.store import Store
-from labbook.analysis import pairing
-from labbook.analysis.conditions import NUMBER_OF, RunNumber, run_numbers
-from labbook.analysis.controls import sort_key, with_control
-from labbook.analysis.detections import Detections
-from labbook.analysis.gathering import Evidence, gather
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.controls import sort_key, with_control
 from labbook.analysis.observed_notes import beside_plan, left_out, pooled_over
-from labbook.analysis.passive_drain import passive_drains
-from labbook.analysis.planned import Planned, planned_analysis
-from labbook.analysis.run_apexes import as_protocol, run_apexes
-from labbook.analysis.run_energy import run_energies
-from labbook.analysis.workbench import Workbench
+from labbook.analysis.outcomes.conditions import NUMBER_OF, RunNumber, run_numbers
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.passive_drain import passive_drains
+from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
+from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.preregistration.planned import Planned, planned_analysis
+from labbook.analysis.results.result_cache import Workbench
+from labbook.analysis.study_data import Evidence, gather
 from labbook.config.model import AnalysisSettings
 from labbook.config.parsing import Configuration
 from reports.numbers import Quantity
-from stats.shared_error import SharedError, shared_of_mean
+from stats.compare.shared_error import SharedError, shared_of_mean
 
 OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
     "day": lambda run: run.day,

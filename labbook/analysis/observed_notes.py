@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from labbook.analysis import pairing
-from labbook.analysis.conditions import RunNumber
-from labbook.analysis.gathering import Evidence
+from labbook.analysis.comparison import pairing
+from labbook.analysis.outcomes.conditions import RunNumber
+from labbook.analysis.study_data import Evidence
 from labbook.config.parsing import Configuration
 from reports.numbers import Quantity
 

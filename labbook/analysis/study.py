@@ -7,25 +7,25 @@ from dataclasses import dataclass, replace
 
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import FileRole
-from labbook.analysis import pairing
-from labbook.analysis.budget import budget
-from labbook.analysis.checking import Checked, check_conditions, check_savings
-from labbook.analysis.comparing import analyse_variance
-from labbook.analysis.comparing_jumps import compare_jumps
-from labbook.analysis.comparisons import Compared, compare_all
-from labbook.analysis.conditions import ConditionValues, condition_values, run_numbers
-from labbook.analysis.day_means import in_units, unit_scope
-from labbook.analysis.detections import Detections
-from labbook.analysis.gathering import Evidence
-from labbook.analysis.packs import pack_deviations
-from labbook.analysis.passive_drain import Drain, passive_drains
-from labbook.analysis.planned import Planned, planned_analysis
-from labbook.analysis.predicting import Predicted, predictions
-from labbook.analysis.rest_of_family import conditions_beside
-from labbook.analysis.run_apexes import RunApexes, as_protocol, run_apexes
-from labbook.analysis.run_energy import RunEnergies, run_energies
-from labbook.analysis.varying import Variations, vary
-from labbook.analysis.workbench import Workbench
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.comparing import analyse_variance
+from labbook.analysis.comparison.comparing_jumps import compare_jumps
+from labbook.analysis.comparison.comparisons import Compared, compare_all
+from labbook.analysis.comparison.robustness import Variations, vary
+from labbook.analysis.comparison.unselected_comparisons import conditions_beside
+from labbook.analysis.outcomes.budget import budget
+from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, run_numbers
+from labbook.analysis.outcomes.day_means import in_units, unit_scope
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.packs import pack_deviations
+from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
+from labbook.analysis.outcomes.run_apexes import RunApexes, as_protocol, run_apexes
+from labbook.analysis.outcomes.run_energy import RunEnergies, run_energies
+from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
+from labbook.analysis.prediction.predicting import Predicted, predictions
+from labbook.analysis.preregistration.planned import Planned, planned_analysis
+from labbook.analysis.results.result_cache import Workbench
+from labbook.analysis.study_data import Evidence
 from reports.numbers import Quantity
 
 

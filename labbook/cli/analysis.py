@@ -22,7 +22,7 @@ def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
 
     Example: labbook analysis
     """
-    from labbook.analysis.planned import planned_analysis
+    from labbook.analysis.preregistration.planned import planned_analysis
     from labbook.book.opening import opened
     from labbook.presenting.planned import NOT_WATCHED, planned_sentences
 

@@ -13,9 +13,9 @@ from labbook.actions.ingesting import FileOutcome
 from labbook.actions.missing_height import MissingHeight, missing_height_lines
 from labbook.actions.remarks import remarks_on
 from labbook.actions.rig_line import RigLine, rig_lines
-from labbook.analysis.detections import Detections
-from labbook.analysis.gathering import Evidence, gather_about
-from labbook.analysis.run_apexes import usable_logs
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.run_apexes import usable_logs
+from labbook.analysis.study_data import Evidence, gather_about
 from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
 

@@ -8,10 +8,10 @@ from dataclasses import replace
 
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis import pairing
-from labbook.analysis.comparisons import Compared
-from labbook.analysis.conditions import ConditionValues
-from labbook.analysis.family import adjusted, rejected
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.family import adjusted, rejected
+from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown, side_names, values_as

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from data_schema.queries.days import CheckRow
 from data_schema.queries.plans import PlannedRow
-from labbook.analysis import pairing
+from labbook.analysis.comparison import pairing
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting import comparisons, course, design, drain, methods, predicted, robots, stated
 from labbook.presenting.numbers import Shown
@@ -16,7 +16,7 @@ from labbook.presenting.tests_used import known_errors
 from reports.content import Claim, Comparison, Quantity, ReportContent
 from reports.one_day_each import all_on_one_day_each, days_claim
 from reports.sentences import difference_claim, family_claim, savings_claim
-from stats.apexes import DETECTORS
+from stats.apexes.detectors import DETECTORS
 
 
 def build_content(

@@ -9,7 +9,7 @@ from data_schema.queries.days import CheckRow
 from data_schema.queries.plans import PlannedRow
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import CheckKind, RunKind, RunState
-from labbook.analysis.conditions import RunNumber
+from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown

@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 
-from stats.recorded import SEVERAL, Recorded, recorded
+from stats.planning.recorded import SEVERAL, Recorded, recorded
 
 OWN, PARTLY, MOSTLY, SHARED = "own", "partly", "mostly", "shared"
 WHOSE: Mapping[str, str] = {

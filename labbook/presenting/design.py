@@ -8,8 +8,8 @@ from collections.abc import Mapping
 
 from data_schema.queries.study import FactorRow
 from data_schema.vocabulary import FactorKind
-from labbook.analysis.condition_order import place
-from labbook.analysis.conditions import ConditionValues
+from labbook.analysis.comparison.condition_order import place
+from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from reports.content import Condition, Factor, Level, RunValue, Summary

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis.budget import IN_ALL, ONE_MAH, of_mean
-from labbook.analysis.passive_drain import MAH_MIN, idle_charges
+from labbook.analysis.outcomes.budget import IN_ALL, ONE_MAH, of_mean
+from labbook.analysis.outcomes.passive_drain import MAH_MIN, idle_charges
+from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
-from labbook.analysis.workbench import number
 from labbook.presenting.methods import drain_sentence
 from labbook.presenting.numbers import Shown
 from reports.content import BudgetItem, DrainFit, IdlePoint, ReportContent

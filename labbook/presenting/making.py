@@ -11,10 +11,10 @@ from data_schema.queries.days import checks_by_day
 from data_schema.queries.people import people
 from data_schema.queries.plans import planned_runs
 from ingest.store import Store
-from labbook.analysis.detections import Detections
-from labbook.analysis.gathering import gather
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.results.result_cache import Workbench
 from labbook.analysis.study import StudyAnalysis, analyse
-from labbook.analysis.workbench import Workbench
+from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
 from labbook.presenting.content import build_content
 from labbook.presenting.numbers import Shown

@@ -7,17 +7,17 @@ from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, Undefined
-from labbook.analysis.gathering import Evidence
-from labbook.analysis.passive_drain import Drain, unused_idle
+from labbook.analysis.outcomes.passive_drain import Drain, unused_idle
+from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
-from labbook.analysis.workbench import number
+from labbook.analysis.study_data import Evidence
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting import design
 from labbook.presenting.tests_used import saved, tests_used
 from reports.content import Assumed
 from reports.naming import swept_words
-from stats.apexes import DETECTORS
-from stats.shared_error import ENOUGH_DEGREES
+from stats.apexes.detectors import DETECTORS
+from stats.compare.shared_error import ENOUGH_DEGREES
 
 LISTED = 8
 """Runs that a sentence names before it goes on with an ellipsis."""
@@ -53,7 +53,7 @@ def _shared_error(analysis: StudyAnalysis) -> str:
 
 
 def _joined(analysis: StudyAnalysis) -> str:
-    """Say how intervals hold scatter and the lines' error (`stats.shared_error.joints`); nothing without a line.
+    """Say how intervals hold scatter and the lines' error (`compare.shared_error.joints`); nothing without a line.
 
     The degrees of freedom of several lines' errors in one value lie between the least of theirs and their sum.
     """

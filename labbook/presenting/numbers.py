@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 from data_schema.queries.results import NumberRow, ResultRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis import pairing
-from labbook.analysis.workbench import number
+from labbook.analysis.comparison import pairing
+from labbook.analysis.results.result_cache import number
 from reports.content import Number, Provenance, SignificanceTest, Value
 
 

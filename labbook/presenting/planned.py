@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from data_schema.vocabulary import ReasonCode
-from labbook.analysis.planned import FAMILY_OF, NOTHING_DECIDED, QUANTITY_OF, Planned
+from labbook.analysis.preregistration.planned import FAMILY_OF, NOTHING_DECIDED, QUANTITY_OF, Planned
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 
 HOW_TO_DECIDE = (

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis.checking import PREDICTED, Checked, error_by
-from labbook.analysis.predicting import BRANCH, Predicted
-from labbook.analysis.prediction_agreement import DIFFERENCE, RATIO, agrees
+from labbook.analysis.prediction.agreement import DIFFERENCE, RATIO, agrees
+from labbook.analysis.prediction.checking import PREDICTED, Checked, error_by
+from labbook.analysis.prediction.predicting import BRANCH, Predicted
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.design import factor_title
 from labbook.presenting.numbers import Shown

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 
-from labbook.analysis import pairing
-from labbook.analysis.conditions import ConditionValues
+from labbook.analysis.comparison import pairing
+from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.study import StudyAnalysis
 from reports.content import ReportContent
 from reports.naming import levels_name

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from reports.display import general_text
-from stats.recorded import Recorded
+from stats.planning.recorded import Recorded
 
 
 def spreads_text(row: Recorded) -> str:

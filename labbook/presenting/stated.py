@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from labbook.analysis.planned import AS_A_WHOLE, Reason, not_allowed
+from labbook.analysis.preregistration.planned import AS_A_WHOLE, Reason, not_allowed
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.planned import departure_sentence, made_before, planned_sentences
 from reports.content import Comparison, Quantity

@@ -14,7 +14,7 @@ from labbook.presenting.day_layout import SHARED, WHOSE, without_days
 from labbook.presenting.joined_days import joined_by_others
 from labbook.presenting.one_day_each import one_day_each
 from labbook.presenting.spreads import spreads_text
-from stats.recorded import Recorded, weak_points
+from stats.planning.recorded import Recorded, weak_points
 
 _MOST_NAMED = 3
 _LITTLE_KNOWN = "only days that are shared tell the groups from their days, so that little is known here."

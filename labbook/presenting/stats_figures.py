@@ -7,15 +7,15 @@ from dataclasses import replace
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.observations import Observations
-from labbook.analysis.workbench import ends_of
+from labbook.analysis.results.result_cache import ends_of
 from labbook.presenting.stats_names import drawn_axis, drawn_name, sentence_case
 from labbook.presenting.stats_scale import Scale, scale_of
 from reports.figures.estimation import Estimation, EstimationGroup
 from reports.figures.quantiles import Quantiles
 from reports.figures.residuals import Against, ResidualPlot
 from reports.numbers import Number
-from stats.normal_quantiles import normal_quantiles
-from stats.residuals import Residuals, additive_residuals, residuals_of_groups
+from stats.groups.normal_quantiles import normal_quantiles
+from stats.groups.residuals import Residuals, additive_residuals, residuals_of_groups
 
 
 def number_of(value: float | Undefined, interval: tuple[float, float] | Undefined, level: float, unit: str) -> Number:

@@ -7,9 +7,9 @@ from typing import TypeVar
 
 from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
-from stats.dunnett import AgainstControl, Dunnett
-from stats.tukey import AllPairs, PairDifference
-from stats.untested import none_text, reasons_text
+from stats.groups.dunnett import AgainstControl, Dunnett
+from stats.groups.tukey import AllPairs, PairDifference
+from stats.groups.untested import none_text, reasons_text
 
 Compared = TypeVar("Compared", PairDifference, AgainstControl)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from labbook.analysis import pairing
+from labbook.analysis.comparison import pairing
 from labbook.analysis.observations import Observations
 from reports.content import Factor, Level
 from reports.display import NO_BREAK

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from labbook.analysis import pairing
+from labbook.analysis.comparison import pairing
 from labbook.analysis.observations import Observations
-from labbook.analysis.planned import NOTHING_DECIDED, Planned, Reason, not_allowed
+from labbook.analysis.preregistration.planned import NOTHING_DECIDED, Planned, Reason, not_allowed
 from labbook.config.model import UnitOfAnalysis
 from reports.numbers import Quantity
 

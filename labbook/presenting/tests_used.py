@@ -8,12 +8,12 @@ from collections.abc import Sequence
 
 from data_schema.queries.results import ResultRow
 from data_schema.rounding import level_text
-from labbook.analysis.comparisons import Compared
-from labbook.analysis.family import members
-from labbook.analysis.leading_by_day import MIXED_MODEL
-from labbook.analysis.planned import FAMILY_OF
+from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.family import members
+from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
+from labbook.analysis.preregistration.planned import FAMILY_OF
+from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
-from labbook.analysis.workbench import number
 from labbook.config.model import Bounds
 from labbook.presenting.numbers import values_as
 from labbook.presenting.weak_points import weaknesses

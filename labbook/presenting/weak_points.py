@@ -10,7 +10,7 @@ from labbook.presenting.spreads import spreads_text
 from labbook.presenting.weak_uses import Use
 from reports.display import general_text
 from reports.wording import count_text, list_text
-from stats.recorded import Recorded
+from stats.planning.recorded import Recorded
 
 _NAMES = {
     "f_then_t": "the t-test that the F-test chooses",

@@ -8,15 +8,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparisons import Compared
-from labbook.analysis.conditions import ConditionValues
-from labbook.analysis.leading_by_day import MIXED_MODEL
+from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
+from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
-from labbook.analysis.workbench import number
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.day_layout import MOSTLY, OWN, PARTLY, Runs, with_days, without_days
 from reports.numbers import Quantity
-from stats.recorded import WITH_LINE, Recorded, weak_points
+from stats.planning.recorded import WITH_LINE, Recorded, weak_points
 
 _WITH_LINE = ("f_then_t", "difference_ci_f_then_t", "welch", "difference_ci_welch", "fieller")
 """What takes the error of the passive-drain line into account."""

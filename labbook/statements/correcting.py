@@ -13,8 +13,8 @@ from labbook.statements.scene import Scene, around_run, no_such_row
 
 NUMBERS_REST_ON: Mapping[str, frozenset[str]] = {
     "run": frozenset(
-        # what `labbook.analysis.facts.run_input` hashes, how many logs may be used, and the name, day and pack under
-        # which results are stored
+        # what `labbook.analysis.results.facts.run_input` hashes, how many logs may be used, and the name, day and pack
+        # under which results are stored
         {"kind", "state", "duration_s", "jumps_made", "condition", "robot", "starts", "name", "day", "battery"}
     ),
     "charge": frozenset({"run", "charge_mah", "resolution_mah", "mode"}),

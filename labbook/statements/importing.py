@@ -19,7 +19,7 @@ from ingest.declared_json import declared_from_json, declared_to_json
 from ingest.model import ColumnDeclaration, Declarations, FloatArray, Limits, Profile, ReadFile, RobotFacts, SignalPart
 from ingest.read import read_file
 from ingest.store import Store
-from labbook.analysis.detecting import Detection, detect_part
+from labbook.analysis.outcomes.detecting import Detection, detect_part
 from labbook.config.model import ProfileSettings
 from labbook.config.parsing import Configuration
 

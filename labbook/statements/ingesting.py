@@ -17,8 +17,8 @@ from data_schema.queries.sheet_rows import rows_of_file, said_by_rows
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, ReadFile
-from labbook.analysis.detecting import jumps_found
-from labbook.analysis.log_dates import day_notes
+from labbook.analysis.outcomes.detecting import jumps_found
+from labbook.analysis.outcomes.log_dates import day_notes
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.assigning import assign_file, assign_only_charge, link_parts_again
 from labbook.statements.charge_numbers import charge_numbers, keys_of

@@ -11,7 +11,7 @@ from data_schema.queries import imports
 from data_schema.queries.detections import NewDetection, add_detections
 from data_schema.vocabulary import FileRole, IngestStatus
 from ingest.model import ReadFile, SignalPart
-from labbook.analysis.detecting import detection_rows
+from labbook.analysis.outcomes.detecting import detection_rows
 from labbook.statements.findings import finding_values
 from labbook.statements.importing import PreparedImport, StoredPart, times_sha256
 from labbook.statements.scene import Scene, derived_uid

@@ -12,15 +12,15 @@ from data_schema.journal import Entry, canonical
 from data_schema.queries.facts import insert_fact
 from data_schema.queries.people import config_in_force
 from data_schema.queries.shown_numbers import add_report_items
-from labbook.analysis.as_printed import versions_now
-from labbook.analysis.detections import keep_detections
-from labbook.analysis.predicting import keep_predictions
-from labbook.analysis.workbench import keep
+from labbook.analysis.outcomes.detections import keep_detections
+from labbook.analysis.prediction.predicting import keep_predictions
+from labbook.analysis.results.printed_values import versions_now
+from labbook.analysis.results.result_cache import keep
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.making import MadeReport, make_report
 from labbook.statements.reports_replayed import ReportsReplayed
 from labbook.statements.scene import Scene
-from stats.apexes import DETECTORS
+from stats.apexes.detectors import DETECTORS
 
 
 def shown_by(made: MadeReport) -> dict[str, Any]:

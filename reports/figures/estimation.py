@@ -41,7 +41,7 @@ from reports.figures.style import (
 )
 from reports.figures.swarm import SD_AT
 from reports.numbers import Number
-from stats.summary import describe
+from stats.compare.summary import describe
 
 _SQUASHED = 3.0
 """An interval so many times wider than the values' range gets a panel of its own."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from labbook.analysis.planned import AS_A_WHOLE
+from labbook.analysis.preregistration.planned import AS_A_WHOLE
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
 

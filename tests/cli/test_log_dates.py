@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ingest.model import SignalPart
-from labbook.analysis.log_dates import swapped_day
+from labbook.analysis.outcomes.log_dates import swapped_day
 from tests.cli.shell import Answer, good, labbook, rows
 from tests.helpers.books import SmallBook, small_book
 

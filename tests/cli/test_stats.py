@@ -11,15 +11,15 @@ from typing import Any
 
 import pytest
 
-from stats.anova import one_way_anova
-from stats.blocked import blocked_by_day
-from stats.dunnett import dunnett
-from stats.equivalence import equivalence
+from stats.compare.equivalence import equivalence
+from stats.compare.savings import percent_savings
+from stats.compare.two_sample import compare_two
+from stats.days.blocked import blocked_by_day
+from stats.groups.anova import one_way_anova
+from stats.groups.dunnett import dunnett
+from stats.groups.tukey import compare_all_pairs
+from stats.groups.welch_anova import welch_anova
 from stats.results import as_dict
-from stats.savings import percent_savings
-from stats.tukey import compare_all_pairs
-from stats.two_sample import compare_two
-from stats.welch_anova import welch_anova
 from tests.cli.shell import good, labbook, refused
 from tests.helpers import nist
 

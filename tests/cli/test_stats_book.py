@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 
 from data_schema.vocabulary import Undefined
-from labbook.analysis import pairing
-from labbook.analysis.planned import NOTHING_DECIDED
+from labbook.analysis.comparison import pairing
+from labbook.analysis.preregistration.planned import NOTHING_DECIDED
 from labbook.book.opening import opened
 from labbook.presenting.making import make_report
 from reports.content import Comparison, Quantity, ReportContent
 from reports.numbers import Number
-from stats.blocked import blocked_by_day
+from stats.days.blocked import blocked_by_day
 from tests.cli.shell import good, labbook, refused, unchanged
 from tests.helpers.books import SmallBook, ingest_all, small_book
 

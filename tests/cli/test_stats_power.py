@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from stats.power import power_anova, power_equivalence, power_t, power_welch
-from stats.power_percent import power_percent_equivalence
+from stats.planning.power import power_anova, power_equivalence, power_t, power_welch
+from stats.planning.power_percent import power_percent_equivalence
 from stats.results import as_dict
 from tests.cli.shell import good, labbook, refused
 

@@ -26,8 +26,8 @@ LEFT_OUT = {
     "data_schema.tables": "the same",
     "ingest": "reads samples, which are inputs by their hash, and has versions of its own",
     "labbook.analysis.algorithms": "lists what is watched",
-    "labbook.analysis.gathering": "chooses the facts that become inputs",
-    "labbook.analysis.detections.Detections": "gives what a detector found, which has a version of its own",
+    "labbook.analysis.study_data": "chooses the facts that become inputs",
+    "labbook.analysis.outcomes.detections.Detections": "gives what a detector found, which has a version of its own",
     "labbook.config": "reads settings, which are in the key of a result",
 }
 """What is not followed, a package, a module or a definition, and why no number changes its meaning with it."""

@@ -40,8 +40,8 @@ from reports.page import write_report
 from reports.predicted import AssumedInput, PredictedQuantity, Prediction, Predictions
 from reports.run_log import LogGap, LogJump, RunLog
 from reports.sentences import difference_claim, savings_claim
-from stats.blocked import blocked_by_day
-from stats.equivalence import equivalence
+from stats.compare.equivalence import equivalence
+from stats.days.blocked import blocked_by_day
 from tests.helpers.once import made_once
 
 FACTORS = (

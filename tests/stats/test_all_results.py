@@ -19,36 +19,36 @@ import pytest
 
 import stats
 from data_schema.vocabulary import Undefined
-from stats.anova import one_way_anova
-from stats.autocorrelation import autocorrelation
-from stats.bayes_factor import bayes_factor
-from stats.blocked import blocked_by_day
-from stats.dunnett import dunnett
+from stats.compare.bayes_factor import bayes_factor
+from stats.compare.equivalence import equivalence
+from stats.compare.resampling import bootstrap_difference, permutation_test
+from stats.compare.savings import percent_savings
+from stats.compare.shared_error import SharedError, describe_shared
+from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.summary import describe
+from stats.compare.two_sample import compare_two
+from stats.days.autocorrelation import autocorrelation
+from stats.days.blocked import blocked_by_day
 from stats.energy import energy_budget
-from stats.equivalence import equivalence
-from stats.gain_line import fit_gain_line
-from stats.multiple import holm
-from stats.normal_quantiles import normal_quantiles
+from stats.groups.anova import one_way_anova
+from stats.groups.dunnett import dunnett
+from stats.groups.multiple import holm
+from stats.groups.normal_quantiles import normal_quantiles
+from stats.groups.residuals import additive_residuals, residuals_of_groups
+from stats.groups.tukey import compare_all_pairs
+from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
+from stats.groups.welch_anova import welch_anova
+from stats.lines.gain_line import fit_gain_line
+from stats.lines.passive_drain import fit_passive_drain
+from stats.lines.polynomial import fit_polynomial
+from stats.lines.regression import fit_linear
+from stats.lines.rmse import rmse_over_iqr
+from stats.lines.stiffness import fit_stiffness, force_points
 from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
-from stats.passive_drain import fit_passive_drain
-from stats.polynomial import fit_polynomial
-from stats.power import power_anova, power_equivalence, power_t, power_welch
-from stats.power_percent import power_percent_equivalence
-from stats.regression import fit_linear
-from stats.resampling import bootstrap_difference, permutation_test
-from stats.residuals import additive_residuals, residuals_of_groups
+from stats.planning.power import power_anova, power_equivalence, power_t, power_welch
+from stats.planning.power_percent import power_percent_equivalence
+from stats.planning.sample_size import sample_size
 from stats.results import Result
-from stats.rmse import rmse_over_iqr
-from stats.sample_size import sample_size
-from stats.savings import percent_savings
-from stats.shared_error import SharedError, describe_shared
-from stats.shared_test import difference_with_shared
-from stats.stiffness import fit_stiffness, force_points
-from stats.summary import describe
-from stats.tukey import compare_all_pairs
-from stats.two_sample import compare_two
-from stats.variances import bartlett, brown_forsythe, f_test, levene
-from stats.welch_anova import welch_anova
 
 A, B, C = [42.1, 39.8, 44.0, 41.2], [36.9, 38.2, 35.1, 37.7], [30.0, 33.3, 31.2, 36.8]
 FLAT = [0.1, 0.1, 0.1]
@@ -158,9 +158,9 @@ NO_SAMPLE = ("fraction_from_mass", "fraction_from_height", "fraction_from_water"
 
 
 def classes() -> Iterator[type]:
-    for module in pkgutil.iter_modules(stats.__path__):
-        for _name, kind in inspect.getmembers(importlib.import_module(f"stats.{module.name}"), inspect.isclass):
-            if kind.__module__ == f"stats.{module.name}" and is_dataclass(kind):
+    for module in pkgutil.walk_packages(stats.__path__, "stats."):
+        for _name, kind in inspect.getmembers(importlib.import_module(module.name), inspect.isclass):
+            if kind.__module__ == module.name and is_dataclass(kind):
                 yield kind
 
 
@@ -171,9 +171,9 @@ OF_CHECKED_INPUT = {"brown_forsythe_of", "exact_test", "fit_of", "one_by_one", "
 
 def functions() -> Iterator[tuple[str, type]]:
     """Every public function that returns a result, and its class."""
-    for module in pkgutil.iter_modules(stats.__path__):
-        for name, function in inspect.getmembers(importlib.import_module(f"stats.{module.name}"), inspect.isfunction):
-            if function.__module__ != f"stats.{module.name}" or name.startswith("_"):
+    for module in pkgutil.walk_packages(stats.__path__, "stats."):
+        for name, function in inspect.getmembers(importlib.import_module(module.name), inspect.isfunction):
+            if function.__module__ != module.name or name.startswith("_"):
                 continue
             returned = get_type_hints(function, localns={"pd": pd}).get("return")
             for kind in get_args(returned) or (returned,):

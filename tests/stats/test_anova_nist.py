@@ -9,7 +9,7 @@ from pathlib import Path
 import mpmath
 import pytest
 
-from stats.anova import one_way_anova
+from stats.groups.anova import one_way_anova
 
 NIST = Path(__file__).parent / "nist"
 SETS = ("SiRstv", "AtmWtAg", *(f"SmLs{number:02d}" for number in range(1, 10)))

@@ -7,7 +7,7 @@ metre. Seeds are fixed; the Monte-Carlo error of a bias is below a sixth of its 
 import numpy as np
 import pytest
 
-from stats.apexes import find_jumps
+from stats.apexes.detectors import find_jumps
 
 REST_LENGTH_M = 0.27
 LOGS, HOPS = 25, 100

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from data_schema.vocabulary import Undefined
-from stats.blocked import blocked_by_day
-from stats.multiple import holm
+from stats.days.blocked import blocked_by_day
+from stats.groups.multiple import holm
 
 HERE = Path(__file__).parent / "r"
 DATA: dict[str, list[dict[str, str]]] = defaultdict(list)

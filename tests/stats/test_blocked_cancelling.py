@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stats.blocked import blocked_by_day
-from stats.blocked_result import ExactTest
-from stats.cells import cells_of
 from stats.checks import as_sample
+from stats.days.blocked import blocked_by_day
+from stats.days.blocked_result import ExactTest
+from stats.days.cells import cells_of
 
 CONDITION, DAY = list("aaaabbbb"), list("12341234")
 NUMBERS = st.builds(

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from data_schema.errors import LabbookError
 from data_schema.vocabulary import Undefined
-from stats.blocked import blocked_by_day
-from stats.blocked_result import ExactTest
+from stats.days.blocked import blocked_by_day
+from stats.days.blocked_result import ExactTest
 
 LARGEST, SMALLEST = np.finfo(np.float64).max, 5e-324
 SUBNORMAL = st.integers(-(2**52), 2**52).map(lambda count: count * SMALLEST)

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import special
 
-from stats.blocked import blocked_by_day
-from stats.blocked_result import BlockedByDay, ExactTest
+from stats.days.blocked import blocked_by_day
+from stats.days.blocked_result import BlockedByDay, ExactTest
 
 MEBIBYTE = 2**20
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from data_schema.errors import InputRefused
-from stats.blocked import blocked_by_day
-from stats.blocked_result import BlockedByDay, ExactTest
+from stats.days.blocked import blocked_by_day
+from stats.days.blocked_result import BlockedByDay, ExactTest
 
 NAMES = ["gain 1", "gain 2", "gain 9", "gain 10", "gain 10, old"]
 DAYS = {"a": 0.0, "b": 1.4, "c": -1.1, "d": 2.6}

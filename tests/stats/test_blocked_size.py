@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import scipy.stats
 
-from stats.blocked import blocked_by_day
-from stats.blocked_result import ExactTest
-from stats.two_sample import compare_two
+from stats.compare.two_sample import compare_two
+from stats.days.blocked import blocked_by_day
+from stats.days.blocked_result import ExactTest
 from tests.helpers.shared_days import crossed
 
 

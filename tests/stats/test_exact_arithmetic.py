@@ -14,17 +14,17 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy import special
 
-from stats.autocorrelation import autocorrelation
-from stats.blocked import blocked_by_day
-from stats.dunnett import dunnett
-from stats.equivalence import equivalence
-from stats.resampling import permutation_test
-from stats.rmse import rmse_over_iqr
-from stats.savings import percent_savings
-from stats.summary import describe
-from stats.tukey import compare_all_pairs
-from stats.variances import bartlett, brown_forsythe, f_test, levene
-from stats.welch_anova import welch_anova
+from stats.compare.equivalence import equivalence
+from stats.compare.resampling import permutation_test
+from stats.compare.savings import percent_savings
+from stats.compare.summary import describe
+from stats.days.autocorrelation import autocorrelation
+from stats.days.blocked import blocked_by_day
+from stats.groups.dunnett import dunnett
+from stats.groups.tukey import compare_all_pairs
+from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
+from stats.groups.welch_anova import welch_anova
+from stats.lines.rmse import rmse_over_iqr
 
 Exact = list[Fraction]
 OFFSETS = st.sampled_from([0.0, 1e3, 1e6, 1e9, 1e12, 1e14, 1e15])

@@ -12,11 +12,11 @@ import pytest
 import stats
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.distributions import t_quantile
-from stats.error_free import exact_root
-from stats.over_scale import FAR
-from stats.studentized_range import range_tail
-from stats.sums import moments
+from stats.exact.distributions import t_quantile
+from stats.exact.error_free import exact_root
+from stats.exact.over_scale import FAR
+from stats.exact.sums import moments
+from stats.groups.studentized_range import range_tail
 from tests.helpers.extremes import LEAST, MOST
 
 TINY, LARGE = [1e-310, 2e-310, 4e-310], [1e200, 3e200, 5e200]

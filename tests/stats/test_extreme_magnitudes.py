@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 import stats
 from data_schema.errors import LabbookError
 from data_schema.vocabulary import Undefined
-from stats.shared_error import SharedError
+from stats.compare.shared_error import SharedError
 from tests.helpers.extremes import assert_sound, degrees_of_freedom, doubles, groups, levels, positive
 
 Three = tuple[list[float], list[float], list[float]]
@@ -71,7 +71,7 @@ OF_GROUPS: dict[str, Callable[[Three], Any]] = {
     "permutation_test drawn": lambda three: stats.permutation_test(three[0], three[1], exact_limit=1, resamples=50),
     "bootstrap_difference": lambda three: stats.bootstrap_difference(three[0], three[1], resamples=100),
     "residuals_of_groups": lambda three: stats.residuals_of_groups(named(three)),
-    "normal_quantiles": lambda three: stats.normal_quantiles(stats.residuals_of_groups(named(three))),
+    "normal_quantiles": lambda three: stats.groups.normal_quantiles(stats.residuals_of_groups(named(three))),
     "autocorrelation": lambda three: stats.autocorrelation(three[0]),
 }
 """Functions of groups that need not be of one size."""
@@ -204,7 +204,7 @@ AT_LEVELS: dict[str, Callable[[Three, float, float], Any]] = {
     "bootstrap_difference": lambda three, level, _df: stats.bootstrap_difference(
         three[0], three[1], level=level, resamples=100
     ),
-    "normal_quantiles": lambda three, level, _df: stats.normal_quantiles(
+    "normal_quantiles": lambda three, level, _df: stats.groups.normal_quantiles(
         stats.residuals_of_groups(named(three)), level
     ),
     "holm": lambda _three, level, df: stats.holm({"one": level, "two": 0.01}, "runs", alpha=min(level, df / (1 + df))),

@@ -9,19 +9,19 @@ import mpmath
 import numpy as np
 import pytest
 
-from stats.anova import one_way_anova
-from stats.blocked import blocked_by_day
-from stats.dunnett import dunnett
-from stats.equivalence import equivalence
-from stats.multiple import holm
-from stats.polynomial import fit_polynomial
-from stats.regression import fit_linear
-from stats.shared_error import SharedError
-from stats.shared_test import difference_with_shared
-from stats.tukey import compare_all_pairs
-from stats.two_sample import compare_two
-from stats.variances import bartlett, brown_forsythe, f_test
-from stats.welch_anova import welch_anova
+from stats.compare.equivalence import equivalence
+from stats.compare.shared_error import SharedError
+from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.two_sample import compare_two
+from stats.days.blocked import blocked_by_day
+from stats.groups.anova import one_way_anova
+from stats.groups.dunnett import dunnett
+from stats.groups.multiple import holm
+from stats.groups.tukey import compare_all_pairs
+from stats.groups.variances import bartlett, brown_forsythe, f_test
+from stats.groups.welch_anova import welch_anova
+from stats.lines.polynomial import fit_polynomial
+from stats.lines.regression import fit_linear
 
 N = 1700
 RNG = np.random.default_rng(11)
@@ -98,7 +98,7 @@ def test_logarithms_go_on_where_doubles_end(name):
 
 
 def test_bartlett_and_spreads_go_on_too():
-    """Their statistics are sums; the tails are those of `stats.tails`."""
+    """Their statistics are sums; the tails are those of `stats.exact.tails`."""
     found = bartlett({"a": A, "b": 1e7 * A})
     with mpmath.workdps(60):
         right = mpmath.log10(mpmath.gammainc(0.5, mpmath.mpf(found.statistic) / 2, mpmath.inf, regularized=True))

@@ -13,28 +13,28 @@ import pandas as pd
 import pytest
 
 from data_schema.errors import InputRefused, UnknownName
-from stats.anova import one_way_anova
-from stats.blocked import blocked_by_day
-from stats.dunnett import dunnett
+from stats.compare.equivalence import equivalence
+from stats.compare.resampling import bootstrap_difference, permutation_test
+from stats.compare.savings import percent_savings
+from stats.compare.shared_error import SharedError, describe_shared
+from stats.compare.summary import describe
+from stats.compare.two_sample import compare_two
+from stats.days.blocked import blocked_by_day
 from stats.energy import energy_budget
-from stats.equivalence import equivalence
-from stats.gain_line import fit_gain_line
+from stats.groups.anova import one_way_anova
+from stats.groups.dunnett import dunnett
+from stats.groups.residuals import additive_residuals, residuals_of_groups
+from stats.groups.tukey import compare_all_pairs
+from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
+from stats.groups.welch_anova import welch_anova
+from stats.lines.gain_line import fit_gain_line
+from stats.lines.passive_drain import fit_passive_drain
+from stats.lines.polynomial import fit_polynomial
+from stats.lines.regression import fit_linear
+from stats.lines.rmse import rmse_over_iqr
+from stats.lines.stiffness import fit_stiffness
 from stats.packing import unbounded_fraction
-from stats.passive_drain import fit_passive_drain
-from stats.polynomial import fit_polynomial
-from stats.regression import fit_linear
-from stats.resampling import bootstrap_difference, permutation_test
-from stats.residuals import additive_residuals, residuals_of_groups
 from stats.results import Result
-from stats.rmse import rmse_over_iqr
-from stats.savings import percent_savings
-from stats.shared_error import SharedError, describe_shared
-from stats.stiffness import fit_stiffness
-from stats.summary import describe
-from stats.tukey import compare_all_pairs
-from stats.two_sample import compare_two
-from stats.variances import bartlett, brown_forsythe, f_test, levene
-from stats.welch_anova import welch_anova
 from tests.stats.test_all_results import OF_CHECKED_INPUT, functions
 
 A, B = [42.1, 39.8, 44.0, 41.2, 40.7, 43.3], [36.9, 38.2, 35.1, 37.7, 39.9, 34.0]

@@ -8,11 +8,11 @@ from typing import Any
 import pytest
 
 from data_schema.errors import InputRefused
-from stats.equivalence import equivalence
+from stats.compare.equivalence import equivalence
+from stats.compare.savings import percent_savings
+from stats.compare.two_sample import compare_two
+from stats.groups.variances import f_test
 from stats.results import Result, as_dict
-from stats.savings import percent_savings
-from stats.two_sample import compare_two
-from stats.variances import f_test
 
 NAMES = ("gain 400", "gain 0")
 TESTS: dict[str, Callable[[Any, Any], Result]] = {

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from mpmath import log10, mpf
 
-from stats.autocorrelation import autocorrelation
 from stats.checks import as_sample
-from stats.summary import describe
-from stats.sums import moments
-from stats.tails import f_upper
+from stats.compare.summary import describe
+from stats.days.autocorrelation import autocorrelation
+from stats.exact.sums import moments
+from stats.exact.tails import f_upper
 from tests.helpers.nist import columns, digits, exact, groups, names
 
 RIGHT = 14.0

@@ -9,7 +9,7 @@ import pytest
 
 import stats
 
-MODULES = [module.name for module in pkgutil.iter_modules(stats.__path__, "stats.")]
+MODULES = [module.name for module in pkgutil.walk_packages(stats.__path__, "stats.")]
 
 
 @pytest.mark.parametrize("name", MODULES)

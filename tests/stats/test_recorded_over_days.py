@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.stats_evidence.sizes.method import standard_error
 from data_schema.vocabulary import Undefined
-from stats.blocked import blocked_by_day
-from stats.recorded import recorded, weak_points
+from stats.days.blocked import blocked_by_day
+from stats.planning.recorded import recorded, weak_points
 
 
 def test_day_means_hold_the_level_that_pooled_values_do_not():

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.stats_evidence.sizes.design import Design
 from benchmarks.stats_evidence.sizes.method import standard_error
 from benchmarks.stats_evidence.sizes.record import design_of
-from stats.recorded import Recorded, recorded, weak_points
+from stats.planning.recorded import Recorded, recorded, weak_points
 
 YARDSTICKS = [
     ("f_test", Design((10, 10)), 0.05, 0.005),

@@ -20,7 +20,7 @@ from benchmarks.stats_evidence.sizes.method import said_of, seed_of, simulated, 
 from benchmarks.stats_evidence.sizes.record import design_of, key_of, main, read, row_of
 from benchmarks.stats_evidence.sizes.registry import METHODS
 from benchmarks.stats_evidence.sizes.section import section
-from stats.recorded import FILE, recorded
+from stats.planning.recorded import FILE, recorded
 
 OVER_ARRAYS = [method for method in METHODS if method.many is not None]
 ROWS = [(method, design) for method in METHODS for design in method.designs]

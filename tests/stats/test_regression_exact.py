@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stats.regression import fit_linear
+from stats.lines.regression import fit_linear
 from tests.helpers.exact_fit import assert_exact, exact_fit
 
 

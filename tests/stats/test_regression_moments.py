@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from data_schema.errors import InputRefused
-from stats.regression import fit_linear
+from stats.lines.regression import fit_linear
 
 Y = [1.0, 2.5, 2.0, 4.0]
 DAYS = np.array(["2026-01-01", "2026-01-02", "2026-01-05", "2026-02-01"], dtype="datetime64[us]")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from data_schema.errors import InputRefused
-from stats.regression import fit_linear
+from stats.lines.regression import fit_linear
 from tests.helpers.exact_fit import assert_exact, exact_fit, relative_error, root
 
 

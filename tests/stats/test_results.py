@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 
 from data_schema.vocabulary import RunKind, Undefined
+from stats.compare.summary import describe
+from stats.compare.two_sample import compare_two
+from stats.groups.variances import brown_forsythe
 from stats.results import Result, as_dict, frame_of
-from stats.summary import describe
-from stats.two_sample import compare_two
-from stats.variances import brown_forsythe
 
 
 @dataclass(frozen=True, slots=True)

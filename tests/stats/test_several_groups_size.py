@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 from data_schema.vocabulary import Undefined
-from stats.anova import one_way_anova
-from stats.dunnett import dunnett
-from stats.equivalence import equivalence
-from stats.savings import percent_savings
-from stats.tukey import compare_all_pairs
-from stats.welch_anova import welch_anova
+from stats.compare.equivalence import equivalence
+from stats.compare.savings import percent_savings
+from stats.groups.anova import one_way_anova
+from stats.groups.dunnett import dunnett
+from stats.groups.tukey import compare_all_pairs
+from stats.groups.welch_anova import welch_anova
 from tests.helpers import errors_by_formula
 
 SIZES = (3, 5, 10, 25)

@@ -6,8 +6,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from data_schema.vocabulary import Undefined
-from stats.dunnett import ALTERNATIVES, AgainstControl, Alternative, dunnett
-from stats.tukey import VARIANCES, Variances, compare_all_pairs
+from stats.groups.dunnett import ALTERNATIVES, AgainstControl, Alternative, dunnett
+from stats.groups.tukey import VARIANCES, Variances, compare_all_pairs
 
 GROUPS = st.lists(st.lists(st.integers(0, 12), min_size=2, max_size=5), min_size=3, max_size=5)
 """A control and 2 to 4 others, of unequal numbers of values, some of them constant."""

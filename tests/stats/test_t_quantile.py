@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy import special
 
-from stats.distributions import t_quantile, t_upper_quantile
+from stats.exact.distributions import t_quantile, t_upper_quantile
 
 LEVELS = [0.5, 0.6, 0.8, 0.9, 0.95, 0.98, 0.99, 0.999, 0.9999]
 

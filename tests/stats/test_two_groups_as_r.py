@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from scipy import special
 
-from stats.effect_size import eta_squared_ci, noncentral_f_interval
-from stats.two_sample import compare_two
-from stats.variances import bartlett, brown_forsythe, f_test, levene
+from stats.compare.effect_size import eta_squared_ci, noncentral_f_interval
+from stats.compare.two_sample import compare_two
+from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 
 with (Path(__file__).parent / "r" / "two_groups.csv").open(newline="") as file:
     ROWS = list(csv.DictReader(file))

@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
-from stats.summary import describe
-from stats.two_sample import compare_two
-from stats.variances import bartlett, brown_forsythe, f_test, levene
+from stats.compare.summary import describe
+from stats.compare.two_sample import compare_two
+from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 from tests.helpers.exact_tests import t_test
 
 A = [42.1, 39.8, 44.0, 41.2, 40.5, 43.3]

@@ -79,7 +79,7 @@ def test_no_p_values(p):
         lambda: stats.levene("abc"),
         lambda: stats.bartlett(None),
         lambda: stats.describe_shared(Y, 0.1),
-        lambda: stats.sample_size(5),
+        lambda: stats.planning.sample_size(5),
         *(
             lambda test=test, names=names: test(Y, Y, names=names)
             for test in (stats.compare_two, stats.f_test, stats.percent_savings)

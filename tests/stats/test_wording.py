@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 
 from data_schema.rounding import USUAL_ALPHAS, level_text
 from data_schema.vocabulary import Undefined
-from stats.equivalence import equivalence
-from stats.regression import fit_linear
-from stats.savings import percent_savings
-from stats.summary import describe
-from stats.tukey import compare_all_pairs
-from stats.two_sample import compare_two
-from stats.welch_anova import welch_anova
+from stats.compare.equivalence import equivalence
+from stats.compare.savings import percent_savings
+from stats.compare.summary import describe
+from stats.compare.two_sample import compare_two
+from stats.groups.tukey import compare_all_pairs
+from stats.groups.welch_anova import welch_anova
+from stats.lines.regression import fit_linear
 from stats.wording import df_text, estimate_texts, interval_text, number_text, p_text
 
 

@@ -16,7 +16,7 @@ from statsmodels.stats.oneway import anova_oneway
 
 from benchmarks.section import Table
 from benchmarks.stats_evidence.digits.lre import Program, cell, lre, table, tried
-from stats.anova import one_way_anova
+from stats.groups.anova import one_way_anova
 from tests.helpers.nist import exact, groups, names
 
 Floats = NDArray[np.float64]

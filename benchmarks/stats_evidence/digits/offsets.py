@@ -17,7 +17,7 @@ from statsmodels.stats.weightstats import ttest_ind
 
 from benchmarks.section import Table
 from benchmarks.stats_evidence.digits.lre import Program, cell, table, tried, worst
-from stats.two_sample import compare_two
+from stats.compare.two_sample import compare_two
 
 Floats = NDArray[np.float64]
 Found = tuple[float, float]

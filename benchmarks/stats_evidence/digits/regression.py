@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from benchmarks.section import Table
 from benchmarks.stats_evidence.digits.lre import NOT_OFFERED, cell, table, tried, worst
-from stats.polynomial import fit_polynomial
-from stats.regression import fit_linear
+from stats.lines.polynomial import fit_polynomial
+from stats.lines.regression import fit_linear
 from tests.helpers.exact_fit import nist_data, nist_truth
 
 Floats = NDArray[np.float64]

@@ -14,8 +14,8 @@ from statsmodels.tsa.stattools import acf
 
 from benchmarks.section import Table
 from benchmarks.stats_evidence.digits.lre import Program, cell, lre, table, tried
-from stats.autocorrelation import autocorrelation
-from stats.summary import describe
+from stats.compare.summary import describe
+from stats.days.autocorrelation import autocorrelation
 from tests.helpers.nist import columns, exact, names
 
 Floats = NDArray[np.float64]

@@ -19,7 +19,7 @@ from benchmarks.stats_evidence.sizes.method import (
     of_one_p,
     of_p,
 )
-from stats.equivalence import EquivalenceRoute, equivalence
+from stats.compare.equivalence import EquivalenceRoute, equivalence
 
 CONTROL_MEAN, LOSS_PERCENT = 10.0, -10.0
 """The control's mean in SDs of the second group, and the true difference of the percent bounds."""

@@ -13,12 +13,12 @@ from benchmarks.stats_evidence.sizes import arrays
 from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, several
 from benchmarks.stats_evidence.sizes.method import ALPHA, Method, alike, columns, number
 from benchmarks.stats_evidence.sizes.several_groups import named
-from stats.dunnett import dunnett
-from stats.many_to_one import largest_critical
-from stats.multiple import holm
-from stats.studentized_range import range_critical
-from stats.tukey import Variances, compare_all_pairs
-from stats.two_sample import compare_two
+from stats.compare.two_sample import compare_two
+from stats.groups.dunnett import dunnett
+from stats.groups.many_to_one import largest_critical
+from stats.groups.multiple import holm
+from stats.groups.studentized_range import range_critical
+from stats.groups.tukey import Variances, compare_all_pairs
 
 FEWEST_DF, NODES = 2.0, 24
 

@@ -13,8 +13,8 @@ from scipy import special
 
 from benchmarks.stats_evidence.sizes.design import Floats
 from benchmarks.stats_evidence.sizes.method import LEVEL
-from stats.passive_drain import fit_passive_drain
-from stats.shared_error import ENOUGH_DEGREES, SharedError
+from stats.compare.shared_error import ENOUGH_DEGREES, SharedError
+from stats.lines.passive_drain import fit_passive_drain
 
 SHORTEST, OF_CONTROL, LONGEST = 0.5, 1.0, 1.5
 """Durations of idle runs from and to, and that of the control's runs; the treated ones last longest."""

@@ -19,9 +19,9 @@ from benchmarks.stats_evidence.sizes.design import (
 )
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval, of_one_p, of_p
 from benchmarks.stats_evidence.sizes.two_groups import test_of
-from stats.blocked import blocked_by_day
-from stats.blocked_result import BlockedByDay, ExactTest
-from stats.two_sample import ROUTES
+from stats.compare.two_sample import ROUTES
+from stats.days.blocked import blocked_by_day
+from stats.days.blocked_result import BlockedByDay, ExactTest
 
 CONDITIONS, DAY_SDS = 3, (0.0, 1.0)
 HOLES = 0.4

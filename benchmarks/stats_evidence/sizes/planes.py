@@ -9,7 +9,7 @@ from scipy import special
 
 from benchmarks.stats_evidence.sizes.design import CORRELATED, Design, Floats, Groups
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, alike, of_interval, of_one_interval
-from stats.stiffness import MINIMUM_POINTS, fit_stiffness
+from stats.lines.stiffness import MINIMUM_POINTS, fit_stiffness
 
 POINTS = (MINIMUM_POINTS, 1000)
 DESIGNS = (

@@ -8,7 +8,7 @@ from scipy import special
 from benchmarks.stats_evidence.sizes import arrays
 from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_layout, pairs
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval
-from stats.savings import percent_savings
+from stats.compare.savings import percent_savings
 
 CONTROL, SAVINGS_PERCENT, VARIATION = 50.0, 30.0, 0.2
 """The control's mean, what is saved of it, and the larger of both coefficients of variation."""

@@ -18,7 +18,7 @@ from pathlib import Path
 from benchmarks.stats_evidence.sizes.design import Design
 from benchmarks.stats_evidence.sizes.method import Method, seed_of, simulated, standard_error
 from benchmarks.stats_evidence.sizes.registry import METHODS
-from stats.recorded import COLUMNS, FILE, Recorded
+from stats.planning.recorded import COLUMNS, FILE, Recorded
 
 Row = dict[str, str]
 BETWEEN_WRITES_S = 5.0

@@ -20,7 +20,7 @@ from benchmarks.stats_evidence.sizes.design import (
     by_layout,
 )
 from benchmarks.stats_evidence.sizes.method import LEVEL, Method, of_interval, of_one_interval, of_one_p, of_p
-from stats.variances import VarianceTest, bartlett, brown_forsythe, f_test, levene
+from stats.groups.variances import VarianceTest, bartlett, brown_forsythe, f_test, levene
 
 TWO = (
     *(Design(n, distribution=name) for name in DISTRIBUTIONS for n in (*((n, n) for n in (*EVERY_N, 30)), *UNEQUAL_N)),

@@ -23,7 +23,7 @@ from benchmarks.stats_evidence.sizes.section_tables import (
     times,
     where,
 )
-from stats.recorded import ERRORS, FILE, LEAST_COVERAGE, MOST_SIZE, Recorded, recorded
+from stats.planning.recorded import ERRORS, FILE, LEAST_COVERAGE, MOST_SIZE, Recorded, recorded
 
 SHOWN_TIMES, SHOWN_POOLED_TIMES, SHOWN_ELSE_TIMES = ("3", "6", "10", "3, 10"), ("5", "10"), ("5",)
 """Values a day of the designs over days that are printed; the rest stands in the record."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from benchmarks.stats_evidence.sizes.design import FURTHER_PAIRS, FURTHER_TRIPLES
-from stats.recorded import Recorded
+from stats.planning.recorded import Recorded
 
 NAMES = {
     "f_test": "F-test",

@@ -19,8 +19,8 @@ from benchmarks.stats_evidence.sizes.method import (
     of_p,
     there,
 )
-from stats.polynomial import fit_polynomial
-from stats.regression import fit_linear
+from stats.lines.polynomial import fit_polynomial
+from stats.lines.regression import fit_linear
 
 WAVES = 5.0
 """Of the second column, which is a sine of the first."""

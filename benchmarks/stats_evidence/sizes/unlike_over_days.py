@@ -10,7 +10,7 @@ from dataclasses import replace
 from benchmarks.stats_evidence.sizes import bounds, families, over_days, ratios, scatter, several_groups, two_groups
 from benchmarks.stats_evidence.sizes.design import by_layout_unlike
 from benchmarks.stats_evidence.sizes.method import Method
-from stats.two_sample import ROUTES
+from stats.compare.two_sample import ROUTES
 
 RUNS = 10_000
 OF_MEANS = (

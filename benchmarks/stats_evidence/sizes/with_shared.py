@@ -24,11 +24,11 @@ from benchmarks.stats_evidence.sizes.method import (
 )
 from benchmarks.stats_evidence.sizes.ratios import CONTROL, FIELDS, SAVINGS_PERCENT, VARIATION
 from benchmarks.stats_evidence.sizes.two_groups import OVER_ARRAYS
-from stats.finite import as_interval
-from stats.savings import percent_savings
-from stats.shared_error import describe_shared
-from stats.shared_test import SharedTest, difference_with_shared
-from stats.two_sample import ROUTES, Route, compare_two
+from stats.compare.savings import percent_savings
+from stats.compare.shared_error import describe_shared
+from stats.compare.shared_error_test import SharedTest, difference_with_shared
+from stats.compare.two_sample import ROUTES, Route, compare_two
+from stats.exact.finite import as_interval
 
 IDLE_RUNS = (3, 5, 6, 12)
 """Of which the line is made: the fewest that there may be, the most and the fewest on either side of where one

@@ -11,8 +11,8 @@ import scipy.stats
 import statsmodels.api as sm
 
 from benchmarks.stats_evidence.speed.case import BARE, PINGOUIN, SCIPY, STATSMODELS, Call, Case, Floats, Inputs, Peer
-from stats.polynomial import fit_polynomial
-from stats.regression import fit_linear
+from stats.lines.polynomial import fit_polynomial
+from stats.lines.regression import fit_linear
 
 
 def _linregress(x: Floats, y: Floats) -> object:

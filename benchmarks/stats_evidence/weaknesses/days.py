@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from benchmarks.stats_evidence.weaknesses.case import Number, Peer, Question, Weakness
 from benchmarks.stats_evidence.weaknesses.peers import module, pg, pingouin, scipy, scipy_stats, statsmodels
-from stats.blocked import blocked_by_day
-from stats.resampling import permutation_test
+from stats.compare.resampling import permutation_test
+from stats.days.blocked import blocked_by_day
 from tests.helpers.exact_tests import additive
 from tests.helpers.shared_days import Labels, crossed
 

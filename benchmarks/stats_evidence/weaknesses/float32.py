@@ -22,10 +22,10 @@ from benchmarks.stats_evidence.weaknesses.peers import (
     statsmodels,
     xarray,
 )
-from stats.anova import one_way_anova
-from stats.summary import describe
-from stats.tukey import compare_all_pairs
-from stats.welch_anova import welch_anova
+from stats.compare.summary import describe
+from stats.groups.anova import one_way_anova
+from stats.groups.tukey import compare_all_pairs
+from stats.groups.welch_anova import welch_anova
 from tests.helpers.exact_fit import root
 from tests.helpers.exact_tests import moments, one_way, welch_one_way
 

@@ -17,10 +17,10 @@ from benchmarks.stats_evidence.weaknesses.peers import (
     sm_oneway,
     statsmodels,
 )
-from stats.anova import one_way_anova
-from stats.dunnett import dunnett
-from stats.two_sample import compare_two
-from stats.welch_anova import welch_anova
+from stats.compare.two_sample import compare_two
+from stats.groups.anova import one_way_anova
+from stats.groups.dunnett import dunnett
+from stats.groups.welch_anova import welch_anova
 from tests.helpers.exact_tests import t_test, welch_one_way
 
 POLICY = "refused, or left out and counted"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.stats_evidence.weaknesses.case import NoNumber, Number, Peer, Question, Weakness
 from benchmarks.stats_evidence.weaknesses.peers import module, numpy, pg, pingouin, sklearn, statsmodels
-from stats.regression import fit_linear
+from stats.lines.regression import fit_linear
 from tests.helpers.exact_fit import ExactFit, exact_fit
 
 Floats = NDArray[np.float64]

@@ -21,9 +21,9 @@ from benchmarks.stats_evidence.weaknesses.peers import (
     statsmodels,
     weightstats,
 )
-from stats.anova import one_way_anova
-from stats.rmse import rmse_over_iqr
-from stats.two_sample import compare_two
+from stats.compare.two_sample import compare_two
+from stats.groups.anova import one_way_anova
+from stats.lines.rmse import rmse_over_iqr
 from tests.helpers.exact_fit import root
 from tests.helpers.exact_tests import one_way, t_test
 

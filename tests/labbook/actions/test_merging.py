@@ -31,7 +31,7 @@ from labbook.actions.runs_importing import import_runs
 from labbook.actions.to_do import to_do, to_do_lines
 from labbook.actions.tracing import trace, trace_lines
 from labbook.actions.typed_charge import state_charge
-from labbook.analysis.detections import Detections
+from labbook.analysis.outcomes.detections import Detections
 from labbook.book.making import make_book
 from labbook.book.opening import Book, opened
 from labbook.book.rebuilding import rebuild_database

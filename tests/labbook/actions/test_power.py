@@ -18,8 +18,8 @@ from labbook.actions.power_lines import power_foot, power_head, power_table
 from labbook.actions.power_request import PowerRequest
 from labbook.actions.power_tests import Assumed
 from labbook.demo.truth import Condition
-from stats.passive_drain import PassiveDrain, fit_passive_drain
-from stats.power import power_equivalence
+from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
+from stats.planning.power import power_equivalence
 from stats.wording import number_text
 from tests.helpers.books import ADA, TRUTH, SmallBook, small_book, small_runs
 from tests.helpers.statements import said_alike

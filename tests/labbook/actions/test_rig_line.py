@@ -15,7 +15,7 @@ from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.jump_review import review, without_apex
 from labbook.actions.report_command import state_report
 from labbook.actions.run_view import run_view, view_lines
-from labbook.analysis.detections import Detections
+from labbook.analysis.outcomes.detections import Detections
 from labbook.book.opening import Book
 from labbook.cli.ingest_lines import rig_lines_of
 from tests.helpers.books import ADA, small_book

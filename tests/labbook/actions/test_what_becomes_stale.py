@@ -15,7 +15,7 @@ from labbook.actions.correcting import correct, void
 from labbook.actions.report_command import state_report
 from labbook.actions.runs_importing import import_runs
 from labbook.actions.typed_charge import state_charge
-from labbook.analysis.facts import run_input
+from labbook.analysis.results.facts import run_input
 from labbook.book.desk import Desk, DryRun
 from labbook.book.naming import run_named
 from labbook.book.opening import Book

@@ -16,7 +16,7 @@ from labbook.actions.assigning import assign
 from labbook.actions.correcting import correct, void
 from labbook.actions.jump_review import decide
 from labbook.actions.report_command import state_report
-from labbook.analysis.workbench import Algorithm, NewNumber, Outcome, Request, Workbench, keep, rests_on
+from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, keep, rests_on
 from labbook.book.desk import Desk
 from labbook.book.opening import Book
 from reports.numbers import Quantity

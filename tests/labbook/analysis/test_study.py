@@ -14,21 +14,21 @@ from data_schema.queries.plans import PlannedRow
 from data_schema.queries.results import NumberRow
 from labbook.actions.correcting import void
 from labbook.actions.report_command import state_report
-from labbook.analysis.budget import budget
-from labbook.analysis.comparing import compare
-from labbook.analysis.conditions import ConditionValues
-from labbook.analysis.gathering import Evidence
-from labbook.analysis.passive_drain import drain_lines, passive_drains, unused_idle
-from labbook.analysis.run_energy import run_energies
+from labbook.analysis.comparison.comparing import compare
+from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
+from labbook.analysis.outcomes.budget import budget
+from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.outcomes.passive_drain import drain_lines, passive_drains, unused_idle
+from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.results.result_cache import Workbench, number
 from labbook.analysis.study import StudyAnalysis
-from labbook.analysis.varying import WITHOUT_EXCLUSIONS, without_day
-from labbook.analysis.workbench import Workbench, number
+from labbook.analysis.study_data import Evidence
 from labbook.presenting.course import flow
 from labbook.presenting.making import MadeReport
 from labbook.presenting.methods import limitations
 from reports.numbers import Quantity
-from stats.passive_drain import PassiveDrain
-from stats.shared_error import SharedError
+from stats.compare.shared_error import SharedError
+from stats.lines.passive_drain import PassiveDrain
 from tests.helpers.books import ADA, small_book
 
 

@@ -16,7 +16,7 @@ from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.vocabulary import FileRole
 from labbook.actions.health import check_book
 from labbook.actions.tracing import NumberTrace, PrintedNumber, trace
-from labbook.analysis.as_printed import agree
+from labbook.analysis.results.printed_values import agree
 from labbook.book.opening import Book, engine_of, opened, read_configuration
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.upgrading import upgrade_database

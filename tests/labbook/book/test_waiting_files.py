@@ -22,8 +22,8 @@ from labbook.actions.jump_review import decide, review
 from labbook.actions.kept_files import files_to_reread, list_files, reread_named
 from labbook.actions.rereading import RereadRequest
 from labbook.actions.to_do import to_do, to_do_lines
-from labbook.analysis.detections import Detections
-from labbook.analysis.gathering import gather
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.study_data import gather
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.rebuilding import Rebuilt, rebuild_database

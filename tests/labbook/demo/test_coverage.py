@@ -16,11 +16,11 @@ from data_schema.vocabulary import RunKind, Undefined
 from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
+from stats.compare.savings import percent_savings
+from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
+from stats.compare.summary import describe
 from stats.energy import joules_per_jump, joules_per_mah
-from stats.passive_drain import PassiveDrain, fit_passive_drain
-from stats.savings import percent_savings
-from stats.shared_error import SharedError, describe_shared, shared_of_mean
-from stats.summary import describe
+from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
 SEEDS = range(200)
 LEVEL = 0.95

@@ -8,7 +8,7 @@ from data_schema.vocabulary import RunKind, Undefined
 from labbook.demo.campaign import make_campaign
 from labbook.demo.logger import RunLog, run_log
 from labbook.demo.records import DemoRun
-from stats.apexes import Jumps, find_jumps
+from stats.apexes.detectors import Jumps, find_jumps
 
 SEED = 11
 Found = list[tuple[DemoRun, RunLog, Jumps]]

@@ -14,8 +14,8 @@ import sqlalchemy as sa
 from data_schema.tables.results import result_number
 from data_schema.vocabulary import RunKind
 from labbook.actions.recomputing import recompute
-from labbook.analysis.pairing import POOLED
-from labbook.analysis.planned import planned_analysis
+from labbook.analysis.comparison.pairing import POOLED
+from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.opening import Book, opened
 from labbook.config.model import Bounds
 from labbook.demo.campaign import make_campaign
@@ -25,7 +25,7 @@ from labbook.demo.truth import Condition
 from labbook.presenting.making import MadeReport, make_report
 from reports.numbers import Quantity
 from stats.energy import joules_per_jump
-from stats.passive_drain import PassiveDrain, fit_passive_drain
+from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
 SEEDS = (1, 2, 3, 4, 5)
 JUMPS = 4

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from labbook.presenting.day_layout import with_days, without_days
 from labbook.presenting.weak_uses import Use, on_runs
-from stats.recorded import weak_points
-from stats.two_sample import compare_two
+from stats.compare.two_sample import compare_two
+from stats.planning.recorded import weak_points
 
 counts = st.lists(st.integers(0, 12), min_size=1, max_size=8)
 

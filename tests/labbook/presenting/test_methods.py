@@ -9,7 +9,7 @@ import pytest
 from data_schema.vocabulary import Undefined
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.methods import limitations, methods
-from stats.passive_drain import PassiveDrain
+from stats.lines.passive_drain import PassiveDrain
 from tests.labbook.presenting.conftest import Told
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import pytest
 
-from labbook.analysis.workbench import number
+from labbook.analysis.results.result_cache import number
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting import tests_used as paragraph
 from labbook.presenting.day_layout import layout_of
@@ -18,8 +18,8 @@ from labbook.presenting.weak_uses import Use, uses
 from reports.content import Comparison
 from reports.naming import SweptWords
 from reports.numbers import Quantity
-from stats.passive_drain import PassiveDrain
-from stats.recorded import weak_points
+from stats.lines.passive_drain import PassiveDrain
+from stats.planning.recorded import weak_points
 from tests.helpers.pages import quick_page
 from tests.labbook.conftest import CONFOUNDED, Reports
 

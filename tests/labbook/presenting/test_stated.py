@@ -9,8 +9,8 @@ import pytest
 from labbook.actions.correcting import correct, void
 from labbook.actions.jump_review import decide
 from labbook.actions.report_command import state_report
-from labbook.analysis.pairing import POOLED
-from labbook.analysis.planned import AS_A_WHOLE
+from labbook.analysis.comparison.pairing import POOLED
+from labbook.analysis.preregistration.planned import AS_A_WHOLE
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
 from tests.helpers.decided import decided_book
 

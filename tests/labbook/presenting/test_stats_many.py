@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from labbook.presenting.stats_many import MOST_IN_WORDS, against_control_text, all_pairs_text
-from stats.dunnett import dunnett
-from stats.tukey import compare_all_pairs
+from stats.groups.dunnett import dunnett
+from stats.groups.tukey import compare_all_pairs
 
 
 def groups(count: int, raised: dict[int, float] | None = None) -> dict[str, list[float]]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from labbook.presenting.weak_points import weaknesses
 from labbook.presenting.weak_uses import Use
-from stats.recorded import weak_points
+from stats.planning.recorded import weak_points
 
 HEAD = (
     "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what it "

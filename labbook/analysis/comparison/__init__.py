@@ -1,0 +1,1 @@
+"""Which conditions are compared, and what the comparisons say."""

@@ -1,0 +1,108 @@
+"""Every comparison of a study: by the thesis's route, and what stands beside it (by day, Holm, equivalence)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from data_schema.queries.results import ResultRow
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.comparing import Pair, compare
+from labbook.analysis.comparison.comparing_by_day import compare_by_day
+from labbook.analysis.comparison.equivalent_heights import within_bounds
+from labbook.analysis.comparison.family import adjust
+from labbook.analysis.comparison.unselected_comparisons import pairs_beside
+from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.outcomes.day_means import pairs_in_units, unit_scope
+from labbook.analysis.preregistration.planned import FAMILY_OF
+from labbook.analysis.results.result_cache import Workbench
+from labbook.config.model import AnalysisSettings
+from reports.numbers import Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A pair with its runs, the quantity compared, the stored comparison, and the results beside it.
+
+    `by_day` and `equivalent` are there for comparisons with the control, the second for heights where bounds were
+    stated; `adjusted` holds the p-values of the whole family that the pair belongs to, shown here or not.
+    """
+
+    pair: Pair
+    quantity: Quantity
+    result: ResultRow
+    by_day: ResultRow | None = None
+    adjusted: ResultRow | None = None
+    equivalent: ResultRow | None = None
+
+    @property
+    def conditions(self) -> tuple[str, ...]:
+        """The keys of the conditions compared."""
+        return tuple(item.key for item in (*self.pair.a, *self.pair.b))
+
+
+def compare_all(
+    bench: Workbench,
+    joules: Sequence[ConditionValues],
+    heights: Sequence[ConditionValues],
+    swept: str,
+    settings: AnalysisSettings,
+    scope: Mapping[str, Any],
+    beside: Mapping[Quantity, Sequence[ConditionValues]],
+) -> list[Compared]:
+    """Ensure every comparison of the study, those of joules first.
+
+    `beside` are conditions that the selection leaves out whole: their comparisons count in Holm's p.
+    """
+    further = [*pairing.pairs_across(joules, swept), *pairing.pairs_between(joules, swept)]
+    return [
+        *_with_control(bench, joules, beside.get(Quantity.JOULES, ()), Quantity.JOULES, swept, settings, scope),
+        *_tested(bench, further, Quantity.JOULES, settings, scope),
+        *_with_control(bench, heights, beside.get(Quantity.APEX, ()), Quantity.APEX, swept, settings, scope),
+    ]
+
+
+def _with_control(
+    bench: Workbench,
+    conditions: Sequence[ConditionValues],
+    beside: Sequence[ConditionValues],
+    quantity: Quantity,
+    swept: str,
+    settings: AnalysisSettings,
+    scope: Mapping[str, Any],
+) -> list[Compared]:
+    """Compare treatments with controls, by day too, and adjust the p of the family that was decided on.
+
+    A family of one test is left as it is.
+    """
+    pairs = pairing.pairs_with_control(conditions, swept)
+    found = _tested(bench, pairs, quantity, settings, scope)
+    by_day = compare_by_day(bench, pairs, quantity, scope, settings.alpha)
+    family, unit = FAMILY_OF[settings.family], settings.unit_of_analysis
+    of_unit = unit_scope(scope, unit)
+    further = [pair for pair in pairs_beside(pairs, conditions, beside, swept) if pair.family == family]
+    tested = compare(bench, pairs_in_units(bench, further, quantity, unit, scope), quantity, of_unit, settings.alpha)
+    members = [
+        *((item.pair, item.result) for item in found if item.pair.family == family),
+        *zip(further, tested, strict=True),
+    ]
+    adjusted = adjust(bench, members, family, quantity, of_unit, settings.alpha) if len(members) > 1 else None
+    return [
+        replace(item, by_day=row, adjusted=adjusted if item.pair.family == family else None)
+        for item, row in zip(found, by_day, strict=True)
+    ]
+
+
+def _tested(
+    bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, settings: AnalysisSettings, scope: Mapping[str, Any]
+) -> list[Compared]:
+    """Test pairs on units of analysis; heights for equality too, where bounds were stated."""
+    unit = settings.unit_of_analysis
+    units, of_unit = pairs_in_units(bench, pairs, quantity, unit, scope), unit_scope(scope, unit)
+    rows = compare(bench, units, quantity, of_unit, settings.alpha)
+    found = [Compared(pair, quantity, row) for pair, row in zip(pairs, rows, strict=True)]
+    if quantity is not Quantity.APEX or settings.apex_bounds is None:
+        return found
+    tests = within_bounds(bench, units, settings.apex_bounds, settings.alpha, of_unit)
+    return [replace(item, equivalent=row) for item, row in zip(found, tests, strict=True)]

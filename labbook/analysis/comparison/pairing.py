@@ -1,0 +1,130 @@
+"""Which conditions are compared with which: the thesis's families of comparisons, for any study with one swept factor.
+
+The swept factor is the one whose configuration names a control level (the active-damping gain). The others form
+groups (foot, extension gain).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from labbook.analysis.comparison.comparing import Pair
+from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.config.parsing import Configuration
+
+EACH = "each level against the control"
+POOLED = "all levels pooled against the control"
+ACROSS = "pooled across the {factor}"
+BETWEEN = "between levels of the {factor}"
+
+
+def swept_factor(configuration: Configuration) -> str | None:
+    """Return the factor with a control level."""
+    return next((name for name, factor in configuration.factors.items() if factor.control is not None), None)
+
+
+def groups(conditions: Sequence[ConditionValues], swept: str) -> list[tuple[dict[str, str], list[ConditionValues]]]:
+    """Return the groups of conditions that differ in the swept factor only, in order of first occurrence."""
+    found: dict[tuple[tuple[str, str], ...], list[ConditionValues]] = {}
+    for condition in conditions:
+        key = tuple((name, label) for name, label in condition.levels.items() if name != swept)
+        found.setdefault(key, []).append(condition)
+    return [(dict(key), items) for key, items in found.items()]
+
+
+def group_label(group: Mapping[str, str]) -> str:
+    """Return a group's name as sentences use it: "foot small, k_gain 400"."""
+    return ", ".join(f"{name} {label}" for name, label in group.items()) or "all runs"
+
+
+def treated_and_control(items: Sequence[ConditionValues]) -> tuple[list[ConditionValues], list[ConditionValues]]:
+    """Split a group into treated and control conditions."""
+    return [item for item in items if not item.is_control], [item for item in items if item.is_control]
+
+
+def pairs_with_control(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
+    """Pair each level with its control, and all together: the families that can be decided on."""
+    return [*pairs_each(conditions, swept), *pairs_pooled(conditions, swept)]
+
+
+def pairs_each(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
+    """Pair every level of the swept factor with its control, group by group."""
+    return [
+        Pair(EACH, f"{group_label(group)}: {swept} {item.levels[swept]} against the control", group, item.levels[swept],
+             tuple(control), (item,))
+        for group, items in groups(conditions, swept)
+        for treated, control in [treated_and_control(items)]
+        if control
+        for item in sorted(treated, key=lambda item: _order(item.levels[swept]))
+    ]  # fmt: skip
+
+
+def pairs_pooled(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
+    """Pair all treated conditions of a group with its control."""
+    return [
+        Pair(
+            POOLED,
+            f"{group_label(group)}: pooled against the control",
+            group,
+            "pooled",
+            tuple(control),
+            tuple(treated),
+        )
+        for group, items in groups(conditions, swept)
+        for treated, control in [treated_and_control(items)]
+        if control and treated
+    ]
+
+
+def pairs_across(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
+    """Pair treated with control pooled across one further factor at a time, where that factor has several levels."""
+    found = []
+    for factor in _others(conditions, swept):
+        kept = [name for name in _others(conditions, swept) if name != factor]
+        for group, items in _by(conditions, kept):
+            treated, control = treated_and_control(items)
+            if control and treated and len({item.levels[factor] for item in items}) > 1:
+                family = ACROSS.format(factor=factor)
+                label = f"{group_label(group)}: {family}, pooled against the control"
+                found.append(Pair(family, label, group, "pooled", tuple(control), tuple(treated)))
+    return found
+
+
+def pairs_between(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
+    """Pair the levels of a further factor with its first level, for the control and for all treated together."""
+    found = []
+    for factor in _others(conditions, swept):
+        kept = [name for name in _others(conditions, swept) if name != factor]
+        for group, items in _by(conditions, kept):
+            levels = list(dict.fromkeys(item.levels[factor] for item in items))
+            for name, side in zip(("treated", "control"), treated_and_control(items), strict=True):
+                of_level = {level: [item for item in side if item.levels[factor] == level] for level in levels}
+                for level in levels[1:]:
+                    if of_level[levels[0]] and of_level[level]:
+                        family = BETWEEN.format(factor=factor)
+                        label = f"{group_label(group)}, {name}: {factor} {level} against {levels[0]}"
+                        found.append(
+                            Pair(family, label, group, f"{level}, {name}", tuple(of_level[levels[0]]),
+                                 tuple(of_level[level]), with_savings=False)
+                        )  # fmt: skip
+    return found
+
+
+def _others(conditions: Sequence[ConditionValues], swept: str) -> list[str]:
+    return list(dict.fromkeys(name for condition in conditions for name in condition.levels if name != swept))
+
+
+def _by(
+    conditions: Sequence[ConditionValues], names: Sequence[str]
+) -> list[tuple[dict[str, str], list[ConditionValues]]]:
+    found: dict[tuple[tuple[str, str], ...], list[ConditionValues]] = {}
+    for condition in conditions:
+        found.setdefault(tuple((name, condition.levels.get(name, "")) for name in names), []).append(condition)
+    return [(dict(key), items) for key, items in found.items()]
+
+
+def _order(label: str) -> tuple[int, float, str]:
+    try:
+        return (0, float(label), label)
+    except ValueError:
+        return (1, 0.0, label)

@@ -1,0 +1,130 @@
+"""Headlines computed another way: without the exclusions, with the other detector, without each day."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from data_schema.queries.results import ResultRow
+from data_schema.vocabulary import RunKind, Undefined
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.comparing import compare
+from labbook.analysis.outcomes.conditions import condition_values, run_numbers
+from labbook.analysis.outcomes.day_means import pairs_in_units, unit_scope
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
+from labbook.analysis.outcomes.run_apexes import RunApexes, as_protocol, run_apexes, without_exclusions
+from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.results.result_cache import Workbench
+from labbook.analysis.study_data import Evidence
+from labbook.config.model import AnalysisSettings
+from reports.numbers import Quantity
+from stats.apexes.detectors import DETECTORS
+
+WITHOUT_EXCLUSIONS = "without exclusions"
+
+
+@dataclass(frozen=True, slots=True)
+class Varied:
+    """One headline recomputed another way."""
+
+    headline: str
+    variant: str
+    quantity: Quantity
+    result: ResultRow
+
+
+@dataclass(frozen=True, slots=True)
+class Variations:
+    """All recomputed headlines, and by day the robots that have no drain line without that day's idle runs."""
+
+    varied: tuple[Varied, ...] = ()
+    fits_lost: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+def vary(
+    bench: Workbench,
+    detections: Detections,
+    evidence: Evidence,
+    drains: Mapping[str, Drain],
+    apexes: RunApexes,
+    swept: str,
+    settings: AnalysisSettings,
+) -> Variations:
+    """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
+    found: list[Varied] = []
+    everything = with_void(evidence)
+    _drains, joules = _joules_of(bench, everything, evidence, drains, WITHOUT_EXCLUSIONS)
+    found += _compared(bench, WITHOUT_EXCLUSIONS, everything, Quantity.JOULES, joules, swept, settings)
+    protocol = as_protocol(evidence)
+    variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
+    variants += [
+        (f"with the {name} detector", evidence, replace(protocol, detector=name))
+        for name in DETECTORS
+        if name != protocol.detector
+    ]
+    for label, varied, variant in variants:
+        heights = run_apexes(bench, detections, varied, variant).results
+        found += _compared(bench, label, varied, Quantity.APEX, heights, swept, settings)
+    fits_lost: dict[str, tuple[str, ...]] = {}
+    for day in sorted({run.day for run in (*evidence.runs, *evidence.idle)}):
+        label, rest = f"without {day}", without_day(evidence, day)
+        left, joules = _joules_of(bench, rest, evidence, drains, label)
+        found += _compared(bench, label, rest, Quantity.JOULES, joules, swept, settings)
+        if len(rest.runs) < len(evidence.runs):
+            found += _compared(bench, label, rest, Quantity.APEX, apexes.results, swept, settings)
+        lost = _fitted(drains) - _fitted(left)
+        if lost:
+            fits_lost[day] = tuple(sorted(lost))
+    return Variations(tuple(found), fits_lost)
+
+
+def without_day(evidence: Evidence, day: str) -> Evidence:
+    """Return the evidence without the jump runs and the idle runs of one day."""
+    return replace(
+        evidence,
+        runs=tuple(run for run in evidence.runs if run.day != day),
+        idle=tuple(run for run in evidence.idle if run.day != day),
+    )
+
+
+def with_void(evidence: Evidence) -> Evidence:
+    """Return the evidence with the runs that are void put back."""
+    return replace(
+        evidence,
+        runs=(*evidence.runs, *(run for run in evidence.void if run.kind is RunKind.JUMPS)),
+        idle=(*evidence.idle, *(run for run in evidence.void if run.kind is RunKind.IDLE)),
+        void=(),
+    )
+
+
+def _joules_of(
+    bench: Workbench, varied: Evidence, evidence: Evidence, drains: Mapping[str, Drain], label: str
+) -> tuple[Mapping[str, Drain], Mapping[str, ResultRow]]:
+    """Return drain lines and joules of other runs; where the idle runs are the same, so are the lines."""
+    if varied.idle == evidence.idle and all(run.robot_uid in drains for run in varied.runs):
+        return drains, run_energies(bench, varied, drains).results
+    refitted = passive_drains(bench, varied, label)
+    return refitted, run_energies(bench, varied, refitted, label).results
+
+
+def _fitted(drains: Mapping[str, Drain]) -> set[str]:
+    return {drain.robot for drain in drains.values() if not isinstance(drain.line, Undefined)}
+
+
+def _compared(
+    bench: Workbench,
+    label: str,
+    evidence: Evidence,
+    quantity: Quantity,
+    results: Mapping[str, ResultRow],
+    swept: str,
+    settings: AnalysisSettings,
+) -> list[Varied]:
+    """Compare the pooled conditions again with other runs, or other results of the same runs."""
+    scope = {"selection": evidence.selection, "variant": label}
+    unit = settings.unit_of_analysis
+    conditions = condition_values(bench, run_numbers(evidence.runs, results, quantity), quantity, scope)
+    pairs = pairs_in_units(bench, pairing.pairs_pooled(conditions, swept), quantity, unit, scope)
+    rows = compare(bench, pairs, quantity, unit_scope(scope, unit), settings.alpha)
+    return [Varied(pair.label, label, quantity, row) for pair, row in zip(pairs, rows, strict=True)]

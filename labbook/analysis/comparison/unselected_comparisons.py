@@ -1,0 +1,47 @@
+"""What belongs to the planned family beside a selection: Holm's p counts comparisons that a report does not show.
+
+Without it a report on one foot would have smaller adjusted p-values than the report on both from the same data.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.comparing import Pair
+from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, run_numbers
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.passive_drain import passive_drains
+from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
+from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.results.result_cache import Workbench
+from labbook.analysis.study_data import Evidence
+from reports.numbers import Quantity
+
+
+def conditions_beside(
+    bench: Workbench, detections: Detections, evidence: Evidence, scope: Mapping[str, Any]
+) -> dict[Quantity, list[ConditionValues]]:
+    """Ensure the numbers of the conditions of which the selection takes no run."""
+    if not evidence.beside:
+        return {}
+    other = replace(evidence, runs=evidence.beside)
+    results = {
+        Quantity.JOULES: run_energies(bench, other, passive_drains(bench, other)).results,
+        Quantity.APEX: run_apexes(bench, detections, other, as_protocol(other)).results,
+    }
+    return {
+        quantity: condition_values(bench, run_numbers(other.runs, results[quantity], quantity), quantity, scope)
+        for quantity in Quantity
+    }
+
+
+def pairs_beside(
+    pairs: Sequence[Pair], conditions: Sequence[ConditionValues], beside: Sequence[ConditionValues], swept: str
+) -> list[Pair]:
+    """Return the comparisons with the control that the conditions of all make, and those of the selection do not."""
+    shown = {pair.label for pair in pairs}
+    every = pairing.pairs_with_control([*conditions, *beside], swept) if beside else []
+    return [pair for pair in every if pair.label not in shown]

@@ -1,0 +1,1 @@
+"""What a run and a condition come to: joules, apexes, and what these are computed from."""

@@ -1,0 +1,52 @@
+"""Whether a battery pack matters: the mean deviation of its runs from their conditions' means."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from data_schema.queries.results import ResultRow
+from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
+from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on_result
+from stats.compare.summary import describe
+
+ALGORITHM = Algorithm("pack_deviation", 12)
+
+
+def pack_deviations(
+    bench: Workbench, conditions: Sequence[ConditionValues], scope: dict[str, str]
+) -> dict[str, ResultRow]:
+    """Ensure the mean deviation of every pack, in joules a jump."""
+    deviations: dict[str, list[tuple[RunNumber, float]]] = {}
+    for condition in conditions:
+        mean = sum(condition.values) / len(condition.values)
+        for item in condition.runs:
+            deviations.setdefault(item.run.battery, []).append((item, item.value - mean))
+    packs = sorted(deviations)
+    rows = bench.ensure(
+        [
+            Request(
+                ALGORITHM,
+                {"pack": pack, **scope},
+                tuple(rests_on_result("condition", condition.result) for condition in conditions),
+                {"runs": [item.run.name for item, _deviation in deviations[pack]]},
+                lambda values=[value for _item, value in deviations[pack]]: _outcome(values),  # type: ignore[misc]
+            )
+            for pack in packs
+        ]
+    )
+    return dict(zip(packs, rows, strict=True))
+
+
+def _outcome(values: Sequence[float]) -> Outcome:
+    about = describe(values)
+    number = NewNumber(
+        "deviation",
+        about.mean,
+        "J",
+        about.se,
+        ci_low=about.ci_low,
+        ci_high=about.ci_high,
+        ci_level=about.level,
+        n=about.n,
+    )
+    return Outcome((number,))

@@ -1,0 +1,141 @@
+"""Apex heights of each run: the jumps that count, by a person's word and the protocol."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from data_schema.queries.results import InputRow, ResultRow
+from data_schema.queries.runs import RunRow
+from data_schema.queries.signals import SignalRow
+from labbook.analysis.outcomes.detecting import jumps_found
+from labbook.analysis.outcomes.detections import Detections, rest_length_m
+from labbook.analysis.outcomes.judging import Judgement, Rules, judge
+from labbook.analysis.results.facts import decision_input, run_input, signal_input
+from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
+from labbook.analysis.study_data import Evidence
+from stats.compare.summary import describe
+
+ALGORITHM = Algorithm("run_apexes", 15)
+
+
+@dataclass(frozen=True, slots=True)
+class RunApexes:
+    """Apex results by run uid with the judgements behind them, and why other runs have none."""
+
+    results: dict[str, ResultRow]
+    judgements: dict[str, Judgement]
+    missing: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class ApexVariant:
+    """How jumps are found and judged: as the protocol says, or otherwise to see what depends on it."""
+
+    detector: str
+    rules: Rules
+    heed_decisions: bool = True
+
+
+def as_protocol(evidence: Evidence) -> ApexVariant:
+    """Return the protocol's own way."""
+    protocol = evidence.configuration.protocol
+    return ApexVariant(protocol.detector, Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps))
+
+
+def without_exclusions(evidence: Evidence) -> ApexVariant:
+    """Return the protocol's way, but with every apex that was found."""
+    return replace(as_protocol(evidence), rules=Rules(0, exclude_gap_jumps=False), heed_decisions=False)
+
+
+def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...] | str:
+    """Return the logs that a run's apexes rest on in their order, or why there are none.
+
+    A run that was started again leaves several: segments of one file, or as many files as the run had starts. More
+    files than starts are copies or mistakes, and which one counts is for a person to say; the same samples saved twice
+    are one log. Logs follow each other by the clock where all have one, else by their files' names, so that it does not
+    matter which was ingested first.
+    """
+    if not logs:
+        return "no log with a body height"
+    distinct = list({log.sha256: log for log in reversed(logs)}.values())[::-1]
+    files = len({log.file_sha256 for log in distinct})
+    if files > max(run.starts, 1):
+        return f"{files} log files with a body height and {run.starts} start{'' if run.starts == 1 else 's'}"
+    if all(log.start_utc is not None for log in distinct):
+        return tuple(sorted(distinct, key=lambda log: log.start_utc or ""))
+    return tuple(sorted(distinct, key=lambda log: _in_number_order(log.file_name)))
+
+
+def jumps_found_in_run(detections: Detections, run: RunRow, logs: Sequence[SignalRow], detector: str) -> int | str:
+    """Count the jumps found of a run over all its `logs` with a body height, or say why they do not count."""
+    usable = usable_logs(run, logs)
+    if isinstance(usable, str):
+        return usable
+    length_m = rest_length_m(detections.connection, run.robot_uid)
+    found = detections.of({run.uid: usable}, detector, length_m)[run.uid]
+    return sum(jumps_found(detection.jumps) for detection in found)
+
+
+def _in_number_order(name: str) -> list[tuple[str, int]]:
+    """Sort LOG9 before LOG10; segments of one file keep their order, for sorting is stable."""
+    return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d*)", name)]
+
+
+def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, variant: ApexVariant) -> RunApexes:
+    """Ensure the apex heights of every selected jump run that has logs."""
+    logs: dict[str, tuple[SignalRow, ...]] = {}
+    missing: dict[str, str] = {}
+    for run in evidence.runs:
+        usable = usable_logs(run, evidence.logs.get(run.uid, []))
+        if isinstance(usable, str):
+            missing[run.uid] = usable
+        else:
+            logs[run.uid] = usable
+    runs = {run.uid: run for run in evidence.runs}
+    robots = sorted({runs[uid].robot_uid for uid in logs})
+    lengths_m = {robot: rest_length_m(detections.connection, robot) for robot in robots}
+    by_robot: dict[str, dict[str, tuple[SignalRow, ...]]] = {robot: {} for robot in robots}
+    for uid, several in logs.items():
+        by_robot[runs[uid].robot_uid][uid] = several
+    requests: dict[str, Request] = {}
+    judgements: dict[str, Judgement] = {}
+    for robot, of_robot in by_robot.items():
+        found = detections.of(of_robot, variant.detector, lengths_m[robot])
+        for uid, detected in found.items():
+            judgements[uid] = judge(detected, evidence.decisions if variant.heed_decisions else {}, variant.rules)
+            inputs = [run_input(runs[uid])]
+            inputs += [signal_input(log, f"log {place}") for place, log in enumerate(logs[uid], start=1)]
+            inputs.append(rests_on("robot", "robot", robot, repr(lengths_m[robot])))
+            inputs += [InputRow("detection", "detection", item.uid, item.key) for item in detected]
+            inputs += [decision_input(decision) for decision in judgements[uid].in_force]
+            requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs))
+    requests = {uid: requests[uid] for uid in logs}  # in the order of the runs, whatever the robots
+    return RunApexes(dict(zip(requests, bench.ensure(list(requests.values())), strict=True)), judgements, missing)
+
+
+def _request(run: RunRow, judgement: Judgement, variant: ApexVariant, inputs: tuple[InputRow, ...]) -> Request:
+    settings = {
+        "detector": variant.detector,
+        "exclude_first_jumps": variant.rules.exclude_first_jumps,
+        "exclude_gap_jumps": variant.rules.exclude_gap_jumps,
+        "heed_decisions": variant.heed_decisions,
+    }
+    return Request(ALGORITHM, {"run": run.name, **settings}, inputs, settings, lambda: _outcome(judgement))
+
+
+def _outcome(judgement: Judgement) -> Outcome:
+    counted = judgement.counted
+    heights = [jump.apex_height_m for jump in counted if jump.apex_height_m is not None]
+    about = describe(heights)
+    found = jumps_found(item.jump for item in judgement.jumps)
+    excluded = Counter(item.excluded for item in judgement.jumps if item.excluded is not None)
+    return Outcome(
+        (
+            NewNumber("apex_height", about.mean, "m", about.se, n=about.n),
+            NewNumber("jumps_found", float(found), "1", n=found),
+        ),
+        {"heights_m": heights, "excluded": dict(sorted(excluded.items())), "waiting": len(judgement.waiting)},
+    )

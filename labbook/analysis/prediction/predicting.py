@@ -1,0 +1,197 @@
+"""What a simulation gives for each condition and robot: joules a jump and apex height, with the error of both.
+
+The error has three kinds of parts, added in quadrature: the accuracy asked of the simulator, or what rounding grows to
+where that is more; each assumed parameter raised and lowered by the part that the study states (the larger of the two
+changes counts); and the other branch of a jump that hangs on a knife's edge, where it was simulated. Their sum is taken
+as one standard uncertainty.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import sqlalchemy as sa
+
+from data_schema.errors import unknown_name
+from data_schema.journal import canonical
+from data_schema.queries.facts import read_fact
+from data_schema.queries.predictions import PredictionRow, add_predictions
+from data_schema.queries.results import ResultRow
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import Undefined
+from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
+from labbook.analysis.prediction.error import error_parts, in_all
+from labbook.analysis.prediction.simulated_values import simulated, varied
+from labbook.analysis.results.facts import condition_input
+from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
+from labbook.analysis.study_data import Evidence
+from labbook.config.model import SimulationSettings
+from reports.numbers import Quantity
+
+if TYPE_CHECKING:
+    from simulator.scene import Scene
+
+ALGORITHM = Algorithm("prediction", 17)
+
+NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
+    Quantity.JOULES: ("predicted_joules_per_jump", "J"),
+    Quantity.APEX: ("predicted_apex_height", "m"),
+}
+"""The number of a prediction that a quantity is, and its unit."""
+
+BRANCH = "other branch"
+"""The part of an error that is due to a decision on a knife's edge, beside the assumed parameters."""
+
+
+@dataclass(frozen=True, slots=True)
+class Predicted:
+    """A stored prediction of one condition with one robot: its values, also under everything that was varied."""
+
+    result: ResultRow
+    payload: Mapping[str, Any]
+
+    def value(self, quantity: Quantity) -> float | None:
+        """Return the predicted value."""
+        found: float | None = self.payload["values"][quantity]
+        return found
+
+    def otherwise(self, quantity: Quantity) -> dict[str, list[float | None]]:
+        """Return, by what was varied, the values that came of it."""
+        return {source: [one[quantity] for one in several] for source, several in self.payload["otherwise"].items()}
+
+    @property
+    def ends(self) -> str:
+        """How the simulated jump ended."""
+        return str(self.payload["outcome"])
+
+
+def predictions(
+    bench: Workbench, evidence: Evidence, keys: Sequence[str], progress: Callable[[str], None]
+) -> dict[tuple[str, str], Predicted]:
+    """Ensure a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
+
+    Empty where the study names no scene.
+    """
+    settings = evidence.configuration.simulation
+    if settings is None or not keys:
+        return {}
+    progress("what the simulator predicts")
+    start = study_scene(settings)
+    wanted = {(run.condition_key, run.robot_uid): run for run in evidence.runs if run.condition_key in set(keys)}
+    facts = {
+        uid: read_fact(bench.connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
+        for uid in sorted({uid for _key, uid in wanted})
+    }
+    requests = [_request(evidence, settings, start, run, facts[uid], progress) for (_key, uid), run in wanted.items()]
+    rows = bench.ensure(requests)
+    return {where: Predicted(row, json.loads(row.payload_json)) for where, row in zip(wanted, rows, strict=True)}
+
+
+def keep_predictions(connection: sa.Connection, bench: Workbench) -> None:
+    """Store what was simulated for the results that a workbench computed, in a writing transaction after them."""
+    rows = [row for row in bench.computed.values() if row.algorithm == ALGORITHM.kind]
+    add_predictions(connection, [_simulated_for(row) for row in rows])
+
+
+def _simulated_for(row: ResultRow) -> PredictionRow:
+    payload = json.loads(row.payload_json)
+    return PredictionRow(
+        uid=row.uid,
+        result_uid=row.uid,
+        condition_key=json.loads(row.scope_json)["condition"],
+        scene_toml=payload["scene_toml"],
+        effects_json=canonical(payload["effects"]),
+        accuracy=payload["accuracy"],
+        outcome=payload["outcome"],
+        assumed_json=canonical(payload["assumed"]),
+    )
+
+
+def _request(
+    evidence: Evidence,
+    settings: SimulationSettings,
+    start: Scene,
+    run: RunRow,
+    facts: Mapping[str, float],
+    progress: Callable[[str], None],
+) -> Request:
+    from simulator.scene_file import write_scene
+
+    scene = condition_scene(start, evidence.configuration, evidence.factors, run.levels, (run.robot, facts))
+    unvaried = [name for name in settings.varied if name not in _unsourced(scene)]
+    if unvaried:
+        raise unknown_name("assumed parameter of this scene", unvaried[0], _unsourced(scene))
+    return Request(
+        ALGORITHM,
+        {"condition": run.condition_key, "robot": run.robot, "scene": start.name},
+        (
+            condition_input(run),
+            rests_on("robot", "robot_body", run.robot_uid, repr(sorted(facts.items()))),
+            rests_on("scene", "scene", start.name, settings.scene_toml or write_scene(start)),
+        ),
+        {"scene": write_scene(scene), "accuracy": settings.accuracy, "varied_by": _parts(settings, scene)},
+        lambda: _outcome(scene, settings, progress),
+    )
+
+
+def _unsourced(scene: Scene) -> tuple[str, ...]:
+    """Return the parameters to vary: also those that a scene of one's own has as set by who used another."""
+    return scene.assumed + scene.set_by_user
+
+
+def _parts(settings: SimulationSettings, scene: Scene) -> dict[str, float]:
+    """Return the part by which each assumed parameter is varied."""
+    return {name: settings.varied.get(name, settings.varied_by) for name in _unsourced(scene)}
+
+
+def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str], None]) -> Outcome:
+    from simulator.declared import all_parameters
+    from simulator.kernel.build import kernel_for
+    from simulator.scene_file import write_scene
+
+    progress("compiling the simulator, up to 30 s")
+    kernel_for(scene.effects)
+    progress("simulating each condition")
+    found, parts = simulated(scene, settings.accuracy), _parts(settings, scene)
+    error = max(settings.accuracy, found.rounding)
+    otherwise = {
+        name: [varied(scene, name, 1.0 + sign * part, settings.accuracy) for sign in (-1.0, 1.0)]
+        for name, part in parts.items()
+    }
+    if found.branch is not None:
+        otherwise[BRANCH] = [found.branch]
+    numbers: list[NewNumber] = []
+    for quantity, (name, unit) in NUMBER_OF.items():
+        value = found.values[quantity]
+        if value is None:
+            numbers.append(NewNumber(name, Undefined(f"the simulated jump ends otherwise: {found.outcome}"), unit))
+        else:
+            by_source = {source: [one[quantity] for one in several] for source, several in otherwise.items()}
+            errors = error_parts(value, error * abs(value), by_source)
+            numbers.append(NewNumber(name, value, unit, se=in_all(errors)))
+    payload = {
+        "scene": scene.name,
+        "scene_toml": write_scene(scene),
+        "effects": sorted(scene.effects),
+        "accuracy": settings.accuracy,
+        "relative_error": error,
+        "outcome": found.outcome,
+        "close_decision": found.close_decision,
+        "under_surface": found.under_surface,
+        "open_book": found.open_book,
+        "assumed": {
+            name: {
+                "value": scene[name],
+                "unit": all_parameters()[name].unit,
+                "why": scene.values[name].why or "set where the scene was used",
+                "varied_by": part,
+            }
+            for name, part in parts.items()
+        },
+        "values": dict(found.values),
+        "otherwise": otherwise,
+    }
+    return Outcome(tuple(numbers), payload)

@@ -1,0 +1,1 @@
+"""What was decided before the first measurement, and what departs from it."""

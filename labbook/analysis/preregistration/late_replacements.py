@@ -1,0 +1,89 @@
+"""Logs and charges that took the place of others after a report had been made.
+
+The run keeps a number, but another than the one that was seen: it could have been replaced to please, as a run could
+have been moved to another condition, and what rests on its condition is exploratory. A charge whose value was corrected
+is the same charge, and is told as a correction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.queries.arrivals import Arrival
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import RunKind, RunState
+from labbook.analysis.preregistration.departures import Analysable, Departure
+from labbook.analysis.preregistration.study_history import WHAT, Happened
+from reports.numbers import Quantity
+
+
+@dataclass(frozen=True, slots=True)
+class Replaced:
+    """What a run's number rested on when a report was made and does not now, and what it rests on instead, if any."""
+
+    run: RunRow
+    quantity: Quantity
+    gone: tuple[Arrival, ...]
+    came: tuple[Arrival, ...]
+
+
+def replaced_later(_connection: sa.Connection, happened: Happened, now: Analysable) -> list[Departure]:
+    """Tell which file or charge replaced which; one that nothing replaced is told as taken off."""
+    found = []
+    for item in [item for item in replacements(happened, now) if item.came]:
+        last = max(item.came, key=lambda arrival: arrival.seq)
+        found.append(
+            Departure(
+                f"{_named(item.came, item.quantity)} replaced {_named(item.gone, item.quantity)} as the "
+                f"{WHAT[item.quantity]} of run {item.run.name} after a report had been made ({last.person}, "
+                f"{last.at_utc[:10]})",
+                (item.quantity,),
+                None if item.run.kind is RunKind.IDLE else (item.run.condition_key,),
+            )
+        )
+    return found
+
+
+def replacements(happened: Happened, now: Analysable) -> list[Replaced]:
+    """List the runs that have a number, as at a report, but not from all the logs or the charge of then."""
+    found = []
+    for quantity in happened.arrivals:
+        for run in now.runs:
+            if run.state is not RunState.VOID and quantity in now.given(run):
+                gone, came = _exchanged(happened, run, quantity)
+                if gone:
+                    found.append(Replaced(run, quantity, gone, came))
+    return found
+
+
+def _exchanged(happened: Happened, run: RunRow, quantity: Quantity) -> tuple[tuple[Arrival, ...], tuple[Arrival, ...]]:
+    most = max(run.starts, 1) if quantity is Quantity.APEX else 1
+    has = happened.that_count(quantity, run.uid)
+    gone: dict[Arrival, None] = {}
+    came: dict[Arrival, None] = {}
+    for made in happened.reports:
+        had = happened.that_count(quantity, run.uid, made)
+        left = _without(had, has, happened, made, None)
+        new = _without(has, had, happened, None, made)
+        if left and len(had) <= most:
+            gone |= dict.fromkeys(left)
+            came |= dict.fromkeys(new)
+    return tuple(gone), tuple(came)
+
+
+def _without(
+    some: Sequence[Arrival], others: Sequence[Arrival], happened: Happened, seq: int | None, other_seq: int | None
+) -> list[Arrival]:
+    """Return those whose content the others have not, each at its entry."""
+    uids = {item.uid for item in others}
+    known = {part for item in others for part in happened.content(item, other_seq)}
+    return [item for item in some if item.uid not in uids and happened.content(item, seq) - known]
+
+
+def _named(items: Sequence[Arrival], quantity: Quantity) -> str:
+    if quantity is Quantity.APEX:
+        return " and ".join(str(item.name) for item in items)
+    return " and ".join("a typed charge" if item.name is None else f"a charge of {item.name}" for item in items)

@@ -1,0 +1,1 @@
+"""Results as they are stored, under the fingerprint of what they were computed from."""

@@ -1,0 +1,141 @@
+"""What an analysis looks at: the facts of the selected runs, read once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError
+from data_schema.queries.charges import ChargeOfRun, charges_by_run, charges_of_runs
+from data_schema.queries.detections import DecisionRow, jump_decisions
+from data_schema.queries.readings import WaitingFile, waiting_files
+from data_schema.queries.runs import RunRow, idle_runs, list_runs, where_columns
+from data_schema.queries.signals import SignalRow, signals_of_runs
+from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
+from data_schema.vocabulary import FileRole, RunKind, RunState
+from data_schema.where import compile_where
+from labbook.analysis.outcomes.detecting import BODY_HEIGHT
+from labbook.config.parsing import Configuration
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """Facts for one analysis. `runs` are the selected jump runs, `idle` all idle runs of the book, void ones left out.
+
+    `beside` are jump runs that count, of conditions of which none is selected.
+    `void` holds what was left out: the selected jump runs and all idle runs that are void.
+    `logs` holds, by a run's uid, the signals with a body height; `charges` what was put back after it. `waiting` are
+    the files that give nothing until something is declared about them.
+    """
+
+    study: StudyRow
+    configuration: Configuration
+    selection: str
+    factors: tuple[FactorRow, ...]
+    selected: tuple[RunRow, ...]
+    runs: tuple[RunRow, ...]
+    beside: tuple[RunRow, ...]
+    idle: tuple[RunRow, ...]
+    void: tuple[RunRow, ...]
+    charges: Mapping[str, list[ChargeOfRun]]
+    logs: Mapping[str, list[SignalRow]]
+    decisions: Mapping[str, list[DecisionRow]]
+    waiting: tuple[WaitingFile, ...] = ()
+
+    def reasons(self, missing: Mapping[str, str], role: FileRole) -> dict[str, str]:
+        """Return why runs lack a number; that a file of theirs waits is said before all else."""
+        return {run_uid: self.waits(run_uid, role) or reason for run_uid, reason in missing.items()}
+
+    def waits(self, run_uid: str, role: FileRole) -> str | None:
+        """Return why a run's logs, or its charge, cannot be used: a file of it waits; None where none does.
+
+        Whose charges a charger's sheet holds is not known while it waits.
+        """
+        for item in self.waiting:
+            if item.role == role and (run_uid in item.runs or (role is FileRole.CHARGE and not item.runs)):
+                return item.reason
+        return None
+
+
+def gather(connection: sa.Connection, configuration: Configuration, where: str | None) -> Evidence:
+    """Read the facts of the runs that fulfil `where` (all of them without one)."""
+    study = the_study(connection)
+    if study is None:
+        raise UsageError("the book has no study yet: describe it under [study] in labbook.toml and import its runs.")
+    expression = compile_where(where, where_columns(connection)) if where else None
+    selected = list_runs(connection, expression)
+    everything = selected if expression is None else list_runs(connection)
+    runs = tuple(run for run in selected if run.kind is RunKind.JUMPS and run.state is not RunState.VOID)
+    taken = {run.condition_key for run in runs}
+    logs: dict[str, list[SignalRow]] = {}
+    waiting = tuple(waiting_files(connection))
+    incomplete = {run_uid for file in waiting if file.role == FileRole.LOG for run_uid in file.runs}
+    for signal in signals_of_runs(connection, FileRole.LOG):
+        if BODY_HEIGHT in signal.channels and signal.run_uid not in incomplete:
+            logs.setdefault(signal.run_uid, []).append(signal)
+    return Evidence(
+        study=study,
+        configuration=configuration,
+        selection=where or "",
+        factors=factors(connection),
+        selected=tuple(selected),
+        runs=runs,
+        beside=tuple(
+            run
+            for run in everything
+            if run.kind is RunKind.JUMPS and run.state is not RunState.VOID and run.condition_key not in taken
+        ),
+        idle=tuple(run for run in everything if run.kind is RunKind.IDLE and run.state is not RunState.VOID),
+        void=tuple(
+            run
+            for kind, several in ((RunKind.JUMPS, selected), (RunKind.IDLE, everything))
+            for run in several
+            if run.kind is kind and run.state is RunState.VOID
+        ),
+        charges=charges_by_run(connection),
+        logs=logs,
+        decisions=jump_decisions(connection),
+        waiting=waiting,
+    )
+
+
+def gather_about(
+    connection: sa.Connection, configuration: Configuration, about: Sequence[RunRow], beside: Sequence[RunRow] = ()
+) -> Evidence:
+    """Read what `gather` does of some runs alone, of runs `beside` them only the charges, and all idle runs.
+
+    A book may have a hundred thousand others.
+    """
+    study = the_study(connection)
+    assert study is not None, "a book with runs has a study"  # noqa: S101
+    every = {run.uid: run for run in (*beside, *about)}.values()
+    runs = [run for run in every if run.kind is RunKind.JUMPS and run.state is not RunState.VOID]
+    idle = [run for run in idle_runs(connection) if run.state is not RunState.VOID]
+    waiting = tuple(waiting_files(connection))
+    incomplete = {run_uid for file in waiting if file.role == FileRole.LOG for run_uid in file.runs}
+    logs = {
+        run.uid: [
+            signal
+            for signal in signals_of_runs(connection, FileRole.LOG, run_uid=run.uid)
+            if BODY_HEIGHT in signal.channels
+        ]
+        for run in about
+        if run.uid not in incomplete
+    }
+    return Evidence(
+        study=study,
+        configuration=configuration,
+        selection="",
+        factors=factors(connection),
+        selected=tuple(runs),
+        runs=tuple(runs),
+        beside=(),
+        idle=tuple(idle),
+        void=(),
+        charges=charges_of_runs(connection, [run.uid for run in (*runs, *idle)]),
+        logs=logs,
+        decisions=jump_decisions(connection, [signal.sha256 for several in logs.values() for signal in several]),
+        waiting=waiting,
+    )

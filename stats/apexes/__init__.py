@@ -1,0 +1,1 @@
+"""Height logs: stances, flights, jumps and apexes, by two detectors."""

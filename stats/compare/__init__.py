@@ -1,0 +1,1 @@
+"""One sample or two: descriptions, tests, differences, savings, equivalence, errors that are shared."""

@@ -1,0 +1,192 @@
+"""Equivalence within bounds: two one-sided t-tests (TOST), the tool for "no loss of jump height".
+
+With raw bounds low < mean(a) - mean(b) < high both one-sided tests ask whether the difference lies beyond a bound.
+Percent bounds are shares of the mean of b, the control. That mean is itself estimated, so a bound of delta is tested
+as the contrast mean(a) - (1 + delta) mean(b) (Sasabuchi), with variance Var(a) + (1 + delta)^2 Var(b): taking the
+control's mean as known would claim too much. The interval beside it holds all delta that such a test does not reject
+(Fieller). Either way it has level 1 - 2 alpha and lies within the bounds just where the tests reject. Where the
+control's mean cannot be told from 0 there is no such interval, and no percentage is shown whatever the tests say.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused, unknown_name
+from data_schema.rounding import level_text
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_level, as_number, as_pair
+from stats.compare.contrast import contrasts
+from stats.compare.t_tests import AS_A_AND_B, Names, two_names
+from stats.compare.tost import NO_HIGH, NO_LOW, Tost, tost
+from stats.exact.finite import finite
+from stats.groups.groups import read_groups
+from stats.results import Result
+from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
+
+Bounds = Literal["raw", "percent"]
+BOUNDS: tuple[Bounds, ...] = ("raw", "percent")
+"""In the values' unit, or in percent of the control's mean."""
+EquivalenceRoute = Literal["welch", "student"]
+ROUTES: tuple[EquivalenceRoute, ...] = ("welch", "student")
+"""Each group with a scatter of its own, or one pooled."""
+
+
+@dataclass(frozen=True, slots=True)
+class Equivalence(Result):
+    """Group a against group b, the control, and bounds that matter."""
+
+    n_a: int
+    """Number of values of group a."""
+    n_b: int
+    """Number of values of group b."""
+    mean_a: float | Undefined
+    """Mean of group a, in the unit of the values."""
+    mean_b: float | Undefined
+    """Mean of group b, in the unit of the values."""
+    bounds: Bounds
+    """Unit of bounds, estimate and interval: that of the values, or percent of the control's mean."""
+    low: float | Undefined
+    """Lower bound of what does not matter, in the unit that `bounds` names."""
+    high: float | Undefined
+    """Upper bound of what does not matter, in the unit that `bounds` names."""
+    estimate: float | Undefined
+    """mean(a) - mean(b) in the unit of the values, or 100 (mean(a) / mean(b) - 1) in percent."""
+    route: EquivalenceRoute
+    """Which of both tests is reported."""
+    alpha: float
+    """Level of each one-sided test."""
+    p: float | Undefined
+    """Of the test reported."""
+    log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
+    estimate_ci: tuple[float, float] | Undefined
+    """Of the test reported, level 1 - 2 alpha: 90 % at alpha = 0.05."""
+    equivalent: bool | Undefined
+    """Whether the test reported shows that the means differ by less than the bounds."""
+    welch: Tost
+    """Both tests with each group's own scatter."""
+    student: Tost
+    """Both tests with one scatter pooled from both groups."""
+    missing: int
+    """How many values were left out as NaN."""
+    names: Names = AS_A_AND_B
+    """What groups a and b are called in reasons and in the sentence."""
+
+    def sentence(self, a: str | None = None, b: str | None = None, unit: str = "", untold: str = "") -> str:
+        """Return the result in words: estimate with interval, bounds, t at each bound, p, n.
+
+        `untold` is what it cannot be told from, such as "a difference between days": nothing is claimed then.
+        """
+        a, b = self.names[0] if a is None else a, self.names[1] if b is None else b
+        if isinstance(self.estimate, Undefined):
+            return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.estimate.reason}."
+        unit, short = (unit, unit) if self.bounds == "raw" else (f"% of {b}'s mean", "%")
+        estimate = number_text(self.estimate, within=half_width(self.estimate_ci))
+        estimate = f"{a} (n = {self.n_a}) minus {b} (n = {self.n_b}) is {estimate}{with_unit(unit)}"
+        if isinstance(self.p, Undefined):
+            return f"{estimate}; no test whether it lies {self._bounds(unit)}, because {self.p.reason}."
+        chosen = self.welch if self.route == "welch" else self.student
+        tests = [
+            f"t({df_text(df)}) = {number_text(t)}"
+            for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
+            if not isinstance(t, Undefined)
+        ]
+        told = f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p, self.alpha)}"
+        if isinstance(self.estimate_ci, Undefined):
+            why = f"because its {level_text(1.0 - 2.0 * self.alpha)} CI is undefined: {self.estimate_ci.reason}"
+            return (
+                f"{estimate} and is not shown to lie {self._bounds(unit)} ({told}), {why}{missing_text(self.missing)}."
+            )
+        verdict = f" and is {'shown' if self.equivalent is True else 'not shown'} to lie {self._bounds(unit)}"
+        if untold:
+            verdict = f"; that it lies {self._bounds(unit)} cannot be told from {untold}"
+        return (
+            f"{estimate} ({interval_text(self.estimate_ci, 1.0 - 2.0 * self.alpha, short)}){verdict}, "
+            f"{told}{missing_text(self.missing)}."
+        )
+
+    def _bounds(self, unit: str) -> str:
+        if isinstance(self.high, Undefined):
+            return f"above {number_text(self.low)}{with_unit(unit)} (non-inferiority)"
+        if isinstance(self.low, Undefined):
+            return f"below {number_text(self.high)}{with_unit(unit)} (non-superiority)"
+        return f"within {number_text(self.low)} to {number_text(self.high)}{with_unit(unit)} (equivalence)"
+
+
+def equivalence(
+    a: ArrayLike,
+    b: ArrayLike,
+    low: float | None = None,
+    high: float | None = None,
+    *,
+    bounds: Bounds = "raw",
+    route: EquivalenceRoute = "welch",
+    alpha: float = 0.05,
+    missing: Missing = "refuse",
+    names: Names = AS_A_AND_B,
+) -> Equivalence:
+    """Test whether the means of two independent samples, shapes (n_a,) and (n_b,), differ by less than the bounds.
+
+    `low` alone (with `high` None) is non-inferiority, `high` alone its mirror image. Percent bounds are in percent of
+    mean(b), which must be positive; how they are tested stands at the top of this module. `names` are what the groups
+    are called in the sentence, and where something is undefined or refused.
+    Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", for bounds that are none, in the
+    wrong order or at most -100 percent, alpha from 0.5, or one name for both groups.
+    """
+    if bounds not in BOUNDS:
+        raise unknown_name("unit of bounds", bounds, BOUNDS)
+    if route not in ROUTES:
+        raise unknown_name("route", route, ROUTES)
+    low, high = _checked(low, high, lowest=-100.0 if bounds == "percent" else -math.inf)
+    alpha = as_level("alpha", alpha)
+    if alpha >= 0.5:
+        raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5, for example 0.05.")
+    names = two_names(names)
+    read = read_groups(as_pair(names, a, b), missing)
+    percent = bounds == "percent"
+    pair = contrasts(read, percent=percent)
+    per = 100 if percent else 1
+    within = (None if low is None else Fraction(low) / per, None if high is None else Fraction(high) / per)
+    found = {
+        test: tost(name, contrast, within, alpha)
+        for (test, name), contrast in zip((("welch", "Welch"), ("student", "Student")), pair.by_test, strict=True)
+    }
+    means = dict(zip(read.names, read.means, strict=True))
+    sizes = dict(zip(read.names, read.sizes, strict=True))
+    chosen = found[route]
+    return Equivalence(
+        n_a=sizes.get(names[0], 0),
+        n_b=sizes.get(names[1], 0),
+        mean_a=means.get(names[0], Undefined(f"group {names[0]} is empty")),
+        mean_b=means.get(names[1], Undefined(f"group {names[1]} is empty")),
+        bounds=bounds,
+        low=NO_LOW if low is None else low,
+        high=NO_HIGH if high is None else high,
+        estimate=pair.estimate if isinstance(pair.estimate, Undefined) else finite(per * pair.estimate, "the estimate"),
+        route=route,
+        alpha=alpha,
+        p=chosen.p,
+        log10_p=chosen.log10_p,
+        estimate_ci=chosen.estimate_ci,
+        equivalent=chosen.equivalent,
+        welch=found["welch"],
+        student=found["student"],
+        missing=read.missing,
+        names=names,
+    )
+
+
+def _checked(low: float | None, high: float | None, lowest: float) -> tuple[float | None, float | None]:
+    if low is None and high is None:
+        raise InputRefused("Neither bound is given: give low, high or both.")
+    low = None if low is None else as_number("low", low, above=lowest)
+    high = None if high is None else as_number("high", high, above=lowest)
+    if low is not None and high is not None and low >= high:
+        raise InputRefused(f"The bounds are {low!r} to {high!r}: give the lower one first.")
+    return low, high

@@ -1,0 +1,228 @@
+"""Savings (CE - AD) / CE as a ratio of means, with Fieller's interval (thesis 4.3.2 and 5.2.1).
+
+With C the mean of the control, T that of the treated runs and rho = T / C, the savings are S = 1 - rho.
+
+*Scatter.* For the true rho, T - rho C has mean 0 and variance Var(T) + rho^2 Var(C), with Var(C) = s_C^2 / n_C.
+Fieller's interval holds all rho with (T - rho C)^2 <= t^2 Var(T - rho C), t Student's quantile.
+
+*Shared additive errors.* Joules a jump are 3.6 V (Q - P) / n; the passive charge P comes from one line, so its errors
+(of level and slope) are common to all runs. Where the means carry c_k e_k and t_k e_k with independent e_k of standard
+error 1, Var(C) gains the sum of c_k^2, Var(T) that of t_k^2, their covariance is the sum of c_k t_k, and
+
+    Var(T - rho C) = Var(T) + rho^2 Var(C) + sum of (t_k - rho c_k)^2.
+
+With equal durations and jumps c_k = t_k and the last term is (s_shared S)^2: the errors cancel in C - T and stay in
+the denominator alone, dS/de = -(C - T) / C^2 = -S / C. They are no part of the scatter: more runs do not make them
+smaller.
+
+*Shared scale error.* A wrong reference voltage multiplies C and T alike and leaves S as it is.
+
+With m = 1 where the fit has enough degrees of freedom and more where it has few (`stats.compare.shared_error.joints`),
+Fieller's interval holds all rho with
+
+    (T - rho C)^2 <= t^2 (Var(T) + rho^2 Var(C) + m times the sum of (t_k - rho c_k)^2),
+
+t and m taken at the estimate; it is computed as Fieller's interval of S = (C - T) / C, which is the same and cancels
+less. Where a fit of many degrees of freedom lowers t by more than its error adds, the interval without that error
+(m = 0) is the wider: what is given holds both. The delta interval beside it is S -/+ t times the root of that variance
+over C, the wider likewise.
+A mean of ratios of single pairs is biased and not offered.
+How often both cover stands in docs/statistics.md. Beside them stands the delta interval of log(T / C), which no noise
+takes beyond 100 %.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from numpy.typing import ArrayLike
+
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_level, as_number, as_pair
+from stats.compare.ratio_of_means import RatioOfMeans, in_unit, squares
+from stats.compare.shared_error import SharedError
+from stats.compare.t_tests import Names, two_names
+from stats.exact.error_free import exact_root
+from stats.exact.finite import QUANTILE_BEYOND_DOUBLES, finite, finite_pair
+from stats.groups.groups import Groups, read_groups
+from stats.results import Result
+from stats.wording import half_width, interval_text, missing_text, number_text
+
+_IN_SENTENCES = {"control": "the control", "treated": "the treated runs"}
+
+
+@dataclass(frozen=True, slots=True)
+class Savings(Result):
+    """Savings of the treated against the control runs, in percent of the control's mean."""
+
+    n_control: int
+    """Number of control runs."""
+    n_treated: int
+    """Number of treated runs."""
+    control_mean: float | Undefined
+    """C, in the unit of the values."""
+    treated_mean: float | Undefined
+    """T, in the unit of the values."""
+    percent: float | Undefined
+    """100 (C - T) / C, in percent; negative where the treated runs cost more."""
+    percent_ci: tuple[float, float] | Undefined
+    """Fieller's interval, scatter and shared error together."""
+    delta_ci: tuple[float, float] | Undefined
+    """The delta interval, for comparison."""
+    log_ci: tuple[float, float] | Undefined
+    """The delta interval of log(T / C) brought back to percent, for comparison; never beyond 100 %."""
+    se_percent: float | Undefined
+    """Standard error from the scatter between runs (delta method), in percentage points."""
+    shared_se_percent: float | Undefined
+    """Standard error from the shared additive error alone, in percentage points."""
+    df: float | Undefined
+    """Welch and Satterthwaite's degrees of freedom over both scatters."""
+    level: float
+    """Level of the intervals."""
+    scale_relative_se: float
+    """Relative standard error common to all runs as a factor; it cancels and is in no number here."""
+    missing: int
+    """How many values were left out as NaN."""
+    names: Names = ("control", "treated")
+    """What control and treated runs are called in reasons and in the sentence."""
+
+    @property
+    def shown(self) -> bool | Undefined:
+        """Whether a difference is shown: whether 0 does not lie within `percent_ci`."""
+        return (
+            self.percent_ci
+            if isinstance(self.percent_ci, Undefined)
+            else not self.percent_ci[0] < 0.0 < self.percent_ci[1]
+        )
+
+    def sentence(self, control: str | None = None, treated: str | None = None, untold: str = "") -> str:
+        """Return the savings in words, with interval and n: no more than the interval bears out.
+
+        `untold` is what they cannot be told from, such as "a difference between days": no saving is claimed then.
+        """
+        own = (_IN_SENTENCES.get(name, name) for name in self.names)
+        control, treated = (given or name for given, name in zip((control, treated), own, strict=True))
+        sizes = f"(n = {self.n_treated} against {self.n_control})"
+        if isinstance(self.percent, Undefined):
+            return f"The savings of {treated} against {control} {sizes} are undefined: {self.percent.reason}."
+        half = half_width(self.percent_ci)
+        estimate = f"{number_text(self.percent, 3, half)} %"
+        interval = interval_text(self.percent_ci, self.level, "%")
+        if isinstance(self.percent_ci, Undefined):
+            interval += f", because {self.percent_ci.reason}"
+        else:
+            interval += ", Fieller"
+        end = f"{sizes}{missing_text(self.missing)}."
+        if untold:
+            return (
+                f"No saving of {treated} against {control} can be told from {untold}: the estimate is "
+                f"{estimate} ({interval}) {end}"
+            )
+        if self.percent == 0.0:
+            return f"The means of {treated} and {control} are equal (savings {estimate}, {interval}) {end}"
+        if isinstance(self.percent_ci, Undefined):
+            return (
+                f"The savings of {treated} against {control} cannot be bounded: the best estimate is "
+                f"{estimate} ({interval}) {end}"
+            )
+        if not self.shown:
+            return (
+                f"No difference between {treated} and {control} is shown: the estimated savings are "
+                f"{estimate} ({interval}) {end}"
+            )
+        return (
+            f"The mean of {treated} is {number_text(abs(self.percent), 3, half)} % "
+            f"{'below' if self.percent > 0.0 else 'above'} that of {control} (savings {estimate}, {interval}) {end}"
+        )
+
+
+def percent_savings(
+    control: ArrayLike,
+    treated: ArrayLike,
+    *,
+    shared_in_control: SharedError | None = None,
+    shared_in_treated: SharedError | None = None,
+    scale_relative_se: float = 0.0,
+    level: float = 0.95,
+    missing: Missing = "refuse",
+    names: Names = ("control", "treated"),
+) -> Savings:
+    """Return 100 (C - T) / C of two samples of run values, shapes (n_c,) and (n_t,), in one unit (joules a jump).
+
+    The shared errors, in that unit, are what each group's mean takes from errors common to runs of both (the drain
+    fit). `scale_relative_se` is that of a common factor (the reference voltage): it cancels. Derivation at the top of
+    this module. `names` are what both groups are called in the sentence, and where something is undefined or refused.
+    Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", for a negative scale error, a level
+    outside 0 to 1 or one name for both groups.
+    """
+    level = as_level("level", level)
+    scale_relative_se = as_number("scale_relative_se", scale_relative_se, low=0.0)
+    in_control, in_treated = shared_in_control or SharedError(), shared_in_treated or SharedError()
+    names = two_names(names)
+    read = read_groups(as_pair(names, control, treated), missing)
+    result = replace(_described(read, names, level, scale_relative_se), names=names)
+    if read.empty:
+        return result
+    of_c, of_t = read.filled
+    if of_c.exact_mean <= 0:
+        none = Undefined("the control's mean is not positive, so that there is nothing to save a share of")
+        return replace(_without_interval(result, none), percent=none, se_percent=none, shared_se_percent=none)
+    ratio = RatioOfMeans(of_c, of_t, *(in_unit(error, read.exponent) for error in (in_control, in_treated)))
+    result = replace(
+        result,
+        percent=finite(100 * ratio.saved / ratio.mean, "the share"),
+        shared_se_percent=finite(100 * exact_root(squares(ratio.shared)) / ratio.mean, "the standard error"),
+    )
+    if of_c.n < 2 or of_t.n < 2:
+        single = of_c if of_c.n < 2 else of_t
+        none = Undefined(f"group {single.name} has a single run and so no scatter")
+        return replace(_without_interval(result, none), se_percent=none)
+    result = replace(result, se_percent=finite(100 * exact_root(ratio.scatter) / ratio.mean, "the standard error"))
+    if ratio.scatter == 0:
+        if of_c.constant:
+            return _without_interval(result, Undefined("neither group has any scatter"))
+        return _without_interval(result, Undefined("all treated runs are 0, and a share of 0 does not scatter"))
+    return _with_intervals(result, ratio, {**in_control.df, **in_treated.df})
+
+
+def _described(read: Groups, names: tuple[str, str], level: float, scale_relative_se: float) -> Savings:
+    """Return what is known before any share is formed, everything else undefined."""
+    means, sizes = (dict(zip(read.names, each, strict=True)) for each in (read.means, read.sizes))
+    none = Undefined(f"group {' and group '.join(read.empty)} is empty")
+    return Savings(
+        n_control=int(sizes.get(names[0], 0)),
+        n_treated=int(sizes.get(names[1], 0)),
+        control_mean=means.get(names[0], none),
+        treated_mean=means.get(names[1], none),
+        percent=none,
+        percent_ci=none,
+        delta_ci=none,
+        log_ci=none,
+        se_percent=none,
+        shared_se_percent=none,
+        df=none,
+        level=level,
+        scale_relative_se=scale_relative_se,
+        missing=read.missing,
+    )
+
+
+def _with_intervals(result: Savings, ratio: RatioOfMeans, df_of_fits: Mapping[str, float]) -> Savings:
+    ways = ratio.joined(df_of_fits, result.level)
+    if not all(math.isfinite(way.quantile) and math.isfinite(way.more) for way in ways):
+        return _without_interval(result, QUANTILE_BEYOND_DOUBLES)
+    half = ratio.half_width(ways)
+    middle = ratio.saved / ratio.mean
+    return replace(
+        result,
+        percent_ci=ratio.fieller(ways),
+        delta_ci=finite_pair(100 * (middle - half), 100 * (middle + half)),
+        log_ci=ratio.log_interval(half),
+        df=ratio.df,
+    )
+
+
+def _without_interval(result: Savings, why: Undefined) -> Savings:
+    return replace(result, percent_ci=why, delta_ci=why, log_ci=why, df=why)

@@ -1,0 +1,199 @@
+"""Errors that several values have in common (the passive-drain fit, thesis 5.1.4), carried from runs to claims.
+
+A drain line errs in its level and in its slope. Both errors are the same for every run corrected with that line; what
+they make of a run's joules depends on its duration and its jumps. So a value carries a signed standard error for each
+independent term, and a linear combination of values carries the same combination of the terms: in a mean they stay
+whatever the number of runs, in a difference at equal durations and jumps they cancel, and in nothing are they counted
+as scatter between runs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_level, as_number
+from stats.compare.summary import Summary, describe
+from stats.exact.distributions import t_quantile
+from stats.exact.finite import as_interval, finite, refuse_beyond, times_power
+from stats.exact.welch_satterthwaite import df_of_doubles
+from stats.results import Result
+from stats.wording import half_width, interval_text, missing_text, number_text, with_unit
+
+CANCELLED = 1e-9
+"""What is left of two equal terms after their difference is rounding, not error."""
+
+
+@dataclass(frozen=True, slots=True)
+class SharedError:
+    """What one value takes from errors that it has in common with others; raises `InputRefused` for what is no number.
+
+    `terms` holds signed standard errors by (fit, term), in the value's unit; the terms are independent of each other.
+    `df` holds the degrees of freedom of each fit, which all its terms were estimated with.
+    """
+
+    terms: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    df: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the numbers."""
+        if not isinstance(self.terms, Mapping) or not isinstance(self.df, Mapping):
+            raise InputRefused(
+                f"a shared error of {self.terms!r} with {self.df!r} degrees of freedom names no fit: give standard "
+                'errors by fit and term, {("drain", "level"): 0.1}, and degrees of freedom by fit, {"drain": 5}.'
+            )
+        for (fit, term), value in self.terms.items():
+            as_number(f"the shared error {fit} {term}", value)
+            if self.df.get(fit) != math.inf:
+                as_number(f"the degrees of freedom of {fit}", self.df.get(fit, 0.0), above=0.0)
+        refuse_beyond("the standard error of all shared terms together", [self.se])
+
+    @property
+    def se(self) -> float:
+        """The standard error of all terms together."""
+        return math.hypot(*self.terms.values())
+
+    @property
+    def degrees_of_freedom(self) -> float:
+        """Those of the fit; of several fits after Welch and Satterthwaite; infinite where there is no error."""
+        variances = dict.fromkeys(self.df, 0.0)
+        exponent = math.frexp(self.se)[1]  # only proportions count
+        for (fit, _term), value in self.terms.items():
+            variances[fit] += math.ldexp(value, -exponent) ** 2
+        return df_of_doubles([(variance, self.df[fit]) for fit, variance in variances.items()])
+
+    def times(self, factor: float) -> SharedError:
+        """Return the error of `factor` times the value."""
+        return SharedError({term: factor * value for term, value in self.terms.items()}, self.df)
+
+    def minus(self, other: SharedError) -> SharedError:
+        """Return the error of the difference of two values; terms that cancel but for rounding are 0."""
+        terms = {}
+        for term in dict.fromkeys([*self.terms, *other.terms]):
+            one, two = self.terms.get(term, 0.0), other.terms.get(term, 0.0)
+            terms[term] = 0.0 if math.isclose(one, two, rel_tol=CANCELLED) else one - two
+        return SharedError(terms, {**other.df, **self.df})
+
+
+def shared_of_mean(errors: Sequence[SharedError]) -> SharedError:
+    """Return the error of the mean of values that carry these: the mean of each term."""
+    terms: dict[tuple[str, str], list[float]] = {}
+    df: dict[str, float] = {}
+    for error in errors:
+        df |= error.df
+        for term, value in error.terms.items():
+            terms.setdefault(term, []).append(value)
+    return SharedError({term: math.fsum(values) / len(errors) for term, values in terms.items()}, df)
+
+
+ENOUGH_DEGREES = 4.0
+"""Degrees of freedom of a fit (six idle runs) from which Welch and Satterthwaite's approximation holds."""
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """How scatter and a shared error bound an estimate: half width = quantile * sqrt(variance + more * shared.se^2)."""
+
+    quantile: float
+    df: float
+    """Degrees of freedom of the quantile."""
+    more: float
+    """How much more the shared variance counts than the scatter's."""
+
+
+def joint(scatter: Sequence[tuple[float, float]], shared: SharedError, level: float) -> Joint:
+    """Return the one of `joints` that makes the wider interval about an estimate."""
+    widest, *others = joints(scatter, shared, level)
+    variance = math.fsum(part for part, _df in scatter)
+    for other in others:
+        wider = other.quantile / widest.quantile
+        if wider * wider * (variance + other.more * shared.se**2) >= variance + widest.more * shared.se**2:
+            widest = other
+    return widest
+
+
+def joints(scatter: Sequence[tuple[float, float]], shared: SharedError, level: float) -> tuple[Joint, ...]:
+    """Return how the scatter, as (variance, degrees of freedom) of its independent parts, and a shared error join.
+
+    The interval is the least that holds those of all that are returned. With enough degrees of freedom in the fit there
+    is one quantile, after Welch and Satterthwaite over all parts, and `more` is 1. With fewer that covers too rarely
+    (90 % at a stated 95 % for three idle runs whose error dominates), so the shared error keeps the quantile of its own
+    degrees of freedom: half widths in quadrature cover 95 to 99 %. Nor does a further error ever make an interval
+    narrower, as it would where the scatter has few degrees of freedom: that of the scatter alone stands beside.
+    """
+    own_df = shared.degrees_of_freedom
+    if not any(variance for variance, _df in scatter):
+        return (Joint(t_quantile(level, own_df), own_df, 1.0),)
+    alone_df = df_of_doubles(scatter)
+    alone = t_quantile(level, alone_df)
+    if own_df < ENOUGH_DEGREES:
+        ratio = t_quantile(level, own_df) / alone
+        return (Joint(alone, alone_df, ratio * ratio),)
+    together_df = df_of_doubles([*scatter, (shared.se**2, own_df)])
+    return Joint(alone, alone_df, 0.0), Joint(t_quantile(level, together_df), together_df, 1.0)
+
+
+def joined(se: float, df: float, shared: SharedError, level: float) -> tuple[Joint, float, int]:
+    """Join a standard error and a shared one of any sizes; the half width is in units of a power of two, and that."""
+    exponent = math.frexp(max(se, shared.se))[1]
+    of_scatter = math.ldexp(se, -exponent)
+    error = SharedError({term: math.ldexp(value, -exponent) for term, value in shared.terms.items()}, shared.df)
+    both = joint([(of_scatter * of_scatter, df)], error, level)
+    return both, both.quantile * math.sqrt(of_scatter * of_scatter + both.more * error.se**2), exponent
+
+
+@dataclass(frozen=True, slots=True)
+class SharedSummary(Result):
+    """A mean with its scatter and the error it shares with other means, in the unit of the values."""
+
+    scatter: Summary
+    """What the values alone say; its interval leaves the shared error out."""
+    shared_se: float
+    """Standard error that the mean shares with others, in the unit of the values."""
+    ci_low: float | Undefined
+    """Lower end of the interval of both errors together, in the unit of the values."""
+    ci_high: float | Undefined
+    """Its upper end, in the unit of the values."""
+    level: float
+    """Level of the interval."""
+
+    def sentence(self, name: str = "mean", unit: str = "") -> str:
+        """Return the mean in words, with the interval of both errors, what it shares with others, n."""
+        if isinstance(self.scatter.mean, Undefined):
+            return self.scatter.sentence(name, unit)
+        ends = as_interval(self.ci_low, self.ci_high)
+        mean = number_text(self.scatter.mean, within=half_width(ends))
+        return (
+            f"{name} {mean}{with_unit(unit)} ({interval_text(ends, self.level, unit)}, "
+            f"standard error shared with other means {number_text(self.shared_se, 2)}{with_unit(unit)}, "
+            f"n = {self.scatter.n}{missing_text(self.scatter.missing)})."
+        )
+
+
+def describe_shared(
+    values: ArrayLike, shared: SharedError, level: float = 0.95, missing: Missing = "refuse"
+) -> SharedSummary:
+    """Summarise values of shape (n,) whose mean carries the error `shared`.
+
+    The shared error does not shrink with more values and is no part of their scatter; where the mean itself is claimed,
+    both bound it. Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", or a level outside 0
+    to 1.
+    """
+    level = as_level("level", level)
+    if not isinstance(shared, SharedError):
+        raise InputRefused(
+            f"shared is {shared!r}: give a SharedError, as SharedError({{('drain', 'level'): 0.1}}, {{'drain': 5}})."
+        )
+    scatter = describe(values, level, missing)
+    mean, se = scatter.mean, scatter.se
+    if isinstance(mean, Undefined) or isinstance(se, Undefined) or not (se or shared.se):
+        return SharedSummary(scatter, shared.se, scatter.ci_low, scatter.ci_high, level)
+    _both, half, exponent = joined(se, scatter.n - 1, shared, level)
+    half = times_power(half, exponent)
+    low, high = (finite(end, "an end of the interval") for end in (mean - half, mean + half))
+    return SharedSummary(scatter, shared.se, low, high, level)

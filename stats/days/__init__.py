@@ -1,0 +1,1 @@
+"""Values that belong to days: mixed model, exact tests of balanced designs, autocorrelation."""

@@ -1,0 +1,227 @@
+"""What a comparison of conditions over several days says: means, differences, variances, tests, and its limits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from data_schema.rounding import alpha_beside
+from data_schema.vocabulary import Undefined
+from stats.exact.tails import Tail, f_upper
+from stats.results import Result
+from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionMean(Result):
+    """A condition as the model estimates it, in the unit of the values."""
+
+    condition: str
+    """Its label."""
+    n: int
+    """Number of values."""
+    n_days: int
+    """Number of days it was measured on."""
+    estimate: float | Undefined
+    """Generalised least-squares mean, for an average day, in the unit of the values."""
+    se: float | Undefined
+    """Standard error, for days drawn at random, in the unit of the values."""
+    df: float | Undefined
+    """Degrees of freedom after Satterthwaite (1946)."""
+    interval: Interval | Undefined
+    """Student's interval of the estimate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contrast(Result):
+    """A condition minus the control, in the unit of the values."""
+
+    condition: str
+    """Label of the condition."""
+    control: str
+    """Label of the condition that it is compared with."""
+    difference: float | Undefined
+    """Condition minus control, in the unit of the values."""
+    se: float | Undefined
+    """Standard error of the difference, in the unit of the values."""
+    df: float | Undefined
+    """Degrees of freedom after Satterthwaite (1946), or those of the exact test."""
+    t: float | Undefined
+    """Difference over its standard error."""
+    p: float | Undefined
+    """Two-sided, for this comparison alone."""
+    log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
+    interval: Interval | Undefined
+    """Student's interval of the difference."""
+
+    def sentence(self, level: float, unit: str = "") -> str:
+        """Return the difference in words, with its interval of that level and its test, or why there is none."""
+        text = (
+            f"{self.condition} minus {self.control} is "
+            f"{number_text(self.difference, within=half_width(self.interval))}{with_unit(unit)} "
+            f"({interval_text(self.interval, level, unit)})"
+        )
+        if isinstance(self.t, Undefined):
+            return f"{text}; no test, because {self.t.reason}."
+        p = p_text(self.p, self.log10_p, alpha_beside(level))
+        return f"{text}, t({df_text(self.df)}) = {number_text(self.t)}, {p}."
+
+
+@dataclass(frozen=True, slots=True)
+class ExactTest(Result):
+    """Analysis of variance whose size is exact under the model, whatever the days' variance."""
+
+    unit: str
+    """What is counted as one observation: "value", "run mean" or "day mean"."""
+    block: str
+    """What is held fixed: "day", "run" or "nothing"."""
+    balanced: bool
+    """Whether every block holds every condition equally often; the mixed model then has the same F, unless its days'
+    variance is estimated as 0 and days are pooled with values."""
+    f: float
+    """Mean square between the conditions over that of the scatter, dimensionless."""
+    df_between: int
+    """Number of conditions minus 1."""
+    df_within: int
+    """Degrees of freedom of the scatter."""
+    p: float
+    """P(F >= f)."""
+    log10_p: float
+    """Decimal logarithm of p, right at any size."""
+    contrasts: tuple[Contrast, ...]
+    """Differences to the control from the same mean square; shape (k - 1,)."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockedByDay(Result):
+    """Conditions compared by y ~ condition + (1 | day) [+ (1 | day:run)], fitted by REML."""
+
+    n: int
+    """Number of values."""
+    n_days: int
+    """Number of days."""
+    n_runs: int | Undefined
+    """Number of runs, those of all days together."""
+    level: float
+    """Level of the intervals."""
+    conditions: tuple[ConditionMean, ...]
+    """The control first, then in the order given; shape (k,)."""
+    contrasts: tuple[Contrast, ...]
+    """Every other condition minus the control; shape (k - 1,)."""
+    day_variance: float | Undefined
+    """Variance between days, unit of the values squared; 0 where REML puts it at its boundary."""
+    run_variance: float | Undefined
+    """Variance between the runs of a day, unit of the values squared."""
+    residual_variance: float | Undefined
+    """Variance within runs (or days), unit of the values squared."""
+    day_ratio: float
+    """Variance between days over that within runs (or days), as means and differences weigh days by it, in any unit; 0
+    where the model has no variance of days, 1e12 where nothing is tested and differences within days alone count."""
+    singular: bool | Undefined
+    """Whether a variance is estimated as 0."""
+    reml_criterion: float | Undefined
+    """-2 log restricted likelihood (lme4's REMLcrit)."""
+    f: float | Undefined
+    """F of all conditions being equal, from the mixed model, dimensionless."""
+    df_between: int
+    """Number of conditions minus 1."""
+    df_within: float | Undefined
+    """Denominator's degrees of freedom after Satterthwaite; where several differ, joined as Fai and Cornelius do over
+    the uncorrelated contrasts of an orthonormal basis, which knows no order of the conditions."""
+    p: float | Undefined
+    """P(F >= f)."""
+    log10_p: float | Undefined
+    """Decimal logarithm of p, right at any size."""
+    exact: ExactTest | Undefined
+    """The exact F-test, where the design has one."""
+    confounding: str
+    """Which conditions share no day and what follows; empty where all are joined by shared days."""
+    notes: tuple[str, ...]
+    """What the design could not tell, and what was therefore left out of the model."""
+    lmertest_df_within: float | Undefined
+    """As lmerTest's `anova` gives it, from contrasts that depend on the order of the conditions; equal to `df_within`
+    where all contrasts have the same degrees of freedom, as in every balanced design."""
+    missing: int
+    """How many values were left out because they or a label were missing."""
+
+    @property
+    def lmertest_p(self) -> float | Undefined:
+        """P(F >= f) with lmerTest's degrees of freedom."""
+        tail = self._lmertest_tail()
+        return tail if isinstance(tail, Undefined) else tail.p
+
+    @property
+    def lmertest_log10_p(self) -> float | Undefined:
+        """Decimal logarithm of `lmertest_p`, right at any size."""
+        tail = self._lmertest_tail()
+        return tail if isinstance(tail, Undefined) else tail.log10_p
+
+    def _lmertest_tail(self) -> Tail | Undefined:
+        if isinstance(self.f, Undefined) or isinstance(self.lmertest_df_within, Undefined):
+            return self.f if isinstance(self.f, Undefined) else Undefined("it has no degrees of freedom")
+        return f_upper(self.f, self.df_between, self.lmertest_df_within)
+
+    def rows(self) -> tuple[Contrast, ...]:
+        """Return the contrasts of the mixed model, for `to_frame`."""
+        return self.contrasts
+
+    def sentence(self, unit: str = "") -> str:
+        """Return the test, the differences to the control and what the design cannot tell, in words.
+
+        The exact test comes first where the design is balanced, and the differences are then its own.
+        """
+        days = f"{self.n_days} day{'' if self.n_days == 1 else 's'}"
+        conditions = f"{len(self.conditions)} condition{'' if len(self.conditions) == 1 else 's'}"
+        where = f"{conditions}, {days}, n = {self.n}{missing_text(self.missing)}"
+        exact = self.exact if isinstance(self.exact, ExactTest) else None
+        contrasts = self.contrasts
+        mixed = "" if isinstance(self.f, Undefined) or self._told_by(exact) else self._mixed_text()
+        if exact is not None and exact.balanced:
+            contrasts = exact.contrasts
+            text = f"The conditions ({where}) give {_exact_text(exact, self.level)}{mixed and '; ' + mixed}."
+        elif mixed:
+            text = f"The conditions ({where}) give {mixed}{'; ' + _exact_text(exact, self.level) if exact else ''}."
+        elif exact is not None and self._told_by(exact):
+            text = f"The conditions ({where}) give {_exact_text(exact, self.level)}."
+        else:
+            reason = self.f.reason if isinstance(self.f, Undefined) else ""
+            text = f"No test of the conditions with day as a random effect ({where}): {reason}."
+        parts = [text, *(each.sentence(self.level, unit) for each in contrasts)]
+        parts += [self.confounding] if self.confounding else []
+        return " ".join([*parts, *self.notes])
+
+    def _told_by(self, exact: ExactTest | None) -> bool:
+        """Whether the exact test stands for the mixed model's, which has no day in it.
+
+        So it is on a single day, where both are one, and where conditions had days of their own and REML puts the days'
+        variance at 0: the model then counts values where the exact test counts days.
+        """
+        if exact is None:
+            return False
+        of_one_day = self.n_days == 1 and isinstance(self.run_variance, Undefined)
+        return of_one_day or (bool(self.confounding) and exact.balanced and self.day_variance == 0.0)
+
+    def _mixed_text(self) -> str:
+        """Return the mixed model's test, with what is random in it."""
+        by_run = isinstance(self.run_variance, float)
+        random = ["day"] * (self.day_variance == 0.0 or self.day_ratio > 0.0) + ["run"] * by_run
+        as_what = "random effects" if random[1:] else "a random effect"
+        effects = f"with {' and '.join(random)} as {as_what} " if random else ""
+        limit = ""
+        if self.day_variance == 0.0:
+            units = "runs" if by_run and self.run_variance else "values"
+            limit = f"; days estimated not to differ, so that {units} count as independent"
+        return (
+            f"{effects}F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
+            f"{p_text(self.p, self.log10_p, alpha_beside(self.level))} (REML, Satterthwaite{limit})"
+        )
+
+
+def _exact_text(exact: ExactTest, level: float) -> str:
+    held = "" if exact.block == "nothing" else f", {exact.block} held fixed"
+    return (
+        f"F({exact.df_between}, {exact.df_within}) = {number_text(exact.f)}, "
+        f"{p_text(exact.p, exact.log10_p, alpha_beside(level))} (exact test on {exact.unit}s{held})"
+    )

@@ -1,0 +1,1 @@
+"""Arithmetic behind the rest: sums, tails, quantiles and integrals whose digits hold."""

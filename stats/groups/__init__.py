@@ -1,0 +1,1 @@
+"""Several groups: analysis of variance, all pairs, many to one, how groups scatter."""

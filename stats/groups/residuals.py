@@ -1,0 +1,149 @@
+"""What a comparison of groups leaves unexplained: data for figures, to look at; they test nothing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_groups, as_sample
+from stats.exact.double_double import Floats
+from stats.exact.error_free import exact_root, scaled
+from stats.exact.finite import finite, refuse_beyond, times_power, to_double
+from stats.exact.sums import common_shift, moments, out_of_range
+from stats.lines.complete import Labels, as_labels, complete_rows
+from stats.results import Result
+from stats.wording import missing_text, number_text
+
+_SD = "the residual standard deviation"
+
+
+@dataclass(frozen=True, slots=True)
+class Residual(Result):
+    """One value less what the model says of it."""
+
+    value: float
+    """In the unit of the values."""
+    fitted: float
+    """What the model says, in the same unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Residuals(Result):
+    """Values less what the model says of them, in the unit of the values and in their order."""
+
+    values: tuple[float, ...]
+    """Each value less what the model says of it; shape (n,)."""
+    fitted: tuple[float, ...]
+    """What the model says of each, shape (n,)."""
+    sd: float | Undefined
+    """Residual standard deviation."""
+    df: int
+    """Its degrees of freedom."""
+    _basis: Floats = field(repr=False, compare=False)
+    """Orthonormal columns that span what the model can fit, shape (n, n - df)."""
+    missing: int = 0
+    """Values left out because they, or a label of theirs, were missing."""
+
+    def of_noise(self, drawn: Floats) -> Floats:
+        """Return what the same model leaves of values drawn, shape (n, draws), over the SD of each draw."""
+        left = drawn - self._basis @ (self._basis.T @ drawn)
+        return np.asarray(left / np.sqrt(np.sum(left * left, axis=0) / self.df))
+
+    def rows(self) -> tuple[Residual, ...]:
+        """Return each residual, for `to_frame`."""
+        return tuple(map(Residual, self.values, self.fitted))
+
+    def sentence(self) -> str:
+        """Return in words how much the model leaves and how far that reaches."""
+        n, left_out = len(self.values), missing_text(self.missing)
+        if not n:
+            return f"There are no residuals (n = 0{left_out})."
+        low, high = min(self.values), max(self.values)
+        what = f"reach from {number_text(low)} to {number_text(high)}" if low < high else f"are all {number_text(low)}"
+        if isinstance(self.sd, Undefined):
+            return f"The residuals {what} (n = {n}{left_out}); they have no SD, because {self.sd.reason}."
+        return f"The residuals {what}, with SD {number_text(self.sd)} (df = {self.df}, n = {n}{left_out})."
+
+
+def residuals_of_groups(
+    groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse"
+) -> Residuals:
+    """Return values less the mean of their group, group after group; samples of shape (n_i,) in one unit.
+
+    The standard deviation is pooled. Raises `InputRefused` for infinite values, and for NaN unless `missing` is "drop".
+    """
+    values: list[Fraction] = []
+    fitted: list[float] = []
+    sizes: dict[str, int] = {}
+    squares, df, left_out = Fraction(0), 0, 0
+    for name, given in as_groups(groups).items():
+        sample = as_sample(f"group {name!r}", given, missing)
+        left_out += sample.missing
+        if sample.values.size == 0:
+            continue
+        sizes[name] = sample.values.size
+        about = moments(sample.values, rest=sample.rest)
+        rest = np.zeros(about.n) if sample.rest is None else sample.rest
+        values += [
+            Fraction(float(value)) + Fraction(float(more)) - about.exact_mean
+            for value, more in zip(sample.values, rest, strict=True)
+        ]
+        fitted += [about.mean] * about.n
+        squares, df = squares + about.exact_sum_squares, df + about.n - 1
+    none = Undefined("no group has more than one value" if values else "there is no value")
+    sd = finite(exact_root(squares / df), _SD) if df else none
+    left = tuple(map(to_double, values))
+    refuse_beyond("a residual", map(abs, left))
+    design = _dummies([name for name, size in sizes.items() for _ in range(size)])
+    return Residuals(left, tuple(fitted), sd, df, design / np.sqrt(design.sum(axis=0)), left_out)
+
+
+def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missing: Missing = "refuse") -> Residuals:
+    """Return values of shape (n,) less what condition and day add up to (least squares, both held fixed).
+
+    Raises `InputRefused` for infinite values, labels of another length, and for missing values or labels unless
+    `missing` is "drop".
+    """
+    labels = {"condition": as_labels("condition", condition, missing), "day": as_labels("day", day, missing)}
+    (values, *kept), left_out = complete_rows([values, *labels.values()], missing)
+    n = int(np.size(values))
+    for name, of_each in zip(labels, kept, strict=True):
+        if of_each.size != n:
+            raise InputRefused(
+                f"there are {n} values and {of_each.size} labels of {name}: give one label for each value."
+            )
+    sample = as_sample("values", values)
+    exponent = out_of_range(sample.values)
+    numbers = scaled(sample.values, -exponent)
+    shift = common_shift(numbers) if numbers.size else 0.0
+    numbers = numbers - shift
+    if sample.rest is not None:
+        numbers = numbers + scaled(sample.rest, -exponent)
+    design = np.concatenate([_dummies(of_each) for of_each in kept], axis=1)
+    left_vectors, singular, _right = np.linalg.svd(design, full_matrices=False)
+    basis = left_vectors[:, singular > singular.max(initial=0.0) * numbers.size * np.finfo(np.float64).eps]
+    fitted = basis @ (basis.T @ numbers)
+    left = numbers - fitted
+    # What a fit without a rest leaves is rounding: 1e-16 is no scatter.
+    left[np.abs(left) <= numbers.size * np.finfo(np.float64).eps * np.max(np.abs(numbers), initial=0.0)] = 0.0
+    df = numbers.size - basis.shape[1]
+    sd: float | Undefined = Undefined(
+        "every value has a condition or a day of its own" if numbers.size else "there is no value"
+    )
+    if df:
+        sd = finite(times_power(math.hypot(*left) / math.sqrt(df), exponent), _SD)
+    residuals, said = ([times_power(number, exponent) for number in part.tolist()] for part in (left, shift + fitted))
+    refuse_beyond("a residual or a fitted value", map(abs, [*residuals, *said]))
+    return Residuals(tuple(residuals), tuple(said), sd, df, basis, left_out)
+
+
+def _dummies(labels: Sequence[object]) -> Floats:
+    _names, codes = np.unique(np.asarray(labels, dtype=object).astype(str), return_inverse=True)
+    return np.asarray(np.eye(int(codes.max(initial=-1)) + 1)[codes])

@@ -1,0 +1,1 @@
+"""Least squares: lines, polynomials, planes, and what a lab fits with them."""

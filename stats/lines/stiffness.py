@@ -1,0 +1,191 @@
+"""What a commanded virtual spring really is: a plane through force over position and velocity (thesis 4.2.6).
+
+Physical stiffness and damping of several gains then lie on a line each, k = 2.56 gain + 67.36 N/m and
+d = 3.32 gain + 19.67 kg/s on the thesis's leg (5.1.1), with which gains become physical units.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import Missing, as_level, as_number, as_values
+from stats.exact.double_double import Floats
+from stats.exact.error_free import greatest, scaled
+from stats.exact.finite import refuse_beyond
+from stats.lines.complete import complete_rows
+from stats.lines.regression import fit_linear
+from stats.results import Result
+from stats.wording import bounded_texts, missing_text, number_text, share_text
+
+MINIMUM_POINTS = 250
+"""Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
+
+
+@dataclass(frozen=True, slots=True)
+class ForcePoints(Result):
+    """Points of one trajectory, half way between its samples; arrays of shape (n - 1,)."""
+
+    displacement_m: Floats
+    """Means of neighbouring samples."""
+    velocity_m_s: Floats
+    """Means of neighbouring samples."""
+    force_n: Floats
+    """Between neighbouring samples."""
+
+    def sentence(self) -> str:
+        """Return in words how many points there are and over what displacements and velocities they reach."""
+        ranges = [
+            f"{name} {number_text(float(values.min()))} to {number_text(float(values.max()))} {unit}"
+            for name, values, unit in (
+                ("displacement", self.displacement_m, "m"),
+                ("velocity", self.velocity_m_s, "m/s"),
+                ("force", self.force_n, "N"),
+            )
+        ]
+        return f"Points between samples: {', '.join(ranges)}, n = {self.force_n.size}."
+
+
+@dataclass(frozen=True, slots=True)
+class Stiffness(Result):
+    """force = stiffness * displacement + damping * velocity + force_at_zero."""
+
+    stiffness_n_m: float
+    """Force per displacement, in N/m."""
+    stiffness_se: float
+    """Standard error of the stiffness, N/m."""
+    stiffness_ci: tuple[float, float] | Undefined
+    """Student's interval of the stiffness, N/m; undefined where the fit is exact."""
+    damping_kg_s: float
+    """Force per velocity, in kg/s."""
+    damping_se: float
+    """Standard error of the damping, kg/s."""
+    damping_ci: tuple[float, float] | Undefined
+    """Student's interval of the damping, kg/s."""
+    force_at_zero_n: float
+    """In N, where displacement and velocity are 0; without gravity's share removed, minus the weight."""
+    force_at_zero_se: float
+    """Its standard error, N."""
+    level: float
+    """Level of the intervals."""
+    residual_sd_n: float
+    """Standard deviation of the points about the plane in N, with n - 3."""
+    r_squared: float | Undefined
+    """About the mean."""
+    residual_lag1: float | Undefined
+    """Correlation of neighbouring residuals r. The standard errors assume 0; near 1 they are too small, by about
+    sqrt((1 + r) / (1 - r))."""
+    condition: float
+    """Of the plane's columns (`stats.lines.fit.Fit.condition`)."""
+    df: int
+    """Number of points minus 3."""
+    n: int
+    """Number of points."""
+    missing: int = 0
+    """Points left out because a value was NaN."""
+
+    def sentence(self, what: str = "The leg") -> str:
+        """Return stiffness and damping in words, with intervals, R squared and n."""
+        k, k_ci = bounded_texts(self.stiffness_n_m, self.stiffness_ci, self.stiffness_se, self.level, "N/m")
+        d, d_ci = bounded_texts(self.damping_kg_s, self.damping_ci, self.damping_se, self.level, "kg/s")
+        return (
+            f"{what} is a spring of {k} N/m ({k_ci}) with damping {d} kg/s "
+            f"({d_ci}): plane fit, R squared {share_text(self.r_squared, 4)}, "
+            f"residual SD {number_text(self.residual_sd_n)} N, df = {self.df}, "
+            f"n = {self.n} points{missing_text(self.missing)}."
+        )
+
+
+def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: ArrayLike, mass_kg: float) -> ForcePoints:
+    """Return the spring's force along one trajectory: minus the total mass times the rate of change of velocity.
+
+    Displacement is positive the way the spring is compressed, velocity its rate of change; all of shape (n,). The
+    force belongs between two samples, and so do the displacement and velocity returned: means of neighbours.
+    Taken at the samples instead, the lag of half an interval would turn stiffness into damping (and damping into
+    stiffness): 1.7 ms times k, 1 kg/s for 600 N/m at 300 Hz. Call it for each trajectory and put the points together.
+    Raises `InputRefused` for fewer than 2 samples, lengths that differ, time that does not increase, or a mass of 0.
+    """
+    time, position = as_values("the times", time_s), as_values("the displacements", displacement_m)
+    velocity = as_values("the velocities", velocity_m_s)
+    mass = as_number("the mass", mass_kg, above=0.0)
+    if not time.size == position.size == velocity.size or time.size < 2:
+        raise InputRefused(
+            f"there are {time.size} times, {position.size} displacements and {velocity.size} velocities: give one of "
+            "each for at least 2 samples."
+        )
+    if (time[1:] <= time[:-1]).any():
+        raise InputRefused("time does not increase from sample to sample: give one trajectory in order of time.")
+    with np.errstate(over="ignore", invalid="ignore"):
+        steps = np.diff(time)
+        force = -mass * np.diff(velocity) / steps
+    refuse_beyond("a step or a force between two samples", [greatest(steps), greatest(force)])
+    return ForcePoints(
+        displacement_m=0.5 * position[1:] + 0.5 * position[:-1],
+        velocity_m_s=0.5 * velocity[1:] + 0.5 * velocity[:-1],
+        force_n=force,
+    )
+
+
+def fit_stiffness(
+    displacement_m: ArrayLike,
+    velocity_m_s: ArrayLike,
+    force_n: ArrayLike,
+    *,
+    level: float = 0.95,
+    missing: Missing = "refuse",
+) -> Stiffness:
+    """Fit the plane force = k * displacement + d * velocity + F0 to points of shape (n,), whatever their offset.
+
+    Raises `InputRefused` for fewer than 250 points, infinite values, NaN unless `missing` is "drop" (which leaves out
+    points), where an uncertainty is beyond the doubles, and, naming the column, where displacement and velocity do not
+    fix both coefficients: one of them constant, or one a multiple of the other.
+    """
+    (displacement_m, velocity_m_s, force_n), left_out = complete_rows([displacement_m, velocity_m_s, force_n], missing)
+    force = as_values("the forces", force_n)
+    level = as_level("level", level)
+    if force.size < MINIMUM_POINTS:
+        raise InputRefused(
+            f"there are {force.size} points and the plane needs at least {MINIMUM_POINTS} (thesis 4.2.6): put the "
+            "points of more trajectories together."
+        )
+    fit = fit_linear(force_n, {"displacement": displacement_m, "velocity": velocity_m_s}, level=level)
+    errors, residual_sd = fit.spread("the plane")
+    _at_zero, stiffness_ci, damping_ci = fit.intervals()
+    columns = [as_values("the points", values) for values in (displacement_m, velocity_m_s)]
+    with np.errstate(over="ignore", invalid="ignore"):
+        residuals = force - fit.response_mean
+        for column, mean, slope in zip(columns, fit.means, fit.coefficients[1:], strict=True):
+            residuals = residuals - slope * (column - mean)
+    return Stiffness(
+        stiffness_n_m=fit.coefficients[1],
+        stiffness_se=errors[1],
+        stiffness_ci=stiffness_ci,
+        damping_kg_s=fit.coefficients[2],
+        damping_se=errors[2],
+        damping_ci=damping_ci,
+        force_at_zero_n=fit.coefficients[0],
+        force_at_zero_se=errors[0],
+        level=level,
+        residual_sd_n=residual_sd,
+        r_squared=fit.r_squared,
+        residual_lag1=_lag1(residuals, exact=fit.ss_residual == 0.0),
+        condition=fit.condition,
+        df=fit.df,
+        n=fit.n,
+        missing=left_out,
+    )
+
+
+def _lag1(residuals: Floats, *, exact: bool) -> float | Undefined:
+    if not np.isfinite(residuals).all():
+        return Undefined("a residual is too large for a double")
+    residuals = scaled(residuals, -math.frexp(greatest(residuals))[1])
+    squares = float(residuals @ residuals)
+    if exact or squares == 0.0:
+        return Undefined("the fit is exact")
+    return float(residuals[1:] @ residuals[:-1]) / squares

@@ -1,0 +1,1 @@
+"""Before an experiment: power, sample size, and known error rates of the tests."""

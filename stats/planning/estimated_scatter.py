@@ -1,0 +1,172 @@
+"""Means over what estimated variances may turn out: over their pooled scale, and over the share a group has in them.
+
+The sums of squares of two groups, in units of their variances, are chi^2 with n - 1 degrees of freedom each. Their sum
+and the share of one of them in it are independent: the sum is that of U^2 = chi^2_df / df with both groups' degrees of
+freedom, the share is a beta variable. Densities are those at their middle times what differs from it, so that no
+digits are lost however many values there are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TypeAlias
+
+import numpy as np
+
+from stats.exact.quadrature import Floats, Panels, Rows, integrals, panels_between
+
+OfScale: TypeAlias = Callable[[Floats, Rows], Floats]
+"""From scales U (rows, points) and the row that each line of them belongs to, to values (rows, points) of 0 to 1."""
+
+TOLERANCE = 1e-10
+"""Of each panel of an integral, of the whole; what the rule leaves of a smooth one is far below it."""
+_PANELS, _SHARP, _BESIDE = 4, 20.0, np.array([-5.0, 0.0, 5.0])
+_REACH = 36.0
+"""Logarithm below its largest value where an integrand does not count."""
+_UNDERFLOW = 740.0
+"""Logarithm below which nothing is a double."""
+_SCAN, _ENOUGH, _MOST_SCANS = 13, 4, 12
+_MANY_DF, _NEAR, _TERMS = 1000.0, 0.03, 9
+_MANY, _TINY = 16.0, 1e-300
+_STEPS = (-38.0, -16.0, -9.0, -4.0, 0.0, 4.0, 9.0, 16.0, 38.0)
+_FACTORS = (0.2, 1.0, 5.0, 25.0, 125.0, 625.0)
+
+
+def mean_over_scale(
+    value: OfScale, df: float, turns: Floats, widths: Floats, last: Floats | None = None, floor: float = 0.0
+) -> Floats:
+    """Return the means (rows,) of a value that falls as U = sqrt(chi^2_df / df) grows and is log-concave in U.
+
+    It turns at `turns` over `widths`, both (rows, turns), and comes to 0 at `last` (rows,). Each mean is right to
+    `TOLERANCE` of itself, down to 1e-290, or to `floor` in each panel.
+    """
+    count = turns.shape[0]
+    low, high = _reach(value, df, count, last)
+    low, high = np.exp(low), np.exp(high)
+    sharp = np.where(widths < (high - low)[:, None] / _SHARP, widths, np.nan)
+    beside = (turns[:, :, None] + sharp[:, :, None] * _BESIDE).reshape(count, -1)
+    beside = np.clip(np.where(np.isnan(beside), low[:, None], beside), low[:, None], high[:, None])
+    edges = np.concatenate([np.linspace(low, high, _PANELS + 1, axis=1), beside], axis=1)
+
+    def integrand(u: Floats, rows: Rows) -> Floats:
+        log_u = np.log(np.maximum(u, _TINY))
+        return np.exp(log_scale_density(log_u, df) - log_u) * value(u, rows)
+
+    return integrals(integrand, panels_between(edges), count, TOLERANCE, floor)
+
+
+def _reach(value: OfScale, df: float, count: int, last: Floats | None) -> tuple[Floats, Floats]:
+    """Return logarithms of U between which, and hardly farther, the value times the density counts."""
+    high = np.full(count, _highest(df, _REACH))
+    if last is not None:
+        with np.errstate(divide="ignore"):
+            high = np.minimum(high, np.log(last))
+    low, farthest = (np.minimum(-math.sqrt(reach / df), high) - reach / df for reach in (_REACH, _UNDERFLOW))
+    rows = np.arange(count)
+    for _ in range(_MOST_SCANS):
+        log_u = np.linspace(low, high, _SCAN, axis=1)
+        with np.errstate(divide="ignore"):
+            log_values = log_scale_density(log_u, df) + np.log(value(np.exp(log_u), rows))
+        counts = log_values >= log_values.max(axis=1, keepdims=True) - _REACH
+        first, final = counts.argmax(axis=1), _SCAN - 1 - counts[:, ::-1].argmax(axis=1)
+        beyond = (first == 0) & (low > farthest)
+        low = np.where(beyond, farthest, log_u[rows, np.maximum(first - 1, 0)])
+        high = log_u[rows, np.minimum(final + 1, _SCAN - 1)]
+        if not beyond.any() and (final - first >= _ENOUGH).all():
+            break
+    return low, high
+
+
+def log_scale_density(log_u: Floats, df: float) -> Floats:
+    """Return the logarithm of the density of ln U, U = sqrt(chi^2_df / df)."""
+    twice = 2.0 * log_u
+    beyond = np.expm1(twice) - twice
+    if df > _MANY_DF:  # with fewer what is lost does not count
+        near = np.abs(twice) < _NEAR
+        small = np.where(near, twice, 0.0)
+        series = np.zeros_like(small)
+        for k in range(_TERMS, 1, -1):  # exp(x) - 1 - x = x^2 / 2 (1 + x / 3 (1 + x / 4 (1 + ...)))
+            series = small / k * (1.0 + series) if k > 2 else small * small / 2.0 * (1.0 + series)
+        beyond = np.where(near, series, beyond)
+    return 0.5 * math.log(df / math.pi) - stirling_rest(df / 2.0) - df / 2.0 * beyond
+
+
+def _highest(df: float, reach: float) -> float:
+    """Return a logarithm of U where its density is `reach` below its middle's, in logarithms, or a little more."""
+    far = 2.0 * reach / df
+    # exp(x) - 1 - x is at least x^2 / 2, and beyond 2 at least exp(x) / 2.
+    return min(math.sqrt(2.0 * far), max(2.0, math.log(2.0 * far))) / 2.0
+
+
+def stirling_rest(x: float) -> float:
+    """Return ln Gamma(x) - (x - 1/2) ln x + x - ln(2 pi) / 2."""
+    below = 0.0
+    while x < _MANY:
+        below += (x + 0.5) * math.log1p(1.0 / x) - 1.0
+        x += 1.0
+    square = x * x
+    series = (
+        1.0 / 12.0 - (1.0 / 360.0 - (1.0 / 1260.0 - (1.0 / 1680.0 - 1.0 / 1188.0 / square) / square) / square) / square
+    )
+    return below + series / x
+
+
+def mean_over_share(
+    value: Callable[[Floats, Floats], Floats], df_a: float, df_b: float, turn: float, floor: float = 0.0
+) -> float:
+    """Return the mean of a value over the share of a in both sums of squares.
+
+    `value` goes from the shares of a and of b, both (points,), to values of 0 to 1 (points,). It changes where the
+    square root of their ratio is about `turn`. Right to `TOLERANCE` of itself or to `floor` in each panel.
+    """
+
+    def weighted(angle: Floats) -> Floats:
+        sine, cosine = np.sin(angle), np.cos(angle)
+        return np.exp(_log_share_density(sine, cosine, df_a, df_b)) * value(sine * sine, cosine * cosine)
+
+    edges = _angles(df_a, df_b, turn)
+    middles = (edges[:-1] + edges[1:]) / 2.0
+    # A panel counts where its ends or its middle do.
+    found = weighted(np.concatenate([edges[1:-1], middles]))
+    at = np.concatenate([[0.0], found[: edges.size - 2], [0.0]])
+    size = np.maximum(np.maximum(at[:-1], at[1:]), found[edges.size - 2 :]) * np.diff(edges)
+    counts = size > math.exp(-_REACH) * size.max()
+    if not counts.any():
+        return 0.0
+    panels = Panels(*(part[counts] for part in panels_between(edges[None, :])))
+
+    def integrand(angle: Floats, _rows: Rows) -> Floats:
+        return weighted(angle.ravel()).reshape(angle.shape)
+
+    return float(integrals(integrand, panels, 1, TOLERANCE, floor)[0])
+
+
+def _angles(df_a: float, df_b: float, turn: float) -> Floats:
+    """Return edges from 0 to pi / 2 in the angle whose squared sine is a's share.
+
+    The density has its middle at the angle of the degrees of freedom and a width of 1 / sqrt(2 df); what depends on
+    the ratio of two variances is spread around the angle of `turn` as multiples of its distance from the nearer end.
+    """
+    right = math.pi / 2.0
+    middle, width = math.atan2(math.sqrt(df_a), math.sqrt(df_b)), 1.0 / math.sqrt(2.0 * (df_a + df_b))
+    edges = {0.0, right / 2.0, right, *(middle + width * steps for steps in _STEPS)}
+    if turn <= 1.0:
+        edges.update(math.atan(turn) * factor for factor in _FACTORS)
+    else:
+        edges.update(right - math.atan(1.0 / turn) * factor for factor in _FACTORS)
+    return np.array(sorted(edge for edge in edges if 0.0 <= edge <= right))
+
+
+def _log_share_density(sine: Floats, cosine: Floats, df_a: float, df_b: float) -> Floats:
+    """Return the logarithm of the density of the angle whose squared sine is a's share."""
+    if df_a > df_b:
+        return _log_share_density(cosine, sine, df_b, df_a)
+    a, b = df_a / 2.0, df_b / 2.0
+    log_odds = 2.0 * np.log(sine / cosine) - math.log(a / b)
+    with np.errstate(over="ignore"):
+        beside = a * log_odds - (a + b) * np.log1p(a / (a + b) * np.expm1(log_odds))
+    at_middle = (
+        0.5 * math.log(a * b / (a + b) / (2.0 * math.pi)) + stirling_rest(a + b) - stirling_rest(a) - stirling_rest(b)
+    )
+    return at_middle + beside + math.log(2.0) - np.log(sine * cosine)

@@ -1,0 +1,216 @@
+"""How likely an experiment finds what is there: t-tests, ANOVA, equivalence.
+
+Nothing is approximated by the normal distribution: Student's t, F and both one-sided tests through their noncentral
+distributions, Welch's t by integration over the ratio of the two estimated variances, on which its degrees of freedom
+depend, and so for both one-sided tests by Welch. Powers are right to 1e-10 of themselves, down to 1e-290 (measured: to
+1e-12). Differences and standard deviations have the unit of the values. Values are independent: where days are compared
+within, `sd` is the scatter within days; where conditions have days of their own, count days, not values.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from scipy import special
+
+from data_schema.errors import InputRefused, unknown_name
+from data_schema.vocabulary import Undefined
+from stats.checks import as_count, as_level, as_number, as_values
+from stats.compare.equivalence import ROUTES, EquivalenceRoute
+from stats.exact.distributions import t_upper_quantile
+from stats.exact.finite import to_double
+from stats.exact.noncentral import f_tails, t_tails
+from stats.exact.owens_q import beyond_either, within_both
+from stats.exact.sums import moments
+from stats.planning.welch_planned import mean_over_criticals, over_standard_error
+from stats.results import Result
+from stats.wording import half_width, number_text
+
+
+@dataclass(frozen=True, slots=True)
+class Power(Result):
+    """The chance that a planned test rejects, for the effect and the scatter assumed."""
+
+    test: str
+    """The test in words, with its assumptions."""
+    group_ns: tuple[int, ...]
+    """Number of values of each group, shape (k,)."""
+    alpha: float
+    """Level of the test."""
+    power: float | Undefined
+    """Chance of rejecting, 0 to 1."""
+    never: str | None = None
+    """Why no number of values brings the chance above alpha; None where enough of them find the effect."""
+
+    def sentence(self) -> str:
+        """Return the plan in words: sizes, test, level, chance."""
+        sizes = " and ".join(filter(None, (", ".join(map(str, self.group_ns[:-1])), str(self.group_ns[-1]))))
+        if isinstance(self.power, Undefined):
+            return f"No power for {self.test} with n = {sizes}: {self.power.reason}."
+        chance = number_text(100.0 * self.power, 3)
+        if chance == "100" and self.power < 1.0:
+            chance = "over 99.9"
+        level = number_text(self.alpha)
+        return f"With n = {sizes}, {self.test} at alpha = {level} has a chance of {chance} % to reject."
+
+
+def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.05, sides: int = 2) -> Power:
+    """Return the power of Student's t for a true difference at one standard deviation; `sides` is 1 (upward) or 2."""
+    difference, sd, alpha = (
+        as_number("difference", difference),
+        as_number("sd", sd, above=0.0),
+        as_level("alpha", alpha),
+    )
+    sizes, sides = _sizes(n_a, n_b), _sides(sides)
+    test = f"Student's t-test for {_difference_text(difference, sd)} at sd {number_text(sd)} ({_sided(sides)})"
+    df, never = sum(sizes) - 2, _no_difference(difference, sides)
+    if df < 1 or min(sizes) < 1:
+        return Power(test, sizes, alpha, Undefined("there are too few values for a pooled variance"), never)
+    ncp = difference / (sd * math.sqrt(1.0 / sizes[0] + 1.0 / sizes[1]))
+    critical = t_upper_quantile(Fraction(alpha) / sides, df)
+    if math.isinf(critical):
+        return Power(test, sizes, alpha, _NO_CRITICAL, never)
+    power = t_tails(critical, df, ncp)[1]
+    power += t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0
+    return Power(test, sizes, alpha, min(1.0, power), never)
+
+
+def power_welch(
+    difference: float, sd_a: float, sd_b: float, n_a: int, n_b: int, alpha: float = 0.05, sides: int = 2
+) -> Power:
+    """Return the power of Welch's t for a true difference at two standard deviations.
+
+    Given the share B of group a in the two sums of squares (in units of their variances; a beta variable) the degrees
+    of freedom are known and t is a multiple of a noncentral t with n_a + n_b - 2 of them; B is integrated over.
+    """
+    difference, alpha = as_number("difference", difference), as_level("alpha", alpha)
+    sds = as_number("sd of a", sd_a, above=0.0), as_number("sd of b", sd_b, above=0.0)
+    sizes, sides = _sizes(n_a, n_b), _sides(sides)
+    scatter = " and ".join(map(number_text, sds))
+    test = f"Welch's t-test for {_difference_text(difference, min(sds))} at sd {scatter} ({_sided(sides)})"
+    never = _no_difference(difference, sides)
+    if min(sizes) < 2:
+        return Power(test, sizes, alpha, _NO_VARIANCE, never)
+    df, ncp = sum(sizes) - 2.0, over_standard_error(difference, sds, sizes)
+    tail = Fraction(alpha) / sides
+    if math.isinf(t_upper_quantile(tail, min(sizes) - 1)):
+        return Power(test, sizes, alpha, _NO_CRITICAL, never)
+    accepts = tail > Fraction(1, 2)  # the critical value is below 0
+    ncp, tail = (-ncp, 1 - tail) if accepts else (ncp, tail)
+    total = mean_over_criticals(lambda criticals: beyond_either(ncp, criticals, df, sides), sds, sizes, tail)
+    total = 1.0 - total if accepts else total
+    return Power(test, sizes, alpha, min(1.0, total), never)
+
+
+def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) -> Power:
+    """Return the power of one-way ANOVA for true means of groups with `n` values each at one standard deviation."""
+    alpha, sd = as_level("alpha", alpha), as_number("sd", sd, above=0.0)
+    truth = as_values("means", list(means))
+    if truth.size < 2:
+        raise InputRefused(f"{truth.size} means were given: give the true means of at least 2 groups.")
+    n, k = as_count("n", n), truth.size
+    means_text = ", ".join(number_text(mean, within=sd) for mean in truth)
+    test = f"one-way ANOVA for means {means_text} at sd {number_text(sd)}"
+    sizes = (n,) * k
+    never = "the true means are equal" if truth.min() == truth.max() else None
+    if n < 2:
+        return Power(test, sizes, alpha, Undefined("each group needs at least 2 values"), never)
+    ncp = to_double(n * moments(truth).exact_sum_squares / Fraction(sd) ** 2)
+    df_within = k * (n - 1)
+    critical = float(special.fdtri(k - 1, df_within, 1.0 - alpha))
+    if alpha < _FAR_TAIL:  # 1 - alpha loses its digits
+        share = float(special.betaincinv(df_within / 2.0, (k - 1) / 2.0, alpha))
+        critical = (1.0 - share) / share * df_within / (k - 1) if share > 0.0 else math.inf
+    if not critical < _LARGEST_F:
+        return Power(test, sizes, alpha, _NO_CRITICAL, never)
+    return Power(test, sizes, alpha, f_tails(critical, k - 1, df_within, ncp)[1], never)
+
+
+def power_equivalence(
+    difference: float,
+    sd: float,
+    low: float,
+    high: float,
+    n_a: int,
+    n_b: int,
+    alpha: float = 0.05,
+    *,
+    route: EquivalenceRoute = "welch",
+    sd_b: float | None = None,
+) -> Power:
+    """Return the power of two one-sided t-tests (TOST) to show that a true difference lies between low and high.
+
+    Welch's, as `compare.equivalence` has it by default, or Student's. `sd_b` is the second group's standard deviation
+    where it is not `sd`, for Welch's alone. Welch's is integrated as in `power_welch`, Owen's Q in place of the tails.
+    """
+    difference, alpha = as_number("difference", difference), as_level("alpha", alpha)
+    sds = as_number("sd", sd, above=0.0), as_number("sd_b", sd if sd_b is None else sd_b, above=0.0)
+    low, high = as_number("low", low), as_number("high", high)
+    if route not in ROUTES:
+        raise unknown_name("route", route, ROUTES)
+    if low >= high:
+        raise InputRefused(f"the bounds are {low!r} and {high!r}: give the lower one first.")
+    if alpha >= 0.5:
+        raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5 for an equivalence test.")
+    if route == "student" and sds[0] != sds[1]:
+        raise InputRefused(f"the standard deviations are {sd!r} and {sd_b!r}: Student's test has one, give sd alone.")
+    sizes = _sizes(n_a, n_b)
+    scatter = " and ".join(map(number_text, dict.fromkeys(sds)))
+    between = " and ".join(number_text(end, within=half_width((low, high))) for end in (low, high))
+    test = (
+        f"{route.capitalize()}'s equivalence test (TOST) between {between} for "
+        f"{_difference_text(difference, min(sds))} at sd {scatter}"
+    )
+    never = None
+    if not low < difference < high:
+        never = f"the true difference {difference:g} does not lie between the bounds {low:g} and {high:g}"
+    if min(sizes) < (2 if route == "welch" else 1) or sum(sizes) < 3:
+        few = _NO_VARIANCE if route == "welch" else Undefined("there are too few values for a pooled variance")
+        return Power(test, sizes, alpha, few, never)
+    df = sum(sizes) - 2
+    ends = [over_standard_error(Fraction(end) - Fraction(difference), sds, sizes) for end in (low, high)]
+    critical = t_upper_quantile(alpha, df if route == "student" else min(sizes) - 1)
+    if math.isinf(critical):
+        return Power(test, sizes, alpha, _NO_CRITICAL, never)
+    if route == "student":
+        power = float(within_both(ends[0], ends[1], np.array([critical]), df)[0])
+    else:
+        power = mean_over_criticals(
+            lambda criticals: within_both(ends[0], ends[1], criticals, df), sds, sizes, Fraction(alpha)
+        )
+    return Power(test, sizes, alpha, min(1.0, power), never)
+
+
+_FAR_TAIL, _LARGEST_F = 1e-4, 1e300
+_NO_CRITICAL = Undefined("the critical value at so small an alpha is too large for a double")
+_NO_VARIANCE = Undefined("each group needs at least 2 values for its variance")
+
+
+def _difference_text(difference: float, sd: float) -> str:
+    return f"a difference of {number_text(difference, within=sd)}"
+
+
+def _no_difference(difference: float, sides: int) -> str | None:
+    if difference == 0.0:
+        return "the true difference is 0"
+    if sides == 1 and difference < 0.0:
+        return f"the true difference {difference:g} lies below 0 and the one-sided test asks for one above"
+    return None
+
+
+def _sizes(n_a: int, n_b: int) -> tuple[int, int]:
+    return as_count("n_a", n_a), as_count("n_b", n_b)
+
+
+def _sides(sides: int) -> int:
+    if sides not in (1, 2):
+        raise InputRefused(f"sides is {sides!r}: give 1 or 2.")
+    return sides
+
+
+def _sided(sides: int) -> str:
+    return "two-sided" if sides == 2 else "one-sided"

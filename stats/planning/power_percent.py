@@ -1,0 +1,159 @@
+"""The power of an equivalence test whose bounds are shares of the control's mean, which the study has to estimate too.
+
+`compare.equivalence` tests a bound of delta as mean(a) - (1 + delta) mean(b), with Var(a) + (1 + delta)^2 Var(b). Given
+both estimated variances it rejects where both means lie between two lines that cross: a chance in closed form, smooth
+in the pooled variance, over which it is integrated, and over the share that a has in it. Right to 1e-9, and checked
+against the test itself on drawn values.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import NamedTuple
+
+import numpy as np
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.checks import as_count, as_level, as_number
+from stats.exact.distributions import t_upper_quantile
+from stats.exact.finite import to_double
+from stats.exact.normal_wedge import between_lines
+from stats.exact.quadrature import Floats, Rows
+from stats.exact.welch_satterthwaite import df_of_arrays
+from stats.planning.estimated_scatter import mean_over_scale, mean_over_share
+from stats.planning.power import Power
+from stats.planning.welch_planned import t_upper_quantiles
+from stats.wording import number_text
+
+FLOOR = 1e-9
+"""Estimated error of a panel of an integral that does not count; what the rule leaves is far below it."""
+FAR = 1e9
+"""Standard deviations."""
+_LEAST_ALPHA, _LARGEST_CRITICAL = 1e-100, 1e6
+"""scipy's quantile of t is right from there on, and nothing that it is multiplied by reaches FAR."""
+
+
+def power_percent_equivalence(
+    difference: float, control_mean: float, sd: float, low: float, high: float, n_a: int, n_b: int, alpha: float = 0.05
+) -> Power:
+    """Return the power of Welch's two one-sided tests, of a against b, at bounds in percent of the mean of b.
+
+    `difference`, mean(a) - mean(b), `control_mean` and `sd` (of both groups) are in the unit of the values. Raises
+    `InputRefused` for numbers that no study has.
+    """
+    sd, mean = as_number("sd", sd, above=0.0), as_number("the control's mean", control_mean, above=0.0)
+    difference = as_number("difference", difference)
+    low = as_number("low", low, above=-100.0)
+    high, alpha = as_number("high", high, above=low), as_level("alpha", alpha)
+    if alpha >= 0.5:
+        raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5 for an equivalence test.")
+    sizes = as_count("n_a", n_a), as_count("n_b", n_b)
+    truth = to_double(100 * Fraction(difference) / Fraction(mean))
+    test = (
+        f"Welch's equivalence test (TOST) between {number_text(low)} and {number_text(high)} % of the control's mean, "
+        f"itself estimated and {number_text(mean, within=sd)} in truth, for a difference of "
+        f"{number_text(difference, within=sd)} at sd {number_text(sd)}"
+    )
+    never = None
+    if not low < truth < high:
+        never = f"the true difference of {truth:g} % does not lie between the bounds {low:g} and {high:g} %"
+    if min(sizes) < 2:
+        return Power(test, sizes, alpha, Undefined("each group needs at least 2 values for its variance"), never)
+    if alpha < _LEAST_ALPHA or t_upper_quantile(alpha, min(sizes) - 1) > _LARGEST_CRITICAL:
+        few = Undefined("alpha is too small for the quadrature over estimated variances")
+        return Power(test, sizes, alpha, few, never)
+    at_low, at_high = (
+        _Bound(1.0 + end / 100.0, _in_sds(Fraction(end) / 100 * Fraction(mean) - Fraction(difference), sd))
+        for end in (low, high)
+    )
+    return Power(test, sizes, alpha, _power((at_low, at_high), _in_sds(Fraction(mean), sd), *sizes, alpha), never)
+
+
+class _Bound(NamedTuple):
+    """A bound: what the control's mean is multiplied by, and how far the bound lies above the true difference, in
+    standard deviations.
+    """
+
+    factor: float
+    above: float
+
+
+def _in_sds(distance: Fraction, sd: float) -> float:
+    """Return a distance in standard deviations; what is farther than any estimate comes counts as just that far."""
+    return min(max(to_double(distance / Fraction(sd)), -FAR), FAR)
+
+
+def _power(bounds: tuple[_Bound, _Bound], mean: float, n_a: int, n_b: int, alpha: float) -> float:
+    """Integrate, with standard deviations of 1."""
+    df_a, df_b = n_a - 1.0, n_b - 1.0
+    tail = Fraction(alpha)
+    quantile_b = t_upper_quantile(tail, df_b)
+
+    def of_shares(share_a: Floats, share_b: Floats) -> Floats:
+        part_a, part_b = (
+            share * (df_a + df_b) / df / n for share, df, n in ((share_a, df_a, n_a), (share_b, df_b, n_b))
+        )
+        margins = []
+        for bound in bounds:
+            of_control = bound.factor**2 * part_b
+            margins.append(
+                t_upper_quantiles(tail, df_of_arrays(part_a, of_control, df_a, df_b)) * np.sqrt(part_a + of_control)
+            )
+        # Without a control's mean that can be told from 0 the test shows nothing.
+        estimated = _Estimated(margins[0], margins[1], quantile_b * np.sqrt(part_b))
+        return _given_the_share(bounds, mean, (n_a, n_b), estimated)
+
+    turn = math.sqrt(bounds[0].factor * bounds[1].factor / n_b / df_b * n_a * df_a)
+    return min(1.0, mean_over_share(of_shares, df_a, df_b, turn, FLOOR))
+
+
+class _Estimated(NamedTuple):
+    """What the estimated scatter decides, all in standard deviations and for a pooled scale U of 1, (shares,).
+
+    How far the difference has to lie above the low and below the high bound, and the control's mean above 0.
+    """
+
+    low: Floats
+    high: Floats
+    mean: Floats
+
+
+def _given_the_share(
+    bounds: tuple[_Bound, _Bound], mean: float, sizes: tuple[int, int], estimated: _Estimated
+) -> Floats:
+    """Return the power for each share of a in the sums of squares, over the pooled scale and both means."""
+    root_a, root_b = math.sqrt(sizes[0]), math.sqrt(sizes[1])
+    low, high = bounds
+    slopes = low.factor * root_a / root_b, high.factor * root_a / root_b
+    both = estimated.low + estimated.high
+    # Where U takes each bound, the point at which they meet, and the least mean to the middle of what they scatter by.
+    turns = np.stack(
+        [
+            -low.above / estimated.low,
+            high.above / estimated.high,
+            (high.above - low.above) / both,
+            mean / estimated.mean,
+        ],
+        axis=1,
+    )
+    widths = np.stack(
+        [
+            math.hypot(1.0 / root_a, low.factor / root_b) / estimated.low,
+            math.hypot(1.0 / root_a, high.factor / root_b) / estimated.high,
+            (high.factor - low.factor) / root_b / both,
+            1.0 / root_b / estimated.mean,
+        ],
+        axis=1,
+    )
+
+    def inside(u: Floats, rows: Rows) -> Floats:
+        return between_lines(
+            root_a * (low.above + u * estimated.low[rows, None]),
+            root_a * (high.above - u * estimated.high[rows, None]),
+            *slopes,
+            root_b * (u * estimated.mean[rows, None] - mean),
+        )
+
+    return mean_over_scale(inside, sum(sizes) - 2.0, turns, widths, floor=FLOOR)

@@ -1,0 +1,390 @@
+"""What stands beside every comparison is what the statistics say of its runs: by day, Holm, equivalence, the unit."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from data_schema.queries.results import ResultRow
+from labbook.analysis.comparison.comparing import compare
+from labbook.analysis.comparison.comparing_by_day import CONTROL, TREATED, compare_by_day
+from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.family import adjust, adjusted, rejected
+from labbook.analysis.comparison.leading_by_day import leading
+from labbook.analysis.comparison.pairing import EACH, POOLED
+from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.results.result_cache import Workbench, number
+from labbook.analysis.study import VarianceAnalysed
+from labbook.presenting.comparisons import comparisons
+from labbook.presenting.making import MadeReport
+from labbook.presenting.numbers import Shown
+from labbook.presenting.stated import departures
+from reports.numbers import Quantity
+from reports.sentences import difference_claim
+from stats.compare.equivalence import equivalence
+from stats.compare.savings import percent_savings
+from stats.compare.two_sample import compare_two
+from stats.days.blocked import blocked_by_day
+from stats.groups.multiple import holm
+from stats.groups.variances import brown_forsythe
+from tests.helpers.books import small_book
+from tests.helpers.pages import quick_page
+from tests.labbook.conftest import CONFOUNDED, Reports
+
+
+@pytest.fixture
+def bench(tmp_path: Path) -> Iterator[Workbench]:
+    """A bench at a book of its own, where nothing is stored yet."""
+    with small_book(tmp_path).open() as book, book.reading() as connection:
+        yield Workbench(connection)
+
+
+def values(side: tuple[ConditionValues, ...]) -> list[float]:
+    return [item.value for condition in side for item in condition.runs]
+
+
+def days(side: tuple[ConditionValues, ...]) -> list[str]:
+    return [item.run.day for condition in side for item in condition.runs]
+
+
+def compared(made: MadeReport, quantity: Quantity) -> list[Compared]:
+    found = [item for item in made.analysis.compared if item.quantity is quantity]
+    assert found
+    return found
+
+
+def with_control(made: MadeReport, quantity: Quantity) -> list[tuple[Compared, ResultRow]]:
+    """The comparisons by day: those of every level and of all levels with the control."""
+    found = [(item, item.by_day) for item in compared(made, quantity) if item.by_day is not None]
+    assert {item.pair.family for item, _row in found} == {EACH, POOLED}
+    return found
+
+
+def test_by_day_is_the_comparison_of_the_runs_with_their_days(reports: Reports) -> None:
+    for item, row in with_control(reports(), Quantity.APEX):
+        control, treated = values(item.pair.a), values(item.pair.b)
+        sides = [CONTROL] * len(control) + [TREATED] * len(treated)
+        of_days = [*days(item.pair.a), *days(item.pair.b)]
+        expected = blocked_by_day([*control, *treated], sides, of_days, control=CONTROL)
+        (contrast,) = leading(expected).contrasts
+        difference = number(row, "difference")
+        assert (difference.value, difference.se, difference.df) == (contrast.difference, contrast.se, contrast.df)
+        assert (difference.ci_low, difference.ci_high) == contrast.interval
+        assert (number(row, "t").value, number(row, "p").value) == (contrast.t, contrast.p)
+        assert number(row, "day_sd").value == pytest.approx(float(expected.day_variance) ** 0.5)  # type: ignore[arg-type]
+
+
+def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(reports: Reports, bench: Workbench) -> None:
+    made = reports()
+    item, _row = with_control(made, Quantity.JOULES)[0]
+
+    def times(factor: float, one: ConditionValues) -> ConditionValues:
+        return replace(one, runs=tuple(replace(run, shared=run.shared.times(factor)) for run in one.runs))
+
+    pairs = [
+        replace(item.pair, label=f"{factor}", b=tuple(times(factor, one) for one in item.pair.b))
+        for factor in (1.0, 2.0)
+    ]
+    equal, unequal = (
+        number(row, "difference") for row in compare_by_day(bench, pairs, Quantity.JOULES, {"trial": 1}, 0.05)
+    )
+    assert equal.value == unequal.value
+    assert equal.shared_se == pytest.approx(0.0, abs=1e-9)
+    assert (unequal.shared_se or 0.0) > 1.0
+    assert (unequal.ci_low or 0.0) < (equal.ci_low or 0.0)
+
+
+def test_conditions_of_one_day_each_get_no_p_and_the_page_says_why(reports: Reports) -> None:
+    made = reports(where=CONFOUNDED)
+    for quantity in Quantity:
+        for item, row in with_control(made, quantity):
+            p = number(row, "p")
+            assert p.value is None
+            if item.pair.group["foot"] == "small":  # the large foot has a single run a side
+                assert "measured on one day each" in (p.undefined_reason or "")
+            assert number(row, "difference").value is not None
+    page = quick_page(made.content).replace("\u00a0", " ")
+    assert "measure the conditions on shared days. The tables mark each of them." in page
+    assert "Every day holds one run, so that days and runs scatter as one" in page
+    assert ["were measured on one day each" in claim.text for claim in made.content.claims].count(True) == 1
+    assert "No comparison could be made by day." in "".join(made.content.methods)
+    assert "mixed model" not in "".join(made.content.methods)
+
+
+def test_a_day_that_was_corrected_is_another_result(reports: Reports, bench: Workbench) -> None:
+    made = reports()
+    item, row = with_control(made, Quantity.APEX)[0]
+    first = item.pair.a[0]
+    moved = replace(first.runs[0], run=replace(first.runs[0].run, day="2030-01-01"))
+    pair = replace(item.pair, a=(replace(first, runs=(moved, *first.runs[1:])),))
+    same, other = compare_by_day(bench, [item.pair, pair], Quantity.APEX, json.loads(row.scope_json), 0.05)
+    assert same.numbers == row.numbers
+    assert other.key != same.key
+
+
+@pytest.mark.parametrize(("family", "named"), [("pooled", POOLED), ("each", EACH)])
+def test_holm_adjusts_the_welch_tests_of_the_family_that_was_decided_and_no_other(
+    reports: Reports, family: str, named: str
+) -> None:
+    made = reports(f'family = "{family}"')
+    for quantity in Quantity:
+        members = [item for item in compared(made, quantity) if item.pair.family == named]
+        p = {item.pair.label: number(item.result, "welch_p").value for item in members}
+        expected = holm({label: value for label, value in p.items() if value is not None}, named)
+        for item, value in zip(members, expected.adjusted_p, strict=True):
+            assert item.adjusted is not None
+            found = number(item.adjusted, adjusted(item.pair.label))
+            assert (found.value, found.n) == (value, len(members))
+        assert all(item.adjusted is None for item in compared(made, quantity) if item not in members)
+    shown = [comparison for comparison in made.content.comparisons if comparison.adjusted is not None]
+    assert {comparison.family for comparison in shown} == {named}
+    assert f"over the family, {named}: 2 of joules a jump and 2 of apex height." in "".join(made.content.methods)
+
+
+def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports, bench: Workbench) -> None:
+    made = reports()
+    members = [item for item in compared(made, Quantity.APEX) if item.pair.family == POOLED]
+    tiny = [
+        (item.pair, replace(item.result, numbers=tuple(
+            replace(one, value={"welch_t": -t, "welch_p": 0.0}[one.name], df=800.0)
+            if one.name in ("welch_t", "welch_p") else one for one in item.result.numbers)))
+        for item, t in zip(members, (80.0, 90.0), strict=True)
+    ]  # fmt: skip
+    row = adjust(bench, tiny, POOLED, Quantity.APEX, {"trial": 2}, alpha=1e-13)
+    assert [item.value for item in row.numbers] == [0.0, 0.0]
+    assert all(rejected(row, pair.label) for pair, _result in tiny)
+
+
+def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(reports: Reports, bench: Workbench) -> None:
+    """One rule, p <= alpha, for a single test and for Holm's p, in the family of a command and in a report."""
+    made = reports()
+    members = [item for item in compared(made, Quantity.APEX) if item.pair.family == POOLED]
+    item, tested = members[0], [(one.pair, one.result) for one in members]
+    label, p = item.pair.label, {pair.label: number(row, "welch_p").value or 0.0 for pair, row in tested}
+
+    def claimed(result: ResultRow, by_holm: ResultRow | None) -> str:
+        """The sentence of a report on these results."""
+        found = [replace(item, result=result, adjusted=by_holm)]
+        (shown,) = comparisons(replace(made.analysis, compared=found), Shown())
+        return difference_claim(made.content, shown).text
+
+    for alpha, verdict in ((p[label], True), (math.nextafter(p[label], 0.0), False)):
+        (row,) = compare(bench, [item.pair], Quantity.APEX, {"trial": 3}, alpha)
+        assert json.loads(row.payload_json)["rejected"] is verdict
+        assert ("which the interval does not tell from zero" not in claimed(row, None)) is verdict
+    (single,) = compare(bench, [item.pair], Quantity.APEX, {"trial": 3}, 0.999)
+    adjusted_p = dict(zip(p, holm(p, POOLED).adjusted_p, strict=True))[label]
+    assert isinstance(adjusted_p, float)
+    for alpha, verdict in ((adjusted_p, True), (math.nextafter(adjusted_p, 0.0), False)):
+        assert holm(p, POOLED, alpha=alpha).rejected[list(p).index(label)] is verdict
+        row = adjust(bench, tested, POOLED, Quantity.APEX, {"trial": 3}, alpha)
+        assert rejected(row, label) is verdict
+        assert ("which is not shown once the 2 tests" not in claimed(single, row)) is verdict
+
+
+def test_savings_are_shown_where_their_own_interval_does_not_hold_0(reports: Reports) -> None:
+    for one in reports().content.comparisons:
+        if one.savings is None:
+            continue
+        if not isinstance(one.savings.ci_low, float) or not isinstance(one.savings.ci_high, float):
+            assert one.savings_shown is None
+        else:
+            assert one.savings_shown is (not one.savings.ci_low <= 0.0 <= one.savings.ci_high)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "unit", "low"),
+    [("apex_bounds_m = [-0.004, 0.006]", "m", -0.004), ("apex_bounds_percent = [-2, 3]", "%", -2.0)],
+)
+def test_heights_are_tested_against_the_bounds_that_were_decided(
+    reports: Reports, bounds: str, unit: str, low: float
+) -> None:
+    made = reports(bounds)
+    high = 0.006 if unit == "m" else 3.0
+    for item in compared(made, Quantity.APEX):
+        assert item.equivalent is not None
+        expected = equivalence(
+            values(item.pair.b), values(item.pair.a), low, high, bounds="raw" if unit == "m" else "percent"
+        )
+        estimate = number(item.equivalent, "estimate")
+        assert (estimate.value, estimate.unit, estimate.ci_level) == (expected.estimate, unit, 0.9)
+        assert (estimate.ci_low, estimate.ci_high) == expected.estimate_ci
+        assert number(item.equivalent, "p").value == expected.p
+        assert json.loads(item.equivalent.payload_json)["equivalent"] is expected.equivalent
+    assert all(item.equivalent is None for item in compared(made, Quantity.JOULES))
+    heights = [claim.text for claim in made.content.claims if claim.text.startswith("The apex")]
+    verdicts = [
+        c.equivalence.shown for c in made.content.comparisons if c.equivalence is not None and c.level == "pooled"
+    ]
+    assert len(heights) == len(verdicts) == 2
+    for text, verdict in zip(heights, verdicts, strict=True):
+        assert f"was {'shown' if verdict else 'not shown'} (90" in text
+    assert made.content.no_equivalence == ""
+    told = "".join(made.content.methods).replace("\u00a0", " ")
+    assert "two one-sided Welch tests (TOST) in 4 comparisons. Their p are not adjusted for their number." in told
+    assert "Comparisons of each level, and of all pooled within a group, with its control were made again" in told
+
+
+def test_without_bounds_no_equivalence_is_tested_and_the_page_says_how_to_ask_for_it(reports: Reports) -> None:
+    made = reports()
+    assert all(item.equivalent is None for item in made.analysis.compared)
+    page = quick_page(made.content)
+    assert "labbook.toml states no bounds" in page
+    assert "`apex_bounds_m = [-0.005, 0.005]` under [analysis]" in page
+    assert "TOST" not in page
+
+
+def test_alpha_rules_levels_and_the_choice_of_the_test(reports: Reports) -> None:
+    made = reports("alpha = 0.01\napex_bounds_m = [-0.005, 0.005]")
+    for item in made.analysis.compared:
+        a, b = values(item.pair.a), values(item.pair.b)
+        expected = compare_two(b, a, alpha=0.01)
+        difference = number(item.result, "welch_difference")
+        assert difference.ci_level == 0.99
+        assert json.loads(item.result.payload_json)["test"] == expected.test
+        if item.quantity is Quantity.APEX:
+            assert (difference.ci_low, difference.ci_high) == expected.welch_ci
+        if item.by_day is not None:
+            assert number(item.by_day, "difference").ci_level == 0.99
+        if item.equivalent is not None:
+            assert number(item.equivalent, "estimate").ci_level == pytest.approx(0.98)
+    assert {c.savings.ci_level for c in made.content.comparisons if c.savings is not None} == {0.99}
+    methods = "".join(made.content.methods)
+    assert "Intervals are at 95 %, those of comparisons at 99 %, those of tests of equivalence at 98 %." in methods
+
+
+def with_values(condition: ConditionValues, numbers: list[float]) -> tuple[ConditionValues, ...]:
+    """The condition with a run for each of these numbers."""
+    return (replace(condition, runs=tuple(replace(condition.runs[0], value=value) for value in numbers)),)
+
+
+@pytest.mark.parametrize(("alpha", "test", "df"), [(0.05, "Welch", 500.0 / 82.0), (0.01, "Student", 10.0)])
+def test_the_f_test_chooses_at_the_alpha_that_was_asked_for(
+    reports: Reports, bench: Workbench, alpha: float, test: str, df: float
+) -> None:
+    """Variances of 3.5 and 31.5 with n = 6: F(5, 5) = 9 has p = 0.031, and Welch's degrees of freedom are 500 / 82."""
+    pair = compared(reports(), Quantity.APEX)[0].pair
+    narrow, wide = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [3.0, 6.0, 9.0, 12.0, 15.0, 18.0]
+    asked = replace(pair, a=with_values(pair.a[0], narrow), b=with_values(pair.b[0], wide))
+    (row,) = compare(bench, [asked], Quantity.APEX, {"trial": alpha}, alpha)
+    assert 0.01 < float(number(row, "f_p").value or 0.0) < 0.05
+    assert json.loads(row.payload_json)["test"] == test
+    assert number(row, "t").df == pytest.approx(df)
+    assert number(row, "difference").ci_level == pytest.approx(1.0 - alpha)
+
+
+def test_brown_forsythe_and_the_sides_are_those_of_the_runs(reports: Reports) -> None:
+    made = reports()
+    for item in made.analysis.compared:
+        a, b = values(item.pair.a), values(item.pair.b)
+        expected = brown_forsythe({"b": b, "a": a})
+        found = number(item.result, "brown_forsythe")
+        if found.value is not None:
+            assert found.value == expected.statistic
+            assert number(item.result, "brown_forsythe_p").value == expected.p
+        assert number(item.result, "mean_a").value == pytest.approx(sum(a) / len(a))
+        assert number(item.result, "sd_b").n == len(b)
+
+
+def of_day_means(side: tuple[ConditionValues, ...]) -> list[float]:
+    found: dict[str, list[float]] = {}
+    for value, day in zip(values(side), days(side), strict=True):
+        found.setdefault(day, []).append(value)
+    return [sum(items) / len(items) for items in found.values()]
+
+
+def test_with_the_day_as_the_unit_comparisons_are_of_day_means(reports: Reports) -> None:
+    made = reports('unit_of_analysis = "day"\napex_bounds_m = [-0.01, 0.01]')
+    by_run = {(item.quantity, item.pair.label): item for item in reports().analysis.compared}
+    for item in made.analysis.compared:
+        a, b = of_day_means(item.pair.a), of_day_means(item.pair.b)
+        assert len(a) == len(b) == 2
+        expected = compare_two(b, a)
+        assert number(item.result, "difference").value == pytest.approx(expected.difference)
+        if item.quantity is Quantity.APEX:
+            assert number(item.result, "welch_p").value == pytest.approx(expected.welch_p)
+            assert item.equivalent is not None
+            assert number(item.equivalent, "p").value == pytest.approx(equivalence(b, a, -0.01, 0.01).p)
+        elif item.pair.with_savings:
+            assert number(item.result, "savings").value == pytest.approx(percent_savings(a, b).percent)
+        if item.by_day is not None:
+            as_runs = by_run[item.quantity, item.pair.label].by_day
+            assert as_runs is not None
+            assert number(item.by_day, "difference").value == pytest.approx(number(as_runs, "difference").value)
+    for varied in made.analysis.variations.varied:
+        assert (number(varied.result, "difference").n or 0) <= 4
+    page = quick_page(made.content).replace("\u00a0", " ")
+    assert "n = 2 control and 2 treatment days" in page
+    assert "Days are the unit of analysis" in page
+
+
+# --- what was planned, and what the report says that it did
+
+
+def by_name(made: MadeReport) -> dict[tuple[Quantity, str], set[str]]:
+    found: dict[tuple[Quantity, str], set[str]] = {}
+    for item in made.content.comparisons:
+        found.setdefault((item.quantity, item.family), set()).add(item.exploratory)
+    return found
+
+
+def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(reports: Reports) -> None:
+    made = reports('primary_outcome = "joules"\nfamily = "pooled"', in_time=True)
+    found = by_name(made)
+    assert found.pop((Quantity.JOULES, POOLED)) == {""}
+    assert all("" not in reasons for reasons in found.values())
+    assert found[Quantity.APEX, POOLED] == {"the primary outcome decided on is joules a jump"}
+    for claim in made.content.claims:
+        assert (", an exploratory comparison." in claim.text) == claim.text.startswith("The apex")
+    page = quick_page(made.content)
+    assert "before the first measurement came into the book" in page
+    assert (
+        "Exploratory, because the primary outcome decided on is joules a jump: each level against the control (apex "
+        "height)" in page
+    )
+    assert "all levels pooled against the control (exploratory)" in page
+    assert "The first run is dated 2021-" in made.content.decided[1]
+    assert made.content.decided[1] not in made.content.limitations
+    said = "".join(made.content.departures)
+    assert made.content.jump_comparisons
+    assert "Exploratory, because the unit of analysis decided on is the run, not the jump: " + POOLED in said
+    assert {item.exploratory for item in made.content.jump_comparisons} == {
+        "the unit of analysis decided on is the run, not the jump"
+    }
+    row = made.analysis.compared[0].result
+    varied = replace(made.analysis, anovas=[VarianceAnalysed("all runs", {}, Quantity.JOULES, row)])
+    assert departures(varied, made.content.comparisons)[-2] == (
+        "Exploratory, because the families that can be decided on have no analysis of variance: one-way analysis of "
+        "variance (joules a jump)."
+    )
+
+
+def test_where_nothing_was_decided_all_is_exploratory_and_the_report_says_so(reports: Reports) -> None:
+    made = reports()
+    assert all("" not in reasons for reasons in by_name(made).values())
+    assert all(", an exploratory comparison." in claim.text for claim in made.content.claims)
+    assert "Nothing was decided about the analysis before the first measurement" in quick_page(made.content)
+
+
+def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:
+    made = reports(where="foot == small")
+    assert all(item.adjusted is None for item in made.analysis.compared)
+    assert "Holm" not in "".join(made.content.methods)
+
+
+def test_the_family_that_was_decided_on_comes_before_claims_of_another(reports: Reports) -> None:
+    made = reports('family = "each"').content
+    planned = [item for item in made.comparisons if item.family == EACH and item.adjusted is not None]
+    shown = sum(item.adjusted_rejected is True for item in planned if item.quantity is Quantity.JOULES)
+    first, *others = made.claims
+    assert f" {EACH}. A difference is shown, counted by Holm, in " in first.text
+    assert f"{shown or 'none'} of " in first.text
+    assert first.text.endswith("which is exploratory.")
+    assert set(first.provenance) == {item.adjusted.provenance for item in planned if item.adjusted is not None}
+    assert all("exploratory" in claim.text for claim in others)
+    assert not any("counted by Holm, in" in claim.text for claim in reports().content.claims)

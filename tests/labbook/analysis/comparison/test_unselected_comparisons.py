@@ -1,0 +1,57 @@
+"""A report on a part of the conditions has the adjusted p of the report on all, where the family was planned."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from labbook.actions.report_command import state_report
+from labbook.analysis.comparison.family import adjusted, members
+from labbook.analysis.comparison.pairing import EACH, POOLED
+from labbook.analysis.results.result_cache import number
+from labbook.presenting.making import MadeReport
+from reports.numbers import Quantity
+from tests.helpers.books import ADA, SmallBook
+from tests.helpers.decided import decided_book
+
+
+def report(made: SmallBook, where: str | None) -> MadeReport:
+    with made.open() as book:
+        return state_report(book, where, ADA, lambda _step: None)
+
+
+def adjusted_p(made: MadeReport, quantity: Quantity) -> dict[str, tuple[float | None, int | None]]:
+    """Holm's p of each comparison shown, with the number of tests that it counts."""
+    found = {}
+    for item in made.analysis.compared:
+        if item.quantity is quantity and item.adjusted is not None:
+            shown = number(item.adjusted, adjusted(item.pair.label))
+            found[item.pair.label] = shown.value, shown.n
+    return found
+
+
+@pytest.mark.parametrize(("family", "named"), [("pooled", POOLED), ("each", EACH)])
+def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str, named: str) -> None:
+    made = decided_book(tmp_path, f'\n[analysis]\nfamily = "{family}"\n')
+    whole, part = report(made, None), report(made, "foot=small")
+    for quantity in Quantity:
+        of_whole, of_part = adjusted_p(whole, quantity), adjusted_p(part, quantity)
+        assert len(of_whole) == 2
+        assert len(of_part) == 1
+        assert of_part.items() <= of_whole.items()
+    assert "1 not in this selection" in " ".join(part.content.methods)
+    assert "not in this selection" not in " ".join(whole.content.methods)
+    assert all(item.pair.family == named for item in part.analysis.compared if item.adjusted is not None)
+    assert all("large" not in item.pair.label for item in part.analysis.compared)
+
+
+def test_levels_that_are_left_out_of_a_group_count_too(tmp_path: Path) -> None:
+    made = decided_book(tmp_path, '\n[analysis]\nfamily = "each"\n')
+    found = [item for item in report(made, "foot=small or b_ad_gain=0").analysis.compared if item.adjusted is not None]
+    assert {len(members(item.adjusted)) for item in found if item.adjusted is not None} == {2}
+
+
+def test_without_a_plan_the_family_is_what_is_compared(tmp_path: Path) -> None:
+    made = decided_book(tmp_path, "")
+    assert adjusted_p(report(made, "foot=small"), Quantity.JOULES) == {}

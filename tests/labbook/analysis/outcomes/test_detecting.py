@@ -1,0 +1,82 @@
+"""What a detection depends on: the rest length that the book has of the run's robot, and every kind of gap."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data_schema.queries.runs import list_runs
+from data_schema.vocabulary import GapKind
+from ingest.model import Gap
+from labbook.actions.correcting import correct
+from labbook.actions.jump_review import review
+from labbook.actions.report_command import state_report
+from labbook.analysis.outcomes.detecting import Log, detect, detection_rows, heeded_gaps
+from labbook.book.opening import Book
+from tests.helpers.books import ADA, SmallBook, small_book
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> SmallBook:
+    return small_book(tmp_path)
+
+
+@pytest.fixture
+def book(made: SmallBook) -> Iterator[Book]:
+    with made.open() as standing:
+        yield standing
+
+
+def test_a_corrected_rest_length_makes_apexes_stale_and_new(made: SmallBook) -> None:
+    with made.open() as book:
+        state_report(book, None, ADA, lambda _step: None)
+        with book.desk(ADA) as desk:
+            correct(book, desk, "robot:hopper", ["rest_length_m=0.26"], "measured again")
+        assert {"run_apexes", "condition_summary", "comparison"} <= {kind for kind, _scope in desk.stale}
+        with book.reading() as connection:
+            before = review(book, connection, "r001").detections[0].key
+    made.toml.write_text(made.toml.read_text().replace("rest_length_m = 0.27", "rest_length_m = 0.26"))
+    with made.open() as book:
+        anew = state_report(book, None, ADA, lambda _step: None).bench.computed.values()
+        with book.reading() as connection:
+            runs = {run.name: run for run in list_runs(connection)}
+            assert review(book, connection, "r001").detections[0].key == before
+    apexes = [row for row in anew if row.kind == "run_apexes"]
+    assert {json.loads(row.scope_json)["run"] for row in apexes} == {
+        name for name, run in runs.items() if run.condition_key
+    }
+    for row in apexes:
+        (robot,) = [item for item in row.inputs if item.input_kind == "robot"]
+        assert robot.input_uid == runs["r001"].robot_uid
+
+
+def test_the_book_says_the_rest_length_whatever_labbook_toml_calls_its_robots(made: SmallBook) -> None:
+    with made.open() as book, book.reading() as connection:
+        before = review(book, connection, "r001").detections
+    made.toml.write_text(made.toml.read_text().replace("[robots.hopper]", "[robots.other]"))
+    with made.open() as book, book.reading() as connection:
+        assert review(book, connection, "r001").detections == before
+
+
+@pytest.mark.parametrize("kind", list(GapKind))
+def test_a_jump_over_a_gap_of_any_kind_is_marked_and_has_its_own_key(book: Book, kind: GapKind) -> None:
+    with book.reading() as connection:
+        found = review(book, connection, "r001")
+    samples = book.store.samples(found.signals[0].store_path, ["body_height", "leg_length"])
+    apex_s = found.jumps[1].jump.apex_s
+    assert apex_s is not None
+    gap = Gap(apex_s - 0.01, 0.02, 6, 6, kind)
+    keys, touched = [], []
+    for gaps in (heeded_gaps([]), heeded_gaps([gap])):
+        log = Log(samples["time"], samples["body_height"], samples.get("leg_length"), gaps)
+        values, jumps = detection_rows(detect(log, "robust", 0.27), found.signals[0].sha256)
+        keys.append(values["key"])
+        touched.append([row["gap_touched"] for row in jumps])
+    assert keys[0] == found.detections[0].key
+    assert keys[1] != keys[0]
+    assert not np.any(touched[0])
+    assert touched[1][1] == 1

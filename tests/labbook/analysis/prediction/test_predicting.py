@@ -1,0 +1,458 @@
+"""Predictions of a book's conditions: simulated as they were run, with their error, traced, and reused."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError
+from data_schema.queries.results import result_by_uid
+from data_schema.queries.runs import list_runs
+from data_schema.tables.design import condition
+from data_schema.tables.results import prediction, result
+from data_schema.vocabulary import Undefined
+from labbook.actions.correcting import correct
+from labbook.actions.report_command import state_report
+from labbook.actions.tracing import trace, trace_lines
+from labbook.analysis.results.result_cache import number
+from labbook.book.opening import opened
+from labbook.config.parsing import parse_configuration
+from labbook.presenting.making import MadeReport
+from reports.numbers import Number
+from reports.predicted import PredictedQuantity, Prediction
+from simulator.ill_conditioned import grown_rounding
+from simulator.jump import simulate
+from simulator.scene import Scene
+from simulator.scene_file import load_scene, parse_scene, write_scene
+from stats.exact.distributions import t_quantile
+from tests.cli.shell import good, labbook, refused
+from tests.helpers.books import ADA, SmallBook, small_book
+
+SIMULATION = """
+[simulation]
+scene = "bed"
+assumed = ["foot_mass"]
+varied = { kg_scale = 0.05 }
+factors = { foot = "foot_radius", k_gain = "k_extension", b_ad_gain = "b_ad" }
+"""
+VARIED = {"kg_scale": 0.05, "foot_mass": 0.1}
+RADIUS_M = {"small": 0.038, "large": 0.051}
+K_N_M, B_AD = 2.56 * 400 + 67.36, {"0": 0.0, "100": 3.32 * 100 + 19.67}
+
+
+@dataclass(frozen=True)
+class Reported:
+    book: SmallBook
+    made: MadeReport
+
+    def prediction(self, quantity: PredictedQuantity, foot: str, level: str) -> Prediction:
+        (found,) = [
+            item
+            for item in self.made.content.predictions.of(quantity)
+            if (item.group["foot"], item.level) == (foot, level)
+        ]
+        return found
+
+
+def predicted_book(folder: Path, simulation: str = SIMULATION) -> SmallBook:
+    book = small_book(folder)
+    book.toml.write_text(book.toml.read_text(encoding="utf-8") + simulation, encoding="utf-8")
+    return book
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory: pytest.TempPathFactory) -> Reported:
+    book = predicted_book(tmp_path_factory.mktemp("predicted"))
+    with book.open() as standing:
+        return Reported(book, state_report(standing, None, ADA, lambda _step: None))
+
+
+def scene_of(foot: str, level: str, **more: float) -> Scene:
+    """The condition's scene by hand: that of the bed with what the small book's labbook.toml says."""
+    values = {"foot_radius": RADIUS_M[foot], "k_extension": K_N_M, "b_ad": B_AD[level]}
+    return load_scene("bed").changed({**values, **more})
+
+
+def simulated(foot: str, level: str, **more: float) -> tuple[float, float]:
+    jump = simulate(scene_of(foot, level, **more)).jump
+    assert jump.apex_height_m is not None
+    return jump.cost_J, jump.apex_height_m
+
+
+def error_by_hand(nominal: float, varied: list[tuple[float, float]], accuracy_part: float) -> float:
+    return math.hypot(accuracy_part, *(max(abs(low - nominal), abs(high - nominal)) for low, high in varied))
+
+
+def value_of(number: Number) -> float:
+    assert isinstance(number.value, float)
+    return number.value
+
+
+@pytest.mark.parametrize("foot", RADIUS_M)
+@pytest.mark.parametrize("level", B_AD)
+def test_each_condition_is_simulated_as_it_was_run(reported: Reported, foot: str, level: str) -> None:
+    nominal = simulated(foot, level)
+    start = load_scene("bed")
+    around = [
+        [simulated(foot, level, **{name: start[name] * (1 + sign * part)}) for sign in (-1, 1)]
+        for name, part in VARIED.items()
+    ]
+    for place, quantity in enumerate((PredictedQuantity.JOULES, PredictedQuantity.APEX)):
+        found = reported.prediction(quantity, foot, level)
+        assert found.predicted.value == nominal[place]
+        pairs = [(low[place], high[place]) for low, high in around]
+        assert found.predicted.se == pytest.approx(error_by_hand(nominal[place], pairs, 1e-6 * nominal[place]))
+        assert value_of(found.difference) == nominal[place] - value_of(found.measured)
+
+
+@pytest.mark.parametrize("foot", RADIUS_M)
+def test_savings_are_predicted_as_they_are_measured_and_shared_assumptions_cancel(
+    reported: Reported, foot: str
+) -> None:
+    def percent(**more: float) -> float:
+        return 100 * (1 - simulated(foot, "100", **more)[0] / simulated(foot, "0", **more)[0])
+
+    start = load_scene("bed")
+    pairs = [
+        (percent(**{name: start[name] * (1 - part)}), percent(**{name: start[name] * (1 + part)}))
+        for name, part in VARIED.items()
+    ]
+    for level in ("100", "pooled"):
+        found = reported.prediction(PredictedQuantity.SAVINGS, foot, level)
+        assert found.predicted.value == pytest.approx(percent())
+        assert found.predicted.se == pytest.approx(error_by_hand(percent(), pairs, 1e-4 * math.sqrt(2.0)), rel=1e-3)
+
+
+def test_the_ratio_is_the_difference_over_both_expanded_uncertainties(reported: Reported) -> None:
+    items = reported.made.content.predictions.items
+    assert len(items) == 12
+    for item in items:
+        difference = value_of(item.difference)
+        end = item.measured.ci_high if difference > 0 else item.measured.ci_low
+        assert isinstance(end, float)
+        assert isinstance(item.predicted.se, float)
+        assert isinstance(item.error_ratio, float)
+        expanded = math.hypot(end - value_of(item.measured), 2 * item.predicted.se)
+        assert item.error_ratio == pytest.approx(difference / expanded)
+        assert item.agrees is (abs(item.error_ratio) <= 1)
+
+
+def test_at_another_alpha_the_ratio_still_rests_on_95_percent(reported: Reported, tmp_path: Path) -> None:
+    shutil.copytree(reported.book.folder, tmp_path / "book")
+    book = SmallBook(tmp_path / "book", reported.book.instruments)
+    book.toml.write_text(f"{book.toml.read_text(encoding='utf-8')}\n[analysis]\nalpha = 0.01\n", encoding="utf-8")
+    with book.open() as standing:
+        items = state_report(standing, None, ADA, lambda _step: None).content.predictions.of(PredictedQuantity.SAVINGS)
+    assert len(items) == 4
+    for item in items:
+        difference = value_of(item.difference)
+        end = item.measured.ci_high if difference > 0 else item.measured.ci_low
+        assert item.measured.ci_level == 0.99
+        assert isinstance(end, float)
+        assert isinstance(item.measured.df, float)
+        assert isinstance(item.predicted.se, float)
+        narrower = t_quantile(0.95, item.measured.df) / t_quantile(0.99, item.measured.df)
+        expanded = math.hypot(narrower * (end - value_of(item.measured)), 2 * item.predicted.se)
+        assert item.error_ratio == pytest.approx(difference / expanded)
+
+
+def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported: Reported) -> None:
+    about = reported.made.content.predictions
+    assert {one.name: one.varied_by for one in about.assumed} == VARIED
+    for one in about.assumed:
+        assert one.why
+        parts = [
+            row.value
+            for item in reported.made.analysis.checked
+            if item.quantity is PredictedQuantity.JOULES
+            for row in item.result.numbers
+            if row.name == f"predicted, error by {one.name}"
+        ]
+        assert len(parts) == 4
+        assert one.joules == max(value for value in parts if value is not None)
+
+
+def test_every_shown_number_is_traced_to_the_condition_the_robot_and_the_scene(reported: Reported) -> None:
+    item = reported.prediction(PredictedQuantity.SAVINGS, "small", "100")
+    with opened(reported.book.folder) as book, book.reading() as connection:
+        told = "\n".join(trace_lines(trace(connection, item.predicted.provenance)))
+        again = "\n".join(trace_lines(trace(connection, item.difference.provenance)))
+    assert f"predicted = {item.predicted.value!r} %" in told
+    for words in (
+        "prediction_check",
+        "scene: scene bed",
+        "robot_body: robot hopper, body_mass_kg 1.8",
+        "condition foot=small",
+        "sha256",
+    ):
+        assert words in told
+    assert "difference = " in again
+
+
+def stored(connection: sa.Connection) -> list[sa.Row[Any]]:
+    """Return what is stored of all predictions, with the names of their results and conditions."""
+    own = [column for column in prediction.c if column.name not in ("id", "result", "condition")]
+    rows = connection.execute(
+        sa.select(*own, result.c.uid.label("result_uid"), condition.c.key.label("condition_key"))
+        .join(result, prediction.c.result == result.c.id)
+        .outerjoin(condition, prediction.c.condition == condition.c.id)
+        .order_by(prediction.c.id)
+    )
+    return list(rows)
+
+
+def test_the_simulated_scene_is_stored_and_gives_the_number_again(reported: Reported) -> None:
+    with opened(reported.book.folder) as book, book.reading() as connection:
+        rows = stored(connection)
+        keys = {run.condition_key for run in list_runs(connection) if run.levels}
+        assert {row.condition_key for row in rows} == keys
+        for row in rows:
+            scene = parse_scene(row.scene_toml, "stored")
+            result = result_by_uid(connection, row.result_uid)
+            assert result is not None
+            assert json.loads(row.effects_json) == sorted(scene.effects)
+            assert set(json.loads(row.assumed_json)) == set(scene.assumed) == set(VARIED)
+            jump = simulate(scene, row.accuracy).jump
+            assert jump.outcome == row.outcome
+            assert number(result, "predicted_joules_per_jump").value == jump.cost_J
+            assert number(result, "predicted_apex_height").value == jump.apex_height_m
+            assert scene.values["body_mass"].source == "robot hopper"
+            assert "foot" in scene.values["foot_radius"].source
+            assert ", but with foot=" in scene.title
+            assert scene.title.endswith(", robot hopper")
+
+
+def test_a_second_report_simulates_nothing_and_a_rebuild_gives_the_same(reported: Reported) -> None:
+    with reported.book.open() as book:
+        again = state_report(book, None, ADA, lambda _step: None)
+        assert not again.bench.computed
+        assert again.content.predictions == reported.made.content.predictions
+        with book.reading() as connection:
+            before = stored(connection)
+    done = good(labbook("rebuild", "--json", at=reported.book.folder)).json
+    assert not any(done["differences"].values())
+    with reported.book.open() as book, book.reading() as connection:
+        assert stored(connection) == before
+
+
+def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reported) -> None:
+    told = good(labbook("compare", "--foot", "small", at=reported.book.folder)).out
+    for words in (
+        "Energy of a jump",
+        "Apex height",
+        "Savings",
+        "small foot",
+        "CE",
+        "pooled",
+        "kg_scale",
+        "agrees with",
+    ):
+        assert words in told
+    assert "large foot" not in told
+    found = good(labbook("compare", "--json", at=reported.book.folder)).json
+    assert len(found["predictions"]) == 12
+    assert {one["name"] for one in found["assumed"]} == set(VARIED)
+    assert found["met"] is all(item["agrees"] is not False for item in found["predictions"])
+    assert not found["met"], "the small book's jumps cost ten times what any jump does"
+    for item in found["predictions"]:
+        assert item["difference"] == item["predicted"]["value"] - item["measured"]["value"]
+    answer = labbook("compare", "--check", at=reported.book.folder)
+    assert (answer.code, answer.err) == (1, "")
+    assert answer.out == good(labbook("compare", at=reported.book.folder)).out
+
+
+def test_a_factor_that_is_not_simulated_is_said_before_any_table(reported: Reported, tmp_path: Path) -> None:
+    book = predicted_book(tmp_path, SIMULATION.replace(', b_ad_gain = "b_ad"', ""))
+    told = good(labbook("compare", "--foot", "small", at=book.folder)).out
+    sentence, *_tables = told.split("\n\n")
+    assert sentence.startswith("Not simulated: ")
+    assert "names no parameter. Conditions that differ in nothing else have the same prediction" in sentence
+    found = good(labbook("compare", "--foot", "small", "--json", at=book.folder)).json
+    (factor,) = found["not_in_scene"]
+    assert factor in sentence
+    savings = [item for item in found["predictions"] if item["quantity"] == "savings"]
+    assert {item["predicted"]["value"] for item in savings} == {0.0}
+    assert "Not simulated" not in good(labbook("compare", at=reported.book.folder)).out
+
+
+def test_a_corrected_robot_makes_its_predictions_stale_and_is_simulated_anew(
+    reported: Reported, tmp_path: Path
+) -> None:
+    book = predicted_book(tmp_path)
+    with book.open() as standing:
+        state_report(standing, "foot=small", ADA, lambda _step: None)
+        with standing.desk(ADA) as desk:
+            correct(standing, desk, "robot:hopper", ["foot_mass_kg=0.21"], "weighed again")
+        assert {kind for kind, _scope in desk.stale} == {"prediction", "prediction_check"}
+        made = state_report(standing, "foot=small", ADA, lambda _step: None)
+    (one,) = [
+        item
+        for item in made.content.predictions.of(PredictedQuantity.JOULES)
+        if (item.group["foot"], item.level) == ("small", "0")
+    ]
+    assert one.predicted.value == simulated("small", "0", foot_mass=0.21)[0]
+
+
+CRICKET = """
+[robots.cricket]
+body_mass_kg = 1.6
+foot_mass_kg = 0.2
+link_1_m = 0.1
+link_2_m = 0.2
+rest_length_m = 0.27
+leg_min_m = 0.1
+leg_max_m = 0.3
+"""
+
+
+def test_a_condition_that_two_robots_ran_is_predicted_as_the_mean_over_its_runs(tmp_path: Path) -> None:
+    book = predicted_book(tmp_path, SIMULATION + CRICKET)
+    with book.open() as standing:
+        with standing.desk(ADA) as desk:
+            correct(standing, desk, "r001", ["robot=cricket"], "the other one hung there")
+        made = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None)
+    about = made.content.predictions
+    ((joules,), (apex,)) = about.of(PredictedQuantity.JOULES), about.of(PredictedQuantity.APEX)
+    light = simulated("small", "0", body_mass=1.6)
+    heavy = simulated("small", "0")
+    assert (joules.n, apex.n) == (3, 4), "no idle run says what the cricket draws"
+    assert joules.predicted.value == pytest.approx(heavy[0], rel=1e-12)
+    assert apex.predicted.value == pytest.approx((light[1] + 3 * heavy[1]) / 4, rel=1e-12)
+
+
+CHATTERING = """
+[simulation]
+scene = "sim1"
+factors = { foot = "foot_radius", k_gain = "k_extension" }
+"""
+
+
+def test_where_rounding_grows_beyond_the_accuracy_the_error_is_what_it_grows_to(tmp_path: Path) -> None:
+    book = predicted_book(tmp_path, CHATTERING)
+    with book.open() as standing:
+        about = state_report(standing, "b_ad_gain=0", ADA, lambda _step: None).content.predictions
+    masses = {"body_mass": 1.8, "foot_mass": 0.2}
+    grown = 0
+    for item in about.of(PredictedQuantity.JOULES):
+        radius_m = RADIUS_M[item.group["foot"]]
+        scene = load_scene("sim1").changed({"foot_radius": radius_m, "k_extension": K_N_M, **masses})
+        jump = simulate(scene, about.accuracy).jump
+        rounding = grown_rounding(jump, about.accuracy)
+        grown += rounding > 0.0
+        assert item.predicted.value == pytest.approx(jump.cost_J, rel=1e-12)
+        assert item.predicted.se == pytest.approx(max(about.accuracy, rounding) * jump.cost_J)
+    assert (about.branched, about.on_edge, about.grown) == (0, 0, grown)
+    assert grown == 1
+
+
+def test_a_jump_that_ends_otherwise_is_no_number(tmp_path: Path) -> None:
+    stiff = SIMULATION.replace('scene = "bed"', 'scene = "bed"\nparameters = { b_compression = 0.5 }')
+    book = predicted_book(tmp_path, stiff)
+    with book.open() as standing:
+        made = state_report(standing, "foot=small", ADA, lambda _step: None)
+    assert len(made.content.predictions.items) == 6
+    for item in made.content.predictions.items:
+        assert isinstance(item.predicted.value, Undefined)
+        assert "leg_folded" in item.predicted.value.reason
+        assert (item.agrees, isinstance(item.error_ratio, Undefined)) == (None, True)
+    told = good(labbook("compare", "--foot", "small", "--check", at=book.folder)).out
+    assert "leg_folded" in told
+    found = good(labbook("compare", "--foot", "small", "--json", at=book.folder)).json
+    assert {item["predicted"]["value"] for item in found["predictions"]} == {None}
+
+
+def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_the_journal(tmp_path: Path) -> None:
+    book = predicted_book(tmp_path, SIMULATION.replace('"bed"', '"own.toml"'))
+    own = write_scene(load_scene("bed").changed({"b_compression": 20.0})) + "# the floor of the laboratory\n"
+    (book.folder / "own.toml").write_text(own, encoding="utf-8")
+    with book.open() as standing:
+        made = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None)
+        (joules,) = made.content.predictions.of(PredictedQuantity.JOULES)
+        assert joules.predicted.value == simulated("small", "0", b_compression=20.0)[0]
+        assert made.content.predictions.scene == "own.toml"
+        assert {one.name for one in made.content.predictions.assumed} == {*VARIED, "b_compression"}, "set, not sourced"
+        with standing.reading() as connection:
+            told = "\n".join(trace_lines(trace(connection, joules.predicted.provenance)))
+            before = stored(connection)
+    assert f"scene: scene own.toml, sha256 {hashlib.sha256(own.encode()).hexdigest()}" in told
+    (book.folder / "own.toml").write_text(
+        own.replace("b_compression = { value = 20.0", "b_compression = { value = 30.0")
+    )
+    done = good(labbook("rebuild", "--json", at=book.folder)).json
+    assert not any(done["differences"].values())
+    with book.open() as standing:
+        with standing.reading() as connection:
+            assert stored(connection) == before
+        again = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None)
+    (anew,) = again.content.predictions.of(PredictedQuantity.JOULES)
+    assert anew.predicted.value == simulated("small", "0", b_compression=30.0)[0]
+
+
+def test_a_scene_file_that_is_none_is_refused_by_its_name(tmp_path: Path) -> None:
+    book = predicted_book(tmp_path, SIMULATION.replace('"bed"', '"own.toml"'))
+    refused(labbook("compare", at=book.folder), 2, "own.toml", "No such file")
+    (book.folder / "own.toml").write_text(write_scene(load_scene("bed")).replace("[robot]", "[robots]"))
+    refused(labbook("compare", at=book.folder), 2, "own.toml: 'robots' is not a known key of a scene file")
+
+
+def test_a_book_without_a_scene_predicts_nothing_and_compare_says_what_to_write(tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    refused(labbook("compare", at=book.folder), 2, "[simulation]")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('foot = "foot_radius"', 'foot = "foot_radus"', "foot_radius"),
+        ('foot = "foot_radius"', 'foot = "stall_torque_"', "stall_torque"),
+        ('"foot_mass"]', '"footmass"]', "foot_mass"),
+        ("kg_scale = 0.05", "kg_scal = 0.05", "kg_scale"),
+        ('scene = "bed"', 'scene = "bed"\neffects = "+drg"', "drag"),
+        ('scene = "bed"', 'scene = "bed"\nparameters = { kg_scale = -1.0 }', "kg_scale"),
+    ],
+)
+def test_what_the_scene_does_not_know_is_refused_with_the_nearest_name(
+    old: str, new: str, said: str, tmp_path: Path
+) -> None:
+    book = predicted_book(tmp_path, SIMULATION.replace(old, new))
+    refused(labbook("compare", at=book.folder), 2, said)
+
+
+def test_a_level_without_a_number_is_refused_with_what_to_write(tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    text = book.toml.read_text(encoding="utf-8")
+    parse_configuration(text + SIMULATION, "labbook.toml")
+    from data_schema.queries.study import LevelRow
+    from labbook.analysis.prediction.condition_scenes import level_parameters
+
+    settings = parse_configuration(text + SIMULATION, "labbook.toml").simulation
+    assert settings is not None
+    with pytest.raises(UsageError, match=r"\[simulation.levels.foot\]"):
+        level_parameters(settings, None, "foot", LevelRow("uid", "huge", None, "{}"))
+
+
+SUNK = """
+[simulation]
+scene = "sim2"
+parameters = { foot_radius = 0.0073, kg_scale = %g }
+"""
+
+
+@pytest.mark.parametrize(("kg_scale", "conditions"), [(1.0, 1), (3.0, 0)])
+def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: float, conditions: int) -> None:
+    book = predicted_book(tmp_path, SUNK % kg_scale)
+    with book.open() as standing:
+        about = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None).content.predictions
+    scene = load_scene("sim2").changed(
+        {"foot_radius": 0.0073, "kg_scale": kg_scale, "body_mass": 1.8, "foot_mass": 0.2}
+    )
+    assert simulate(scene, about.accuracy).jump.under_surface == bool(conditions)
+    assert (about.under_surface, about.open_book) == (conditions, 0)

@@ -1,0 +1,368 @@
+"""Charges and logs that come to a run when it has what counts, and those that are given to it after a report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+import sqlalchemy as sa
+
+from labbook.actions.assigning import assign
+from labbook.actions.correcting import correct
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.report_command import state_report
+from labbook.analysis.comparison.pairing import POOLED
+from labbook.analysis.preregistration.planned import Planned, planned_analysis
+from labbook.book.rebuilding import rebuild_database
+from reports.numbers import Quantity
+from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+from tests.helpers.statements import gives_charge
+
+DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
+
+
+def decided(folder: Path, without: str = "") -> SmallBook:
+    """A book whose analysis was decided before everything was ingested, but for one log."""
+    made = small_book(folder, ingested=False)
+    made.toml.write_text(made.toml.read_text() + DECIDED)
+    if without:
+        (made.instruments / "logs" / without).rename(made.instruments / "loose.csv")
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+    return made
+
+
+@pytest.fixture
+def honest(tmp_path: Path) -> SmallBook:
+    return decided(tmp_path)
+
+
+def planned(made: SmallBook) -> Planned:
+    with made.open() as book, book.reading() as connection:
+        return planned_analysis(connection, book.configuration)
+
+
+def key_of(made: SmallBook, run: str) -> str:
+    with made.open() as book, book.reading() as connection:
+        query = "SELECT condition.key FROM condition JOIN run ON run.condition = condition.id WHERE run.name = "
+        return str(connection.exec_driver_sql(f"{query}'{run}'").scalar_one())
+
+
+def another_log(made: SmallBook, name: str) -> Path:
+    """The log of r003 less its last sample, under another name."""
+    path = made.instruments / name
+    path.write_bytes(b"\n".join((made.instruments / "logs" / "r003.csv").read_bytes().splitlines()[:-1]) + b"\n")
+    return path
+
+
+def ingests(made: SmallBook, path: Path, person: str = ADA) -> None:
+    with made.open() as book:
+        ingest_file(book, path, IngestRequest(person=person))
+
+
+def assigns(made: SmallBook, what: str, run: str, why: str | None = None) -> None:
+    with made.open() as book, book.desk(ADA) as desk:
+        if "#" in what and run != "none":
+            gives_charge(desk, what, run, why)
+        else:
+            assign(desk, what, run, why)
+
+
+def reports(made: SmallBook) -> None:
+    with made.open() as book:
+        state_report(book, None, ADA, lambda _step: None)
+
+
+def test_a_further_log_takes_its_run_out(honest: SmallBook) -> None:
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith("r002 again.csv came to run r002 when it had its log (Ada Nwosu, ")
+    assert said.endswith("), which leaves run r002 without apex height")
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    (corrected,) = planned(honest).departures
+    assert "starts of run r002 was 1 and is 2" in corrected
+
+
+def test_a_further_log_that_is_taken_off_again_is_no_departure(honest: SmallBook) -> None:
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    assigns(honest, "r002 again.csv", "none", "belongs to no run")
+    assert not [said for said in planned(honest).departures if "which leaves" in said]
+
+
+def test_a_second_charge_takes_its_run_out(honest: SmallBook) -> None:
+    """One that contradicts the run's waits in the inbox, until somebody gives it to the run."""
+    sheet = honest.instruments / "again.csv"
+    sheet.write_text("run,mAh,minutes,end_voltage,pack,ended\nr002,90,10,16.80,B,2021-06-14 10:17\n")
+    ingests(honest, sheet)
+    assert planned(honest).departures == ()
+    assigns(honest, "again.csv#1", "r002")
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith("a further charge of again.csv came to run r002 when it had its charge (Ada Nwosu, ")
+    assert said.endswith("), which leaves run r002 without joules a jump")
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory_equivalence(POOLED) is None
+    rebuild_database(honest.folder, lambda _step: None)
+    assert planned(honest) == found
+
+
+def test_a_second_charge_of_an_idle_run_bears_on_all_joules(honest: SmallBook) -> None:
+    sheet = honest.instruments / "again.csv"
+    sheet.write_text("run,mAh,minutes,end_voltage,pack,ended\nr007,90,10,16.80,B,2021-06-14 12:25\n")
+    ingests(honest, sheet)
+    assigns(honest, "again.csv#1", "r007")
+    assert "run r007 without joules" in str(planned(honest).exploratory(Quantity.JOULES, POOLED, ["any"]))
+
+
+@pytest.mark.parametrize("report_first", [True, False])
+def test_what_lay_in_the_inbox_while_a_report_was_made_is_told(tmp_path: Path, report_first: bool) -> None:
+    made = decided(tmp_path, without="r002.csv")
+    ingests(made, made.instruments / "loose.csv")
+    steps: list[Callable[[], None]] = [lambda: reports(made), lambda: assigns(made, "loose.csv", "r002")]
+    for step in steps if report_first else steps[::-1]:
+        step()
+    found = planned(made)
+    if not report_first:
+        assert found.departures == ()
+        return
+    (said,) = found.departures
+    assert said.startswith("the log of run r002 was in the book when a report was made, and was given to it only after")
+    assert found.exploratory_equivalence(POOLED) is None
+
+
+def test_a_log_taken_off_and_put_back_after_a_report_is_no_departure(honest: SmallBook) -> None:
+    reports(honest)
+    assigns(honest, "r002.csv", "none", "was it this one?")
+    assigns(honest, "r002.csv", "r002")
+    assert planned(honest).departures == ()
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    (said,) = planned(honest).departures
+    assert said.startswith("r002 again.csv came to run r002 when it had its log")
+    rebuild_database(honest.folder, lambda _step: None)
+    assert planned(honest).departures == (said,)
+
+
+def test_a_charge_taken_off_and_put_back_is_no_departure(honest: SmallBook) -> None:
+    reports(honest)
+    assigns(honest, "2021-06-14.csv#2", "none", "was it this one?")
+    assigns(honest, "2021-06-14.csv#2", "r002")
+    assert planned(honest).departures == ()
+
+
+@pytest.mark.parametrize(("what", "lost"), [("r002.csv", "apex height"), ("2021-06-14.csv#2", "joules a jump")])
+def test_what_was_taken_off_a_run_and_given_to_another_is_told_once(honest: SmallBook, what: str, lost: str) -> None:
+    assigns(honest, what, "none", "was it this one?")
+    assigns(honest, what, "r003")
+    (said,) = planned(honest).departures
+    assert said.endswith(f"which leaves run r002, r003 without {lost}")
+
+
+AWAY = [("r003", "belongs there"), ("none", "does it?")]
+
+
+@pytest.mark.parametrize(
+    "back",
+    [
+        [*AWAY, ("r002", None)],
+        [("r003", "belongs there"), ("r002", "no")],
+        [("none", "does it?"), ("r003", None), ("r002", "no")],
+        [("none", "does it?"), ("r003", None), ("none", "no"), ("r002", None)],
+    ],
+)
+@pytest.mark.parametrize("what", ["r002.csv", "2021-06-14.csv#2"])
+@pytest.mark.parametrize("reported", [True, False])
+def test_what_is_where_it_was_in_the_end_is_no_departure(
+    honest: SmallBook, what: str, back: list[tuple[str, str | None]], reported: bool
+) -> None:
+    """By whichever way it went to another run and came back, where no report was made meanwhile."""
+    if reported:
+        reports(honest)
+    for run, why in back:
+        assigns(honest, what, run, why)
+    assert planned(honest).departures == ()
+
+
+def test_a_log_that_a_report_saw_at_another_run_is_told(honest: SmallBook) -> None:
+    assigns(honest, "r002.csv", *AWAY[0])
+    reports(honest)
+    for run, why in (AWAY[1], ("r002", None)):
+        assigns(honest, "r002.csv", run, why)
+    (said,) = planned(honest).departures
+    assert "r002.csv was taken off run r003 and given to run r002" in said
+
+
+def test_a_log_that_was_moved_before_it_was_taken_off_is_told_once_and_by_its_name(honest: SmallBook) -> None:
+    for run, why in AWAY:
+        assigns(honest, "r002.csv", run, why)
+    (said,) = planned(honest).departures
+    assert ": r002.csv was taken off run r002 (Ada Nwosu, " in said
+    assert said.endswith("which leaves run r002 without apex height")
+    rebuild_database(honest.folder, lambda _step: None)
+    assert planned(honest).departures == (said,)
+
+
+def test_a_further_log_of_a_run_with_two_starts_is_no_departure_whichever_command_brought_it(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + DECIDED)
+    with made.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+    ingests(made, another_log(made, "r002 again.csv"))
+    assert planned(made).departures == ()
+
+
+def test_a_log_that_a_report_missed_is_told_though_it_was_there_before(honest: SmallBook) -> None:
+    assigns(honest, "r002.csv", "none", "was it this one?")
+    reports(honest)
+    assigns(honest, "r002.csv", "r002")
+    (said,) = planned(honest).departures
+    assert said.startswith("the log of run r002 was in the book when a report was made, and was given to it only after")
+
+
+def test_a_log_that_replaced_another_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
+    reports(honest)
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    assigns(honest, "r002.csv", "none", "the other is better")
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith("r002 again.csv replaced r002.csv as the log of run r002 after a report had been made (Ada ")
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    rebuild_database(honest.folder, lambda _step: None)
+    assert planned(honest) == found
+    assigns(honest, "r002 again.csv", "none", "it was not")
+    assigns(honest, "r002.csv", "r002")
+    assert not [item for item in planned(honest).further if item.quantities]
+
+
+def test_a_log_that_replaced_another_before_any_report_is_told_only(honest: SmallBook) -> None:
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    assigns(honest, "r002.csv", "none", "the other is better")
+    reports(honest)
+    found = planned(honest)
+    (said,) = found.departures
+    assert "r002.csv was taken off run r002" in said
+    assert found.exploratory_equivalence(POOLED) is None
+
+
+def test_one_of_two_logs_taken_off_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    ingests(honest, another_log(honest, "r002 again.csv"))
+    reports(honest)
+    (started,) = planned(honest).departures
+    assigns(honest, "r002 again.csv", "none", "the first is better")
+    found = planned(honest)
+    assert found.departures[0] == started
+    said = found.departures[1]
+    assert said.startswith("corrected after the first measurement: r002 again.csv was taken off run r002 (Ada Nwosu, ")
+    assert said.endswith("after a report had been made: run r002 keeps its other logs")
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
+    assigns(honest, "r002 again.csv", "r002")
+    assert planned(honest).departures == (started,)
+
+
+def test_a_charge_that_replaced_another_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
+    sheet = honest.instruments / "again.csv"
+    sheet.write_text("run,mAh,minutes,end_voltage,pack,ended\nr002,90,10,16.80,B,2021-06-14 10:17\n")
+    ingests(honest, sheet)
+    reports(honest)
+    assigns(honest, "2021-06-14.csv#2", "none", "read wrongly")
+    assigns(honest, "again.csv#1", "r002")
+    found = planned(honest)
+    (said,) = found.departures
+    assert said.startswith("a charge of again.csv replaced a charge of 2021-06-14.csv as the charge of run r002 after ")
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory_equivalence(POOLED) is None
+
+
+def test_a_charge_corrected_after_a_report_is_listed_and_not_labelled(honest: SmallBook) -> None:
+    reports(honest)
+    with honest.open() as book, book.reading() as connection:
+        query = "SELECT charge.uid FROM charge JOIN run ON charge.run = run.id WHERE run.name = 'r002'"
+        uid = connection.exec_driver_sql(query).scalar_one()
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, f"charge:{uid}", ["charge_mah=90"], "typed wrongly")
+    found = planned(honest)
+    (said,) = found.departures
+    assert "charge_mah of the charge of run r002 was " in said
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+
+
+def moves(made: SmallBook, foot: str) -> None:
+    with made.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", [f"foot={foot}"], "looked odd")
+
+
+def test_a_run_stands_where_the_report_saw_it(honest: SmallBook) -> None:
+    """Moved before a report and there and back after it: told, for it was moved after the first measurement."""
+    moves(honest, "large")
+    reports(honest)
+    moves(honest, "small")
+    moves(honest, "large")
+    found = planned(honest)
+    (told,) = found.departures
+    assert told.startswith("corrected after the first measurement: condition of run r002 was ")
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    moves(honest, "small")
+    (said,) = planned(honest).departures
+    assert said.startswith("the condition of run r002 was corrected after a report had been made: it was foot=large ")
+    assert planned(honest).exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
+
+
+def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(honest: SmallBook) -> None:
+    was = key_of(honest, "r002")
+    reports(honest)
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["foot=large"], "looked odd")
+    found = planned(honest)
+    (said,) = found.departures
+    corrected = "the condition of run r002 was corrected after a report had been made"
+    assert said.startswith(f"{corrected}: it was {was} and is {key_of(honest, 'r002')} (Ada Nwosu, ")
+    for key in (was, key_of(honest, "r002")):
+        assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
+        assert found.exploratory_equivalence(POOLED, [key]) == said
+    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["foot=small"], "it was right")
+    assert planned(honest).departures == ()
+
+
+def test_another_corrected_value_asks_the_book_nothing_more(honest: SmallBook) -> None:
+    asked = []
+    for run, pack in (("r002", "C"), ("r003", "A")):
+        with honest.open() as book, book.desk(ADA) as desk:
+            correct(book, desk, run, [f"battery={pack}"], "read again")
+        with honest.open() as book, book.reading() as connection:
+            queries: list[str] = []
+            sa.event.listen(connection, "before_cursor_execute", lambda *said, kept=queries: kept.append(said[2]))
+            found = planned_analysis(connection, book.configuration)
+        assert any(f"battery of run {run} was " in said for said in found.departures)
+        asked.append(queries)
+    assert len(asked[0]) == len(asked[1])
+    of_reports = [query for query in asked[0] if query.startswith("SELECT journal.seq \nFROM journal")]
+    assert len(of_reports) == 1
+
+
+def test_a_run_put_on_another_day_or_pack_is_told_by_name(honest: SmallBook) -> None:
+    with honest.open() as book, book.desk(ADA) as desk:
+        correct(book, desk, "r002", ["battery=C", "day=2021-06-16", "position_in_day=20"], "read again")
+    told = planned(honest).departures
+    assert [
+        any(words in said for said in told) for words in ("was B and is C", "was 2021-06-14 and is 2021-06-16")
+    ] == [
+        True,
+        True,
+    ]
+    assert planned(honest).exploratory(Quantity.JOULES, POOLED) is None

@@ -1,0 +1,291 @@
+"""What was decided about the analysis before the first measurement rules, and what departs from it is told."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from data_schema.queries.first_measurement import first_measurement, stated_configurations
+from data_schema.queries.runs import list_runs
+from data_schema.vocabulary import Action, ReasonCode, RunState
+from labbook.actions.correcting import correct, unvoid, void
+from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.jump_review import decide
+from labbook.actions.typed_charge import state_charge
+from labbook.analysis.comparison.pairing import EACH, POOLED
+from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before, planned_analysis
+from labbook.book.opening import Book
+from labbook.book.rebuilding import rebuild_database
+from labbook.config.model import AnalysisSettings, Bounds, Family, Outcome
+from labbook.presenting.planned import planned_sentences
+from reports.numbers import Quantity
+from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
+from tests.helpers.statements import note, said_alike
+
+DECIDED = '\n[analysis]\nalpha = 0.01\nexclusions = ["misfire", "sensor_fault"]\n'
+STOOD = AnalysisSettings(alpha=0.01, exclusions=(ReasonCode.MISFIRE, ReasonCode.SENSOR_FAULT))
+
+
+def decides(made: SmallBook, analysis: str) -> None:
+    """Let labbook.toml end with this table of what is decided."""
+    text = made.toml.read_text().split("\n[analysis]")[0]
+    made.toml.write_text(text + analysis)
+
+
+def speaks(made: SmallBook, person: str = ADA) -> None:
+    """Let a person say something, so that the book takes over what labbook.toml says."""
+    with made.open() as book, book.desk(person) as desk:
+        note(desk, "heard")
+
+
+def planned(made: SmallBook) -> Planned:
+    with made.open() as book:
+        return planned_in(book)
+
+
+def planned_in(book: Book) -> Planned:
+    with book.reading() as connection:
+        return planned_analysis(connection, book.configuration)
+
+
+@pytest.fixture
+def fresh(tmp_path: Path) -> SmallBook:
+    """A book with runs and without files."""
+    return small_book(tmp_path, ingested=False, two_people=True)
+
+
+@pytest.fixture
+def either(tmp_path: Path, database_url: str | None) -> SmallBook:
+    """The same, on SQLite and on PostgreSQL."""
+    return small_book(tmp_path, ingested=False, two_people=True, database_url=database_url)
+
+
+def measured(made: SmallBook) -> SmallBook:
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+    return made
+
+
+def test_before_anything_is_measured_labbook_toml_speaks_for_itself(fresh: SmallBook) -> None:
+    assert planned(fresh) == Planned(AnalysisSettings(), False, ())
+    decides(fresh, DECIDED)
+    found = planned(fresh)
+    assert (found.settings, found.stated, found.departures, found.stated_utc) == (STOOD, True, (), None)
+    speaks(fresh, BEN)
+    assert planned(fresh).stated_by == BEN
+    assert planned(fresh).first_measured_utc is None
+
+
+def test_what_was_decided_stands_in_the_journal_before_the_first_file(either: SmallBook) -> None:
+    """labbook.toml was edited and nothing said meanwhile: the ingest itself takes it over, and says that first."""
+    decides(either, DECIDED)
+    with either.open() as book:
+        ingest_file(book, either.log("r001"), IngestRequest(person=BEN))
+        said = [(entry.entity_kind, entry.action) for entry in said_alike(book)]
+        with book.reading() as connection:
+            first = first_measurement(connection)
+            configurations = stated_configurations(connection)
+    assert said[-2:] == [("config", Action.DECLARE), ("ingest", Action.INGEST)]
+    assert first is not None
+    assert (first.seq, configurations[-1].seq) == (len(said), len(said) - 1)
+    assert "[analysis]" in configurations[-1].text
+    found = planned(either)
+    assert (found.settings, found.stated, found.departures) == (STOOD, True, ())
+    assert (found.stated_utc, found.stated_by) == (configurations[-1].at_utc, BEN)
+    assert found.first_measured_utc == first.at_utc
+
+
+def test_a_charge_typed_in_is_a_measurement_and_a_run_sheet_is_none(tmp_path: Path) -> None:
+    made = small_book(tmp_path, runs=False, ingested=False)
+    with made.open() as book:
+        import_sheet(book, made.instruments / "runs.csv")
+        with book.reading() as connection:
+            assert first_measurement(connection) is None
+    decides(made, DECIDED)
+    with made.open() as book, book.desk(ADA) as desk:
+        state_charge(desk, book.configuration, "r001", 120.0, None, None)
+    assert planned(made).stated
+    with made.open() as book:
+        said = [entry.entity_kind for entry in said_alike(book)]
+    assert said[-2:] == ["config", "charge"]
+
+
+def test_a_refused_file_is_no_measurement(fresh: SmallBook) -> None:
+    scan = fresh.instruments / "scan.pdf"
+    scan.write_bytes(b"%PDF-1.7 not a log at all\n")
+    with fresh.open() as book:
+        ingest_file(book, scan, IngestRequest(person=ADA))
+        assert said_alike(book)[-1].action is Action.REFUSE
+    decides(fresh, DECIDED)
+    assert planned(measured_by_one(fresh)).stated
+
+
+def measured_by_one(made: SmallBook) -> SmallBook:
+    with made.open() as book:
+        ingest_file(book, made.log("r001"), IngestRequest(person=ADA))
+    return made
+
+
+def test_where_nothing_was_decided_in_time_all_is_exploratory(fresh: SmallBook) -> None:
+    measured_by_one(fresh)
+    found = planned(fresh)
+    assert (found.settings, found.stated, found.departures) == (AnalysisSettings(), False, (NOTHING_DECIDED,))
+    decides(fresh, DECIDED)
+    speaks(fresh, BEN)
+    found = planned(fresh)
+    assert (found.settings, found.stated, found.stated_by) == (STOOD, False, BEN)
+    assert found.departures[0].startswith(f"{NOTHING_DECIDED}; [analysis] was stated on ")
+    assert found.departures[0].endswith("by Ben Ode, after it")
+    assert found.exploratory(Quantity.JOULES, POOLED) == NOTHING_DECIDED
+    assert found.exploratory_equivalence(POOLED) == NOTHING_DECIDED
+
+
+def test_a_later_change_is_taken_over_and_told_and_rules_nothing(fresh: SmallBook) -> None:
+    decides(fresh, DECIDED)
+    measured_by_one(fresh)
+    decides(fresh, '\n[analysis]\nprimary_outcome = "apex"\nfamily = "each"\nexclusions = ["misfire"]\n')
+    speaks(fresh, BEN)
+    with fresh.open() as book:
+        assert "config" in [entry.entity_kind for entry in said_alike(book)[-2:]]
+    found = planned(fresh)
+    assert (found.settings, found.stated, found.stated_by) == (STOOD, True, ADA)
+    words = [sentence.split(" before")[0] for sentence in found.departures]
+    assert words == [
+        "[analysis] had primary outcome joules", "[analysis] had family pooled", "[analysis] had alpha 0.01",
+        "[analysis] had exclusions misfire, sensor_fault",
+    ]  # fmt: skip
+    assert "and has apex in labbook.toml since 20" in found.departures[0]
+    assert found.departures[0].endswith("(Ben Ode): what was stated before stands")
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+
+
+def test_runs_that_are_older_than_the_decision_are_told(fresh: SmallBook) -> None:
+    decides(fresh, DECIDED)
+    measured_by_one(fresh)
+    found = planned(fresh)
+    with fresh.open() as book, book.reading() as connection:
+        first = list_runs(connection)[0]
+    assert found.run_before == first.day
+    said = planned_sentences(found)
+    assert said[1].startswith(f"The first run is dated {first.day}, before the decision was stated on 20")
+    assert "nothing shows that it was made before the data were seen" in said[1]
+
+
+def test_a_run_is_older_by_its_start_and_without_one_by_its_day(fresh: SmallBook) -> None:
+    with fresh.open() as book, book.reading() as connection:
+        run = replace(list_runs(connection)[0], day="2026-03-05", state=RunState.COMPLETE)
+    at = "2026-03-05T12:00:00Z"
+    for started, expected in ((None, None), ("2026-03-05T11:59:59Z", "2026-03-05"), ("2026-03-05T12:00:01Z", None)):
+        assert _run_before([replace(run, started_utc=started)], at) == expected
+    earlier = replace(run, day="2026-03-04", started_utc=None)
+    assert _run_before([run, earlier], at) == "2026-03-04"
+    assert _run_before([replace(earlier, state=RunState.OPEN)], at) is None
+
+
+def test_what_is_changed_back_is_no_departure(fresh: SmallBook) -> None:
+    decides(fresh, DECIDED)
+    measured_by_one(fresh)
+    for analysis in ("\n[analysis]\nalpha = 0.1\n", DECIDED):
+        decides(fresh, analysis)
+        speaks(fresh)
+    assert planned(fresh).departures == ()
+
+
+def test_what_is_taken_out_stands(fresh: SmallBook) -> None:
+    decides(fresh, DECIDED)
+    measured_by_one(fresh)
+    decides(fresh, "")
+    found = planned(fresh)
+    assert found.settings == STOOD
+    assert found.departures[0].startswith("labbook.toml has no [analysis] any more")
+
+
+def test_settings_have_stood_since_they_were_last_changed(fresh: SmallBook) -> None:
+    decides(fresh, DECIDED)
+    speaks(fresh, BEN)
+    fresh.toml.write_text("# the same decisions\n" + fresh.toml.read_text())
+    speaks(fresh, ADA)
+    measured_by_one(fresh)
+    assert planned(fresh).stated_by == BEN
+
+
+def test_bounds_that_come_late_are_used_and_exploratory(fresh: SmallBook) -> None:
+    decides(fresh, DECIDED)
+    measured_by_one(fresh)
+    decides(fresh, DECIDED + "apex_bounds_percent = [-3, 3]\n")
+    found = planned(fresh)
+    assert found.settings.apex_bounds == Bounds(-3.0, 3.0, percent=True)
+    assert found.departures == (
+        "[analysis] had apex bounds none before the first run was ingested and has -3 to 3 % in labbook.toml: it is "
+        "used, and exploratory",
+    )
+    assert "no bounds" in str(found.exploratory_equivalence(POOLED))
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+
+
+@pytest.mark.parametrize("outcome", Outcome)
+@pytest.mark.parametrize("family", Family)
+def test_one_outcome_in_one_family_is_planned(outcome: Outcome, family: Family) -> None:
+    plan = Planned(AnalysisSettings(primary_outcome=outcome, family=family), True, ())
+    planned_ones = [
+        (quantity, name) for quantity in Quantity for name in (EACH, POOLED) if not plan.exploratory(quantity, name)
+    ]
+    quantity = Quantity.JOULES if outcome is Outcome.JOULES else Quantity.APEX
+    name = EACH if family is Family.EACH else POOLED
+    assert planned_ones == [(quantity, name)]
+    assert plan.exploratory(quantity, "between levels of the foot") == f"the family decided on is {name}"
+    assert plan.exploratory_equivalence(name) is None
+
+
+def test_what_was_left_out_for_other_reasons_is_told(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False)
+    decides(made, DECIDED)
+    measured(made)
+    with made.open() as book, book.desk(ADA) as desk:
+        decide(book, desk, "r002", [1, 2], "reject", "wrong_apex", None)
+        decide(book, desk, "r003", [1], "reject", "misfire", None)
+        decide(book, desk, "r004", [1], "reject", "other", None)
+        decide(book, desk, "r004", [1], "clear", "other", None)
+        decide(book, desk, "r005", [2], "reject", "other", None)
+        decide(book, desk, "r005", [2], "reject", "sensor_fault", "looked again")
+    found = planned(made)
+    assert found.departures == ("2 jumps of run r002 rejected (wrong_apex), which was not allowed",)
+    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert "2 jumps of run r002" in str(found.exploratory_equivalence(POOLED))
+    with made.open() as book, book.desk(ADA) as desk:
+        void(desk, "r006", "Sensor fault: the string was off its drum")
+        void(desk, "r002", "misfired badly")
+    found = planned(made)
+    assert found.departures == ("run r002 is void (misfired badly), which was not allowed",)
+    assert "run r002 is void" in str(found.exploratory(Quantity.JOULES, POOLED))
+    assert str(found.exploratory(Quantity.JOULES, POOLED)).endswith(AS_A_WHOLE)
+    with made.open() as book, book.desk(ADA) as desk:
+        unvoid(desk, "r002", "it was another")
+        void(desk, "r002", "misfire")
+    assert planned(made).departures == ()
+
+
+def test_whoever_allows_other_reasons_allows_all(tmp_path: Path) -> None:
+    made = small_book(tmp_path, ingested=False)
+    decides(made, "\n[analysis]\nalpha = 0.01\n")
+    measured(made)
+    with made.open() as book, book.desk(ADA) as desk:
+        void(desk, "r006", "foot came loose")
+        decide(book, desk, "r002", [1], "reject", "other", None)
+    assert planned(made).departures == ()
+
+
+def test_a_rebuilt_book_says_the_same(either: SmallBook) -> None:
+    decides(either, DECIDED)
+    measured_by_one(either)
+    decides(either, "\n[analysis]\nalpha = 0.1\n")
+    with either.open() as book, book.desk(BEN) as desk:
+        correct(book, desk, "r001", ["duration_s=722"], "typed wrong")
+        void(desk, "r004", "foot came loose")
+    before = planned(either)
+    assert before.departures
+    assert before.left_out
+    rebuild_database(either.folder, lambda _step: None)
+    assert planned(either) == before

@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+
+from data_schema.vocabulary import Undefined
+from stats.apexes.cleaning import CleaningParameters, clean_signal
+from stats.apexes.stance import StanceParameters, find_hops, landing, liftoff_from_leg, touches_gap
+
+
+def signal_of(log, leg=True):
+    return clean_signal(log.time_s, log.height_m, log.leg_m if leg else None, np.empty((0, 2)), CleaningParameters())
+
+
+def test_every_drop_is_a_stance_and_no_hand_motion_is(bed_log):
+    log = bed_log(12, misfires=(3, 7))
+    hops = find_hops(signal_of(log), 0.27, StanceParameters())
+    assert [hop.touchdown_s for hop in hops] == pytest.approx(list(log.touchdown_s), abs=0.001)
+    assert [number for number, hop in enumerate(hops, 1) if isinstance(hop.apex, Undefined)] == [3, 7]
+
+
+def test_touchdown_without_a_leg_length_is_the_body_at_rest_length(bed_log):
+    log = bed_log(6)
+    hops = find_hops(signal_of(log, leg=False), 0.27, StanceParameters())
+    assert [hop.touchdown_s for hop in hops] == pytest.approx(list(log.touchdown_s), abs=0.001)
+
+
+def test_liftoff_is_where_the_leg_has_its_flight_length_again(bed_log):
+    log = bed_log(8, misfires=(2,))
+    signal, parameters = signal_of(log), StanceParameters()
+    found = [liftoff_from_leg(signal, hop, 0.27, parameters) for hop in find_hops(signal, 0.27, parameters)]
+    assert isinstance(found.pop(1), Undefined)
+    assert found == pytest.approx(list(np.delete(log.liftoff_s, 1)), abs=0.004)
+
+
+def test_a_leg_that_flies_shorter_than_its_rest_length_still_lifts_off(bed_log):
+    log = bed_log(4)
+    signal, parameters = signal_of(log), StanceParameters()
+    short = clean_signal(log.time_s, log.height_m, log.leg_m - 0.004, np.empty((0, 2)), CleaningParameters())
+    for hop, shifted in zip(find_hops(signal, 0.27, parameters), find_hops(short, 0.27, parameters), strict=True):
+        expected = liftoff_from_leg(signal, hop, 0.27, parameters)
+        assert liftoff_from_leg(short, shifted, 0.27, parameters) == pytest.approx(expected, abs=0.005)
+
+
+def test_a_leg_that_was_not_measured_has_no_liftoff(bed_log):
+    log = bed_log(2)
+    nothing = clean_signal(
+        log.time_s, log.height_m, np.full(log.time_s.size, np.nan), np.empty((0, 2)), CleaningParameters()
+    )
+    for hop in find_hops(nothing, 0.27, StanceParameters()):
+        assert isinstance(hop.touchdown_s, float)
+        assert isinstance(liftoff_from_leg(nothing, hop, 0.27, StanceParameters()), Undefined)
+
+
+def test_a_log_that_ends_in_stance_says_so(bed_log):
+    log = bed_log(2)
+    n = int(np.searchsorted(log.time_s, log.touchdown_s[1] + 0.1))
+    cut = clean_signal(log.time_s[:n], log.height_m[:n], None, np.empty((0, 2)), CleaningParameters())
+    last = find_hops(cut, 0.27, StanceParameters())[-1]
+    assert last.apex == Undefined("the log ends in this stance")
+
+
+def test_a_landing_is_seen_or_read_off_the_parabola():
+    at_s, extrapolated = landing(1.0, 0.37, 9.8, None, 0.27, StanceParameters())
+    assert at_s == pytest.approx(1.0 + (0.2 / 9.8) ** 0.5)
+    assert extrapolated
+    assert isinstance(landing(1.0, 0.2, 9.8, None, 0.27, StanceParameters())[0], Undefined)
+
+
+def test_gaps_touch_what_they_overlap():
+    gaps = np.array([[1.0, 0.5]])
+    assert touches_gap(gaps, 1.4, 2.0)
+    assert touches_gap(gaps, 0.0, 1.1)
+    assert not touches_gap(gaps, 1.5, 2.0)
+    assert not touches_gap(np.empty((0, 2)), 0.0, 9.0)

@@ -1,0 +1,176 @@
+"""The interval of a mean that carries a shared error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import scipy.stats
+from hypothesis import given
+from hypothesis import strategies as st
+from mpmath import mp
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.compare.shared_error import SharedError, describe_shared, joint, shared_of_mean
+from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.summary import describe
+from stats.compare.two_sample import compare_two
+from stats.exact.distributions import t_quantile
+
+ERRORS = st.builds(
+    lambda level, slope: SharedError({("drain", "level"): level, ("drain", "slope"): slope}, {"drain": 4.0}),
+    st.floats(-10, 10),
+    st.floats(-10, 10),
+)
+
+
+def level_error(se: float, df: float = math.inf) -> SharedError:
+    return SharedError({("drain", "level"): se}, {"drain": df})
+
+
+def test_without_a_shared_error_it_is_the_plain_interval() -> None:
+    values = [40.1, 41.7, 39.2, 42.0]
+    plain, shared = describe(values), describe_shared(values, SharedError())
+    assert (shared.ci_low, shared.ci_high) == pytest.approx((plain.ci_low, plain.ci_high), rel=1e-14)
+
+
+def test_the_shared_error_stays_with_any_number_of_values() -> None:
+    rng = np.random.default_rng(5)
+    few, many = (describe_shared(rng.normal(40, 1, n), level_error(0.5)) for n in (10, 100_000))
+    width = [float(s.ci_high) - float(s.ci_low) for s in (few, many)]  # type: ignore[arg-type]
+    assert width[1] == pytest.approx(2 * 1.959964 * 0.5, rel=1e-3)
+    assert width[0] > width[1]
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("shared_df", [1.0, 2.0, 4.0, 20.0])
+def test_a_mean_and_a_difference_cover_at_their_level_however_little_the_fit_knows(shared_df: float) -> None:
+    """10 runs against 8 with another share of one error, whose size is known with few degrees of freedom."""
+    rng = np.random.default_rng(11)
+    rounds, shared_se = 3000, 0.6
+    covered = np.zeros(2)
+    for _ in range(rounds):
+        error, estimated = rng.normal(0, shared_se), shared_se * np.sqrt(rng.chisquare(shared_df) / shared_df)
+        a, b = rng.normal(40, 1.5, 10) + error, rng.normal(38, 1.5, 8) + 3.0 * error
+        in_a, in_b = level_error(float(estimated), shared_df), level_error(float(3.0 * estimated), shared_df)
+        mean, test = describe_shared(a, in_a), compare_two(b, a)
+        difference = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, in_b.minus(in_a))
+        for place, (found, truth) in enumerate(((mean, 40.0), (difference, -2.0))):
+            assert not isinstance(found.ci_low, Undefined)
+            assert not isinstance(found.ci_high, Undefined)
+            covered[place] += found.ci_low <= truth <= found.ci_high
+    assert np.all(covered / rounds >= 0.935)
+    assert np.all(covered / rounds <= 0.985)
+
+
+@pytest.mark.parametrize("own_df", [1.0, 2.0, 3.0, 3.9])
+@pytest.mark.parametrize(("se", "df", "shared_se"), [(1.0, 8.0, 0.6), (0.4, 3.0, 1.5), (2.0, 1.0, 0.5)])
+def test_with_few_degrees_of_freedom_half_widths_add_in_quadrature(
+    own_df: float, se: float, df: float, shared_se: float
+) -> None:
+    """The shared error keeps the quantile of its own degrees of freedom, the scatter that of its own."""
+    both = joint([(se * se, df)], level_error(shared_se, own_df), 0.95)
+    by_hand = math.hypot(scipy.stats.t.ppf(0.975, df) * se, scipy.stats.t.ppf(0.975, own_df) * shared_se)
+    assert both.quantile * math.sqrt(se * se + both.more * shared_se**2) == pytest.approx(by_hand, rel=1e-12)
+    assert (both.quantile, both.df) == (pytest.approx(scipy.stats.t.ppf(0.975, df)), df)
+
+
+@pytest.mark.parametrize("own_df", [4.0, 6.0, 50.0])
+@pytest.mark.parametrize(("se", "df", "shared_se"), [(1.0, 8.0, 0.6), (0.4, 3.0, 1.5), (2.0, 1.0, 0.5)])
+def test_from_four_degrees_of_freedom_one_quantile_after_welch_and_satterthwaite(
+    own_df: float, se: float, df: float, shared_se: float
+) -> None:
+    """Over both errors together; where the scatter's own interval is the wider (the last case) it stands."""
+    both = joint([(se * se, df)], level_error(shared_se, own_df), 0.95)
+    total = se**2 + shared_se**2
+    together_df = total**2 / (se**4 / df + shared_se**4 / own_df)
+    together = scipy.stats.t.ppf(0.975, together_df) * math.sqrt(total)
+    alone = scipy.stats.t.ppf(0.975, df) * se
+    assert (alone > together) == (df == 1.0)
+    half = both.quantile * math.sqrt(se * se + both.more * shared_se**2)
+    assert half == pytest.approx(max(alone, together), rel=1e-12)
+    assert both.df == pytest.approx(df if alone > together else together_df)
+
+
+@given(st.floats(0.1, 5.0), st.sampled_from([1.0, 2.0, 3.0, 7.0, 40.0]), ERRORS, st.sampled_from([1.0, 3.0, 5.0, 30.0]))
+def test_a_further_error_never_makes_an_interval_narrower(se: float, df: float, error: SharedError, own: float) -> None:
+    both = joint([(se * se, df)], replace(error, df={"drain": own}), 0.95)
+    assert both.quantile * math.hypot(se, math.sqrt(both.more) * error.se) >= t_quantile(0.95, df) * se * (1 - 1e-12)
+
+
+def test_a_mean_covers_at_its_level_with_the_idle_runs_of_the_protocol() -> None:
+    rng = np.random.default_rng(11)
+    covered = 0
+    for _ in range(4000):
+        shared_se, shared_df = 0.6, 4.0
+        estimated = shared_se * np.sqrt(rng.chisquare(shared_df) / shared_df)
+        values = rng.normal(40, 1.5, 10) + rng.normal(0, shared_se)
+        found = describe_shared(values, level_error(float(estimated), shared_df))
+        assert not isinstance(found.ci_low, Undefined)
+        assert not isinstance(found.ci_high, Undefined)
+        covered += found.ci_low <= 40 <= found.ci_high
+    assert 0.94 <= covered / 4000 <= 0.965
+
+
+def test_what_has_no_scatter_keeps_the_shared_error() -> None:
+    found = describe_shared([1.0, 1.0, 1.0], level_error(0.5))
+    assert (found.ci_low, found.ci_high) == pytest.approx((1.0 - 0.98, 1.0 + 0.98), abs=1e-4)
+
+
+def test_a_difference_is_significant_just_where_its_interval_leaves_zero_out() -> None:
+    for shared_se in np.linspace(0.0, 3.0, 61):
+        test = compare_two([44.0, 46.1, 45.2, 44.7], [41.2, 42.9, 41.7, 43.1])
+        error = level_error(float(shared_se), 4.0)
+        found = difference_with_shared(test.t, test.df, test.p, test.difference_ci, error)
+        assert not isinstance(found.p, Undefined)
+        assert not isinstance(found.ci_low, Undefined)
+        assert (found.p < 0.05) == (found.ci_low > 0.0)
+    assert difference_with_shared(test.t, test.df, test.p, test.difference_ci, SharedError()).t == test.t
+
+
+@pytest.mark.parametrize(("se", "df"), [(0.5, 4.0), (0.02, 30.0), (0.001, 8.0)])
+def test_the_p_of_a_difference_is_that_of_its_t_to_the_last_digit(se: float, df: float) -> None:
+    """Against the incomplete beta function of mpmath at 40 digits; scipy's tail has 12 to 15 right."""
+    test = compare_two([50.1, 51.2, 49.0, 50.4], [44.0, 45.2, 43.1, 44.4])
+    found = difference_with_shared(test.t, test.df, test.p, test.difference_ci, level_error(se, df))
+    assert isinstance(found.t, float)
+    assert isinstance(found.df, float)
+    with mp.workdps(40):
+        t, nu = mp.mpf(found.t), mp.mpf(found.df)
+        expected = float(mp.betainc(nu / 2, mp.mpf(1) / 2, 0, nu / (nu + t * t), regularized=True))
+    assert found.p == expected
+
+
+def test_one_value_has_a_reason() -> None:
+    assert isinstance(describe_shared([40.0], level_error(0.5)).ci_low, Undefined)
+
+
+@given(st.lists(ERRORS, min_size=1, max_size=5), st.lists(ERRORS, min_size=1, max_size=5))
+def test_means_and_differences_are_those_of_the_gradient(one: list[SharedError], two: list[SharedError]) -> None:
+    """Against the variance of the linear combination, g' C g with C = 1."""
+    terms = [("drain", "level"), ("drain", "slope")]
+    gradient = np.mean([[e.terms[t] for t in terms] for e in one], axis=0)
+    gradient -= np.mean([[e.terms[t] for t in terms] for e in two], axis=0)
+    found = shared_of_mean(one).minus(shared_of_mean(two))
+    assert found.se == pytest.approx(float(np.sqrt(gradient @ gradient)), rel=1e-9, abs=1e-7)
+
+
+def test_what_is_alike_cancels_exactly_and_other_fits_do_not() -> None:
+    third = shared_of_mean([level_error(0.1)] * 3)  # its mean differs from 0.1 in the last digit
+    assert level_error(0.1).minus(third).se == 0.0
+    other = SharedError({("another robot's drain", "level"): 0.4}, {"another robot's drain": 9.0})
+    both = level_error(0.3, 4.0).minus(other)
+    assert both.se == pytest.approx(0.5)
+    assert both.degrees_of_freedom == pytest.approx(0.25**2 / (0.09**2 / 4 + 0.16**2 / 9))
+    assert level_error(0.3, 4.0).degrees_of_freedom == pytest.approx(4.0)
+    assert SharedError().degrees_of_freedom == math.inf
+
+
+def test_what_is_no_error_is_refused() -> None:
+    with pytest.raises(InputRefused, match="shared error drain level"):
+        level_error(math.nan)
+    with pytest.raises(InputRefused, match="degrees of freedom of drain"):
+        level_error(0.5, 0.0)

@@ -1,0 +1,154 @@
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import scipy.stats
+import statsmodels.api as sm
+from hypothesis import given
+from hypothesis import strategies as st
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.compare.two_sample import compare_two
+from stats.groups.anova import one_way_anova
+
+GROUPS = {"0": [42.1, 39.8, 44.0], "50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5]}
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e6, 1e12])
+def test_f_agrees_with_exact_arithmetic_at_any_offset(offset):
+    """As NIST's SmLs sets: at an offset of 1e12 other programs keep two to three digits."""
+    groups = {name: [x + offset for x in values] for name, values in GROUPS.items()}
+    exact = {name: [Fraction(x) for x in values] for name, values in groups.items()}
+    n = sum(map(len, exact.values()))
+    grand = sum(map(sum, exact.values())) / n
+    means = {name: sum(values) / len(values) for name, values in exact.items()}
+    between = sum(len(values) * (means[name] - grand) ** 2 for name, values in exact.items())
+    within = sum((x - means[name]) ** 2 for name, values in exact.items() for x in values)
+    found = one_way_anova(groups)
+    assert found.f == pytest.approx(float((between / 2) / (within / (n - 3))), rel=1e-13)
+    assert found.eta_squared == pytest.approx(float(between / (between + within)), rel=1e-13)
+
+
+def test_agrees_with_scipy_and_with_a_regression_on_dummies():
+    found = one_way_anova(GROUPS)
+    reference = scipy.stats.f_oneway(*GROUPS.values())
+    assert (found.f, found.p) == pytest.approx((reference.statistic, reference.pvalue), rel=1e-10)
+    values = np.concatenate(list(GROUPS.values()))
+    dummies = np.repeat(np.eye(3), [3, 4, 2], axis=0)
+    model = sm.OLS(values, sm.add_constant(dummies[:, 1:])).fit()
+    assert (found.f, found.p, found.eta_squared) == pytest.approx((model.fvalue, model.f_pvalue, model.rsquared))
+    assert (found.df_between, found.df_within, found.groups, found.group_ns) == (2, 6, ("0", "50", "100"), (3, 4, 2))
+    assert found.sentence("gain").startswith("One-way ANOVA over gain: F(2, 6) = ")
+
+
+def test_two_groups_are_students_t_squared():
+    a, b = GROUPS["0"], GROUPS["50"]
+    student = compare_two(a, b, route="student")
+    found = one_way_anova({"a": a, "b": b})
+    assert found.f == pytest.approx(student.t**2)
+    assert found.p == pytest.approx(student.p)
+
+
+def test_constants_have_no_f():
+    """W3: other programs return F = 51.6, p = 1.3e-6 for groups of 0.1 alone."""
+    same = one_way_anova({"a": [0.1] * 3, "b": [0.1] * 7, "c": [0.1] * 5})
+    assert isinstance(same.f, Undefined)
+    assert isinstance(same.p, Undefined)
+    assert isinstance(same.eta_squared, Undefined)
+    apart = one_way_anova({"a": [1.0, 1.0], "b": [2.0, 2.0]})
+    assert isinstance(apart.p, Undefined)
+    assert apart.eta_squared == 1.0
+    assert "no group has any scatter" in apart.sentence()
+
+
+def test_equal_means_give_f_of_exactly_zero():
+    found = one_way_anova({"a": [0.1, 0.3], "b": [0.1, 0.3, 0.1, 0.3]})
+    assert (found.f, found.p) == (0.0, 1.0)
+
+
+def test_too_few_groups_or_values():
+    assert "at least 2 groups" in one_way_anova({"a": [1.0, 2.0], "b": []}).f.reason
+    single = one_way_anova({"a": [1.0], "b": [2.0]})
+    assert isinstance(single.f, Undefined)
+    assert single.df_within == 0
+    assert one_way_anova({}).df_between == 0
+
+
+def test_nan_is_refused_by_group():
+    with pytest.raises(InputRefused, match="group 'b'"):
+        one_way_anova({"a": [1.0, 2.0], "b": [float("nan")]})
+
+
+@given(
+    st.lists(st.lists(st.integers(-99, 99), min_size=2, max_size=6), min_size=2, max_size=5).filter(
+        lambda groups: any(len(set(group)) > 1 for group in groups)
+    ),
+    st.integers(-(2**30), 2**30),
+    st.integers(-100, 100),
+)
+def test_shift_scale_and_order_leave_f_as_it_is(groups, shift, exponent):
+    one = one_way_anova({str(k): group for k, group in enumerate(groups)})
+    other = one_way_anova({str(k): (np.array(g) + shift) * 2.0**exponent for k, g in enumerate(reversed(groups))})
+    assert other.f == pytest.approx(one.f, rel=1e-11, abs=1e-13)
+    assert other.p == pytest.approx(one.p, rel=1e-10)
+
+
+@given(
+    st.lists(st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=6), min_size=2, max_size=4).filter(
+        lambda groups: any(np.ptp(np.array(group) + 1e15) > 0.0 for group in groups)
+    ),
+    st.sampled_from([0.0, 1e3, 1e9, 1e15]),
+)
+def test_f_agrees_with_exact_arithmetic_on_random_values(groups, offset):
+    """Also where F is tiny: differences of rounded means would keep few digits there."""
+    groups = {str(k): np.array(group) + offset for k, group in enumerate(groups)}
+    exact = [[Fraction(float(x)) for x in values] for values in groups.values()]
+    n, k = sum(map(len, exact)), len(exact)
+    grand = sum(map(sum, exact)) / n
+    means = [sum(values) / len(values) for values in exact]
+    between = sum(len(values) * (mean - grand) ** 2 for values, mean in zip(exact, means, strict=True))
+    within = sum((x - mean) ** 2 for values, mean in zip(exact, means, strict=True) for x in values)
+    found = one_way_anova(groups)
+    assert found.f == pytest.approx(float(between / (k - 1) / (within / (n - k))), rel=1e-14, abs=1e-300)
+
+
+@pytest.mark.parametrize("exponent", [-500, 500])
+def test_scale_alone_changes_nothing(exponent):
+    """W7: at 2^-600 other programs give p = 0, at 2^600 p = 1 or no number."""
+    one = one_way_anova(GROUPS)
+    other = one_way_anova({name: np.ldexp(values, exponent) for name, values in GROUPS.items()})
+    assert (other.f, other.p, other.eta_squared_ci) == (one.f, one.p, one.eta_squared_ci)
+    assert other.residual_sd == np.ldexp(one.residual_sd, exponent)
+    assert other.ss_within == np.ldexp(one.ss_within, 2 * exponent)
+    far = one_way_anova({name: np.ldexp(values, 600) for name, values in GROUPS.items()})
+    assert "range of doubles" in far.ss_within.reason
+
+
+def test_an_empty_group_leaves_the_question_open():
+    """W12: other programs report F of the groups that are left, without a word."""
+    found = one_way_anova({**GROUPS, "150": []})
+    assert "group '150' is empty" in found.f.reason
+    assert found.empty_groups == ("150",)
+    assert found.groups == ("0", "50", "100")
+
+
+def test_shares_of_variance_and_their_interval():
+    found = one_way_anova(GROUPS)
+    n, surplus = 9, found.df_between * (found.f - 1.0)
+    assert found.omega_squared == pytest.approx(surplus / (surplus + n))
+    low, high = found.eta_squared_ci
+    assert 0.0 <= low < found.eta_squared < high < 1.0
+    for end, tail in ((low, 0.975), (high, 0.025)):
+        below = scipy.special.ncfdtr(2, 6, n * end / (1.0 - end), found.f)
+        assert below == pytest.approx(tail, rel=1e-9) or (end == 0.0 and below < tail)
+    assert one_way_anova(GROUPS, level=0.9).eta_squared_ci[1] < high
+    assert one_way_anova({"a": [1.0, 3.0], "b": [2.0, 2.5]}).omega_squared < 0.0
+
+
+def test_log10_p_agrees_with_p_and_goes_on_below_all_doubles():
+    found = one_way_anova(GROUPS)
+    assert found.log10_p == pytest.approx(np.log10(found.p), rel=1e-14)
+    far = one_way_anova({"a": np.arange(400) * 1e-9, "b": 1.0 + np.arange(400) * 1e-9})
+    assert far.p == 0.0
+    assert -6500.0 < far.log10_p < -300.0

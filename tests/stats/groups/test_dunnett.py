@@ -1,0 +1,150 @@
+import math
+
+import numpy as np
+import pytest
+import scipy.stats
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from data_schema.errors import InputRefused, UnknownName
+from data_schema.vocabulary import Undefined
+from stats.compare.two_sample import compare_two
+from stats.exact.distributions import t_two_sided_p
+from stats.groups.dunnett import dunnett
+from stats.groups.many_to_one import largest_critical, largest_log_upper
+
+CONTROL = [42.1, 39.8, 44.0, 41.2]
+TREATED = {"50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5], "150": [41.0, 42.2, 40.1, 39.9, 42.8]}
+
+
+def upper(c, n_control, n_treated, df, *, two_sided=True):
+    return math.exp(largest_log_upper(c, n_control, n_treated, df, two_sided=two_sided))
+
+
+@pytest.mark.parametrize(
+    ("c", "n_control", "n", "df"), [(2.5, 5, 5, 8), (25.0, 5, 5, 8), (40.0, 3, 300, 60), (0.01, 3, 300, 1)]
+)
+def test_one_treatment_is_the_t_test(c, n_control, n, df):
+    assert upper(c, n_control, (n,), df) == pytest.approx(t_two_sided_p(c, df), rel=1e-13)
+    assert upper(c, n_control, (n,), df, two_sided=False) == pytest.approx(t_two_sided_p(c, df) / 2.0, rel=1e-13)
+    assert upper(-c, n_control, (n,), df, two_sided=False) == pytest.approx(1.0 - t_two_sided_p(c, df) / 2.0)
+
+
+def by_gauss(c, n_control, n_treated, df):
+    """The definition by other nodes: Gauss and Legendre over s and the control's mean."""
+    nodes, widths = np.polynomial.legendre.leggauss(160)
+    s, s_weights = 2.5 * (nodes + 1.0), 2.5 * widths
+    density = 2.0 * (df / 2.0) ** (df / 2.0) / math.gamma(df / 2.0) * s ** (df - 1.0) * np.exp(-df * s * s / 2.0)
+    y, y_weights = 9.0 * nodes, 9.0 * widths
+    inside = np.ones((s.size, y.size))
+    for n in n_treated:
+        slope, root = math.sqrt(n / (n + n_control)), math.sqrt(n_control / (n + n_control))
+        low, high = ((side * c * s[:, None] + slope * y) / root for side in (-1.0, 1.0))
+        inside *= scipy.special.ndtr(high) - scipy.special.ndtr(low)
+    return float(s_weights @ (density * ((1.0 - inside) @ (y_weights * scipy.stats.norm.pdf(y)))))
+
+
+@pytest.mark.parametrize(
+    ("c", "n_control", "n_treated", "df"),
+    [
+        (2.5, 5, (5, 5, 5), 16),
+        (2.5, 5, (3, 10, 25), 39),
+        (2.2, 20, (3, 3), 23),
+        (1.7, 3, (20, 30), 10),
+        (2.0, 4, (4,) * 10, 5),
+    ],
+)
+def test_the_largest_t_agrees_with_its_definition(c, n_control, n_treated, df):
+    assert upper(c, n_control, n_treated, df) == pytest.approx(by_gauss(c, n_control, n_treated, df), rel=1e-12)
+
+
+def test_far_tails_keep_their_digits():
+    """The sum of single tails is an upper bound, the largest a lower one; quasi-random integration is off by 77 %."""
+    single = t_two_sided_p(10.0, 39)
+    assert single < upper(10.0, 5, (3, 10, 25), 39) < 3.0 * single
+    log_p = largest_log_upper(1e6, 5, (3, 10, 25), 100, two_sided=True)
+    assert -2400.0 < log_p < -700.0
+
+
+def test_critical_values_are_those_of_dunnetts_tables():
+    """Three treatments, 16 degrees of freedom, equal n: 2.59 two-sided, 2.23 one-sided."""
+    assert largest_critical(0.05, 5, (5, 5, 5), 16, two_sided=True) == pytest.approx(2.59, abs=0.005)
+    assert largest_critical(0.05, 5, (5, 5, 5), 16, two_sided=False) == pytest.approx(2.23, abs=0.005)
+
+
+def test_the_same_digits_at_every_call():
+    """W26: scipy's p changes in the fourth digit between calls (0.25607 to 0.25613)."""
+    first, second = dunnett(CONTROL, TREATED), dunnett(CONTROL, TREATED)
+    assert first == second
+
+
+def test_one_treatment_and_its_interval_are_students():
+    found = dunnett(CONTROL, {"50": TREATED["50"]})
+    (item,), student = found.comparisons, compare_two(TREATED["50"], CONTROL, route="student")
+    assert (item.t, item.p, item.difference) == pytest.approx((student.t, student.p, student.difference), rel=1e-12)
+    assert (item.ci_low, item.ci_high) == pytest.approx(student.difference_ci, rel=1e-11)
+    assert found.df == student.df
+
+
+@pytest.mark.parametrize("alternative", ["greater", "less"])
+def test_one_sided_comparisons(alternative):
+    found = dunnett(CONTROL, TREATED, alternative=alternative)
+    mirrored = dunnett(
+        [-x for x in CONTROL],
+        {name: [-x for x in values] for name, values in TREATED.items()},
+        alternative="less" if alternative == "greater" else "greater",
+    )
+    for item, mirror in zip(found.comparisons, mirrored.comparisons, strict=True):
+        assert item.p == pytest.approx(mirror.p, rel=1e-13)
+        bound, other = (item.ci_low, item.ci_high) if alternative == "greater" else (item.ci_high, item.ci_low)
+        assert (bound > 0.0 if alternative == "greater" else bound < 0.0) == (item.p < 0.05)
+        assert isinstance(other, Undefined)
+    assert "undefined" not in found.sentence("J")
+
+
+def test_sentence():
+    text = dunnett(CONTROL, TREATED, control_name="CE").sentence("J")
+    assert text.startswith("Dunnett against CE (n = 4), 95 % simultaneous: 50 (n = 4) -4.8 J (CI from ")
+    assert text.count("p ") == 3
+
+
+def test_constants_have_no_test():
+    """W3: scipy's dunnett gives p = 0.014 for groups of 0.1 alone."""
+    found = dunnett([0.1] * 3, {"a": [0.1] * 7, "b": [0.2] * 5})
+    assert all("no group has any scatter" in item.p.reason for item in found.comparisons)
+    assert [item.difference for item in found.comparisons] == [0.0, 0.1]
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf")])
+def test_what_is_no_number_is_refused(bad):
+    """W10, W11: scipy's dunnett gives p = 1 for all where one value is nan or inf."""
+    with pytest.raises(InputRefused, match="group '100'"):
+        dunnett(CONTROL, {**TREATED, "100": [37.0, bad]})
+
+
+def test_wrong_input():
+    with pytest.raises(InputRefused, match="as the control is"):
+        dunnett(CONTROL, {"the control": [1.0, 2.0]})
+    with pytest.raises(UnknownName):
+        dunnett(CONTROL, TREATED, alternative="grater")
+    empty = dunnett(CONTROL, {**TREATED, "200": []})
+    assert "'200' is empty" in empty.comparisons[0].p.reason
+    assert "'200' is empty" in empty.comparisons[3].difference.reason
+    assert "control is empty" in dunnett([], TREATED).comparisons[0].difference.reason
+    assert "no treatment" in dunnett(CONTROL, {}).critical.reason
+    assert "more than one value" in dunnett([1.0], {"a": [2.0]}).comparisons[0].p.reason
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.lists(st.lists(st.integers(-99, 99), min_size=2, max_size=5, unique=True), min_size=3, max_size=3),
+    st.integers(-(2**40), 2**40),
+    st.integers(-500, 500),
+)
+def test_shift_scale_order_and_labels_leave_p_as_it_is(groups, shift, exponent):
+    one = dunnett(groups[0], {"a": groups[1], "b": groups[2]})
+    moved = [np.ldexp(np.array(group[::-1]) + float(shift), exponent) for group in groups]
+    other = dunnett(moved[0], {"x": moved[2], "y": moved[1]})
+    for item, same in zip(one.comparisons, reversed(other.comparisons), strict=True):
+        assert same.p == pytest.approx(item.p, rel=1e-13)
+        assert same.ci_low == pytest.approx(math.ldexp(item.ci_low, exponent), rel=1e-11)

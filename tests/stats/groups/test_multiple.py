@@ -1,0 +1,102 @@
+import dataclasses
+import math
+from itertools import combinations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.groups.multiple import holm
+
+PS = st.lists(st.floats(1e-300, 1.0), min_size=1, max_size=12)
+
+
+@given(st.lists(st.floats(1e-300, 1.0), min_size=1, max_size=6))
+def test_holm_is_bonferroni_over_all_subsets(ps):
+    """The closed test: a hypothesis falls only if every subset of the family that it belongs to falls."""
+    found = holm({str(k): p for k, p in enumerate(ps)}, "tests")
+    places = range(len(ps))
+    subsets = [set(some) for size in range(1, len(ps) + 1) for some in combinations(places, size)]
+    closed = [max(min(1.0, len(s) * min(ps[k] for k in s)) for s in subsets if place in s) for place in places]
+    assert found.adjusted_p == pytest.approx(closed, rel=1e-14)
+    assert list(found.rejected) == [p <= 0.05 for p in found.adjusted_p]
+    assert [10.0**log for log in found.adjusted_log10_p] == pytest.approx(closed, rel=1e-11)
+
+
+@given(PS, st.randoms())
+def test_the_order_does_not_matter(ps, random):
+    named = {str(k): p for k, p in enumerate(ps)}
+    shuffled = list(named.items())
+    random.shuffle(shuffled)
+    one, other = holm(named, "tests"), holm(dict(shuffled), "tests")
+    assert dict(zip(one.names, one.adjusted_p, strict=True)) == dict(zip(other.names, other.adjusted_p, strict=True))
+
+
+@given(PS)
+def test_holm_is_never_stricter_than_bonferroni(ps):
+    found = holm({str(k): p for k, p in enumerate(ps)}, "tests")
+    for p, adjusted in zip(ps, found.adjusted_p, strict=True):
+        assert p <= adjusted <= min(1.0, p * len(ps)) * (1.0 + 1e-15)
+
+
+def test_p_below_all_doubles_goes_by_its_logarithm():
+    found = holm({"a": 0.0, "b": 0.0, "c": 0.5}, "tests", log10_p={"a": -400.0, "b": -2476.7})
+    assert found.adjusted_log10_p == pytest.approx((math.log10(2) - 400.0, math.log10(3) - 2476.7, math.log10(0.5)))
+    assert found.adjusted_p == (0.0, 0.0, 0.5)
+    with pytest.raises(InputRefused, match="give its logarithm"):
+        holm({"a": 0.0}, "tests")
+
+
+def test_a_test_without_p_belongs_to_the_family_still():
+    none = Undefined("no group has any scatter")
+    found = holm({"a": 0.02, "b": none}, "gains against control")
+    assert found.adjusted_p == (0.04, none)
+    assert found.rejected == (True, none)
+    assert found.adjusted_log10_p[1] == none
+    text = found.sentence()
+    assert "Family gains against control (2 tests, 1 of them undefined and counted all the same)" in text
+    assert "a (p = 0.04) rejected" in text
+    assert "none rejected" in holm({}, "no tests").sentence()
+
+
+def test_what_a_caller_leaves_open_is_not_rejected_in_words():
+    why = Undefined("days cannot be told from groups")
+    found = holm({"a": 0.001, "b": 0.01, "c": 0.3}, "gains")
+    some = dataclasses.replace(found, rejected=(why, True, False)).sentence()
+    assert some.endswith("adjusted by Holm at 0.05: b (p = 0.02) rejected, a (p = 0.003) left open.")
+    none = dataclasses.replace(found, rejected=(why, why, False)).sentence()
+    assert none.endswith(": none rejected, a (p = 0.003), b (p = 0.02) left open.")
+    every = dataclasses.replace(found, rejected=(why, why, why)).sentence()
+    assert every.endswith(": a (p = 0.003), b (p = 0.02), c (p = 0.3) left open.")
+
+
+def test_a_family_says_how_many_were_tested_and_why_others_were_not():
+    why, other = Undefined("neither group has any scatter"), Undefined("group 'd' is empty")
+    complete = holm({"a": 0.2, "b": 0.5}, "gains")
+    assert complete.sentence() == "Family gains (2 tests), adjusted by Holm at 0.05: none rejected."
+    some = holm({"a": 0.2, "b": why, "c": why, "d": other}, "gains at 0.05: all").sentence()
+    assert some.startswith(
+        "Family gains at 0.05: all (4 tests, 3 of them undefined and counted all the same), adjusted"
+    )
+    assert some.endswith(
+        "adjusted by Holm at 0.05: 1 tested, none rejected; not tested: b, c, because neither group has any scatter; "
+        "d, because group 'd' is empty."
+    )
+    assert (
+        holm({"a": why, "b": why}, "gains")
+        .sentence()
+        .endswith("at 0.05: none tested, because neither group has any scatter.")
+    )
+    mixed = holm({"a": why, "d": other}, "gains").sentence()
+    assert "none tested: a, because neither group has any scatter; d, because group 'd' is empty." in mixed
+    many = holm({"a": 0.01, **{f"b{place}": why for place in range(14)}}, "gains").sentence()
+    assert "not tested: b0, b1, " in many
+    assert "b9 and 4 more, because neither group has any scatter." in many
+
+
+@pytest.mark.parametrize("bad", [-0.1, 1.5, float("nan")])
+def test_what_is_no_probability_is_refused(bad):
+    with pytest.raises(InputRefused, match="from 0 to 1"):
+        holm({"a": bad}, "tests")

@@ -1,0 +1,162 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats as scipy_stats
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.groups.anova import one_way_anova
+from stats.groups.normal_quantiles import normal_quantiles
+from stats.groups.residuals import additive_residuals, residuals_of_groups
+
+
+def test_residuals_of_groups_are_values_less_their_mean_with_the_scatter_of_the_anova():
+    groups = {"a": [1.0, 2.0, 6.0], "b": [10.0, 14.0], "c": [], "d": [7.0]}
+    found = residuals_of_groups(groups)
+    assert found.values == (-2.0, -1.0, 3.0, -2.0, 2.0, 0.0)
+    assert found.fitted == (3.0, 3.0, 3.0, 12.0, 12.0, 7.0)
+    assert found.df == 3
+    del groups["c"]
+    assert found.sd == pytest.approx(one_way_anova(groups).residual_sd, rel=1e-15)
+
+
+def test_an_offset_costs_no_digit():
+    near = residuals_of_groups({"a": [0.0, 1.0, 5.0], "b": [2.0, 4.0]})
+    far = residuals_of_groups({"a": [1e15, 1e15 + 1, 1e15 + 5], "b": [1e15 + 2, 1e15 + 4]})
+    assert far.values == near.values
+    assert far.sd == near.sd
+
+
+def test_additive_residuals_leave_condition_and_day_out():
+    rng = np.random.default_rng(5)
+    condition = [name for _day in range(4) for name in "abb"]
+    day = [f"day {number}" for number in range(4) for _ in range(3)]
+    effects = [{"a": 0.0, "b": 3.0}[c] + 10.0 * int(d[-1]) for c, d in zip(condition, day, strict=True)]
+    noise = rng.normal(size=12)
+    found = additive_residuals(np.add(effects, noise), condition, day)
+    assert found.df == 12 - 5
+    for label in (condition, day):
+        for name in set(label):
+            assert math.fsum(v for v, own in zip(found.values, label, strict=True) if own == name) == pytest.approx(
+                0, abs=1e-12
+            )
+    exact = additive_residuals(effects, condition, day)
+    assert set(exact.values) == {0.0}
+    assert exact.sd == 0.0
+
+
+def test_conditions_with_days_of_their_own_leave_what_is_within_days():
+    found = additive_residuals([1.0, 3.0, 7.0, 8.0], ["a", "a", "b", "b"], ["1", "1", "2", "2"])
+    assert found.values == pytest.approx((-1.0, 1.0, -0.5, 0.5))
+    assert found.df == 2
+    with pytest.raises(InputRefused, match="4 values and 3 labels of day"):
+        additive_residuals([1.0, 3.0, 7.0, 8.0], ["a", "a", "b", "b"], ["1", "1", "2"])
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(1, 60))
+def test_expected_values_are_the_medians_of_order_statistics(n):
+    found = normal_quantiles(residuals_of_groups({"a": [0.0] * n, "b": [-1.0, 1.0]}))
+    place = np.arange(1, n + 3)
+    medians = scipy_stats.beta(place, n + 3 - place).median()
+    assert scipy_stats.norm.cdf(found.expected) == pytest.approx(medians, abs=1e-9)
+    assert found.observed == (-1.0, *(0.0,) * n, 1.0)
+
+
+@pytest.mark.parametrize(
+    "sizes", [pytest.param((25,), marks=pytest.mark.soak), (3, 3, 3), pytest.param((5, 20), marks=pytest.mark.soak)]
+)
+def test_the_band_holds_as_many_residuals_of_normal_values_as_it_says(sizes):
+    rng = np.random.default_rng(11)
+    inside = []
+    for _ in range(600):
+        groups = {str(number): rng.normal(number, 2.0, n) for number, n in enumerate(sizes)}
+        found = normal_quantiles(residuals_of_groups(groups), 0.9)
+        inside.append(np.mean((np.array(found.low) <= found.observed) & (found.observed <= np.array(found.high))))
+        assert np.all(np.less_equal(found.low, found.middle) & np.less_equal(found.middle, found.high))
+    assert np.mean(inside) == pytest.approx(0.9, abs=4 * np.std(inside) / math.sqrt(600) + 0.003)
+
+
+def test_the_band_is_that_of_the_model_and_the_same_each_time():
+    condition, day = list("abab" * 5), [str(number // 4) for number in range(20)]
+    values = np.random.default_rng(2).normal(size=20)
+    additive = normal_quantiles(additive_residuals(values, condition, day))
+    assert additive == normal_quantiles(additive_residuals(values, condition, day))
+    by_condition = {name: [v for v, own in zip(values, condition, strict=True) if own == name] for name in "ab"}
+    grouped = normal_quantiles(residuals_of_groups(by_condition))
+    widths = [found.high[-1] / found.sd for found in (additive, grouped)]
+    assert widths[0] < widths[1]  # less freedom, less reach
+
+
+def test_single_values_have_no_scatter_and_no_band():
+    found = normal_quantiles(residuals_of_groups({"a": [1.0], "b": [3.0]}))
+    assert isinstance(found.low, Undefined)
+    assert isinstance(found.sd, Undefined)
+    assert found.sd.reason == "no group has more than one value"
+
+
+def test_sentences_of_residuals_and_of_their_order():
+    groups = {"a": [1.0, 3.0, 5.0], "b": [2.0, 4.0, 9.0]}
+    residuals = residuals_of_groups(groups)
+    assert residuals.values == (-2.0, 0.0, 2.0, -3.0, -1.0, 4.0)
+    assert residuals.sentence() == "The residuals reach from -3 to 4, with SD 2.915 (df = 4, n = 6)."
+    order = normal_quantiles(residuals, 0.5)
+    outside = sum(
+        not low <= value <= high for value, low, high in zip(order.observed, order.low, order.high, strict=True)
+    )
+    assert order.outside == outside > 0
+    assert order.sentence() == (
+        f"{outside} of n = 6 residuals lie outside the 50 % band of each place; of normal values 3 do on average."
+    )
+    table = order.to_frame()
+    assert list(table["observed"]) == sorted(residuals.values)
+    assert list(residuals.to_frame()["fitted"]) == [3.0, 3.0, 3.0, 5.0, 5.0, 5.0]
+
+
+def test_residuals_that_are_all_0_tell_nothing_of_their_distribution():
+    none = normal_quantiles(residuals_of_groups({"a": [1.0, 1.0], "b": [2.0, 2.0]}))
+    assert none.low == none.high == none.outside == Undefined("all residuals are 0")
+    assert none.sentence() == "There is no band for n = 4 residuals, because all residuals are 0."
+
+
+def test_no_values_have_no_residuals_and_say_so():
+    empty = residuals_of_groups({})
+    assert empty.sd == Undefined("there is no value")
+    assert empty.sentence() == "There are no residuals (n = 0)."
+    assert normal_quantiles(empty).sentence() == "There is no band for n = 0 residuals, because there is no value."
+    with pytest.raises(InputRefused, match="give those of `residuals_of_groups`"):
+        normal_quantiles([1.0, 2.0, 3.0])
+
+
+def test_one_degree_of_freedom_leaves_residuals_one_shape():
+    """Their band would have no width, and rounding would decide what lies outside it."""
+    for residuals in (
+        residuals_of_groups({"a": [1.0, 2.5]}),
+        additive_residuals([1.0, 2.0, 4.0, 9.0], [*"aabb"], [*"xyxy"]),
+    ):
+        assert residuals.df == 1
+        assert normal_quantiles(residuals).outside == Undefined(
+            "with one degree of freedom all residuals of so many values have one shape"
+        )
+
+
+@pytest.mark.parametrize(("n", "level"), [(25, 0.95), (10, 0.999), pytest.param(200, 0.99, marks=pytest.mark.soak)])
+def test_as_many_lie_outside_as_the_sentence_says_do_on_average(n, level):
+    rng = np.random.default_rng(n)
+    outside = [normal_quantiles(residuals_of_groups([rng.normal(size=n)]), level).outside for _ in range(200)]
+    assert np.mean(outside) == pytest.approx((1.0 - level) * n, abs=4.0 * np.std(outside) / math.sqrt(200) + 1e-3)
+
+
+def test_what_was_left_out_is_told_beside_the_band_too():
+    residuals = residuals_of_groups({"a": [1.0, 2.0, math.nan, 5.0], "b": [1.0, 2.0]}, missing="drop")
+    assert (residuals.missing, normal_quantiles(residuals).missing) == (1, 1)
+    assert "of n = 5 residuals, 1 missing left out, lie" in normal_quantiles(residuals).sentence()
+
+
+def test_a_level_that_takes_too_many_draws_has_no_band():
+    residuals = residuals_of_groups([np.arange(10_000.0)])
+    assert isinstance(normal_quantiles(residuals, 1.0 - 1e-4).low, Undefined)
+    assert not isinstance(normal_quantiles(residuals_of_groups([np.arange(25.0)]), 1.0 - 1e-4).low, Undefined)

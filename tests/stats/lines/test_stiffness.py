@@ -1,0 +1,182 @@
+import re
+
+import numpy as np
+import pytest
+
+from data_schema.errors import InputRefused
+from data_schema.vocabulary import Undefined
+from stats.days.autocorrelation import autocorrelation
+from stats.lines.gain_line import fit_gain_line
+from stats.lines.stiffness import fit_stiffness, force_points
+from tests.helpers.exact_fit import exact_fit, relative_error, root
+
+GAINS = np.array([50.0, 100.0, 150.0, 200.0, 250.0])
+
+
+def oscillation(k, d, mass_kg, seconds=1.0, rate_hz=300.0, start_m=0.03):
+    """A mass on a spring and damper, pushed down and let go: displacement and velocity about rest."""
+    t = np.arange(0.0, seconds, 1.0 / rate_hz)
+    decay, frequency = d / (2.0 * mass_kg), np.sqrt(k / mass_kg - (d / (2.0 * mass_kg)) ** 2)
+    wave, quarter = np.cos(frequency * t), np.sin(frequency * t)
+    x = start_m * np.exp(-decay * t) * (wave + decay / frequency * quarter)
+    v = -start_m * np.exp(-decay * t) * (frequency + decay**2 / frequency) * quarter
+    return t, x, v
+
+
+def trajectories(k, d, masses, noise_m_s=0.0, seed=0):
+    rng = np.random.default_rng(seed)
+    parts = []
+    for mass in masses:
+        t, x, v = oscillation(k, d, mass)
+        parts.append(force_points(t, x, v + rng.normal(0.0, noise_m_s, v.size), mass))
+    return [
+        np.concatenate([getattr(part, name) for part in parts])
+        for name in ("displacement_m", "velocity_m_s", "force_n")
+    ]
+
+
+@pytest.mark.parametrize(("k", "d"), [(195.4, 20.0), (323.4, 35.0), (579.4, 53.0), (1091.4, 86.0)])
+def test_stiffness_and_damping_come_out_of_trajectories(k, d):
+    """At 300 Hz the differences cost less than 1 % of either (thesis 4.2.6: several masses a condition)."""
+    found = fit_stiffness(*trajectories(k, d, [6.0, 9.0, 12.0]))
+    assert found.n == 3 * 299
+    assert found.stiffness_n_m == pytest.approx(k, rel=0.01)
+    assert found.damping_kg_s == pytest.approx(d, rel=0.01)
+    assert found.force_at_zero_n == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_difference_taken_at_the_samples_would_lag():
+    k, d, mass = 579.4, 20.0, 6.0
+    t, x, v = oscillation(k, d, mass)
+    late = fit_stiffness(x[1:], v[1:], -mass * np.diff(v) / np.diff(t))
+    middle = fit_stiffness(*trajectories(k, d, [mass]))
+    lag = 0.5 / 300.0
+    assert late.damping_kg_s - d == pytest.approx(-k * lag + d * d * lag / mass, rel=0.02)
+    assert late.stiffness_n_m - k == pytest.approx(d * k * lag / mass, rel=0.1)
+    assert abs(middle.damping_kg_s - d) < 0.01
+    assert abs(middle.stiffness_n_m - k) < 0.2
+
+
+def test_the_plane_agrees_with_exact_arithmetic_far_from_the_origin():
+    """W18: at an offset of 1e6 others return F0 = 0.02 and 5 digits of k."""
+    rng = np.random.default_rng(18)
+    x, v = 1e6 + rng.uniform(-0.02, 0.02, 300), rng.uniform(-1.0, 1.0, 300)
+    force = 20000.0 * (x - 1e6) + 15.0 * v + rng.normal(0.0, 2.0, 300)
+    truth, found = exact_fit(force, [x, v]), fit_stiffness(x, v, force)
+    values = (found.force_at_zero_n, found.stiffness_n_m, found.damping_kg_s)
+    errors = (found.force_at_zero_se, found.stiffness_se, found.damping_se)
+    for value, se, true, variance in zip(values, errors, truth.coefficients, truth.variances, strict=True):
+        assert relative_error(value, true) < 1e-14
+        assert relative_error(se, root(variance)) < 1e-12
+    assert abs(found.residual_lag1) < 0.2
+
+
+@pytest.mark.parametrize("carried", [0.8, -0.5])
+def test_the_correlation_of_neighbouring_residuals_is_that_of_lag_1(carried):
+    """Noise of which each value carries a share of the one before: lag 2 would show the square of it."""
+    rng = np.random.default_rng(21)
+    x, v, noise = rng.uniform(-0.03, 0.03, 2000), rng.uniform(-0.5, 0.5, 2000), rng.normal(0.0, 1.0, 2000)
+    for place in range(1, noise.size):
+        noise[place] += carried * noise[place - 1]
+    force = 579.4 * x + 53.0 * v - 20.0 + noise
+    columns = np.column_stack([np.ones(2000), x, v])
+    residuals = force - columns @ np.linalg.lstsq(columns, force, rcond=None)[0]
+    found = fit_stiffness(x, v, force).residual_lag1
+    assert found == pytest.approx(autocorrelation(residuals).r, rel=1e-9)
+    assert found == pytest.approx(carried, abs=4.0 * ((1.0 - carried**2) / 2000) ** 0.5)
+
+
+def test_intervals_cover_what_was_put_in():
+    rng = np.random.default_rng(7)
+    covered = 0
+    for _ in range(400):
+        x, v = rng.uniform(-0.03, 0.03, 250), rng.uniform(-0.5, 0.5, 250)
+        found = fit_stiffness(x, v, 579.4 * x + 53.0 * v - 20.0 + rng.normal(0.0, 1.0, 250))
+        covered += found.stiffness_ci[0] <= 579.4 <= found.stiffness_ci[1]
+    assert abs(covered / 400 - 0.95) < 2.58 * (0.95 * 0.05 / 400) ** 0.5
+
+
+def test_fewer_than_250_points_are_not_fitted():
+    x, v, force = (part[:249] for part in trajectories(579.4, 53.0, [6.0]))
+    with pytest.raises(InputRefused, match="249 points and the plane needs at least 250"):
+        fit_stiffness(x, v, force)
+
+
+def test_w20_a_plane_that_is_not_fixed_is_refused_by_name():
+    """Others: k = 766 and d = -3832 for 20000 and 15, without a word."""
+    x = np.linspace(-0.02, 0.02, 300)
+    with pytest.raises(InputRefused, match="'displacement' and 'velocity' are collinear"):
+        fit_stiffness(x, -5.0 * x, 20000.0 * x)
+    with pytest.raises(InputRefused, match="the column 'velocity' is constant"):
+        fit_stiffness(x, np.zeros(300), 20000.0 * x)
+
+
+def test_a_plane_that_fits_nearly_exactly_states_no_more_digits_than_doubles_hold():
+    rng = np.random.default_rng(1)
+    x, v = rng.uniform(-0.05, 0.0, 300), rng.normal(size=300)
+    numbers = re.findall(r"[\d.]+(?= (?:N/m|kg/s))", fit_stiffness(x, v, 2.0 * x + v).sentence())
+    assert numbers[0] == "2.00000000000000"
+    assert all(len(number.replace(".", "")) <= 16 for number in numbers)
+
+
+def test_the_sentence_has_units_intervals_and_n():
+    sentence = fit_stiffness(*trajectories(579.4, 53.0, [6.0, 9.0], noise_m_s=1e-3)).sentence("Gain 200")
+    assert sentence.startswith("Gain 200 is a spring of 5")
+    assert "N/m (95 % CI" in sentence
+    assert sentence.endswith("n = 598 points.")
+
+
+@pytest.mark.parametrize(("slope", "offset"), [(2.56, 67.36), (3.32, 19.67)])
+def test_the_published_lines_come_out_of_points_on_them(slope, offset):
+    """Thesis 5.1.1: k = 2.56 g + 67.36 N/m and d = 3.32 g + 19.67 kg/s; gain 300 stands for 835.36 N/m."""
+    found = fit_gain_line(GAINS, offset + slope * GAINS)
+    assert (found.slope, found.offset) == pytest.approx((slope, offset), rel=1e-12)
+    assert found.at(300.0).value == pytest.approx(offset + 300.0 * slope, rel=1e-13)
+    assert found.at(300.0).extrapolated
+    scattered = fit_gain_line(GAINS, offset + slope * GAINS + np.array([4.0, -3.0, 1.0, -5.0, 3.0]))
+    assert scattered.slope_ci[0] < slope < scattered.slope_ci[1]
+    assert "gain " in scattered.sentence("the stiffness", "N/m")
+
+
+def test_gains_come_out_of_simulated_characterisation():
+    """The whole of 4.2.6: trajectories for each gain, a plane for each, a line through the planes."""
+    planes = [fit_stiffness(*trajectories(2.56 * g + 67.36, 30.0, [6.0, 9.0], 2e-4, int(g))) for g in GAINS]
+    line = fit_gain_line(GAINS, [plane.stiffness_n_m for plane in planes])
+    assert line.slope == pytest.approx(2.56, rel=0.02)
+    assert line.offset == pytest.approx(67.36, rel=0.05)
+
+
+def test_planes_and_lines_without_a_rest_have_no_intervals():
+    line = fit_gain_line([1.0, 2.0, 3.0], [1.0, 2.0, 3.0])
+    assert (line.slope, line.slope_se) == (1.0, 0.0)
+    assert isinstance(line.slope_ci, Undefined)
+    assert line.offset_ci == line.slope_ci
+    x, v = np.arange(250) % 5.0, np.arange(250) % 7.0
+    plane = fit_stiffness(x, v, 2.0 * x + 3.0 * v)
+    assert (plane.stiffness_n_m, plane.damping_kg_s) == (2.0, 3.0)
+    assert plane.stiffness_ci == plane.damping_ci == line.slope_ci
+    assert "a spring of 2.000 N/m (95 % CI undefined) with damping 3.000 kg/s (95 % CI undefined)" in plane.sentence()
+
+
+def test_too_few_gains_are_refused():
+    with pytest.raises(
+        InputRefused, match="the number of conditions is 2, 1 missing left out, and the line needs at least 3"
+    ):
+        fit_gain_line([100.0, 200.0, 300.0], [1.0, 2.0, np.nan], missing="drop")
+    with pytest.raises(InputRefused, match="has the shape"):
+        fit_gain_line([100.0, 200.0], [1.0, 2.0, 3.0])
+    with pytest.raises(InputRefused, match="'gain' is constant"):
+        fit_gain_line([100.0] * 3, [1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("t", "mass", "sentence"),
+    [
+        ([0.0, 1.0], 1.0, "2 times, 3 displacements"),
+        ([0.0, 1.0, 1.0], 1.0, "does not increase"),
+        ([0.0, 1.0, 2.0], 0.0, "the mass is 0"),
+    ],
+)
+def test_trajectories_that_are_none_are_refused(t, mass, sentence):
+    with pytest.raises(InputRefused, match=sentence):
+        force_points(t, [0.0, 1.0, 2.0], [0.0, 1.0, 2.0], mass)

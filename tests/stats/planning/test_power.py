@@ -1,0 +1,234 @@
+"""Power against R (power.t.test, pwr, power.anova.test, integrals written apart), PowerTOST and mpmath."""
+
+from __future__ import annotations
+
+import csv
+import dataclasses
+import math
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+from scipy import special
+
+from data_schema.errors import InputRefused, UnknownName
+from data_schema.vocabulary import Undefined
+from stats.exact.noncentral import f_tails, t_tails
+from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch
+from stats.planning.sample_size import sample_size
+
+with (Path(__file__).parent / "r" / "power.csv").open() as file:
+    ROWS = list(csv.DictReader(file))
+
+
+def planned(row: dict[str, str]) -> Power:
+    number = {name: float(text) for name, text in row.items() if name not in ("test", "means") and text}
+    if row["test"] == "anova":
+        return power_anova([float(x) for x in row["means"].split()], number["sd"], int(number["n_a"]), number["alpha"])
+    sizes = int(number["n_a"]), int(number["n_b"])
+    if row["test"] == "welch":
+        return power_welch(number["difference"], number["sd"], number["sd_b"], *sizes, number["alpha"])
+    if row["test"] == "equivalence":
+        return power_equivalence(
+            number["difference"], number["sd"], number["low"], number["high"], *sizes, number["alpha"], route="student"
+        )
+    return power_t(number["difference"], number["sd"], *sizes, number["alpha"], int(number["sides"]))
+
+
+BOUNDS = {"t": 1e-8, "anova": 2e-9, "welch": 1e-7, "equivalence": 1e-7}
+"""What R itself is good to: its noncentral F sums until 1e-9 is left, its integrals stop at 1e-9 to 1e-11."""
+
+
+@pytest.mark.parametrize("test", BOUNDS)
+def test_agrees_with_r(test):
+    rows = [row for row in ROWS if row["test"] == test]
+    assert len(rows) >= 15
+    for row in rows:
+        assert planned(row).power == pytest.approx(float(row["power"]), abs=BOUNDS[test]), row
+
+
+@pytest.mark.parametrize(("critical", "df", "ncp"), [(2.1, 18, 1.5), (12.7, 1, 0.3), (2.0, 700, 5.0), (-1.5, 4, 1.0)])
+def test_the_noncentral_t_is_mpmaths(critical, df, ncp):
+    with mpmath.workdps(25):
+        half = mpmath.mpf(df) / 2
+
+        def density(u):
+            return 2 * half**half / mpmath.gamma(half) * u ** (df - 1) * mpmath.exp(-half * u * u)
+
+        middle = [0, 0.5, 0.9, 1, 1.1, 1.5, 3, 10]
+        truth = float(mpmath.quad(lambda u: mpmath.ncdf(ncp - critical * u) * density(u), middle))
+    assert t_tails(critical, df, ncp)[1] == pytest.approx(truth, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("critical", "between", "within", "ncp"), [(3.2, 2, 27, 4.0), (5.0, 4, 5, 30.0), (1.5, 9, 400, 90.0)]
+)
+def test_the_noncentral_f_is_mpmaths(critical, between, within, ncp):
+    with mpmath.workdps(25):
+        x = mpmath.mpf(within) / (within + between * mpmath.mpf(critical))
+        half = mpmath.mpf(ncp) / 2
+        truth = float(
+            mpmath.nsum(
+                lambda j: (
+                    mpmath.exp(-half + j * mpmath.log(half) - mpmath.loggamma(j + 1))
+                    * mpmath.betainc(mpmath.mpf(within) / 2, mpmath.mpf(between) / 2 + j, 0, x, regularized=True)
+                ),
+                [0, 300],
+            )
+        )
+    assert f_tails(critical, between, within, ncp)[1] == pytest.approx(truth, rel=1e-12)
+
+
+def test_published_values():
+    """Textbook: 64 a group for d = 0.5 at 80 %; PowerTOST: 0.815845 for CV 0.3, ratio 0.95, n = 40 (2x2)."""
+    plan = sample_size(lambda n: power_t(0.5, 1.0, n, n)).plan
+    assert plan == power_t(0.5, 1.0, 64, 64)
+    assert power_t(0.5, 1.0, 63, 63).power < 0.8
+    sd = math.sqrt(math.log(1.09) / 2.0)
+    bounds = math.log(0.8), math.log(1.25)
+    plan = sample_size(lambda n: power_equivalence(math.log(0.95), sd, *bounds, n, n, route="student")).plan
+    assert isinstance(plan, Power)
+    assert plan.group_ns == (20, 20)
+    assert plan.power == pytest.approx(0.815845, abs=5e-7)
+
+
+def test_without_effect_exact_tests_reject_at_alpha():
+    assert power_t(0.0, 1.0, 3, 8, 0.01).power == pytest.approx(0.01, rel=1e-12)
+    assert power_t(0.0, 1.0, 3, 8, 0.01, sides=1).power == pytest.approx(0.01, rel=1e-12)
+    assert power_anova([1.0, 1.0, 1.0], 2.0, 4).power == pytest.approx(0.05, rel=1e-12)
+    # Simulations of 20 000 studies gave 0.033 and 0.072, with standard errors of 0.0013 and 0.0018.
+    assert power_welch(0.0, 1.0, 1.0, 3, 3).power == pytest.approx(0.033, abs=3 * 0.0013)
+    assert power_welch(0.0, 1.5, 1.0, 3, 10).power == pytest.approx(0.072, abs=3 * 0.0018)
+
+
+def test_two_groups_of_anova_are_students_t():
+    assert power_anova([0.0, 0.7], 1.1, 9).power == pytest.approx(power_t(0.7, 1.1, 9, 9).power, rel=1e-10)
+
+
+def test_large_samples_and_far_tails():
+    for plan, ncp in (
+        (power_t(0.005, 1.0, 1_000_000, 1_000_000), 0.005 / math.sqrt(2e-6)),
+        (power_welch(0.01, 1.0, 2.0, 100_000, 50_000), 0.01 / math.sqrt(1e-5 + 8e-5)),
+    ):
+        normal = special.ndtr(ncp - 1.959963985) + special.ndtr(-ncp - 1.959963985)
+        assert plan.power == pytest.approx(normal, rel=1e-4)
+    assert power_equivalence(0.0, 1.0, -1.0, 1.0, 2, 2, 1e-6).power < 1e-6
+    assert power_equivalence(5.0, 1.0, -1.0, 1.0, 50, 50).power == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("difference", "sds", "bounds", "sizes"),
+    [
+        (0.0, (0.004, 0.004), (-0.01, 0.01), (3, 3)),
+        (0.0, (1.0, 2.0), (-3.0, 3.0), (2, 2)),
+        (0.0, (1.0, 3.0), (-3.0, 2.5), (3, 10)),
+        (0.5, (2.0, 1.0), (-2.0, 2.0), (5, 20)),
+    ],
+)
+def test_welchs_equivalence_test_is_that_of_simulated_studies(difference, sds, bounds, sizes):
+    """From n_a + n_b normal values each, within 4 standard errors."""
+    studies, rng = 200_000, np.random.default_rng(64)
+    a, b = (rng.normal(0.0, sd, (studies, n)) for sd, n in zip(sds, sizes, strict=True))
+    found = difference + a.mean(axis=1) - b.mean(axis=1)
+    part_a, part_b = a.var(axis=1, ddof=1) / sizes[0], b.var(axis=1, ddof=1) / sizes[1]
+    df = (part_a + part_b) ** 2 / (part_a**2 / (sizes[0] - 1) + part_b**2 / (sizes[1] - 1))
+    half = -special.stdtrit(df, 0.05) * np.sqrt(part_a + part_b)
+    shown = float(np.mean((found - half >= bounds[0]) & (found + half <= bounds[1])))
+    error = math.sqrt(shown * (1.0 - shown) / studies)
+    power = power_equivalence(difference, sds[0], *bounds, *sizes, sd_b=sds[1]).power
+    assert power == pytest.approx(shown, abs=4.0 * error)
+    if sizes == (3, 3):  # Student's test, which nobody makes here, is far off
+        student = power_equivalence(difference, sds[0], *bounds, *sizes, route="student").power
+        assert abs(student - shown) > 40.0 * error
+
+
+def test_welchs_equivalence_test_becomes_students_in_large_balanced_groups():
+    for n, near in ((50, 2e-3), (5000, 2e-5), (500_000, 2e-7)):
+        bound = 3.0 * math.sqrt(2.0 / n)
+        welch, student = (
+            power_equivalence(0.3 * bound, 1.0, -bound, bound, n, n, route=route).power
+            for route in ("welch", "student")
+        )
+        assert welch == pytest.approx(student, abs=near)
+        assert 0.5 < student < 0.9
+
+
+def test_the_search_for_a_sample_size_plans_each_size_once():
+    asked = []
+
+    def plan(n: int) -> Power:
+        asked.append(n)
+        return power_t(0.5, 1.0, n, n)
+
+    assert sample_size(plan).plan.group_ns == (64, 64)
+    assert sorted(asked) == sorted(set(asked))
+
+
+def test_a_power_below_1_is_never_told_as_100_percent():
+    assert power_t(0.5, 1.0, 649, 649).sentence().endswith(" has a chance of over 99.9 % to reject.")
+    # whether a tail of 1e-16 rounds a power to 1 depends on the processor
+    certain = dataclasses.replace(power_t(1e9, 1.0, 5, 5), power=1.0)
+    assert certain.sentence().endswith(" has a chance of 100 % to reject.")
+
+
+def test_plans_that_are_none_are_refused():
+    with pytest.raises(InputRefused, match=r"plan returns 0\.9: return a power"):
+        sample_size(lambda n: 0.9)
+    with pytest.raises(InputRefused, match="largest is 0: give a whole number of at least 2"):
+        sample_size(lambda n: power_t(0.5, 1.0, n, n), largest=0)
+
+
+def test_sample_sizes_that_are_never_enough():
+    for plan, reason in (
+        (lambda n: power_t(0.0, 1.0, n, n), "the true difference is 0"),
+        (lambda n: power_welch(0.0, 1.0, 2.0, n, n), "the true difference is 0"),
+        (lambda n: power_t(-1.0, 1.0, n, n, sides=1), "the true difference -1 lies below 0 and the one-sided test"),
+        (lambda n: power_anova([2.0, 2.0, 2.0], 1.0, n), "the true means are equal"),
+        (lambda n: power_equivalence(2.0, 1.0, -1.0, 1.0, n, n), "difference 2 does not lie between the bounds -1 and"),
+        (lambda n: power_equivalence(1.0, 1.0, -1.0, 1.0, n, n, route="student"), "difference 1 does not lie between"),
+        (lambda n: power_t(1e-3, 1.0, n, n), "the search ended at n = 1000"),
+    ):
+        never = sample_size(plan, largest=1000)
+        assert isinstance(never.plan, Undefined)
+        assert reason in never.plan.reason
+        assert never.n == never.plan
+        assert never.sentence() == f"No n was found with a chance of 80 % to reject: {never.plan.reason}."
+    assert sample_size(lambda n: power_t(0.0, 1.0, n, n), 0.04).n == 2  # alpha itself is reached
+    assert sample_size(lambda n: power_t(50.0, 1.0, n, n)).plan == power_t(50.0, 1.0, 2, 2)
+    for target in (0.5, 0.9, 0.99):
+        plan = sample_size(lambda n: power_welch(1.0, 1.0, 2.0, n, 2 * n), target).plan
+        assert plan.power >= target > power_welch(1.0, 1.0, 2.0, plan.group_ns[0] - 1, 2 * plan.group_ns[0] - 2).power
+
+
+def test_too_few_values_and_refusals():
+    for plan in (
+        power_t(1.0, 1.0, 1, 1),
+        power_welch(1.0, 1.0, 1.0, 1, 5),
+        power_anova([0.0, 1.0], 1.0, 1),
+        power_equivalence(0.0, 1.0, -1.0, 1.0, 1, 1),
+    ):
+        assert isinstance(plan.power, Undefined)
+        assert plan.sentence().startswith("No power for")
+    assert "has a chance of 80.1 % to reject" in power_t(0.5, 1.0, 64, 64).sentence()
+    for wrong in (
+        lambda: power_t(1.0, 0.0, 5, 5),
+        lambda: power_t(1.0, 1.0, 5, 5, sides=3),
+        lambda: power_t(1.0, 1.0, 5, 5, alpha=1.5),
+        lambda: power_anova([1.0], 1.0, 5),
+        lambda: power_equivalence(0.0, 1.0, 1.0, -1.0, 5, 5),
+        lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 5, 5, 0.6),
+        lambda: power_equivalence(0.0, 1.0, -1.0, 1.0, 5, 5, route="student", sd_b=2.0),
+    ):
+        with pytest.raises(InputRefused):
+            wrong()
+    with pytest.raises(UnknownName, match="did you mean 'welch'"):
+        power_equivalence(0.0, 1.0, -1.0, 1.0, 5, 5, route="welsh")
+
+
+def test_what_is_assumed_is_said_in_the_digits_that_the_scatter_needs():
+    said = power_t(4.268321, 0.3247491, 5, 5, 0.05 / 3).sentence()
+    assert "for a difference of 4.268 at sd 0.3247 (two-sided) at alpha = 0.01667 has" in said
+    assert "for means 1000.1, 1000.2 at sd 0.1" in power_anova([1000.1, 1000.2], 0.1, 5).test
+    bounds = power_equivalence(0.0, 0.1234567, 999.99, 1000.01, 5, 5).test
+    assert "between 999.99 and 1000.01 for a difference of 0 at sd 0.1235" in bounds
