@@ -17,8 +17,8 @@ from ingest.samples import signal_sha256
 from ingest.store import Store
 from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.analysis.outcomes.detecting import detect_part
-from labbook.book.desk import Statement, new_uid
 from labbook.book.opening import Book, open_book
+from labbook.book.write_session import Statement, new_uid
 from labbook.statements.importing import PreparedImport, declarations, read_and_store, settings_now
 
 REPEATS = 7
@@ -117,8 +117,8 @@ def _state(book: Book, path: Path, prepared: PreparedImport) -> None:
         "stated_run": None,
         "run": None,
     }
-    with book.desk(None) as desk:
-        desk.state(Statement(Action.INGEST, "ingest", new_uid(), new=new, prepared=prepared))
+    with book.session(None) as session:
+        session.state(Statement(Action.INGEST, "ingest", new_uid(), new=new, prepared=prepared))
 
 
 BENCHMARK = Benchmark("ingest_stages", measure)

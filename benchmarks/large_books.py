@@ -21,8 +21,8 @@ from labbook.actions.correcting import correct
 from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.jump_review import decide
 from labbook.actions.runs_importing import import_runs
-from labbook.book.desk import new_uid
 from labbook.book.opening import Book, opened
+from labbook.book.write_session import new_uid
 from labbook.demo.book_toml import FACTORS, ROBOT
 from labbook.demo.campaign import BATTERIES
 from labbook.demo.truth import CHAPTER_5
@@ -66,9 +66,9 @@ def run_name(number: int) -> str:
 
 
 def _take_in(book: Book, numbers: range, instruments: Path) -> Grown:
-    with book.desk(None) as desk:
+    with book.session(None) as session:
         sheet = run_sheet(FACTORS, map(_row, numbers)).decode()
-        import_runs(book, desk, sheet, f"runs-{numbers.start}.csv")
+        import_runs(book, session, sheet, f"runs-{numbers.start}.csv")
     instruments.mkdir(exist_ok=True)
     request, taken_s = IngestRequest(batch=new_uid()), 0.0
     for number in numbers:
@@ -76,11 +76,11 @@ def _take_in(book: Book, numbers: range, instruments: Path) -> Grown:
     charges = [_charge(number) for number in numbers]
     _ingest(book, instruments / f"charges-{numbers.start}.csv", charger_sheet(charges), request)
     for number in numbers:
-        with book.desk(None) as desk:
+        with book.session(None) as session:
             if number % VERDICT_EVERY == 0:
-                decide(book, desk, run_name(number), [3], Verdict.REJECT, ReasonCode.TOUCHED_BY_HAND, None)
+                decide(book, session, run_name(number), [3], Verdict.REJECT, ReasonCode.TOUCHED_BY_HAND, None)
             if number % CORRECTION_EVERY == 0:
-                correct(book, desk, run_name(number), ["duration_s=719"], "misread the clock")
+                correct(book, session, run_name(number), ["duration_s=719"], "misread the clock")
     return Grown(len(numbers), taken_s)
 
 

@@ -59,8 +59,8 @@ def measure(say: Callable[[str], None]) -> Section:
     with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name, opened(new_book(Path(name) / "book")) as book:
         say(f"stating {RUNS} runs from a sheet")
         start = time.perf_counter()
-        with book.desk(None) as desk:
-            import_runs(book, desk, run_sheet(FACTORS, _rows()).decode(), "runs.csv")
+        with book.session(None) as session:
+            import_runs(book, session, run_sheet(FACTORS, _rows()).decode(), "runs.csv")
         stating_s = time.perf_counter() - start
         say(f"{REPEATS} rounds of listing them")
         with closing(sqlite3.connect(book.folder / DATABASE)) as bare:

@@ -8,8 +8,8 @@ from typing import Any
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import Undefined
-from labbook.book.desk import now_utc
 from labbook.book.opening import Book
+from labbook.book.write_session import now_utc
 from labbook.presenting.making import make_report
 from reports.content import ReportContent
 from reports.numbers import Number, Value

@@ -18,7 +18,6 @@ from data_schema.vocabulary import Action, RunKind, RunState
 from labbook.actions.corrected_values import date_value, number_value, text_value
 from labbook.actions.second_charge import refuse_second_charge
 from labbook.actions.sheet_words import MAH, charge_meant, in_columns, words_of
-from labbook.book.desk import Desk, Statement
 from labbook.book.naming import (
     condition_key,
     ensure_condition,
@@ -30,6 +29,7 @@ from labbook.book.naming import (
     study_of,
 )
 from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession
 from labbook.config.parsing import Configuration
 
 _NAMED = ("robot", "battery", "instrument", "factor")
@@ -44,7 +44,7 @@ NO_LEVELS = "levels"
 
 
 def correct(
-    book: Book, desk: Desk, target: str, assignments: Sequence[str], why: str, *, fold: str | None = None
+    book: Book, session: WriteSession, target: str, assignments: Sequence[str], why: str, *, fold: str | None = None
 ) -> dict[str, tuple[Any, Any]]:
     """State corrections of one row; returns (old, new) by column. Results downstream are marked stale.
 
@@ -52,8 +52,8 @@ def correct(
     readings. The charge of a run is a row of its own, corrected with it.
     """
     refuse_empty("--why", why)
-    kind, uid, run = _target(desk.connection, target)
-    zone = ZoneInfo(study_of(desk.connection).time_zone)
+    kind, uid, run = _target(session.connection, target)
+    zone = ZoneInfo(study_of(session.connection).time_zone)
     said = _assignments(assignments)
     charged = {MAH: said.pop(MAH)} if run is not None and MAH in said else {}
     given = in_columns(kind, said, run, zone, fold)
@@ -65,34 +65,38 @@ def correct(
         elif run is not None and name == NO_LEVELS:
             levels = _no_levels(text)
         else:
-            new |= _column(book, desk, kind, name, text)
+            new |= _column(book, session, kind, name, text)
     if run is not None and levels != dict(run.levels):
-        study_uid = study_of(desk.connection).uid
-        new["condition"] = ensure_condition(desk, book.configuration, study_uid, levels) if levels else None
+        study_uid = study_of(session.connection).uid
+        new["condition"] = ensure_condition(session, book.configuration, study_uid, levels) if levels else None
     if run is not None and new.keys() & {"kind", "jumps_made", "condition"}:
         _refuse_contradiction(book.configuration, run, {"kind": run.kind, "jumps_made": run.jumps_made, **new}, levels)
     if run is not None and new.keys() & {"position_in_day", "day"}:
-        _refuse_taken_place(desk.connection, run, new)
+        _refuse_taken_place(session.connection, run, new)
     if run is not None and "name" in new and not run.planned:
-        new |= _planned_as(desk.connection, new["name"])
-    done = _stated(desk, kind, uid, new, why)
+        new |= _planned_as(session.connection, new["name"])
+    done = _stated(session, kind, uid, new, why)
     if run is not None and charged:
         ((column, text),) = in_columns("charge", charged, None, zone, fold).items()
         done |= _stated(
-            desk, "charge", charge_meant(desk.connection, run), _column(book, desk, "charge", column, text), why
+            session,
+            "charge",
+            charge_meant(session.connection, run),
+            _column(book, session, "charge", column, text),
+            why,
         )
     return done
 
 
-def _stated(desk: Desk, kind: str, uid: str, new: Mapping[str, Any], why: str) -> dict[str, tuple[Any, Any]]:
+def _stated(session: WriteSession, kind: str, uid: str, new: Mapping[str, Any], why: str) -> dict[str, tuple[Any, Any]]:
     """State what of `new` a row does not say yet; returns (old, new) by column."""
-    old = old_values(desk.connection, kind, uid, new) if new else {}
+    old = old_values(session.connection, kind, uid, new) if new else {}
     changed = {name: value for name, value in new.items() if old[name] != value}
     if kind == "charge" and changed.keys() & {"run", "mode"}:
-        _refuse_second_charge(desk.connection, uid, changed)
+        _refuse_second_charge(session.connection, uid, changed)
     before = {name: old[name] for name in changed}
     if changed:
-        desk.state(Statement(Action.CORRECT, kind, uid, new=changed, old=before, reason=why))
+        session.state(Statement(Action.CORRECT, kind, uid, new=changed, old=before, reason=why))
     return {name: (before[name], value) for name, value in changed.items()}
 
 
@@ -115,29 +119,29 @@ def runs_corrected(connection: sa.Connection, target: str, changed: Mapping[str,
     return [] if run_uid is None else [read_fact(connection, "run", run_uid, ["name"])["name"]]
 
 
-def void(desk: Desk, name: str, reason: str) -> str:
+def void(session: WriteSession, name: str, reason: str) -> str:
     """State that a run does not count; it stays in the book with everything that belongs to it.
 
     Returns the sentence that says so, also where it was void already and nothing is stated.
     """
     refuse_empty("--reason", reason)
-    run = run_named(desk.connection, name)
+    run = run_named(session.connection, name)
     if run.state is RunState.VOID:
         return f"run {name} is void already: the journal keeps who said so and why (`labbook show {name}`)"
-    desk.state(
+    session.state(
         Statement(Action.VOID, "run", run.uid, new={"state": "void"}, old={"state": str(run.state)}, reason=reason)
     )
     return f"run {name} is void"
 
 
-def unvoid(desk: Desk, name: str, reason: str) -> str:
+def unvoid(session: WriteSession, name: str, reason: str) -> str:
     """State that a run counts after all; it is complete where its duration is known, open otherwise."""
     refuse_empty("--reason", reason)
-    run = run_named(desk.connection, name)
+    run = run_named(session.connection, name)
     if run.state is not RunState.VOID:
         return f"run {name} is not void: there is nothing to take back"
     state = RunState.OPEN if run.duration_s is None else RunState.COMPLETE
-    desk.state(
+    session.state(
         Statement(Action.CORRECT, "run", run.uid, new={"state": str(state)}, old={"state": "void"}, reason=reason)
     )
     return f"run {name} counts again"
@@ -241,7 +245,7 @@ def _level(connection: sa.Connection, name: str) -> str:
     return known[name]
 
 
-def _column(book: Book, desk: Desk, kind: str, name: str, text: str) -> dict[str, Any]:
+def _column(book: Book, session: WriteSession, kind: str, name: str, text: str) -> dict[str, Any]:
     table = FACTS[kind]
     fixed = _FIXED | _FIXED_OF.get(kind, set())
     allowed = [column.name for column in table.c if column.name not in fixed]
@@ -251,10 +255,10 @@ def _column(book: Book, desk: Desk, kind: str, name: str, text: str) -> dict[str
     column = table.c[name]
     if name in ("robot", "battery"):
         known: Mapping[str, Any] = getattr(book.configuration, {"battery": "batteries"}.get(name, f"{name}s"))
-        return {name: named_uid(desk.connection, name, text, known)}
+        return {name: named_uid(session.connection, name, text, known)}
     if name == "day":
-        return {name: ensure_day(desk, study_of(desk.connection).uid, date_value(text))}
+        return {name: ensure_day(session, study_of(session.connection).uid, date_value(text))}
     if name == "run":
-        return {name: None if text == "none" else run_named(desk.connection, text).uid}
+        return {name: None if text == "none" else run_named(session.connection, text).uid}
     is_text = isinstance(column.type, sa.Text)
     return {name: text_value(kind, text, column) if is_text else number_value(name, text, column)}

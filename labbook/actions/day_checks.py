@@ -8,13 +8,13 @@ from zoneinfo import ZoneInfo
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import CheckKind
-from labbook.book.desk import Desk
 from labbook.book.naming import ensure_day, study_of
+from labbook.book.write_session import WriteSession
 from labbook.config.parsing import Configuration
 
 
 def state_check(
-    desk: Desk,
+    session: WriteSession,
     configuration: Configuration,
     kind: str,
     value: float | None,
@@ -31,8 +31,8 @@ def state_check(
         date = datetime.date.fromisoformat(day) if day else _today(configuration)
     except ValueError:
         raise UsageError(f"--day {day!r} is not a date: write it as 2021-06-01.") from None
-    day_uid = ensure_day(desk, study_of(desk.connection).uid, date.isoformat())
-    desk.declare("day_check", day=day_uid, kind=kind, value=value, unit=unit, passed=int(passed))
+    day_uid = ensure_day(session, study_of(session.connection).uid, date.isoformat())
+    session.declare("day_check", day=day_uid, kind=kind, value=value, unit=unit, passed=int(passed))
     return date.isoformat()
 
 

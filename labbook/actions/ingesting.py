@@ -29,8 +29,8 @@ from labbook.actions.absent_columns import refused_without_columns
 from labbook.actions.day_of_run import with_day_of_run
 from labbook.actions.known_files import take_known
 from labbook.actions.rereading import state_refusal, with_findings_of_book
-from labbook.book.desk import Statement, new_uid
 from labbook.book.opening import Book
+from labbook.book.write_session import Statement, new_uid
 from labbook.statements.importing import PreparedImport, read_and_store, sample_counts, settings_now, with_counts
 from labbook.statements.ingesting import as_read
 
@@ -206,19 +206,19 @@ def _stored(
         "stated_run": stated_run(book, path),
         **({} if request.batch is None else {"batch": request.batch}),
     }
-    with book.desk(request.person) as desk:
-        first = first_import(desk.connection, sha256)  # another program may have been faster
+    with book.session(request.person) as session:
+        first = first_import(session.connection, sha256)  # another program may have been faster
         if first is not None:
             return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None)
         if read.refused:
-            state_refusal(desk, new, prepared)
+            state_refusal(session, new, prepared)
             return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
         uid = new_uid()
-        desk.state(
+        session.state(
             Statement(Action.INGEST, "ingest", uid, new={**new, **as_read(prepared), "run": run_uid}, prepared=prepared)
         )
-        runs = runs_of_file(desk.connection, sha256)
-        read = with_findings_of_book(desk.connection, uid, read, ABOUT_RUNS)
+        runs = runs_of_file(session.connection, sha256)
+        read = with_findings_of_book(session.connection, uid, read, ABOUT_RUNS)
     return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, prepared)
 
 

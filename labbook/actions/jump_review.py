@@ -19,9 +19,9 @@ from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.analysis.outcomes.detections import Detections, rest_length_m
 from labbook.analysis.outcomes.judging import JudgedJump, Rules, anchor_of, judge
 from labbook.analysis.outcomes.run_apexes import usable_logs
-from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession, new_uid
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,7 @@ def jumps_meant(texts: Sequence[str], found: RunReview) -> list[int]:
 
 def decide(
     book: Book,
-    desk: Desk,
+    session: WriteSession,
     name: str,
     numbers: Sequence[int],
     verdict: str,
@@ -111,17 +111,19 @@ def decide(
     """State a verdict on each of the jumps that this person's last does not say already; all of them or none.
 
     Returns on which it was stated.
-    `found` is the run's review where it was made before the desk opened: others wait while a desk finds jumps.
+    `found` is the run's review where it was made before the session opened: others wait while a session finds jumps.
     """
     if reason not in tuple(ReasonCode):
         raise unknown_name("reason", reason, tuple(ReasonCode))
     if found is None:
-        found = review(book, desk.connection, name)
+        found = review(book, session.connection, name)
     else:  # verdicts may have come since, also from a command that was cut off
-        found = _judged(book, desk.connection, found.run, found.signals, found.detections)
+        found = _judged(book, session.connection, found.run, found.signals, found.detections)
     jumps = {item.jump.number: item for item in found.jumps}
     _refuse_unknown(found, jumps, numbers)
-    stated = [number for number in numbers if not _stands(jumps[number].decision, desk.person, verdict, reason, note)]
+    stated = [
+        number for number in numbers if not _stands(jumps[number].decision, session.person, verdict, reason, note)
+    ]
     for number in stated:
         item = jumps[number]
         new = {
@@ -137,7 +139,7 @@ def decide(
             "version": found.detections[0].version,
             "blind": 0,
         }
-        desk.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
+        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
     return stated
 
 
@@ -158,10 +160,10 @@ def _stands(standing: DecisionRow | None, person: str, verdict: str, reason: str
     return said == (person, verdict, reason, note)
 
 
-def clear_waiting(desk: Desk, name: str, note: str | None) -> int:
+def clear_waiting(session: WriteSession, name: str, note: str | None) -> int:
     """Take back the verdicts of a run that were given on samples that are not in force; returns how many."""
-    run = run_named(desk.connection, name)
-    waiting = verdicts_waiting(desk.connection, run.uid)
+    run = run_named(session.connection, name)
+    waiting = verdicts_waiting(session.connection, run.uid)
     for verdict in waiting:
         new = {
             "target_kind": str(TargetKind.JUMP),
@@ -176,7 +178,7 @@ def clear_waiting(desk: Desk, name: str, note: str | None) -> int:
             "version": None,
             "blind": 0,
         }
-        desk.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
+        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
     return len(waiting)
 
 

@@ -26,9 +26,9 @@ from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.actions.assigning import charge_of
 from labbook.actions.named_files import file_named
 from labbook.actions.rereading import Reread, RereadRequest, reread, would_differ
-from labbook.book.desk import Desk, Statement
 from labbook.book.naming import refuse_empty
 from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,62 +157,62 @@ def files_to_reread(book: Book, step: Callable[[str], None]) -> list[ReadingRow]
     return found
 
 
-def withdraw(desk: Desk, name: str, why: str) -> str:
+def withdraw(session: WriteSession, name: str, why: str) -> str:
     """State that a file is out of use; returns the sentence that says what follows."""
     refuse_empty("--why", why)
-    file = file_named(desk.connection, name, withdrawn=True)
+    file = file_named(session.connection, name, withdrawn=True)
     if file.status is IngestStatus.WITHDRAWN:
         return f"{file.name} is withdrawn already: `labbook files show {file.uid}` says by whom and why."
-    charges = [row for row in charges_of_file(desk.connection, file.uid) if row.state is ChargeState.COUNTED]
-    runs = {link.run_uid for link in links_of_file(desk.connection, file.uid)}
+    charges = [row for row in charges_of_file(session.connection, file.uid) if row.state is ChargeState.COUNTED]
+    runs = {link.run_uid for link in links_of_file(session.connection, file.uid)}
     of_runs = {row.uid: row.run_uid for row in charges if row.run_uid}
     old = {"runs": sorted({*runs, *of_runs.values()}), "charges": of_runs}
-    desk.state(Statement(Action.WITHDRAW, "file", file.uid, old=old, reason=why))
-    standing_in = repeating(desk.connection, [row.uid for row in charges], ChargeState.COUNTED)
+    session.state(Statement(Action.WITHDRAW, "file", file.uid, old=old, reason=why))
+    standing_in = repeating(session.connection, [row.uid for row in charges], ChargeState.COUNTED)
     in_place = [other for of_row in standing_in.values() for other in of_row]
     lost = f", {len(charges)} charges count no more" if charges else ""
     lost += f" and {len(in_place)} rows of other sheets that say the same count instead" if in_place else ""
     return f"{file.name} is out of use{lost}: `labbook files restore {file.name}` takes it into use again."
 
 
-def restore(desk: Desk, name: str, why: str | None) -> str:
+def restore(session: WriteSession, name: str, why: str | None) -> str:
     """State that a withdrawn file is in use again; returns the sentence that says so."""
-    file = file_named(desk.connection, name, withdrawn=True)
+    file = file_named(session.connection, name, withdrawn=True)
     if file.status is not IngestStatus.WITHDRAWN:
         return f"{file.name} is in use: there is nothing to restore."
-    desk.state(Statement(Action.RESTORE, "file", file.uid, new=_runs_left(desk.connection, file.uid), reason=why))
+    session.state(Statement(Action.RESTORE, "file", file.uid, new=_runs_left(session.connection, file.uid), reason=why))
     return f"{file.name} is in use again."
 
 
-def dismiss(desk: Desk, what: str, why: str) -> str:
+def dismiss(session: WriteSession, what: str, why: str) -> str:
     """State that an item of the inbox belongs to no run and need not be asked about: a charge, or a whole file."""
     refuse_empty("--why", why)
     name, mark, row = what.rpartition("#")
     if not mark or not row.isdigit():
-        file = file_named(desk.connection, what)
-        if links_of_file(desk.connection, file.uid) or runs_of_file(desk.connection, file.sha256):
+        file = file_named(session.connection, what)
+        if links_of_file(session.connection, file.uid) or runs_of_file(session.connection, file.sha256):
             raise UsageError(f"{file.name} belongs to a run: `labbook files withdraw {file.name}` takes it out of use.")
-        return withdraw(desk, what, why)
-    charge = charge_of(desk.connection, file_named(desk.connection, name), int(row))
+        return withdraw(session, what, why)
+    charge = charge_of(session.connection, file_named(session.connection, name), int(row))
     if charge.run_uid is not None:
         raise UsageError(f"{what} belongs to run {charge.run_name}: `labbook assign {what} none` takes it off first.")
     if charge.state is ChargeState.DISMISSED:
         return f"{what} is dismissed already: `labbook runs restore {what}` brings it back."
     if charge.state is not ChargeState.COUNTED:
         raise UsageError(f"{what} is not in the inbox ({charge.state}): `labbook runs inbox` lists what is.")
-    desk.state(Statement(Action.DISMISS, "charge", charge.uid, reason=why))
+    session.state(Statement(Action.DISMISS, "charge", charge.uid, reason=why))
     return f"{what} is dismissed: `labbook runs restore {what}` brings it back."
 
 
-def restore_item(desk: Desk, what: str, why: str | None) -> str:
+def restore_item(session: WriteSession, what: str, why: str | None) -> str:
     """State that an item is in the inbox again."""
     name, mark, row = what.rpartition("#")
     if not mark or not row.isdigit():
-        return restore(desk, what, why)
-    charge = charge_of(desk.connection, file_named(desk.connection, name), int(row))
+        return restore(session, what, why)
+    charge = charge_of(session.connection, file_named(session.connection, name), int(row))
     if charge.state is not ChargeState.DISMISSED:
         raise UsageError(f"{what} was not dismissed: there is nothing to restore.")
-    desk.state(Statement(Action.RESTORE, "charge", charge.uid, reason=why))
+    session.state(Statement(Action.RESTORE, "charge", charge.uid, reason=why))
     return f"{what} is in the inbox again."
 
 

@@ -15,9 +15,9 @@ from labbook.actions.remarks import remark_lines, remarks_on
 from labbook.actions.rereading import Reread, RereadRequest, reread, would_differ
 from labbook.actions.second_charge import refuse_second_of_file
 from labbook.actions.stale import stale_lines
-from labbook.book.desk import Statement
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
+from labbook.book.write_session import Statement
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +100,9 @@ def _to_run(book: Book, row: ReadingRow, run: str, person: str | None, dry_run: 
         with book.reading() as connection:
             refuse_second_of_file(connection, row.file_uid or "", row.role, meant)
         return [f"it would belong to run {run}."]
-    with book.desk(person) as desk:
-        refuse_second_of_file(desk.connection, row.file_uid or "", row.role, meant)
+    with book.session(person) as session:
+        refuse_second_of_file(session.connection, row.file_uid or "", row.role, meant)
         new = {"run": meant.uid, "role": row.role}
-        desk.state(Statement(Action.ASSIGN, "file", row.file_uid or "", new=new))
-        remarks = remarks_on(desk.connection, book.configuration, [run], ["log"])
+        session.state(Statement(Action.ASSIGN, "file", row.file_uid or "", new=new))
+        remarks = remarks_on(session.connection, book.configuration, [run], ["log"])
     return [f"it belongs to run {run} now.", *remark_lines(remarks)]

@@ -21,8 +21,8 @@ from data_schema.queries.imports import refused_with
 from data_schema.queries.people import config_in_force
 from data_schema.queries.plans import planned_runs
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
+from labbook.statements.apply_context import derived_uid
 from labbook.statements.importing import without_name
-from labbook.statements.scene import derived_uid
 
 
 @dataclass(frozen=True, slots=True)

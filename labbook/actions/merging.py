@@ -38,10 +38,10 @@ from labbook.actions.merge_rules import (
     meets,
 )
 from labbook.book.backing_up import MARKER as OF_BACKUP
-from labbook.book.desk import Desk, DryRun, Statement, apply, new_uid
 from labbook.book.opening import CONFIGURATION, Book, open_book
+from labbook.book.write_session import DryRun, Statement, WriteSession, apply, new_uid
+from labbook.statements.apply_context import derived_uid
 from labbook.statements.ingesting import raw_path
-from labbook.statements.scene import derived_uid
 
 _T = TypeVar("_T")
 
@@ -66,8 +66,8 @@ def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False
     with contextlib.suppress(DryRun), _opened(book, folder) as other, other.reading() as there:
         with _said_of(folder):
             theirs = list(other.mirror.entries())
-        with book.desk(person) as desk:
-            done = _Merging(book, other, desk, there, theirs).done(dry_run=dry_run)
+        with book.session(person) as session:
+            done = _Merging(book, other, session, there, theirs).done(dry_run=dry_run)
             if dry_run:
                 raise DryRun
     return done
@@ -106,7 +106,7 @@ class _Merging:
 
     book: Book
     other: Book
-    desk: Desk
+    session: WriteSession
     there: sa.Connection
     theirs: Sequence[Entry]
     uids: dict[str, str] = field(default_factory=dict)
@@ -116,7 +116,7 @@ class _Merging:
 
     def done(self, *, dry_run: bool) -> Merged:
         """Try it; unless that is all, state it."""
-        ours = list(journal.stored(self.desk.connection))
+        ours = list(journal.stored(self.session.connection))
         common = _common(ours, self.theirs)
         self._refuse_other_configuration()
         known_till = self._merged_before(ours, common)
@@ -126,7 +126,7 @@ class _Merging:
             for entry in self.theirs[known_till:]
             if _first_said(entry) not in known and entry.action is not Action.MERGE
         ]
-        self._try(fresh, Here(self.desk.connection, ours, _news(ours, self.theirs, common)))
+        self._try(fresh, Here(self.session.connection, ours, _news(ours, self.theirs, common)))
         copies = self._copies_to_take()
         if not dry_run and self.conflicts:
             several = f"{len(self.conflicts)} things stand" if len(self.conflicts) > 1 else "1 thing stands"
@@ -150,7 +150,7 @@ class _Merging:
 
     def _refuse_other_configuration(self) -> None:
         """Raise `InputRefused` unless both books stand under the same labbook.toml, but for where they lie."""
-        in_force = config_in_force(self.desk.connection)
+        in_force = config_in_force(self.session.connection)
         texts = [(entry.new or {})["text"] for entry in self.theirs if entry.entity_kind == "config"]
         if in_force is None or not texts:
             raise InputRefused(f"{self.other.folder} describes no study yet: there is nothing to merge.")
@@ -188,9 +188,9 @@ class _Merging:
 
     def _try(self, fresh: Sequence[Entry], here: Here) -> None:
         """Apply entries to this book, and take all of it back."""
-        connection = self.desk.connection
+        connection = self.session.connection
         charges, logs = charges_by_run(connection), logs_by_run(connection)
-        number = journal.head(connection)[0] + len(self.desk.said)
+        number = journal.head(connection)[0] + len(self.session.said)
         verdicts, ends = [], _ends(fresh)
         here.ends.update({uid: end for uid, end in ends.items() if isinstance(end, str)})
         with self._scratch(fresh) as store:
@@ -218,7 +218,7 @@ class _Merging:
 
     def _apply(self, store: Store, entry: Entry, here: Here) -> None:
         """Let one entry take effect on trial, and stand in the journal for the next; a report changes nothing."""
-        connection = self.desk.connection
+        connection = self.session.connection
         try:
             with connection.begin_nested():
                 if entry.action is not Action.REPORT:
@@ -296,8 +296,8 @@ class _Merging:
             "until": {"seq": last.seq, "hash": last.hash},
             "uids": self.uids,
         }
-        self.desk.state(Statement(Action.MERGE, "book", new_uid(), new=new))
-        self.desk.merge(self.taken)
+        self.session.state(Statement(Action.MERGE, "book", new_uid(), new=new))
+        self.session.merge(self.taken)
 
 
 def _common(ours: Sequence[Entry], theirs: Sequence[Entry]) -> int:

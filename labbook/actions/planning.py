@@ -15,9 +15,9 @@ from data_schema.queries.plans import OpenPlan, open_plans, planned_runs, withdr
 from data_schema.queries.runs import run_names
 from data_schema.vocabulary import Action, PlanMethod, RunKind
 from labbook.actions.runs_importing import plan_factors
-from labbook.book.desk import Desk, Statement, now_utc
 from labbook.book.naming import condition_key, ensure_condition, refuse_empty, study_of
 from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession, now_utc
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import run_names as names_of
@@ -86,12 +86,12 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     page = request.out.with_suffix(".html")
     with _written_beside({request.out: sheet, page: printed}):
         if not request.dry_run:
-            with book.desk(person) as desk:
+            with book.session(person) as session:
                 entries = [
                     PlannedEntry(name, run.day, run.block, None if run.condition is None else dict(run.condition))
                     for name, run in zip(names, drawn.runs, strict=True)
                 ]
-                state_plan(desk, configuration, drawn.seed, drawn.method, entries)
+                state_plan(session, configuration, drawn.seed, drawn.method, entries)
     return PlanMade(
         runs=len(drawn.runs),
         days=len(drawn.days),
@@ -161,19 +161,19 @@ class PlannedEntry:
 
 
 def state_plan(
-    desk: Desk, configuration: Configuration, seed: int, method: PlanMethod, entries: Sequence[PlannedEntry]
+    session: WriteSession, configuration: Configuration, seed: int, method: PlanMethod, entries: Sequence[PlannedEntry]
 ) -> None:
     """State a plan and its runs in order, making the conditions that it needs."""
-    study_uid = study_of(desk.connection).uid
+    study_uid = study_of(session.connection).uid
     conditions: dict[str, str] = {}
     runs = []
     for entry in entries:
         key = None if entry.levels is None else condition_key(entry.levels)
         if entry.levels is not None and key not in conditions:
-            conditions[str(key)] = ensure_condition(desk, configuration, study_uid, entry.levels)
+            conditions[str(key)] = ensure_condition(session, configuration, study_uid, entry.levels)
         condition = None if key is None else conditions[key]
         runs.append({"name": entry.name, "day_number": entry.day, "block": entry.block, "condition": condition})
-    desk.declare("plan", study=study_uid, seed=seed, method=str(method), created_utc=now_utc(), runs=runs)
+    session.declare("plan", study=study_uid, seed=seed, method=str(method), created_utc=now_utc(), runs=runs)
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,17 +184,17 @@ class PlansWithdrawn:
     made: tuple[str, ...]
 
 
-def withdraw_plans(desk: Desk, seed: int | None, why: str) -> PlansWithdrawn:
+def withdraw_plans(session: WriteSession, seed: int | None, why: str) -> PlansWithdrawn:
     """State that what is left of the plans drawn with `seed` (None: of all plans) will not be made."""
     refuse_empty("--why", why)
-    plans = open_plans(desk.connection)
+    plans = open_plans(session.connection)
     meant = [plan for plan in plans if seed in (None, plan.seed)]
     if not meant:
         seeds = ", ".join(dict.fromkeys(str(plan.seed) for plan in plans))
         rest = f" with seed {seed}: runs are left of the plans with seed {seeds}." if plans else ": draw a plan first."
         raise UsageError(f"no planned run is left to withdraw{rest}")
     for plan in meant:
-        desk.state(Statement(Action.VOID, "plan", plan.uid, old={"to_be_made": list(plan.to_be_made)}, reason=why))
+        session.state(Statement(Action.VOID, "plan", plan.uid, old={"to_be_made": list(plan.to_be_made)}, reason=why))
     return PlansWithdrawn(
         tuple(name for plan in meant for name in plan.to_be_made), tuple(name for plan in meant for name in plan.made)
     )

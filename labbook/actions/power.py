@@ -19,7 +19,7 @@ from labbook.analysis.outcomes.conditions import NUMBER_OF
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.run_spread import Spread, run_spread
 from labbook.analysis.preregistration.planned import QUANTITY_OF, Planned, planned_analysis
-from labbook.analysis.results.result_cache import Workbench
+from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
 from labbook.config.model import Outcome, UnitOfAnalysis
@@ -79,11 +79,11 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         planned = planned_analysis(connection, configuration)
         settings = planned.settings
         quantity = QUANTITY_OF[settings.primary_outcome]
-        bench, detections = Workbench(connection), Detections(connection, book.store)
+        cache, detections = ResultCache(connection), Detections(connection, book.store)
         evidence = gather(connection, configuration, None)
 
         def spread(of: Quantity) -> Spread | Undefined:
-            return run_spread(bench, detections, evidence, of, settings.unit_of_analysis)
+            return run_spread(cache, detections, evidence, of, settings.unit_of_analysis)
 
         primary = _assumed(request.sd, request.mean, spread, quantity, ("--sd", "--mean"))
         if quantity is Quantity.APEX and request.apex_sd_m is None and request.apex_mean_m is None:

@@ -13,8 +13,8 @@ from data_schema.disk import make_folder, sync_all
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.vocabulary import Action
 from ingest.store import STORED
-from labbook.book.desk import Statement, new_uid, now_utc
 from labbook.book.opening import JOURNAL, Book
+from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration
 from labbook.presenting.making import MadeReport, make_report
 from labbook.statements.reporting import shown_by
@@ -80,14 +80,14 @@ def write(
         page=str(paths.page),
         folder=str(folder),
         claims=tuple(claim.text for claim in made.content.claims),
-        results_computed=len(made.bench.computed),
-        results_reused=len(made.bench.reused),
+        results_computed=len(made.cache.computed),
+        results_reused=len(made.cache.reused),
     )
 
 
 def _saved_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
     try:
-        with book.desk(person):
+        with book.session(person):
             pass  # takes over what labbook.toml adds before anything is computed
         return state_report(book, where, person, step)
     except BookReadOnly as error:
@@ -136,10 +136,10 @@ def state_report(book: Book, where: str | None, person: str | None, step: Callab
         with book.reading() as connection:
             seen = journal.head(connection)
             made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
-        with book.desk(person) as desk:
-            if desk.said or journal.head(desk.connection) != seen:
+        with book.session(person) as session:
+            if session.said or journal.head(session.connection) != seen:
                 continue
             new = {"where": where, "made_at": made_at, **shown_by(made)}
-            desk.state(Statement(Action.REPORT, "report", new_uid(), new=new, prepared=made))
+            session.state(Statement(Action.REPORT, "report", new_uid(), new=new, prepared=made))
             return made
     raise UsageError("others keep writing to the book: try the report again when they have finished.")

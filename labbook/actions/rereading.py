@@ -22,8 +22,8 @@ from ingest.read import read_file
 from labbook.actions.absent_columns import refused_without_columns
 from labbook.actions.day_of_run import with_day_of_run
 from labbook.actions.reading_changes import Gave, changes
-from labbook.book.desk import Desk, DryRun, Statement, new_uid
 from labbook.book.opening import Book
+from labbook.book.write_session import DryRun, Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.charge_numbers import charge_numbers, keys_in
 from labbook.statements.findings import finding_values
@@ -85,12 +85,12 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
         prepared = read_and_store(book.store, data, row.sha256, settings, judged=judged)
     done = Reread(row.name, row.sha256, prepared.read, prepared)
     try:
-        with book.desk(request.person) as desk:
+        with book.session(request.person) as session:
             if prepared.read.refused:
                 if not request.dry_run:
-                    state_refusal(desk, _entry(row, request), prepared)
+                    state_refusal(session, _entry(row, request), prepared)
                 return done
-            done = _state(desk, row, request, prepared)
+            done = _state(session, row, request, prepared)
             if request.dry_run:
                 raise DryRun
     except DryRun:
@@ -132,10 +132,10 @@ def _configuration(text: str) -> Configuration:
     return parse_configuration(text, "the book's configuration")
 
 
-def state_refusal(desk: Desk, new: Mapping[str, Any], prepared: PreparedImport) -> None:
+def state_refusal(session: WriteSession, new: Mapping[str, Any], prepared: PreparedImport) -> None:
     """Leave one row with the findings, the first time that these bytes are refused for this."""
     read, settings = prepared.read, prepared.settings.as_json()
-    before = refused_with(desk.connection, prepared.sha256, read.format, canonical(new["options"]))
+    before = refused_with(session.connection, prepared.sha256, read.format, canonical(new["options"]))
     if without_name(settings) in map(without_name, before):
         return
     record = {
@@ -147,7 +147,7 @@ def state_refusal(desk: Desk, new: Mapping[str, Any], prepared: PreparedImport) 
         "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
         "findings": [finding_values(finding) for finding in read.findings],
     }
-    desk.state(Statement(Action.REFUSE, "ingest", new_uid(), new=record))
+    session.state(Statement(Action.REFUSE, "ingest", new_uid(), new=record))
 
 
 def with_findings_of_book(connection: sa.Connection, ingest_uid: str, read: ReadFile, rules: Sequence[str]) -> ReadFile:
@@ -172,8 +172,8 @@ def _entry(row: ReadingRow, request: RereadRequest) -> dict[str, Any]:
     }
 
 
-def _state(desk: Desk, row: ReadingRow, request: RereadRequest, prepared: PreparedImport) -> Reread:
-    connection = desk.connection
+def _state(session: WriteSession, row: ReadingRow, request: RereadRequest, prepared: PreparedImport) -> Reread:
+    connection = session.connection
     before = last_reading(connection, row.sha256) or row  # another program may have been faster
     if before.status is IngestStatus.WITHDRAWN:
         raise UsageError(
@@ -187,7 +187,7 @@ def _state(desk: Desk, row: ReadingRow, request: RereadRequest, prepared: Prepar
     if keys := keys_in(new):
         numbers = charge_numbers(connection, before.file_uid or "", new, keys)
         new["charge_numbers"] = [numbers[key] for key in keys]
-    desk.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
+    session.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
     after = last_reading(connection, row.sha256)
     assert after is not None  # noqa: S101 - it was stated just now
     return Reread(
@@ -197,6 +197,6 @@ def _state(desk: Desk, row: ReadingRow, request: RereadRequest, prepared: Prepar
         prepared,
         runs_of_file(connection, row.sha256),
         tuple(changes(old, Gave.of(connection, after))),
-        tuple(desk.stale),
+        tuple(session.stale),
         tuple(item.sentence for item in verdicts_waiting(connection) if item not in waited),
     )

@@ -14,7 +14,7 @@ from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.passive_drain import drain_lines
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.analysis.outcomes.run_energy import usable_charge
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.study_data import StudyData
 from labbook.statements.importing import PreparedImport
 from stats.compare.summary import describe
 from stats.energy import joules_per_jump
@@ -46,7 +46,7 @@ class RigLine:
 
 
 def rig_lines(
-    detections: Detections, files: Mapping[str, Sequence[PreparedImport]], evidence: Evidence
+    detections: Detections, files: Mapping[str, Sequence[PreparedImport]], evidence: StudyData
 ) -> dict[str, RigLine]:
     """Say of every run how many jumps and gaps it has and whether its joules are in control, by its name.
 
@@ -61,7 +61,7 @@ def rig_lines(
 
 
 def _line(
-    run: RunRow, detections: Detections, files: Sequence[PreparedImport], evidence: Evidence, drains: Lines
+    run: RunRow, detections: Detections, files: Sequence[PreparedImport], evidence: StudyData, drains: Lines
 ) -> RigLine:
     parts = [f"run {run.name}:"]
     found: int | str = run.jumps_made
@@ -110,7 +110,7 @@ def _where(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str
     return " in the log just read" if sum(bool(prepared.parts) for prepared in files) == 1 else " in the logs just read"
 
 
-def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> tuple[str, bool]:
+def _joules(run: RunRow, evidence: StudyData, drains: Lines) -> tuple[str, bool]:
     """Say a run's joules a jump beside those of its condition before, and whether they are out of the limits."""
     joules = joules_of(run, evidence, drains)
     if isinstance(joules, str):
@@ -135,7 +135,7 @@ def _joules(run: RunRow, evidence: Evidence, drains: Lines) -> tuple[str, bool]:
     return f"{joules:.1f} J a jump, {verdict} the control limits {low:.1f} to {high:.1f} J (n = {about.n})", outside
 
 
-def joules_of(run: RunRow, evidence: Evidence, drains: Lines) -> float | str:
+def joules_of(run: RunRow, evidence: StudyData, drains: Lines) -> float | str:
     """Return a run's joules a jump, or why there are none."""
     charge = usable_charge(run, evidence.charges.get(run.uid, []))
     if isinstance(charge, str):

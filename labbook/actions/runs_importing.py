@@ -18,9 +18,9 @@ from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import Action, RunKind, RunState
 from labbook.actions.remarks import Remark, remarks_on, remarks_on_names, remarks_on_places
-from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.naming import ensure_condition, ensure_day, named_uid, study_of
 from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet_reader import RunSheetRow, read_run_sheet
@@ -45,7 +45,7 @@ class RunsImported:
 
 
 def import_runs(
-    book: Book, desk: Desk, text: str, source: str, *, dates: str | None = None, fold: str | None = None
+    book: Book, session: WriteSession, text: str, source: str, *, dates: str | None = None, fold: str | None = None
 ) -> RunsImported:
     """State the runs of a sheet; raises with every contradiction at once, nothing being stored.
 
@@ -62,11 +62,11 @@ def import_runs(
         dates=dates,
     )
     done = RunsImported()
-    waiting = inbox(desk.connection)
-    known = _Known(desk, configuration, fold)
-    withdrawn = withdrawn_names(desk.connection)
-    planned = {row.name: row.uid for row in planned_runs(desk.connection) if row.run_name is None}
-    standing = {run.name: run for run in list_runs(desk.connection)}
+    waiting = inbox(session.connection)
+    known = _Known(session, configuration, fold)
+    withdrawn = withdrawn_names(session.connection)
+    planned = {row.name: row.uid for row in planned_runs(session.connection) if row.run_name is None}
+    standing = {run.name: run for run in list_runs(session.connection)}
     named_before = {*standing, *planned, *withdrawn}
     contradictions: list[str] = []
     for row in rows:
@@ -76,19 +76,19 @@ def import_runs(
         before = standing.get(row.name)
         values = _values(known, row, before.started_utc if before else None)
         if row.name in standing:
-            _fill_in(desk, known, standing[row.name], row, values, done, contradictions)
+            _fill_in(session, known, standing[row.name], row, values, done, contradictions)
             continue
-        new = desk.declare("run", **values, name=row.name, planned_run=planned.get(row.name))
+        new = session.declare("run", **values, name=row.name, planned_run=planned.get(row.name))
         if row.note:
-            desk.state(_note(new, row.note))
+            session.state(_note(new, row.note))
         done.stated.append(row.name)
     if contradictions:
         raise InputRefused("\n".join(contradictions))
-    still = {(item.what, item.name) for item in inbox(desk.connection)} if waiting else set()
+    still = {(item.what, item.name) for item in inbox(session.connection)} if waiting else set()
     for item in waiting:
         if item.stated_run is not None and (item.what, item.name) not in still:
             done.taken_in.setdefault(item.stated_run, []).append(item.name)
-    done.remarks = remarks_on(desk.connection, configuration, [*done.stated, *done.filled_in])
+    done.remarks = remarks_on(session.connection, configuration, [*done.stated, *done.filled_in])
     done.remarks += remarks_on_names(done.stated, named_before)
     places = {row.name: (row.date.isoformat(), row.position) for row in rows if row.done and row.name not in standing}
     taken = {(run.day, run.position_in_day): run.name for run in standing.values() if run.state is not RunState.VOID}
@@ -99,17 +99,17 @@ def import_runs(
 class _Known:
     """The uids of what rows name, asked for once each; days and conditions come into being with their first run."""
 
-    def __init__(self, desk: Desk, configuration: Configuration, fold: str | None) -> None:
-        self.desk, self.configuration, self.fold = desk, configuration, fold
-        self.study = study_of(desk.connection)
-        self.days = day_uids(desk.connection)
+    def __init__(self, session: WriteSession, configuration: Configuration, fold: str | None) -> None:
+        self.session, self.configuration, self.fold = session, configuration, fold
+        self.study = study_of(session.connection)
+        self.days = day_uids(session.connection)
         self.zone = ZoneInfo(self.study.time_zone)
         self._conditions: dict[tuple[tuple[str, str], ...], str] = {}
         self._equipment: dict[tuple[str, str], str] = {}
 
     def day(self, date: str) -> str:
         if date not in self.days:
-            self.days[date] = ensure_day(self.desk, self.study.uid, date)
+            self.days[date] = ensure_day(self.session, self.study.uid, date)
         return self.days[date]
 
     def condition(self, levels: Mapping[str, str]) -> str | None:
@@ -117,7 +117,7 @@ class _Known:
             return None
         key = tuple(levels.items())
         if key not in self._conditions:
-            self._conditions[key] = ensure_condition(self.desk, self.configuration, self.study.uid, levels)
+            self._conditions[key] = ensure_condition(self.session, self.configuration, self.study.uid, levels)
         return self._conditions[key]
 
     def robot(self, name: str) -> str:
@@ -128,7 +128,7 @@ class _Known:
 
     def _uid(self, kind: str, name: str, declared: Mapping[str, Any]) -> str:
         if (kind, name) not in self._equipment:
-            self._equipment[kind, name] = named_uid(self.desk.connection, kind, name, declared)
+            self._equipment[kind, name] = named_uid(self.session.connection, kind, name, declared)
         return self._equipment[kind, name]
 
 
@@ -189,7 +189,7 @@ def _only(kind: str, known: Mapping[str, Any], row: RunSheetRow) -> str:
 
 
 def _fill_in(
-    desk: Desk,
+    session: WriteSession,
     known: _Known,
     run: RunRow,
     row: RunSheetRow,
@@ -214,7 +214,7 @@ def _fill_in(
         contradictions.append(_contradiction(run, row, values, contradicted))
     elif differing:
         old = {column: standing[column] for column in differing}
-        desk.state(
+        session.state(
             Statement(Action.CORRECT, "run", run.uid, new=differing, old=old, reason="filled in on the run sheet")
         )
         done.filled_in.append(name)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from labbook.actions.stats_compare import compared, holm_of
-from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_data import DataSource, observe
+from labbook.actions.stats_output import CommandOutput, alpha_of, output_of
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats_days import day_left_out, day_notes, days_untold
 from labbook.presenting.stats_fields import field_lines
@@ -39,14 +39,14 @@ SHARED_NOTE = "The error of the passive drain, which groups share in part, is le
 
 
 def analyse(
-    given: Given, alpha: float | None, level: float | None, pictures: Pictures, step: Callable[[str], None]
-) -> Told:
+    given: DataSource, alpha: float | None, level: float | None, pictures: Pictures, step: Callable[[str], None]
+) -> CommandOutput:
     """Analyse the variance of all groups; intervals of pairs and against the control are simultaneous."""
     pictures.check()
     observed = observe(given, step)
     observed.others()
     alpha = alpha_of(alpha, level, observed)
-    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, drawn, step))
+    return output_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, drawn, step))
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +64,10 @@ class _Tested:
 
 
 def _answer(
-    observed: Observations, given: Given, alpha: float, pictures: Pictures, step: Callable[[str], None]
-) -> Told:
+    observed: Observations, given: DataSource, alpha: float, pictures: Pictures, step: Callable[[str], None]
+) -> CommandOutput:
     found = _tested(observed, given, alpha, step)
-    told = Told()
+    told = CommandOutput()
     told.lines += _sentences(observed, found)
     _add_tables(told, found)
     step("figures" if pictures.files else "tables")
@@ -84,7 +84,7 @@ def _answer(
     return told.about(observed, pictures, notes)
 
 
-def _tested(observed: Observations, given: Given, alpha: float, step: Callable[[str], None]) -> _Tested:
+def _tested(observed: Observations, given: DataSource, alpha: float, step: Callable[[str], None]) -> _Tested:
     others = observed.others()
     level, missing = 1.0 - alpha, cast(Missing, given.missing)
     groups, control = observed.groups(), observed.name(observed.control)
@@ -127,7 +127,7 @@ def _sentences(observed: Observations, found: _Tested) -> list[str]:
     ]
 
 
-def _add_tables(told: Told, found: _Tested) -> None:
+def _add_tables(told: CommandOutput, found: _Tested) -> None:
     """Add all fields, as tables for people and as data for programs."""
     told.say("one-way ANOVA", field_lines(found.classic))
     told.say("Welch ANOVA", field_lines(found.welch))

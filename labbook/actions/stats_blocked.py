@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 from data_schema.errors import InputRefused, UsageError
-from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_data import DataSource, observe
+from labbook.actions.stats_output import CommandOutput, alpha_of, output_of
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.comparison.leading_by_day import leading
-from labbook.analysis.comparison.shared_error_tests import by_day_with_shared
+from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_day
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats_days import day_notes
 from labbook.presenting.stats_fields import field_lines
@@ -32,13 +32,13 @@ SHARED_NOTE = (
 
 
 def block(
-    given: Given,
+    given: DataSource,
     alpha: float | None,
     level: float | None,
     pooled: bool,
     pictures: Pictures,
     step: Callable[[str], None],
-) -> Told:
+) -> CommandOutput:
     """Compare every group, or all but the control together, with the control, within days where these are shared."""
     pictures.check()
     if given.file is not None and given.day is None:
@@ -48,13 +48,13 @@ def block(
         observed = observed.pooled()
     observed.others()
     alpha = alpha_of(alpha, level, observed)
-    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, pooled, drawn))
+    return output_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, pooled, drawn))
 
 
-def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pictures: Pictures) -> Told:
+def _answer(observed: Observations, given: DataSource, alpha: float, pooled: bool, pictures: Pictures) -> CommandOutput:
     level = 1.0 - alpha
     found = _compared(observed, level, with_runs=given.run is not None)
-    told = Told()
+    told = CommandOutput()
     told.lines.append(found.sentence(observed.unit))
     told.say("y ~ group + (1 | day)" + (" + (1 | day:run)" if given.run else ""), field_lines(found))
     told.show("means of an average day", found.conditions)
@@ -105,4 +105,4 @@ def _compared(observed: Observations, level: float, *, with_runs: bool) -> Block
         level=level,
     )
     found = replace(found, missing=len(observed.rows) - len(rows))
-    return by_day_with_shared(found, conditions, days, [row.shared for row in rows])
+    return add_shared_error_by_day(found, conditions, days, [row.shared for row in rows])

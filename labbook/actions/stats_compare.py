@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 from data_schema.vocabulary import Undefined
-from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_data import DataSource, observe
+from labbook.actions.stats_output import CommandOutput, alpha_of, output_of
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of, told_of
-from labbook.analysis.comparison.shared_error_tests import two_with_shared
+from labbook.analysis.comparison.shared_error_tests import add_shared_error
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats_days import day_left_out, day_notes, days_untold, with_days_said
 from labbook.presenting.stats_figures import estimation_of, number_of
@@ -31,19 +31,21 @@ class CompareRequest:
     pooled: bool = False
 
 
-def compare(given: Given, request: CompareRequest, pictures: Pictures, step: Callable[[str], None]) -> Told:
+def compare(
+    given: DataSource, request: CompareRequest, pictures: Pictures, step: Callable[[str], None]
+) -> CommandOutput:
     """Compare every group with the control; several comparisons are a family, adjusted by Holm's method."""
     pictures.check()
     observed = observe(given, step)
     if request.pooled:
         observed = observed.pooled()
-    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, request, drawn))
+    return output_of(observed, pictures, lambda own, drawn: _answer(own, given, request, drawn))
 
 
-def _answer(observed: Observations, given: Given, request: CompareRequest, pictures: Pictures) -> Told:
+def _answer(observed: Observations, given: DataSource, request: CompareRequest, pictures: Pictures) -> CommandOutput:
     alpha = alpha_of(request.alpha, request.level, observed)
     found = {label: compared(observed, label, request.route, alpha, given.missing) for label in observed.others()}
-    told = Told()
+    told = CommandOutput()
     names = {label: (observed.name(label), observed.name(observed.control)) for label in found}
     told.lines += [
         with_days_said(result.sentence(*names[label], observed.unit), days_untold(observed, (label, observed.control)))
@@ -83,7 +85,7 @@ def compared(observed: Observations, label: str, route: str, alpha: float, missi
         missing=cast(Missing, missing),
         names=(observed.name(label), observed.name(observed.control)),
     )
-    return two_with_shared(test, observed.shared(label).minus(observed.shared(observed.control)))
+    return add_shared_error(test, observed.shared(label).minus(observed.shared(observed.control)))
 
 
 def holm_of(found: dict[str, TwoSample], observed: Observations, alpha: float) -> HolmFamily:

@@ -24,7 +24,7 @@ RUN = "run"
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
+class DataSource:
     """What a person says about the values; without `file` they are the book's.
 
     `value`, `by`, `day` and `run` name columns of a table, `by` a factor of the book; `text` is the table's.
@@ -44,14 +44,14 @@ class Given:
     run: str | None = None
 
 
-def observe(given: Given, step: Callable[[str], None]) -> Observations:
+def observe(given: DataSource, step: Callable[[str], None]) -> Observations:
     """Read the values that are asked for; raises `UsageError` for options that do not belong to their source."""
     if given.missing not in MISSING:
         raise unknown_name("way with missing values", given.missing, MISSING)
     return _of_book(given, step) if given.file is None else _of_table(given, given.file)
 
 
-def _of_book(given: Given, step: Callable[[str], None]) -> Observations:
+def _of_book(given: DataSource, step: Callable[[str], None]) -> Observations:
     for option, value in (("--value", given.value), ("--decimal", given.decimal), ("--day", given.day)):
         if value is not None:
             raise UsageError(
@@ -71,7 +71,7 @@ def _of_book(given: Given, step: Callable[[str], None]) -> Observations:
         return observations_of_book(connection, book.store, book.configuration, asked, step)
 
 
-def _of_table(given: Given, file: Path) -> Observations:
+def _of_table(given: DataSource, file: Path) -> Observations:
     for option, value in (("--quantity", given.quantity), ("--book", given.book)):
         if value is not None:
             raise UsageError(f"{option} is about a book and {file} is a table: leave one of the two out.")
@@ -118,7 +118,7 @@ def _kept(table: LongTable, where: str | None, declared: str | None) -> list[int
     return [place for place, kept in zip(places, chosen, strict=True) if kept]
 
 
-def _about(lacking: list[int], kept: list[int], given: Given, rows: tuple[Observation, ...]) -> list[str]:
+def _about(lacking: list[int], kept: list[int], given: DataSource, rows: tuple[Observation, ...]) -> list[str]:
     notes = []
     if lacking:
         named = [name for name in (given.by, given.day, given.run) if name is not None]
@@ -147,7 +147,7 @@ def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[st
     return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
 
 
-def _thousands(table: LongTable, value: str, kept: Sequence[int], given: Given) -> list[str]:
+def _thousands(table: LongTable, value: str, kept: Sequence[int], given: DataSource) -> list[str]:
     """Say that points are read as thousands, where they are, and where they could be and are not."""
     cells = [table.columns[value][place] for place in kept]
     grouped = [cell for cell in cells if has_thousands(cell, given.decimal)]

@@ -9,9 +9,9 @@ from typing import cast
 from data_schema.errors import UsageError
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats_anova import SHARED_NOTE
-from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_data import DataSource, observe
+from labbook.actions.stats_output import CommandOutput, alpha_of, output_of
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.analysis.outcomes.conditions import NUMBER_OF
 from labbook.config.model import Bounds
@@ -37,14 +37,16 @@ class EquivalenceRequest:
     pooled: bool = False
 
 
-def equal(given: Given, request: EquivalenceRequest, pictures: Pictures, step: Callable[[str], None]) -> Told:
+def equal(
+    given: DataSource, request: EquivalenceRequest, pictures: Pictures, step: Callable[[str], None]
+) -> CommandOutput:
     """Test every group, or all but the control together, against the bounds."""
     pictures.check()
     observed = observe(given, step)
     if request.pooled:
         observed = observed.pooled()
     bounds = _bounds(request, observed)
-    return told_of(
+    return output_of(
         observed,
         pictures,
         lambda own, drawn: _answer(own, given, request, bounds, drawn, 1000.0 if own.unit != observed.unit else 1.0),
@@ -53,12 +55,12 @@ def equal(given: Given, request: EquivalenceRequest, pictures: Pictures, step: C
 
 def _answer(
     observed: Observations,
-    given: Given,
+    given: DataSource,
     request: EquivalenceRequest,
     bounds: Bounded,
     pictures: Pictures,
     factor: float,
-) -> Told:
+) -> CommandOutput:
     """Test against bounds, which are `factor` times as large in the unit of these values."""
     low, high, percent = bounds
     if not percent:
@@ -78,7 +80,7 @@ def _answer(
         )
         for label in observed.others()
     }
-    control, told = observed.name(observed.control), Told()
+    control, told = observed.name(observed.control), CommandOutput()
     for label, result in found.items():
         untold = days_untold(observed, (label, observed.control))
         said = result.sentence(observed.name(label), control, observed.unit, untold and FROM_DAYS)

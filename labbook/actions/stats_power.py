@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import Undefined
-from labbook.actions.stats_told import ALPHA, Told
+from labbook.actions.stats_output import ALPHA, CommandOutput
 from labbook.presenting.stats_fields import field_lines
 from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch
 from stats.planning.power_percent import power_percent_equivalence
@@ -38,7 +38,7 @@ Plan = Callable[[int, int], Power]
 """The power of so many values in the first and in the second group."""
 
 
-def plan_power(request: PowerRequest) -> Told:
+def plan_power(request: PowerRequest) -> CommandOutput:
     """Return the plan with the n given, or with the smallest n that reaches the power."""
     if request.test not in _TESTS:
         raise unknown_name("test", request.test, _TESTS)
@@ -49,11 +49,11 @@ def plan_power(request: PowerRequest) -> Told:
     if request.n:
         _at_most("--n", request.n, 1 if request.test == "anova" else 2)
         found = plan(request.n[0], request.n[-1])
-        told = Told({"plan": as_dict(found)}, [found.sentence()])
+        told = CommandOutput({"plan": as_dict(found)}, [found.sentence()])
         told.say("plan", field_lines(found))
         return told
     smallest = sample_size(lambda n: plan(n, n), USUAL_POWER if request.power is None else request.power)
-    told = Told(smallest.to_dict(), [smallest.sentence()])
+    told = CommandOutput(smallest.to_dict(), [smallest.sentence()])
     if not isinstance(smallest.plan, Undefined):
         told.say("plan", field_lines(smallest.plan))
     return told

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import cast
 
-from labbook.actions.stats_data import Given, observe
+from labbook.actions.stats_data import DataSource, observe
+from labbook.actions.stats_output import CommandOutput, alpha_of, output_of
 from labbook.actions.stats_pictures import Pictures
-from labbook.actions.stats_told import Told, alpha_of, told_of
 from labbook.analysis.observations import Observations
 from labbook.presenting.one_day_each import FROM_DAYS
 from labbook.presenting.stats_days import day_notes, days_untold, with_days_said
@@ -30,23 +30,23 @@ NOT_CORRECTED = (
 
 
 def save(
-    given: Given,
+    given: DataSource,
     alpha: float | None,
     level: float | None,
     pooled: bool,
     pictures: Pictures,
     step: Callable[[str], None],
-) -> Told:
+) -> CommandOutput:
     """Return the savings of every group, or of all but the control together."""
     pictures.check()
     observed = observe(given, step)
     if pooled:
         observed = observed.pooled()
     alpha = alpha_of(alpha, level, observed)
-    return told_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, pooled, drawn))
+    return output_of(observed, pictures, lambda own, drawn: _answer(own, given, alpha, pooled, drawn))
 
 
-def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pictures: Pictures) -> Told:
+def _answer(observed: Observations, given: DataSource, alpha: float, pooled: bool, pictures: Pictures) -> CommandOutput:
     level = 1.0 - alpha
     found = {
         label: percent_savings(
@@ -60,7 +60,7 @@ def _answer(observed: Observations, given: Given, alpha: float, pooled: bool, pi
         )
         for label in observed.others()
     }
-    control, told = observed.name(observed.control), Told()
+    control, told = observed.name(observed.control), CommandOutput()
     for label, result in found.items():
         untold = days_untold(observed, (label, observed.control))
         said = result.sentence(control, observed.name(label), untold and FROM_DAYS)

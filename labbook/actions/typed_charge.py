@@ -8,8 +8,8 @@ from data_schema.errors import UsageError
 from data_schema.queries.facts import find_uid
 from data_schema.vocabulary import ChargeMode
 from labbook.actions.second_charge import refuse_second_charge
-from labbook.book.desk import Desk
 from labbook.book.naming import run_named
+from labbook.book.write_session import WriteSession
 from labbook.config.parsing import Configuration
 
 MOST_OF_CAPACITY = 1.3
@@ -17,7 +17,7 @@ MOST_OF_CAPACITY = 1.3
 
 
 def state_charge(
-    desk: Desk,
+    session: WriteSession,
     configuration: Configuration,
     name: str,
     charge_mah: float,
@@ -25,7 +25,7 @@ def state_charge(
     end_voltage_v: float | None,
 ) -> str:
     """State what a charger put back after a run; returns the charge's uid."""
-    run = run_named(desk.connection, name)
+    run = run_named(session.connection, name)
     if not (math.isfinite(charge_mah) and charge_mah >= 0):
         raise UsageError(f"MAH {charge_mah:g} is not possible: give what the charger put back, 0 or more.")
     for what, value in (("--minutes", minutes), ("--end-voltage", end_voltage_v)):
@@ -40,12 +40,12 @@ def state_charge(
         raise UsageError(
             f"{charge_mah:g} mAh is more than pack {run.battery} can take ({most:g} mAh): check number and unit."
         )
-    refuse_second_charge(desk.connection, run.uid, name)
-    return desk.declare(
+    refuse_second_charge(session.connection, run.uid, name)
+    return session.declare(
         "charge",
         row_number=1,
         run=run.uid,
-        battery=find_uid(desk.connection, "battery", name=run.battery),
+        battery=find_uid(session.connection, "battery", name=run.battery),
         charge_mah=charge_mah,
         resolution_mah=configuration.protocol.charger_resolution_mah,
         duration_s=None if minutes is None else minutes * 60.0,

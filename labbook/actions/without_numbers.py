@@ -12,10 +12,10 @@ from labbook.analysis.outcomes.detections import Detections, rest_length_m
 from labbook.analysis.outcomes.judging import judge
 from labbook.analysis.outcomes.passive_drain import drain_lines
 from labbook.analysis.outcomes.run_apexes import as_protocol, usable_logs
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.study_data import StudyData
 
 
-def without_joules(evidence: Evidence, runs: Sequence[RunRow]) -> dict[str, str]:
+def without_joules(evidence: StudyData, runs: Sequence[RunRow]) -> dict[str, str]:
     """Return why runs have no joules a jump, by name."""
     drains = drain_lines(evidence) if runs else {}
     said = {run.name: joules_of(run, evidence, drains) for run in runs}
@@ -23,14 +23,14 @@ def without_joules(evidence: Evidence, runs: Sequence[RunRow]) -> dict[str, str]
 
 
 def without_apexes(
-    detections: Detections, evidence: Evidence, runs: Sequence[RunRow], with_log: Collection[str]
+    detections: Detections, evidence: StudyData, runs: Sequence[RunRow], with_log: Collection[str]
 ) -> dict[str, str]:
     """Return why runs have no apex height, by name; `with_log` are the uids of runs that have a log of any kind."""
     found = {run.name: _why_no_apex(detections, evidence, run, run.uid in with_log) for run in runs}
     return {name: why for name, why in found.items() if why is not None}
 
 
-def _why_no_apex(detections: Detections, evidence: Evidence, run: RunRow, has_log: bool) -> str | None:
+def _why_no_apex(detections: Detections, evidence: StudyData, run: RunRow, has_log: bool) -> str | None:
     heights = evidence.logs.get(run.uid, [])
     if not heights:
         declare = f'`labbook ingest FILE --column "COLUMN={BODY_HEIGHT}:UNIT"`'

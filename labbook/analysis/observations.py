@@ -23,8 +23,8 @@ from labbook.analysis.outcomes.passive_drain import passive_drains
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import run_energies
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
-from labbook.analysis.results.result_cache import Workbench
-from labbook.analysis.study_data import Evidence, gather
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.study_data import StudyData, gather
 from labbook.config.model import AnalysisSettings
 from labbook.config.parsing import Configuration
 from reports.numbers import Quantity
@@ -207,17 +207,17 @@ def observations_of_book(
 def _numbers(
     connection: sa.Connection,
     store: Store,
-    evidence: Evidence,
+    evidence: StudyData,
     quantity: Quantity,
     step: Callable[[str], None],
 ) -> tuple[list[RunNumber], Mapping[str, str]]:
-    bench = Workbench(connection)
+    cache = ResultCache(connection)
     if quantity is Quantity.JOULES:
-        energies = run_energies(bench, evidence, passive_drains(bench, evidence))
+        energies = run_energies(cache, evidence, passive_drains(cache, evidence))
         return run_numbers(evidence.runs, energies.results, quantity), evidence.reasons(
             energies.missing, FileRole.CHARGE
         )
-    apexes = run_apexes(bench, Detections(connection, store, step), evidence, as_protocol(evidence))
+    apexes = run_apexes(cache, Detections(connection, store, step), evidence, as_protocol(evidence))
     return run_numbers(evidence.runs, apexes.results, quantity), evidence.reasons(apexes.missing, FileRole.LOG)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.conditions import RunNumber
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.study_data import StudyData
 from labbook.config.parsing import Configuration
 from reports.numbers import Quantity
 
@@ -14,7 +14,7 @@ _MOST_NAMED = 5
 
 
 def left_out(
-    evidence: Evidence, numbers: Sequence[RunNumber], missing: Mapping[str, str], quantity: Quantity
+    evidence: StudyData, numbers: Sequence[RunNumber], missing: Mapping[str, str], quantity: Quantity
 ) -> list[str]:
     """Say which runs have no number, and why."""
     used = {item.run.uid for item in numbers}

@@ -12,7 +12,7 @@ from labbook.analysis.comparison.comparing import analyse_variance
 from labbook.analysis.comparison.comparing_jumps import compare_jumps
 from labbook.analysis.comparison.comparisons import Compared, compare_all
 from labbook.analysis.comparison.robustness import Variations, vary
-from labbook.analysis.comparison.unselected_comparisons import conditions_beside
+from labbook.analysis.comparison.unselected_comparisons import unselected_conditions_of
 from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, run_numbers
 from labbook.analysis.outcomes.day_means import in_units, unit_scope
@@ -24,8 +24,8 @@ from labbook.analysis.outcomes.run_energy import RunEnergies, run_energies
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
 from labbook.analysis.prediction.predicting import Predicted, predictions
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
-from labbook.analysis.results.result_cache import Workbench
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.study_data import StudyData
 from reports.numbers import Quantity
 
 
@@ -43,7 +43,7 @@ class VarianceAnalysed:
 class StudyAnalysis:
     """Everything computed for one selection."""
 
-    evidence: Evidence
+    evidence: StudyData
     planned: Planned
     drains: dict[str, Drain]
     energies: RunEnergies
@@ -72,31 +72,31 @@ class StudyAnalysis:
 
 
 def analyse(
-    bench: Workbench, detections: Detections, evidence: Evidence, progress: Callable[[str], None]
+    cache: ResultCache, detections: Detections, evidence: StudyData, progress: Callable[[str], None]
 ) -> StudyAnalysis:
     """Compute everything that is not stored; `progress` is told what is being done."""
-    planned = planned_analysis(bench.connection, evidence.configuration, [run.uid for run in evidence.selected])
+    planned = planned_analysis(cache.connection, evidence.configuration, [run.uid for run in evidence.selected])
     progress("passive drain and joules a jump")
-    drains = passive_drains(bench, evidence)
-    energies = run_energies(bench, evidence, drains)
+    drains = passive_drains(cache, evidence)
+    energies = run_energies(cache, evidence, drains)
     energies = replace(energies, missing=evidence.reasons(energies.missing, FileRole.CHARGE))
     progress("apex heights")
-    apexes = run_apexes(bench, detections, evidence, as_protocol(evidence))
+    apexes = run_apexes(cache, detections, evidence, as_protocol(evidence))
     apexes = replace(apexes, missing=evidence.reasons(apexes.missing, FileRole.LOG))
     progress("comparisons")
     scope = {"selection": evidence.selection}
     joules = condition_values(
-        bench, run_numbers(evidence.runs, energies.results, Quantity.JOULES), Quantity.JOULES, scope
+        cache, run_numbers(evidence.runs, energies.results, Quantity.JOULES), Quantity.JOULES, scope
     )
-    heights = condition_values(bench, run_numbers(evidence.runs, apexes.results, Quantity.APEX), Quantity.APEX, scope)
+    heights = condition_values(cache, run_numbers(evidence.runs, apexes.results, Quantity.APEX), Quantity.APEX, scope)
     swept = pairing.swept_factor(evidence.configuration)
-    packs = pack_deviations(bench, joules, scope)
-    of_a_joule = budget(bench, evidence, joules, scope)
+    packs = pack_deviations(cache, joules, scope)
+    of_a_joule = budget(cache, evidence, joules, scope)
     measured = list(dict.fromkeys(item.key for item in (*joules, *heights)))
-    predicted = predictions(bench, evidence, measured, progress)
+    predicted = predictions(cache, evidence, measured, progress)
     checked = [
-        *check_conditions(bench, joules, predicted, Quantity.JOULES, swept, scope),
-        *check_conditions(bench, heights, predicted, Quantity.APEX, swept, scope),
+        *check_conditions(cache, joules, predicted, Quantity.JOULES, swept, scope),
+        *check_conditions(cache, heights, predicted, Quantity.APEX, swept, scope),
     ]
     analysis = StudyAnalysis(
         evidence, planned, drains, energies, apexes, swept, joules, heights, [], [], Variations(), [], packs,
@@ -105,25 +105,25 @@ def analyse(
     if swept is None:
         return analysis
     settings = planned.settings
-    beside = conditions_beside(bench, detections, evidence, scope) if planned.stated else {}
-    compared = compare_all(bench, joules, heights, swept, settings, scope, beside)
+    beside = unselected_conditions_of(cache, detections, evidence, scope) if planned.stated else {}
+    compared = compare_all(cache, joules, heights, swept, settings, scope, beside)
     of_unit = unit_scope(scope, settings.unit_of_analysis)
     anovas = [
-        VarianceAnalysed(label, group, quantity, analyse_variance(bench, label, levels, swept, quantity, of_unit))
+        VarianceAnalysed(label, group, quantity, analyse_variance(cache, label, levels, swept, quantity, of_unit))
         for quantity, conditions in ((Quantity.JOULES, joules), (Quantity.APEX, heights))
         for group, items in pairing.groups(conditions, swept)
         for treated, _control in [pairing.treated_and_control(items)]
         for label in [pairing.group_label(group)]
         if len(treated) > 1
-        for levels in [in_units(bench, treated, quantity, settings.unit_of_analysis, scope)]
+        for levels in [in_units(cache, treated, quantity, settings.unit_of_analysis, scope)]
     ]
     pooled = pairing.pairs_pooled(heights, swept)
     jump_tests = [
         Compared(pair, Quantity.APEX, row)
-        for pair, row in zip(pooled, compare_jumps(bench, pooled, scope, settings.alpha), strict=True)
+        for pair, row in zip(pooled, compare_jumps(cache, pooled, scope, settings.alpha), strict=True)
     ]
     progress("what the headlines depend on")
-    variations = vary(bench, detections, evidence, drains, apexes, swept, settings)
+    variations = vary(cache, detections, evidence, drains, apexes, swept, settings)
     of_savings = [(item.pair, item.result) for item in compared if item.quantity is Quantity.JOULES]
     return replace(
         analysis,
@@ -131,5 +131,5 @@ def analyse(
         anovas=anovas,
         variations=variations,
         jump_tests=jump_tests,
-        checked=[*checked, *check_savings(bench, of_savings, predicted, of_unit)],
+        checked=[*checked, *check_savings(cache, of_savings, predicted, of_unit)],
     )

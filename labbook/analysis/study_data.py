@@ -21,7 +21,7 @@ from labbook.config.parsing import Configuration
 
 
 @dataclass(frozen=True, slots=True)
-class Evidence:
+class StudyData:
     """Facts for one analysis. `runs` are the selected jump runs, `idle` all idle runs of the book, void ones left out.
 
     `beside` are jump runs that count, of conditions of which none is selected.
@@ -59,7 +59,7 @@ class Evidence:
         return None
 
 
-def gather(connection: sa.Connection, configuration: Configuration, where: str | None) -> Evidence:
+def gather(connection: sa.Connection, configuration: Configuration, where: str | None) -> StudyData:
     """Read the facts of the runs that fulfil `where` (all of them without one)."""
     study = the_study(connection)
     if study is None:
@@ -75,7 +75,7 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
     for signal in signals_of_runs(connection, FileRole.LOG):
         if BODY_HEIGHT in signal.channels and signal.run_uid not in incomplete:
             logs.setdefault(signal.run_uid, []).append(signal)
-    return Evidence(
+    return StudyData(
         study=study,
         configuration=configuration,
         selection=where or "",
@@ -103,7 +103,7 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
 
 def gather_about(
     connection: sa.Connection, configuration: Configuration, about: Sequence[RunRow], beside: Sequence[RunRow] = ()
-) -> Evidence:
+) -> StudyData:
     """Read what `gather` does of some runs alone, of runs `beside` them only the charges, and all idle runs.
 
     A book may have a hundred thousand others.
@@ -124,7 +124,7 @@ def gather_about(
         for run in about
         if run.uid not in incomplete
     }
-    return Evidence(
+    return StudyData(
         study=study,
         configuration=configuration,
         selection="",

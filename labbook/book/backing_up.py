@@ -29,7 +29,6 @@ from labbook.book.copying import (
     raw_of,
     readable_entries,
 )
-from labbook.book.desk import now_utc
 from labbook.book.last_backup import LAST_BACKUP, LastBackup
 from labbook.book.opening import (
     CONFIGURATION,
@@ -40,6 +39,7 @@ from labbook.book.opening import (
     read_configuration,
     store_of,
 )
+from labbook.book.write_session import now_utc
 from labbook.config.parsing import Configuration
 
 MARKER = "backup.json"

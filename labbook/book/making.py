@@ -66,7 +66,7 @@ def make_book(folder: Path, person: str | None, database_url: str | None = None,
         make_database(folder, configuration)
     book = open_book(folder)
     try:
-        with book.desk(person):
+        with book.session(person):
             pass
     finally:
         book.close()

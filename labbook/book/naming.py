@@ -13,7 +13,7 @@ from data_schema.queries.days import day_uids
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.runs import RunRow, find_run, run_names
 from data_schema.queries.study import StudyRow, factors, the_study
-from labbook.book.desk import Desk
+from labbook.book.write_session import WriteSession
 from labbook.config.parsing import Configuration
 
 
@@ -48,9 +48,11 @@ def named_uid(connection: sa.Connection, kind: str, name: str, known: Mapping[st
     return uid
 
 
-def ensure_day(desk: Desk, study_uid: str, date_local: str) -> str:
+def ensure_day(session: WriteSession, study_uid: str, date_local: str) -> str:
     """Return the uid of a day; a day comes into being with its first run or check."""
-    return day_uids(desk.connection).get(date_local) or desk.declare("day", study=study_uid, date_local=date_local)
+    return day_uids(session.connection).get(date_local) or session.declare(
+        "day", study=study_uid, date_local=date_local
+    )
 
 
 def condition_key(levels: Mapping[str, str]) -> str:
@@ -58,11 +60,13 @@ def condition_key(levels: Mapping[str, str]) -> str:
     return " ".join(f"{name}={label}" for name, label in levels.items())
 
 
-def ensure_condition(desk: Desk, configuration: Configuration, study_uid: str, levels: Mapping[str, str]) -> str:
+def ensure_condition(
+    session: WriteSession, configuration: Configuration, study_uid: str, levels: Mapping[str, str]
+) -> str:
     """Return the uid of the condition with these levels; raises for a factor or level that does not exist."""
     uids = []
     ordered: dict[str, str] = {}
-    rows = [row for row in factors(desk.connection) if row.name in configuration.factors]
+    rows = [row for row in factors(session.connection) if row.name in configuration.factors]
     for name in levels:
         if name not in {row.name for row in rows}:
             raise unknown_name("factor", name, [row.name for row in rows], "Factors are declared in labbook.toml.")
@@ -78,14 +82,14 @@ def ensure_condition(desk: Desk, configuration: Configuration, study_uid: str, l
         uids.append(known[label])
         ordered[row.name] = label
     key = condition_key(ordered)
-    standing = conditions_by_key(desk.connection).get(key)
+    standing = conditions_by_key(session.connection).get(key)
     if standing is not None:
         return standing
     control = any(
         factor.control is not None and ordered.get(name) == factor.control
         for name, factor in configuration.factors.items()
     )
-    return desk.declare("condition", study=study_uid, key=key, is_control=int(control), levels=uids)
+    return session.declare("condition", study=study_uid, key=key, is_control=int(control), levels=uids)
 
 
 def old_values(connection: sa.Connection, kind: str, uid: str, new: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,8 +18,8 @@ from data_schema.engine import postgres_engine, reading, sqlite_engine
 from data_schema.errors import BookMissing, BookVersion, UsageError, unknown_name
 from data_schema.journal_file import JournalFile
 from ingest.store import Store
-from labbook.book.desk import Desk, desk_of
 from labbook.book.proposing import propose
+from labbook.book.write_session import WriteSession, write_session_of
 from labbook.config.parsing import Configuration, parse_configuration
 
 CONFIGURATION = "labbook.toml"
@@ -44,17 +44,17 @@ class Book:
         return reading(self.engine)
 
     @contextlib.contextmanager
-    def desk(self, person: str | None, *, correcting: bool = False) -> Iterator[Desk]:
+    def session(self, person: str | None, *, correcting: bool = False) -> Iterator[WriteSession]:
         """Open a writing transaction for one person; first takes over what labbook.toml proposes anew.
 
         `correcting` is for statements that may settle what labbook.toml and the book disagree about.
         """
         speaker = self.speaker(person)
-        with desk_of(self.engine, self.store, self.mirror, speaker) as desk:
-            propose(desk, self.configuration, correcting=correcting)
-            yield desk
+        with write_session_of(self.engine, self.store, self.mirror, speaker) as session:
+            propose(session, self.configuration, correcting=correcting)
+            yield session
             if correcting:
-                propose(desk, self.configuration, correcting=True)
+                propose(session, self.configuration, correcting=True)
 
     def speaker(self, person: str | None) -> str:
         """Return who speaks: the person named by name or initials, or the only one there is."""

@@ -27,45 +27,45 @@ from data_schema.queries.plans import planned_runs
 from data_schema.queries.runs import condition_levels
 from data_schema.queries.study import the_study
 from data_schema.vocabulary import Action
-from labbook.book.desk import Desk, Statement, now_utc
+from labbook.book.write_session import Statement, WriteSession, now_utc
 from labbook.config.model import number_label
 from labbook.config.parsing import Configuration
 from labbook.config.tables import as_number
 
 
-def propose(desk: Desk, configuration: Configuration, *, correcting: bool = False) -> None:
+def propose(session: WriteSession, configuration: Configuration, *, correcting: bool = False) -> None:
     """Take over what the configuration adds; raises `InputRefused` when it contradicts what stands.
 
     With `correcting`, contradictions are left to the correction that is being stated, and to the next command; factors
     that no longer fit the book's conditions are refused all the same, for no correction can settle them. The journal
     keeps the file's text without the database's password, and the hash of the text as it is.
     """
-    in_force = config_in_force(desk.connection)
+    in_force = config_in_force(session.connection)
     if in_force is not None and in_force.sha256 == configuration.sha256:
         return
-    faults = [] if in_force is None else _misfits(desk.connection, configuration, in_force.text)
+    faults = [] if in_force is None else _misfits(session.connection, configuration, in_force.text)
     if faults:
         raise InputRefused("\n".join(faults))
-    for name in sorted(configuration.people, key=lambda name: name != desk.person):
-        if person_uid(desk.connection, name) is None:
-            desk.declare("person", name=name, initials=configuration.people[name])
+    for name in sorted(configuration.people, key=lambda name: name != session.person):
+        if person_uid(session.connection, name) is None:
+            session.declare("person", name=name, initials=configuration.people[name])
     changes: list[_Change] = []
-    for kind, label, identity, values in _proposed(desk, configuration):
-        uid = _standing(desk.connection, kind, identity)
+    for kind, label, identity, values in _proposed(session, configuration):
+        uid = _standing(session.connection, kind, identity)
         if uid is None:
-            desk.declare(kind, **identity, **values)
+            session.declare(kind, **identity, **values)
         else:
-            changes += _differences(desk.connection, kind, label, uid, {**identity, **values})
-    if changes and _in_use(desk.connection):
+            changes += _differences(session.connection, kind, label, uid, {**identity, **values})
+    if changes and _in_use(session.connection):
         if correcting:
             return
         raise InputRefused("\n".join(change.sentence for change in changes))
     for change in changes:
         new, old = {change.field: change.proposed}, {change.field: change.standing}
         reason = "labbook.toml was changed before anything was measured"
-        desk.state(Statement(Action.CORRECT, change.kind, change.uid, new=new, old=old, reason=reason))
+        session.state(Statement(Action.CORRECT, change.kind, change.uid, new=new, old=old, reason=reason))
     text = _without_password(configuration)
-    desk.declare("config", sha256=configuration.sha256, text=text, read_utc=now_utc())
+    session.declare("config", sha256=configuration.sha256, text=text, read_utc=now_utc())
 
 
 _PASSWORD = re.compile(r"(://[^:/@]*:)[^@]*(?=@)|([?&]\w*password=)[^&]*")
@@ -97,7 +97,9 @@ def _shown(value: Any) -> str:
     return "nothing" if value is None else str(value)
 
 
-def _proposed(desk: Desk, configuration: Configuration) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
+def _proposed(
+    session: WriteSession, configuration: Configuration
+) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
     """Give (kind, label, what it is called, what is said of it); parents before what refers to them."""
     study = configuration.study
     yield (
@@ -111,7 +113,7 @@ def _proposed(desk: Desk, configuration: Configuration) -> Iterator[tuple[str, s
             "time_zone": study.time_zone,
         },
     )
-    study_uid = _standing(desk.connection, "study", {})
+    study_uid = _standing(session.connection, "study", {})
     for name, factor in configuration.factors.items():
         yield (
             "factor",
@@ -119,7 +121,7 @@ def _proposed(desk: Desk, configuration: Configuration) -> Iterator[tuple[str, s
             {"study": study_uid, "name": name},
             {"kind": str(factor.kind), "unit": factor.unit},
         )
-        factor_uid = find_uid(desk.connection, "factor", study=study_uid, name=name)
+        factor_uid = find_uid(session.connection, "factor", study=study_uid, name=name)
         for level in factor.levels:
             yield (
                 "level",

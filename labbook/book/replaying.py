@@ -18,10 +18,10 @@ from data_schema.journal import Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.vocabulary import Action
 from ingest.store import Store
-from labbook.book.desk import apply_again
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import DATABASE
 from labbook.book.reading_ahead import reading_ahead
+from labbook.book.write_session import apply_again
 from labbook.statements.reports_replayed import ReportsReplayed
 
 ENTRIES_AT_ONCE = 500

@@ -8,7 +8,7 @@ from data_schema.journal import Entry
 from data_schema.row_hashes import Altered
 from data_schema.tables import FACTS
 from data_schema.vocabulary import Action
-from labbook.statements.scene import derived_uid
+from labbook.statements.apply_context import derived_uid
 
 WITHOUT_LOGS = (FACTS.keys() | {"ingest"}) - {"file", "run_file", "report"}
 """The kinds of rows that neither samples of other files nor reports have a part in."""

@@ -32,10 +32,10 @@ def assign(
     from labbook.actions.stale import stale_lines
     from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.desk(person) as desk:
-        said = state_assignment(desk, file, run, why)
-        stale = desk.stale
-        remarks = remarks_on(desk.connection, opened_book.configuration, [] if run == NO_RUN else [run], ["log"])
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        said = state_assignment(session, file, run, why)
+        stale = session.stale
+        remarks = remarks_on(session.connection, opened_book.configuration, [] if run == NO_RUN else [run], ["log"])
     lines = [said, *(stale_lines(stale) if stale else []), *remark_lines(remarks)]
     data = {"file": file, "run": None if run == NO_RUN else run, "stale": stale, "remarks": remarks}
     emit(data, lines, as_json)

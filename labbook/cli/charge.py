@@ -34,10 +34,10 @@ def charge(
     from labbook.actions.typed_charge import state_charge
     from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.desk(person) as desk:
-        uid = state_charge(desk, opened_book.configuration, run, charge_mah, minutes, end_voltage)
-        remarks = remarks_on(desk.connection, opened_book.configuration, [run], ["charge_mah"])
-        stale = desk.stale
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        uid = state_charge(session, opened_book.configuration, run, charge_mah, minutes, end_voltage)
+        remarks = remarks_on(session.connection, opened_book.configuration, [run], ["charge_mah"])
+        stale = session.stale
     emit(
         {"run": run, "charge": uid, "charge_mah": charge_mah, "stale": stale, "remarks": remarks},
         [

@@ -31,9 +31,9 @@ def check(
     from labbook.actions.remarks import remark_lines, remarks_on_check
     from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.desk(person) as desk:
-        earlier = [check for checks in checks_by_day(desk.connection).values() for check in checks]
-        date = state_check(desk, opened_book.configuration, kind, value, unit, not failed, day)
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        earlier = [check for checks in checks_by_day(session.connection).values() for check in checks]
+        date = state_check(session, opened_book.configuration, kind, value, unit, not failed, day)
     remarks = remarks_on_check(earlier, kind, value, unit)
     emit(
         {"day": date, "kind": kind, "passed": not failed, "remarks": remarks},

@@ -42,10 +42,10 @@ def correct(
         configuration = opened_book.configuration
 
         def attempt(said: dict[str, str | None]) -> tuple[Any, Any, Any]:
-            with opened_book.desk(person, correcting=True) as desk:
-                changed = state_correction(opened_book, desk, target, fields, why, fold=said["fold"])
-                runs = runs_corrected(desk.connection, target, changed)
-                return changed, remarks_on(desk.connection, configuration, runs, changed), desk.stale
+            with opened_book.session(person, correcting=True) as session:
+                changed = state_correction(opened_book, session, target, fields, why, fold=said["fold"])
+                runs = runs_corrected(session.connection, target, changed)
+                return changed, remarks_on(session.connection, configuration, runs, changed), session.stale
 
         changed, remarks, stale = answered(attempt, {"fold": fold}, ask=not as_json)
     in_file = to_change(configuration, target, {name: new for name, (_old, new) in changed.items()})

@@ -109,8 +109,8 @@ def reread_command(
     from labbook.actions.kept_files import files_to_reread, reread_named
     from labbook.actions.known_files import reread_lines
     from labbook.actions.rereading import RereadRequest
-    from labbook.book.desk import new_uid
     from labbook.book.opening import opened
+    from labbook.book.write_session import new_uid
     from labbook.cli.files_lines import reread_json, which_files
 
     options = declared_options(rate, unit or [], column or [], encoding, decimal, delimiter)
@@ -162,7 +162,7 @@ def withdraw_command(
     from labbook.actions.kept_files import withdraw
     from labbook.cli.files_lines import state
 
-    state(book, person, lambda desk: withdraw(desk, name, why), {"file": name, "why": why}, as_json)
+    state(book, person, lambda session: withdraw(session, name, why), {"file": name, "why": why}, as_json)
 
 
 @app.command("restore")
@@ -180,4 +180,4 @@ def restore_command(
     from labbook.actions.kept_files import restore
     from labbook.cli.files_lines import state
 
-    state(book, person, lambda desk: restore(desk, name, why), {"file": name, "why": why}, as_json)
+    state(book, person, lambda session: restore(session, name, why), {"file": name, "why": why}, as_json)

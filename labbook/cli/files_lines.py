@@ -9,8 +9,8 @@ from typing import Any
 from data_schema.errors import UsageError
 from labbook.actions.rereading import Reread
 from labbook.actions.stale import stale_lines
-from labbook.book.desk import Desk
 from labbook.book.opening import opened
+from labbook.book.write_session import WriteSession
 from labbook.cli.common import emit
 
 
@@ -42,10 +42,10 @@ def reread_json(done: Reread) -> dict[str, Any]:
 
 
 def state(
-    book: Path | None, person: str | None, say: Callable[[Desk], str], record: dict[str, Any], as_json: bool
+    book: Path | None, person: str | None, say: Callable[[WriteSession], str], record: dict[str, Any], as_json: bool
 ) -> None:
     """Make one statement and print what it says and what became stale."""
-    with opened(book) as opened_book, opened_book.desk(person) as desk:
-        said = say(desk)
-        stale = desk.stale
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        said = say(session)
+        stale = session.stale
     emit({**record, "said": said, "stale": stale}, [said, *(stale_lines(stale) if stale else ())], as_json)

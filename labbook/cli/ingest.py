@@ -102,8 +102,8 @@ def ingest(
     )
     from labbook.actions.missing_height import MissingHeight, missing_heights
     from labbook.actions.rig_line import RigLine
-    from labbook.book.desk import new_uid
     from labbook.book.opening import opened
+    from labbook.book.write_session import new_uid
     from labbook.cli.ingest_lines import outcome_json, rig_lines_of
     from labbook.cli.ingest_summary import Batch, batch_lines
 

@@ -15,7 +15,7 @@ from labbook.actions.remarks import remarks_on
 from labbook.actions.rig_line import RigLine, rig_lines
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.run_apexes import usable_logs
-from labbook.analysis.study_data import Evidence, gather_about
+from labbook.analysis.study_data import StudyData, gather_about
 from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
 
@@ -116,7 +116,7 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
     return found
 
 
-def _logs_too_many(run: RunRow, evidence: Evidence) -> list[RigLine]:
+def _logs_too_many(run: RunRow, evidence: StudyData) -> list[RigLine]:
     """Say that a run has logs that do not count, for there are more of them than it had starts."""
     logs = evidence.logs.get(run.uid, ())
     why = usable_logs(run, logs) if logs else ()

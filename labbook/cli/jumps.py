@@ -93,8 +93,8 @@ def _clear_waiting(run: str, note: str | None, book: BookOption, person: AsOptio
     from labbook.actions.jump_review import clear_waiting
     from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.desk(person) as desk:
-        count = clear_waiting(desk, run, note)
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        count = clear_waiting(session, run, note)
     emit({"run": run, "cleared": count}, [f"{run}: {count} waiting verdicts taken back."], as_json)
 
 
@@ -117,11 +117,11 @@ def _decide(
         with opened_book.reading() as connection:
             found = review(opened_book, connection, run)
         decided = jumps_meant(numbers, found)
-        with opened_book.desk(person) as desk:
-            stated = decide(opened_book, desk, run, decided, verdict, reason, note, found)
-            stale = desk.stale
+        with opened_book.session(person) as session:
+            stated = decide(opened_book, session, run, decided, verdict, reason, note, found)
+            stale = session.stale
             rejecting = verdict == "reject"
-            about = (desk.connection, opened_book.configuration, reason, "every comparison of apex heights")
+            about = (session.connection, opened_book.configuration, reason, "every comparison of apex heights")
             remarks = reason_remarks(*about) if rejecting else []
             remarks += [] if verdict == "clear" else without_apex(found, decided)
     said = f"{verdict} {', '.join(map(str, decided))}" + ("" if stated else " says nothing new: nothing was stated")

@@ -25,14 +25,14 @@ def note(
     """
     from data_schema.errors import UsageError
     from data_schema.vocabulary import Action
-    from labbook.book.desk import Statement, new_uid
     from labbook.book.naming import run_named
     from labbook.book.opening import opened
+    from labbook.book.write_session import Statement, new_uid
 
     if not text.strip():
         raise UsageError("the note is empty: say what is to be remembered.")
-    with opened(book) as opened_book, opened_book.desk(person) as desk:
-        target = run_named(desk.connection, run)
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        target = run_named(session.connection, run)
         new = {"target_kind": "run", "target_uid": target.uid, "text": text}
-        desk.state(Statement(Action.NOTE, "note", new_uid(), new=new))
+        session.state(Statement(Action.NOTE, "note", new_uid(), new=new))
     emit({"run": run, "text": text}, [f"noted on run {run}."], as_json)

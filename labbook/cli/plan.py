@@ -139,13 +139,13 @@ def _withdraw(
     seed: int | None, why: str, dry_run: bool, book: BookOption, person: AsOption, as_json: JsonOption
 ) -> None:
     from labbook.actions.planning import withdraw_plans
-    from labbook.book.desk import DryRun
     from labbook.book.opening import opened
+    from labbook.book.write_session import DryRun
 
     with opened(book) as opened_book:
         try:
-            with opened_book.desk(person) as desk:
-                done = withdraw_plans(desk, seed, why)
+            with opened_book.session(person) as session:
+                done = withdraw_plans(session, seed, why)
                 if dry_run:
                     raise DryRun
         except DryRun:

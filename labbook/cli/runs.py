@@ -62,8 +62,8 @@ def import_command(
     """
     from labbook.actions.remarks import remark_lines
     from labbook.actions.runs_importing import RunsImported, import_runs
-    from labbook.book.desk import DryRun
     from labbook.book.opening import opened
+    from labbook.book.write_session import DryRun
     from labbook.cli.reading import answered, read_sheet
 
     text, page = read_sheet(sheet, encoding)
@@ -71,8 +71,8 @@ def import_command(
 
         def attempt(said: dict[str, str | None]) -> RunsImported:
             done = RunsImported()
-            with contextlib.suppress(DryRun), opened_book.desk(person) as desk:
-                done = import_runs(opened_book, desk, text, str(sheet), **said)
+            with contextlib.suppress(DryRun), opened_book.session(person) as session:
+                done = import_runs(opened_book, session, text, str(sheet), **said)
                 if dry_run:
                     raise DryRun
             return done
@@ -114,7 +114,7 @@ def dismiss_command(
     from labbook.actions.kept_files import dismiss
     from labbook.cli.files_lines import state
 
-    state(book, person, lambda desk: dismiss(desk, what, why), {"item": what, "why": why}, as_json)
+    state(book, person, lambda session: dismiss(session, what, why), {"item": what, "why": why}, as_json)
 
 
 @app.command("restore")
@@ -132,7 +132,7 @@ def restore_command(
     from labbook.actions.kept_files import restore_item
     from labbook.cli.files_lines import state
 
-    state(book, person, lambda desk: restore_item(desk, what, why), {"item": what, "why": why}, as_json)
+    state(book, person, lambda session: restore_item(session, what, why), {"item": what, "why": why}, as_json)
 
 
 @app.command("inbox")

@@ -33,10 +33,10 @@ def void(
     from labbook.actions.not_allowed import reason_remarks
     from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.desk(person) as desk:
-        said = (unvoid if undo else state_void)(desk, run, reason)
-        stale = desk.stale
-        remarks = [] if undo else reason_remarks(desk.connection, opened_book.configuration, reason)
+    with opened(book) as opened_book, opened_book.session(person) as session:
+        said = (unvoid if undo else state_void)(session, run, reason)
+        stale = session.stale
+        remarks = [] if undo else reason_remarks(session.connection, opened_book.configuration, reason)
     emit(
         {"run": run, "stale": stale, "remarks": remarks},
         [f"{said}; {len(stale)} results became stale.", *(f"look again: {remark}" for remark in remarks)],

@@ -81,12 +81,12 @@ class Stopwatch:
 def _state_runs(book: Book, campaign: Campaign, sheet: Path) -> None:
     dates = sorted({run.date for run in campaign.runs})
     entries = [PlannedEntry(run.name, dates.index(run.date) + 1, _block(run), _levels(run)) for run in campaign.runs]
-    with book.desk(None) as desk:
-        state_plan(desk, book.configuration, campaign.seed, PlanMethod.BLOCKED, entries)
-        import_runs(book, desk, sheet.read_text(encoding="utf-8"), str(sheet))
+    with book.session(None) as session:
+        state_plan(session, book.configuration, campaign.seed, PlanMethod.BLOCKED, entries)
+        import_runs(book, session, sheet.read_text(encoding="utf-8"), str(sheet))
         for date in dates:
             for kind in (CheckKind.RAIL_ANGLE, CheckKind.LUBRICATION):
-                state_check(desk, book.configuration, kind, None, None, passed=True, day=date.isoformat())
+                state_check(session, book.configuration, kind, None, None, passed=True, day=date.isoformat())
 
 
 def _block(run: DemoRun) -> str:
@@ -108,5 +108,5 @@ def _ingest(book: Book, folder: Path, step: Callable[[str], None]) -> Counter[st
 
 def _correct(book: Book, campaign: Campaign) -> None:
     for correction in campaign.corrections:
-        with book.desk(None) as desk:
-            correct(book, desk, correction.run, [f"{correction.field}={correction.right}"], correction.why)
+        with book.session(None) as session:
+            correct(book, session, correction.run, [f"{correction.field}={correction.right}"], correction.why)

@@ -12,7 +12,7 @@ from data_schema.queries.people import people
 from data_schema.queries.plans import planned_runs
 from ingest.store import Store
 from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.results.result_cache import Workbench
+from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study import StudyAnalysis, analyse
 from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
@@ -27,7 +27,7 @@ class MadeReport:
 
     content: ReportContent
     analysis: StudyAnalysis
-    bench: Workbench
+    cache: ResultCache
     detections: Detections
     shown: tuple[str, ...]
 
@@ -43,9 +43,9 @@ def make_report(
 ) -> MadeReport:
     """Analyse the selected runs; needs no lock and stores nothing."""
     evidence = gather(connection, configuration, where)
-    bench = Workbench(connection)
+    cache = ResultCache(connection)
     detections = Detections(connection, store, progress)
-    analysis = analyse(bench, detections, evidence, progress)
+    analysis = analyse(cache, detections, evidence, progress)
     shown = Shown()
     content = build_content(
         analysis,
@@ -55,4 +55,4 @@ def make_report(
         planned=planned_runs(connection),
         checks=checks_by_day(connection),
     )
-    return MadeReport(content, analysis, bench, detections, tuple(shown.sources))
+    return MadeReport(content, analysis, cache, detections, tuple(shown.sources))

@@ -10,7 +10,7 @@ from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.outcomes.passive_drain import Drain, unused_idle
 from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting import design
 from labbook.presenting.tests_used import saved, tests_used
@@ -163,7 +163,7 @@ def drain_sentence(drain: Drain) -> str:
     return "" if duration_s is None or isinstance(drain.line, Undefined) else drain.line.sentence(duration_s)
 
 
-def _conflicting(evidence: Evidence) -> list[RunRow]:
+def _conflicting(evidence: StudyData) -> list[RunRow]:
     """Return the jump and idle runs with several charges, of which nothing says which one counts."""
     return [
         run

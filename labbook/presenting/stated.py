@@ -32,7 +32,7 @@ def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple
             departing.setdefault(departure_sentence(departure), {})[name] = None
         if not reason.departures:
             others.setdefault(reason.text, {})[name] = None
-    concerning = departing.keys() & {departure_sentence(not_allowed(item)) for item in planned.left_out}
+    concerning = departing.keys() & {departure_sentence(not_allowed(item)) for item in planned.disallowed_exclusions}
     as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if concerning else ()
     return (
         *(_with_exploratory(sentence, departing.get(sentence, ())) for sentence in said),

@@ -86,5 +86,5 @@ def _departures(plan: Planned, reason: Reason | None = None) -> list[str]:
     A reason names what was left out for a reason that was not allowed, and only where nothing was the rest.
     """
     named = set(reason.departures) if reason else set()
-    named = named & set(map(not_allowed, plan.left_out)) or named
+    named = named & set(map(not_allowed, plan.disallowed_exclusions)) or named
     return [f"{said[:1].upper()}{said[1:]}." for said in plan.departures if said not in named] if plan.stated else []

@@ -15,9 +15,9 @@ from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import Bounds
+from labbook.presenting.error_rate_uses import uses
+from labbook.presenting.known_error_rates import known_error_rates
 from labbook.presenting.numbers import values_as
-from labbook.presenting.weak_points import weaknesses
-from labbook.presenting.weak_uses import uses
 from reports.display import general_text
 from reports.naming import SweptWords
 from reports.numbers import Quantity
@@ -46,7 +46,7 @@ def tests_used(analysis: StudyAnalysis, called: SweptWords) -> str:
 
 def known_errors(analysis: StudyAnalysis) -> tuple[str, ...]:
     """Return what is on record against the methods used: an introduction, and a sentence for each design."""
-    return weaknesses(uses(analysis))
+    return known_error_rates(uses(analysis))
 
 
 def _route(analysis: StudyAnalysis) -> str:

@@ -7,58 +7,58 @@ from __future__ import annotations
 
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
+from labbook.statements.apply_context import Apply, ApplyContext
 from labbook.statements.assigning import apply_assign
 from labbook.statements.correcting import apply_correct
 from labbook.statements.deciding import apply_decide
 from labbook.statements.declaring import apply_declare
-from labbook.statements.scene import Apply, Scene
 
-__all__ = ["APPLY", "Scene"]
+__all__ = ["APPLY", "ApplyContext"]
 
 
-def _ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def _ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     from labbook.statements.ingesting import apply_ingest
 
-    return apply_ingest(scene, entry, prepared)
+    return apply_ingest(context, entry, prepared)
 
 
-def _read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def _read(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     from labbook.statements.ingesting import apply_read
 
-    return apply_read(scene, entry, prepared)
+    return apply_read(context, entry, prepared)
 
 
-def _withdraw(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def _withdraw(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     from labbook.statements.withdrawing import apply_withdraw
 
-    return apply_withdraw(scene, entry, prepared)
+    return apply_withdraw(context, entry, prepared)
 
 
-def _restore(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def _restore(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     from labbook.statements.withdrawing import apply_restore
 
-    return apply_restore(scene, entry, prepared)
+    return apply_restore(context, entry, prepared)
 
 
-def _dismiss(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def _dismiss(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     from labbook.statements.withdrawing import apply_dismiss
 
-    return apply_dismiss(scene, entry, prepared)
+    return apply_dismiss(context, entry, prepared)
 
 
-def _refuse(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def _refuse(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     from labbook.statements.ingesting import apply_refuse
 
-    return apply_refuse(scene, entry, prepared)
+    return apply_refuse(context, entry, prepared)
 
 
-def _report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def _report(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     from labbook.statements.reporting import apply_report
 
-    return apply_report(scene, entry, prepared)
+    return apply_report(context, entry, prepared)
 
 
-def _merge(_scene: Scene, _entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+def _merge(_scene: ApplyContext, _entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Change nothing: what was merged stands in the entries that follow in the same command."""
     return []
 

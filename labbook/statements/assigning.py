@@ -21,51 +21,59 @@ from data_schema.queries.results import mark_stale
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, ChargeState, FileRole
-from labbook.statements.scene import Scene, around_run, derived_uid, no_such_row, run_named
+from labbook.statements.apply_context import ApplyContext, around_run, derived_uid, no_such_row, run_named
 
 
-def apply_assign(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Link the file or charge, or take it off its run; results that used it, or may use it now, become stale."""
     values = entry.new or {}
     kind, uid = entry.entity_kind, entry.entity_uid
-    if kind == "charge" and not fact_exists(scene.connection, "charge", uid):
-        no_such_row(scene, entry)
+    if kind == "charge" and not fact_exists(context.connection, "charge", uid):
+        no_such_row(context, entry)
         return []
     if values["run"] is None:
-        changed = _take_charge_off(scene, uid) if kind == "charge" else _take_file_off(scene, uid, values.get("part"))
-        return mark_stale(scene.connection, changed)
+        changed = (
+            _take_charge_off(context, uid) if kind == "charge" else _take_file_off(context, uid, values.get("part"))
+        )
+        return mark_stale(context.connection, changed)
     if kind == "charge":
-        assign_charge(scene, uid, values["run"])
+        assign_charge(context, uid, values["run"])
     else:
         role, part = FileRole(values["role"]), values.get("part")
-        if part is not None and part not in parts_of_file(scene.connection, uid):
-            no_such_row(scene, entry)
+        if part is not None and part not in parts_of_file(context.connection, uid):
+            no_such_row(context, entry)
             return []
-        assign_file(scene, uid, values["run"], role, part)
+        assign_file(context, uid, values["run"], role, part)
         if part is None:
-            assign_only_charge(scene, uid, values["run"], role)
-    return mark_stale(scene.connection, [*around_run(scene, values["run"]), (kind, uid)])
+            assign_only_charge(context, uid, values["run"], role)
+    return mark_stale(context.connection, [*around_run(context, values["run"]), (kind, uid)])
 
 
 def assign_file(
-    scene: Scene, file_uid: str, run_uid: str, role: FileRole, part: str | None = None, *, parts: Sequence[str] = ()
+    context: ApplyContext,
+    file_uid: str,
+    run_uid: str,
+    role: FileRole,
+    part: str | None = None,
+    *,
+    parts: Sequence[str] = (),
 ) -> None:
     """Link every part of a file to a run, or one; `parts` are those of the reading that is being made."""
-    for name in (parts or parts_of_file(scene.connection, file_uid)) if part is None else [part]:
-        _link(scene, file_uid, run_uid, role, name)
+    for name in (parts or parts_of_file(context.connection, file_uid)) if part is None else [part]:
+        _link(context, file_uid, run_uid, role, name)
 
 
-def assign_only_charge(scene: Scene, file_uid: str, run_uid: str, role: FileRole) -> None:
+def assign_only_charge(context: ApplyContext, file_uid: str, run_uid: str, role: FileRole) -> None:
     """Give the one charge of a file that belongs to no run to the run of the file."""
-    charges = unassigned_charges_of_file(scene.connection, file_uid)
+    charges = unassigned_charges_of_file(context.connection, file_uid)
     if role is FileRole.CHARGE and len(charges) == 1:
-        assign_charge(scene, charges[0], run_uid)
+        assign_charge(context, charges[0], run_uid)
 
 
-def _link(scene: Scene, file_uid: str, run_uid: str, role: FileRole, part: str) -> None:
-    unlink_file(scene.connection, file_uid, part)
+def _link(context: ApplyContext, file_uid: str, run_uid: str, role: FileRole, part: str) -> None:
+    unlink_file(context.connection, file_uid, part)
     insert_fact(
-        scene.connection,
+        context.connection,
         "run_file",
         derived_uid("run_file", run_uid, file_uid, part),
         {"run": run_uid, "file": file_uid, "part": part, "role": str(role)},
@@ -73,62 +81,67 @@ def _link(scene: Scene, file_uid: str, run_uid: str, role: FileRole, part: str) 
 
 
 def link_parts_again(
-    scene: Scene, file_uid: str, role: FileRole, stated_run: str | None, before: Sequence[str], parts: Sequence[str]
+    context: ApplyContext,
+    file_uid: str,
+    role: FileRole,
+    stated_run: str | None,
+    before: Sequence[str],
+    parts: Sequence[str],
 ) -> list[str]:
     """Let the parts of a new reading belong to runs as those of the reading `before` did; returns the runs concerned.
 
     A part keeps its run, or that it has none. Where all parts belonged to one run, so do new ones; a file that belongs
     to none goes to the run that its name states, unless a person has decided where it belongs.
     """
-    links = links_of_file(scene.connection, file_uid)
+    links = links_of_file(context.connection, file_uid)
     if not links:
-        run_uid = run_named(scene, stated_run)
-        if run_uid is None or said_about(scene.connection, file_uid, [Action.ASSIGN]):
+        run_uid = run_named(context, stated_run)
+        if run_uid is None or said_about(context.connection, file_uid, [Action.ASSIGN]):
             return []
-        assign_file(scene, file_uid, run_uid, role, parts=parts)
+        assign_file(context, file_uid, run_uid, role, parts=parts)
         return [run_uid]
     for link in links:
         if link.part not in parts:
-            unlink_file(scene.connection, file_uid, link.part)
+            unlink_file(context.connection, file_uid, link.part)
         elif link.role != role:
-            update_fact(scene.connection, "run_file", link.uid, {"role": str(role)})
+            update_fact(context.connection, "run_file", link.uid, {"role": str(role)})
     runs = list(dict.fromkeys(link.run_uid for link in links))
     if len(runs) == 1 and {link.part for link in links}.issuperset(before):
         for part in parts:
             if part not in before:
-                _link(scene, file_uid, runs[0], role, part)
+                _link(context, file_uid, runs[0], role, part)
     return runs
 
 
-def assign_charge(scene: Scene, charge_uid: str, run_uid: str) -> None:
+def assign_charge(context: ApplyContext, charge_uid: str, run_uid: str) -> None:
     """Say after which run a pack took this charge: it counts, unless its row is gone."""
-    row = read_fact(scene.connection, "charge", charge_uid, ["state", "repeats"])
+    row = read_fact(context.connection, "charge", charge_uid, ["state", "repeats"])
     stays = {} if row["state"] in (ChargeState.COUNTED, ChargeState.GONE) else {"state": str(ChargeState.COUNTED)}
-    update_fact(scene.connection, "charge", charge_uid, {"run": run_uid, **stays})
+    update_fact(context.connection, "charge", charge_uid, {"run": run_uid, **stays})
 
 
-def _take_file_off(scene: Scene, file_uid: str, part: str | None) -> list[tuple[str, str]]:
+def _take_file_off(context: ApplyContext, file_uid: str, part: str | None) -> list[tuple[str, str]]:
     """Unlink a file or a part; a run that keeps other signals may be usable again: its condition counts as changed."""
-    links = links_of_file(scene.connection, file_uid)
+    links = links_of_file(context.connection, file_uid)
     runs = {link.run_uid for link in links if part is None or link.part == part}
-    unlink_file(scene.connection, file_uid, part)
-    changed = [("file", file_uid), *(("signal", sha256) for sha256 in signals_of_file(scene.connection, file_uid))]
+    unlink_file(context.connection, file_uid, part)
+    changed = [("file", file_uid), *(("signal", sha256) for sha256 in signals_of_file(context.connection, file_uid))]
     for run_uid in sorted(runs):
-        if signals_of_runs(scene.connection, run_uid=run_uid):
-            changed += around_run(scene, run_uid)
+        if signals_of_runs(context.connection, run_uid=run_uid):
+            changed += around_run(context, run_uid)
     return changed
 
 
-def links_meant(scene: Scene, link_uid: str, run_uid: str | None) -> list[str]:
+def links_meant(context: ApplyContext, link_uid: str, run_uid: str | None) -> list[str]:
     """Return the links to a run that a statement means by one which is not there under that uid.
 
     A link is named after its file, part and first run. Where the reading in force calls the parts otherwise, the links
     of those that no earlier reading knew are meant.
     """
-    runs = [run.uid for run in list_runs(scene.connection)]
-    links = [] if run_uid is None else links_of_run(scene.connection, run_uid)
+    runs = [run.uid for run in list_runs(context.connection)]
+    links = [] if run_uid is None else links_of_run(context.connection, run_uid)
     for file_uid in dict.fromkeys(link.file_uid for link in links):
-        said = parts_said(scene.connection, file_uid)
+        said = parts_said(context.connection, file_uid)
         named = [part for part in said for run in runs if derived_uid("run_file", run, file_uid, part) == link_uid]
         if named:
             of_file = [link for link in links if link.file_uid == file_uid]
@@ -137,11 +150,11 @@ def links_meant(scene: Scene, link_uid: str, run_uid: str | None) -> list[str]:
     return []
 
 
-def _take_charge_off(scene: Scene, charge_uid: str) -> list[tuple[str, str]]:
+def _take_charge_off(context: ApplyContext, charge_uid: str) -> list[tuple[str, str]]:
     """Let a charge belong to no run; a run that keeps another charge may be usable again."""
-    run_uid = read_fact(scene.connection, "charge", charge_uid, ["run"])["run"]
-    update_fact(scene.connection, "charge", charge_uid, {"run": None})
+    run_uid = read_fact(context.connection, "charge", charge_uid, ["run"])["run"]
+    update_fact(context.connection, "charge", charge_uid, {"run": None})
     changed = [("charge", charge_uid)]
-    if charges_of_run(scene.connection, run_uid):
-        changed += around_run(scene, run_uid)
+    if charges_of_run(context.connection, run_uid):
+        changed += around_run(context, run_uid)
     return changed

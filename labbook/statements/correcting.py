@@ -8,8 +8,8 @@ from typing import Any
 from data_schema.journal import Entry
 from data_schema.queries.facts import fact_exists, read_fact, update_fact
 from data_schema.queries.results import mark_stale
+from labbook.statements.apply_context import ApplyContext, around_run, no_such_row
 from labbook.statements.assigning import assign_charge, links_meant
-from labbook.statements.scene import Scene, around_run, no_such_row
 
 NUMBERS_REST_ON: Mapping[str, frozenset[str]] = {
     "run": frozenset(
@@ -28,7 +28,7 @@ SCENES_REST_ON = frozenset({"name", "body_mass_kg", "foot_mass_kg", "link_1_m", 
 """The columns of a robot that its simulated scenes are made of."""
 
 
-def apply_correct(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Change the row; what rests on it, on the condition it leaves and on the one it joins becomes stale.
 
     A plan that is void changes no row: that it was withdrawn is read from the journal.
@@ -37,37 +37,37 @@ def apply_correct(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[s
     if not new:
         return []
     kind, uid = entry.entity_kind, entry.entity_uid
-    if kind in ("charge", "run_file") and not fact_exists(scene.connection, kind, uid):
-        uids = links_meant(scene, uid, (entry.old or {}).get("run")) if kind == "run_file" else []
+    if kind in ("charge", "run_file") and not fact_exists(context.connection, kind, uid):
+        uids = links_meant(context, uid, (entry.old or {}).get("run")) if kind == "run_file" else []
         if not uids:
-            no_such_row(scene, entry)
+            no_such_row(context, entry)
             return []
     else:
         uids = [uid]
     for each in uids:
-        update_fact(scene.connection, kind, each, new)
+        update_fact(context.connection, kind, each, new)
     if kind == "charge" and new.get("run"):
-        assign_charge(scene, uid, new["run"])
+        assign_charge(context, uid, new["run"])
     changed = [("robot_body", uid)] if kind == "robot" and SCENES_REST_ON & new.keys() else []
     if NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
-        changed += [(kind, uid), *_around(scene, kind, uid, new)]
+        changed += [(kind, uid), *_around(context, kind, uid, new)]
         for values in (entry.old or {}, new):
-            changed += _touched(scene, values)
-    return mark_stale(scene.connection, list(dict.fromkeys(changed)))
+            changed += _touched(context, values)
+    return mark_stale(context.connection, list(dict.fromkeys(changed)))
 
 
-def _around(scene: Scene, kind: str, uid: str, new: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _around(context: ApplyContext, kind: str, uid: str, new: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What may rest on the row as it is now, though nothing rested on it before."""
     if kind == "run":
-        return around_run(scene, uid)
+        return around_run(context, uid)
     if kind == "charge" and "mode" in new:
-        run_uid = read_fact(scene.connection, "charge", uid, ["run"])["run"]
-        return around_run(scene, run_uid) if run_uid else []
+        run_uid = read_fact(context.connection, "charge", uid, ["run"])["run"]
+        return around_run(context, run_uid) if run_uid else []
     return [("idle_runs", uid)] if kind == "robot" and "name" in new else []
 
 
-def _touched(scene: Scene, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+def _touched(context: ApplyContext, values: Mapping[str, Any]) -> list[tuple[str, str]]:
     """What the row belonged to, or belongs to now."""
     found = [("condition", values["condition"])] if values.get("condition") else []
     found += [("idle_runs", values["robot"])] if values.get("robot") else []
-    return found + (around_run(scene, values["run"]) if values.get("run") else [])
+    return found + (around_run(context, values["run"]) if values.get("run") else [])

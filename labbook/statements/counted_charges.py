@@ -17,10 +17,10 @@ from data_schema.queries.sheet_rows import SheetRow, repeating, rows_with_uids
 from data_schema.vocabulary import ChargeMode, ChargeState, Severity
 from ingest.findings import MORE_LINES
 from ingest.model import Finding
+from labbook.statements.apply_context import ApplyContext
 from labbook.statements.findings import finding_values
 from labbook.statements.rows_around import STANDING, RowsAround
 from labbook.statements.said_by_hand import SaidByHand, said_by_hand
-from labbook.statements.scene import Scene
 
 
 @dataclass
@@ -43,15 +43,15 @@ class Placed:
         return [*self.findings, finding_values(folded)]
 
 
-def lose(scene: Scene, rows: Sequence[SheetRow], placed: Placed) -> None:
+def lose(context: ApplyContext, rows: Sequence[SheetRow], placed: Placed) -> None:
     """Let rows count no more; they keep their run, to be known by when they are back. `place` lets others step in."""
     for row in rows:
         placed.runs += [row.run_uid] if row.run_uid and row.state is ChargeState.COUNTED else []
-        update_fact(scene.connection, "charge", row.uid, {"state": str(ChargeState.GONE)})
+        update_fact(context.connection, "charge", row.uid, {"state": str(ChargeState.GONE)})
 
 
 def place(
-    scene: Scene,
+    context: ApplyContext,
     uids: Sequence[str],
     placed: Placed,
     *,
@@ -67,15 +67,15 @@ def place(
     """
     queue = list(uids)
     while queue or others:
-        rows = rows_with_uids(scene.connection, queue)
-        said = said_by_hand(scene, queue)
+        rows = rows_with_uids(context.connection, queue)
+        said = said_by_hand(context, queue)
         for row in rows:
             if row.state is not ChargeState.GONE:
-                update_fact(scene.connection, "charge", row.uid, {"state": str(ChargeState.GONE)})
+                update_fact(context.connection, "charge", row.uid, {"state": str(ChargeState.GONE)})
         rows = [replace(row, state=ChargeState.GONE) for row in rows]
         rows.sort(key=lambda row: (not said[row.uid].assigned, row.order))
         stated = [row.run_uid for row in rows] + [said[row.uid].run_uid for row in rows] + [of_file]
-        around = RowsAround(scene, rows, said, [uid for uid in stated if uid], sorted(back))
+        around = RowsAround(context, rows, said, [uid for uid in stated if uid], sorted(back))
         gave_way: list[str] = []
         for row in rows:
             run_uid = said[row.uid].run_uid if said[row.uid].assigned else row.run_uid
@@ -83,12 +83,12 @@ def place(
                 run_uid = around.runs.get(row.stated_run or "") or of_file
             if row.uid in back:
                 gave_way += _give_way(around, row, run_uid, placed)
-            _place(scene, around, row, run_uid, placed)
-        queue = list(dict.fromkeys([*gave_way, *_left_alone(scene, [*queue, *others])]))
+            _place(context, around, row, run_uid, placed)
+        queue = list(dict.fromkeys([*gave_way, *_left_alone(context, [*queue, *others])]))
         back, others = frozenset(), ()
 
 
-def _place(scene: Scene, around: RowsAround, row: SheetRow, run_uid: str | None, placed: Placed) -> None:
+def _place(context: ApplyContext, around: RowsAround, row: SheetRow, run_uid: str | None, placed: Placed) -> None:
     said = around.said[row.uid]
     if said.dismissed:
         around.set(row, ChargeState.DISMISSED, None)
@@ -102,7 +102,7 @@ def _place(scene: Scene, around: RowsAround, row: SheetRow, run_uid: str | None,
     standing = [other for other in about if other.run_uid is not None and (not said.assigned or _second(row, other))]
     around.set(row, ChargeState.COUNTED, None if standing else run_uid, row.repeats)
     if standing:
-        name = read_fact(scene.connection, "run", standing[0].run_uid or "", ["name"])["name"]
+        name = read_fact(context.connection, "run", standing[0].run_uid or "", ["name"])["name"]
         message = (
             f"Run {name} has a charge of {standing[0].charge_mah:g} mAh (charge:{standing[0].uid}); this "
             f"row waits in the inbox: correct that charge if it is wrong."
@@ -134,20 +134,20 @@ def _give_way(around: RowsAround, row: SheetRow, run_uid: str | None, placed: Pl
     return [other.uid for other in giving]
 
 
-def _left_alone(scene: Scene, uids: Sequence[str]) -> list[str]:
+def _left_alone(context: ApplyContext, uids: Sequence[str]) -> list[str]:
     """Return the known rows that repeat one of these, which does not stand any more or says something else."""
-    waiting = repeating(scene.connection, uids, ChargeState.KNOWN)
+    waiting = repeating(context.connection, uids, ChargeState.KNOWN)
     return [
         other.uid
-        for row in rows_with_uids(scene.connection, uids)
+        for row in rows_with_uids(context.connection, uids)
         for other in waiting[row.uid]
-        if row.state not in STANDING or other.stated_run != row.stated_run or not _repeats(scene, other, row)
+        if row.state not in STANDING or other.stated_run != row.stated_run or not _repeats(context, other, row)
     ]
 
 
-def _repeats(scene: Scene, row: SheetRow, other: SheetRow) -> bool:
+def _repeats(context: ApplyContext, row: SheetRow, other: SheetRow) -> bool:
     return _same(row, other) or (
-        row.repeats == other.uid and _repeats_said(row, other, said_by_hand(scene, [other.uid])[other.uid])
+        row.repeats == other.uid and _repeats_said(row, other, said_by_hand(context, [other.uid])[other.uid])
     )
 
 

@@ -12,33 +12,33 @@ from data_schema.queries.facts import insert_fact
 from data_schema.queries.results import mark_stale
 from data_schema.queries.waiting import waiting_for_run
 from data_schema.vocabulary import FileRole
+from labbook.statements.apply_context import ApplyContext, around, around_run, derived_uid, spoken
 from labbook.statements.assigning import assign_charge, assign_file, assign_only_charge
-from labbook.statements.scene import Scene, around, around_run, derived_uid, spoken
 
 
-def apply_declare(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+def apply_declare(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Add the row, and what follows from a thing of its kind being there."""
     values = dict(entry.new or {})
     beside = {name: values.pop(name) for name in _BESIDE.get(entry.entity_kind, ())}
     if entry.entity_kind in _SIGNED:
-        values = spoken(scene, entry, values)
-    insert_fact(scene.connection, entry.entity_kind, entry.entity_uid, values)
+        values = spoken(context, entry, values)
+    insert_fact(context.connection, entry.entity_kind, entry.entity_uid, values)
     follow = _FOLLOW.get(entry.entity_kind)
     if follow:
-        follow(scene, entry.entity_uid, {**values, **beside})
+        follow(context, entry.entity_uid, {**values, **beside})
     if entry.entity_kind == "run":
-        return mark_stale(scene.connection, around(entry.entity_uid, values))
-    return mark_stale(scene.connection, around_run(scene, values["run"])) if values.get("run") else []
+        return mark_stale(context.connection, around(entry.entity_uid, values))
+    return mark_stale(context.connection, around_run(context, values["run"])) if values.get("run") else []
 
 
-def _condition_levels(scene: Scene, uid: str, values: Mapping[str, Any]) -> None:
-    add_condition_levels(scene.connection, uid, values["levels"])
+def _condition_levels(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
+    add_condition_levels(context.connection, uid, values["levels"])
 
 
-def _planned_runs(scene: Scene, uid: str, values: Mapping[str, Any]) -> None:
+def _planned_runs(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
     for position, planned in enumerate(values["runs"], start=1):
         add_planned_run(
-            scene.connection,
+            context.connection,
             uid=derived_uid("planned_run", uid, position),
             plan_uid=uid,
             position=position,
@@ -46,16 +46,16 @@ def _planned_runs(scene: Scene, uid: str, values: Mapping[str, Any]) -> None:
         )
 
 
-def _link_what_waited(scene: Scene, uid: str, values: Mapping[str, Any]) -> None:
+def _link_what_waited(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
     """Files and charges that came before their run, and said its name, now belong to it."""
-    files, charges = waiting_for_run(scene.connection, values["name"])
+    files, charges = waiting_for_run(context.connection, values["name"])
     for file_uid, role in files:
-        assign_file(scene, file_uid, uid, FileRole(role))
-        if not charges_of_run(scene.connection, uid):
-            assign_only_charge(scene, file_uid, uid, FileRole(role))
+        assign_file(context, file_uid, uid, FileRole(role))
+        if not charges_of_run(context.connection, uid):
+            assign_only_charge(context, file_uid, uid, FileRole(role))
     for charge_uid, may_be_second in charges:
-        if may_be_second or not charges_of_run(scene.connection, uid):
-            assign_charge(scene, charge_uid, uid)
+        if may_be_second or not charges_of_run(context.connection, uid):
+            assign_charge(context, charge_uid, uid)
 
 
 _SIGNED = ("note", "day_check")
@@ -64,7 +64,7 @@ _SIGNED = ("note", "day_check")
 _BESIDE: dict[str, tuple[str, ...]] = {"condition": ("levels",), "plan": ("runs",)}
 """Parts of a declaration that are rows of other tables."""
 
-_FOLLOW: dict[str, Callable[[Scene, str, Mapping[str, Any]], None]] = {
+_FOLLOW: dict[str, Callable[[ApplyContext, str, Mapping[str, Any]], None]] = {
     "condition": _condition_levels,
     "plan": _planned_runs,
     "run": _link_what_waited,

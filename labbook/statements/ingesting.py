@@ -20,56 +20,56 @@ from ingest.model import Finding, ReadFile
 from labbook.analysis.outcomes.detecting import jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
 from labbook.config.parsing import Configuration, parse_configuration
+from labbook.statements.apply_context import ApplyContext, around_run, derived_uid, run_named
 from labbook.statements.assigning import assign_file, assign_only_charge, link_parts_again
 from labbook.statements.charge_numbers import charge_numbers, keys_of
 from labbook.statements.findings import finding_values
 from labbook.statements.importing import PreparedImport, ReadSettings, read_and_store, settings_now
 from labbook.statements.reading_rows import add_reading, add_refusal, add_signals
-from labbook.statements.scene import Scene, around_run, derived_uid, run_named
 from labbook.statements.sheet_charges import lose_charges, update_charges
 
 _ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
 """What files were for that earlier labbooks read: their entries do not say."""
 
 
-def apply_ingest(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     """Add the file, what was read from it, and its run where that is known.
 
     A file that this labbook's reader refuses, on rebuilding, waits for a declaration; it belongs to its run all the
     same.
     """
     new = entry.new or {}
-    done = _still_there(scene, prepared) if isinstance(prepared, PreparedImport) else _read_again(scene, new)
+    done = _still_there(context, prepared) if isinstance(prepared, PreparedImport) else _read_again(context, new)
     file_uid = derived_uid("file", done.sha256)
     file_key = imports.add_file(
-        scene.connection,
+        context.connection,
         uid=file_uid,
         sha256=done.sha256,
         n_bytes=done.n_bytes,
         store_path=raw_path(done.sha256),
     )
     role = _role(new, done)
-    ingest_key = add_reading(scene, entry, done, file_key, role)
+    ingest_key = add_reading(context, entry, done, file_key, role)
     touched = []
-    run_uid = new.get("run") or run_named(scene, new.get("stated_run"))
+    run_uid = new.get("run") or run_named(context, new.get("stated_run"))
     if run_uid:
-        assign_file(scene, file_uid, run_uid, role, parts=_parts(new, done))
+        assign_file(context, file_uid, run_uid, role, parts=_parts(new, done))
         touched.append(run_uid)
     if not done.read.refused:
-        add_signals(scene, file_key, ingest_key, done, new, None)
+        add_signals(context, file_key, ingest_key, done, new, None)
         of_file = run_uid if role is FileRole.CHARGE and "settings" in new else None
         if done.read.charges:
-            touched += _update_charges(scene, ingest_key, file_uid, done, new, of_file)
+            touched += _update_charges(context, ingest_key, file_uid, done, new, of_file)
     if run_uid:
         if "settings" not in new:  # an earlier labbook gave a run its file's charge whatever charge it had
-            assign_only_charge(scene, file_uid, run_uid, role)
-        imports.add_findings(scene.connection, ingest_key, _against_run(scene, run_uid, done))
+            assign_only_charge(context, file_uid, run_uid, role)
+        imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
     return mark_stale(
-        scene.connection, [changed for uid in dict.fromkeys(touched) for changed in around_run(scene, uid)]
+        context.connection, [changed for uid in dict.fromkeys(touched) for changed in around_run(context, uid)]
     )
 
 
-def apply_read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     """Add another reading of a file, which is in force from now on, and bring what belongs to the file up to it.
 
     Parts that there are no longer belong to no run, and parts that are new belong to the one run that the file belongs
@@ -77,51 +77,56 @@ def apply_read(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, 
     gave makes nothing stale.
     """
     new = entry.new or {}
-    done = _still_there(scene, prepared) if isinstance(prepared, PreparedImport) else _read_again(scene, new)
-    before = last_reading(scene.connection, done.sha256)
+    done = _still_there(context, prepared) if isinstance(prepared, PreparedImport) else _read_again(context, new)
+    before = last_reading(context.connection, done.sha256)
     assert before is not None, "a file is imported before it is read again"  # noqa: S101
     assert before.file_uid is not None  # noqa: S101
-    old_parts, gave = parts_of_reading(scene.connection, before.uid), _gives(scene, before)
-    before_parts = parts_of_file(scene.connection, before.file_uid)
-    set_status(scene.connection, before.uid, IngestStatus.SUPERSEDED)
+    old_parts, gave = parts_of_reading(context.connection, before.uid), _gives(context, before)
+    before_parts = parts_of_file(context.connection, before.file_uid)
+    set_status(context.connection, before.uid, IngestStatus.SUPERSEDED)
     role = _role(new, done)
-    file_key = imports.file_key(scene.connection, done.sha256)
-    ingest_key = add_reading(scene, entry, done, file_key, role)
+    file_key = imports.file_key(context.connection, done.sha256)
+    ingest_key = add_reading(context, entry, done, file_key, role)
     changed = [("file", before.file_uid), *(("signal", part.sha256) for part in old_parts)]
-    touched = link_parts_again(scene, before.file_uid, role, new.get("stated_run"), before_parts, _parts(new, done))
+    touched = link_parts_again(context, before.file_uid, role, new.get("stated_run"), before_parts, _parts(new, done))
     if done.read.refused:
-        touched += lose_charges(scene, before.file_uid)
+        touched += lose_charges(context, before.file_uid)
     else:
-        add_signals(scene, file_key, ingest_key, done, new, entry.entity_uid)
-        runs = {link.run_uid for link in links_of_file(scene.connection, before.file_uid)}
+        add_signals(context, file_key, ingest_key, done, new, entry.entity_uid)
+        runs = {link.run_uid for link in links_of_file(context.connection, before.file_uid)}
         of_file = runs.pop() if role is FileRole.CHARGE and len(runs) == 1 else None
-        touched += _update_charges(scene, ingest_key, before.file_uid, done, new, of_file)
+        touched += _update_charges(context, ingest_key, before.file_uid, done, new, of_file)
     for run_uid in dict.fromkeys(touched):
-        changed += around_run(scene, run_uid)
-        imports.add_findings(scene.connection, ingest_key, _against_run(scene, run_uid, done))
-    after = last_reading(scene.connection, done.sha256)
-    same = after is not None and _gives(scene, after) == gave
-    return [] if same else mark_stale(scene.connection, list(dict.fromkeys(changed)))
+        changed += around_run(context, run_uid)
+        imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
+    after = last_reading(context.connection, done.sha256)
+    same = after is not None and _gives(context, after) == gave
+    return [] if same else mark_stale(context.connection, list(dict.fromkeys(changed)))
 
 
-def _gives(scene: Scene, reading: ReadingRow) -> tuple[object, ...]:
+def _gives(context: ApplyContext, reading: ReadingRow) -> tuple[object, ...]:
     """Return what results can rest on of a reading: its parts, the runs that they belong to, and its charges."""
     assert reading.file_uid is not None  # noqa: S101 - only a refused file has none
     return (
         reading.status,
         reading.role,
-        parts_of_reading(scene.connection, reading.uid),
-        links_of_file(scene.connection, reading.file_uid),
-        rows_of_file(scene.connection, reading.file_uid),
-        said_by_rows(scene.connection, reading.file_uid),
+        parts_of_reading(context.connection, reading.uid),
+        links_of_file(context.connection, reading.file_uid),
+        rows_of_file(context.connection, reading.file_uid),
+        said_by_rows(context.connection, reading.file_uid),
     )
 
 
 def _update_charges(
-    scene: Scene, ingest_key: int, file_uid: str, done: PreparedImport, new: Mapping[str, Any], of_file: str | None
+    context: ApplyContext,
+    ingest_key: int,
+    file_uid: str,
+    done: PreparedImport,
+    new: Mapping[str, Any],
+    of_file: str | None,
 ) -> list[str]:
-    numbers = charge_numbers(scene.connection, file_uid, new, keys_of(done.read.charges))
-    return update_charges(scene, ingest_key, file_uid, done.read, numbers, of_file)
+    numbers = charge_numbers(context.connection, file_uid, new, keys_of(done.read.charges))
+    return update_charges(context, ingest_key, file_uid, done.read, numbers, of_file)
 
 
 def _parts(new: Mapping[str, Any], done: PreparedImport) -> list[str]:
@@ -129,9 +134,9 @@ def _parts(new: Mapping[str, Any], done: PreparedImport) -> list[str]:
     return parts_named(new) if done.read.refused else [part.part for part in done.read.parts] or [""]
 
 
-def apply_refuse(scene: Scene, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+def apply_refuse(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
     """Add the row that says why a file was refused; its findings stand in the entry, for no copy is kept."""
-    add_refusal(scene, entry)
+    add_refusal(context, entry)
     return []
 
 
@@ -157,9 +162,9 @@ def as_read(done: PreparedImport) -> dict[str, Any]:
     }
 
 
-def configuration_in_force(scene: Scene) -> Configuration:
+def configuration_in_force(context: ApplyContext) -> Configuration:
     """Return the configuration under which the book stands at this point of its journal."""
-    row = config_in_force(scene.connection)
+    row = config_in_force(context.connection)
     assert row is not None, "a configuration is declared before any file is read"  # noqa: S101
     return parse_configuration(row.text, "the book's configuration")
 
@@ -169,24 +174,24 @@ def raw_path(sha256: str) -> str:
     return f"raw/{sha256[:2]}/{sha256}.zst"
 
 
-def _still_there(scene: Scene, prepared: PreparedImport) -> PreparedImport:
+def _still_there(context: ApplyContext, prepared: PreparedImport) -> PreparedImport:
     """Look for the files of an import once nobody else can write: until then, no row says that they are wanted."""
     for path in (raw_path(prepared.sha256), *(part.store_path for part in prepared.parts)):
-        if not (scene.store.root / path).exists():
+        if not (context.store.root / path).exists():
             raise BookBusy(f"{path} was removed from the store before the book had it: give the command again.")
     return prepared
 
 
-def _read_again(scene: Scene, new: Mapping[str, Any]) -> PreparedImport:
+def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport:
     """Read the kept copy as the journal says; an earlier labbook read as its configuration and options said."""
     sha256 = new["sha256"]
     if "settings" in new:
         settings = ReadSettings.from_json(new["settings"])
     else:
-        settings = settings_now(configuration_in_force(scene), new["options"], new["original_name"])
-    data = scene.store.raw(raw_path(sha256), sha256)
+        settings = settings_now(configuration_in_force(context), new["options"], new["original_name"])
+    data = context.store.raw(raw_path(sha256), sha256)
     try:
-        return read_and_store(scene.store, data, sha256, settings, anew=True)
+        return read_and_store(context.store, data, sha256, settings, anew=True)
     except (UsageError, InputRefused) as error:
         # what was declared then has no meaning any more: a format's plug-in is not there
         return _unread(new, len(data), settings, "declaration_unknown", _named_plugin(new, str(error)))
@@ -212,14 +217,14 @@ def _role(new: Mapping[str, Any], done: PreparedImport) -> FileRole:
     return FileRole(new["role"]) if "role" in new else _ROLES.get(new["reader"], FileRole.LOG)
 
 
-def _against_run(scene: Scene, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:
+def _against_run(context: ApplyContext, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:
     """Return what is found of a file by the run that it belongs to: other jumps, another day."""
-    run = read_fact(scene.connection, "run", run_uid, ["name", "kind", "jumps_made", "starts", "day"])
-    links = links_of_file(scene.connection, derived_uid("file", done.sha256))
+    run = read_fact(context.connection, "run", run_uid, ["name", "kind", "jumps_made", "starts", "day"])
+    links = links_of_file(context.connection, derived_uid("file", done.sha256))
     of_run = {link.part for link in links if link.run_uid == run_uid}
     found = _jumps_mismatch(run, of_run, done)
     if done.read.role is not FileRole.CHARGE and not done.read.refused:
-        day = read_fact(scene.connection, "day", run["day"], ["date_local"])["date_local"]
+        day = read_fact(context.connection, "day", run["day"], ["date_local"])["date_local"]
         parts = [part for part in done.read.parts if part.part in of_run]
         found += day_notes(parts, run["name"], day, done.settings.declared.time_zone)
     return [finding_values(finding) for finding in found]

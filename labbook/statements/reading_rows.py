@@ -12,12 +12,12 @@ from data_schema.queries.detections import NewDetection, add_detections
 from data_schema.vocabulary import FileRole, IngestStatus
 from ingest.model import ReadFile, SignalPart
 from labbook.analysis.outcomes.detecting import detection_rows
+from labbook.statements.apply_context import ApplyContext, derived_uid
 from labbook.statements.findings import finding_values
 from labbook.statements.importing import PreparedImport, StoredPart, times_sha256
-from labbook.statements.scene import Scene, derived_uid
 
 
-def add_reading(scene: Scene, entry: Entry, done: PreparedImport, file_key: int, role: FileRole) -> int:
+def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_key: int, role: FileRole) -> int:
     """Add how a file was read and what the checks found; returns the key of the reading.
 
     What is refused now and was not when it was said waits for a declaration.
@@ -25,21 +25,21 @@ def add_reading(scene: Scene, entry: Entry, done: PreparedImport, file_key: int,
     read, new = done.read, entry.new or {}
     status = IngestStatus.WAITING if read.refused else IngestStatus.IMPORTED
     counts = {name: getattr(read, f"rows_{name}") for name in ("read", "kept", "rejected")}
-    key = _add(scene, entry, status, file_key, (read.format, read.reader_version), role, counts, new.get("settings"))
-    imports.add_findings(scene.connection, key, [finding_values(finding) for finding in read.findings])
+    key = _add(context, entry, status, file_key, (read.format, read.reader_version), role, counts, new.get("settings"))
+    imports.add_findings(context.connection, key, [finding_values(finding) for finding in read.findings])
     return key
 
 
-def add_refusal(scene: Scene, entry: Entry) -> None:
+def add_refusal(context: ApplyContext, entry: Entry) -> None:
     """Add why bytes were refused, as the entry says it."""
     new = entry.new or {}
     reader = (new["reader"], new["reader_version"])
-    key = _add(scene, entry, IngestStatus.REFUSED, None, reader, None, new["rows"], new.get("settings"))
-    imports.add_findings(scene.connection, key, new["findings"])
+    key = _add(context, entry, IngestStatus.REFUSED, None, reader, None, new["rows"], new.get("settings"))
+    imports.add_findings(context.connection, key, new["findings"])
 
 
 def _add(
-    scene: Scene,
+    context: ApplyContext,
     entry: Entry,
     status: IngestStatus,
     file_key: int | None,
@@ -50,7 +50,7 @@ def _add(
 ) -> int:
     new = entry.new or {}
     return imports.add_ingest(
-        scene.connection,
+        context.connection,
         person_name=entry.person,
         values={
             "uid": entry.entity_uid,
@@ -72,7 +72,7 @@ def _add(
 
 
 def add_signals(
-    scene: Scene,
+    context: ApplyContext,
     file_key: int,
     ingest_key: int,
     done: PreparedImport,
@@ -80,7 +80,7 @@ def add_signals(
     reading_uid: str | None,
 ) -> None:
     """Add the parts of a reading; those of a first reading (`reading_uid` None) are named after their file alone."""
-    recorded = _recorded(scene, done, new)
+    recorded = _recorded(context, done, new)
     for part, stored in zip(done.read.parts, done.parts, strict=True):
         named = (done.sha256, part.part, done.read.reader_version)
         uid = derived_uid("signal", *(named if reading_uid is None else (reading_uid, part.part)))
@@ -99,13 +99,13 @@ def add_signals(
             "time_sha256": stored.time_sha256,
             "recorded_sha256": recorded.get(part.part),
         }
-        imports.add_signal(scene.connection, values, _channels(part), _gaps(part))
+        imports.add_signal(context.connection, values, _channels(part), _gaps(part))
         if stored.detection is not None:
             found, jumps = detection_rows(stored.detection, stored.sha256)
-            add_detections(scene.connection, [NewDetection(uid, found, jumps)])
+            add_detections(context.connection, [NewDetection(uid, found, jumps)])
 
 
-def _recorded(scene: Scene, done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:
+def _recorded(context: ApplyContext, done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:
     """Return, by part, the hash that the journal says its samples had, where they are sampled at the same times now.
 
     Verdicts of people name that hash. Whether the times are the same is asked of the entry. The first labbook did not
@@ -116,7 +116,7 @@ def _recorded(scene: Scene, done: PreparedImport, new: Mapping[str, Any]) -> dic
     if len(signals) != len(done.parts):
         return {}
     pairs = zip(done.parts, signals, strict=True)
-    times = new.get("times") or [_kept_times(scene, done.read, stored, sha256, new) for stored, sha256 in pairs]
+    times = new.get("times") or [_kept_times(context, done.read, stored, sha256, new) for stored, sha256 in pairs]
     return {
         part.part: sha256
         for part, stored, sha256, time_sha256 in zip(done.read.parts, done.parts, signals, times, strict=True)
@@ -124,11 +124,13 @@ def _recorded(scene: Scene, done: PreparedImport, new: Mapping[str, Any]) -> dic
     }
 
 
-def _kept_times(scene: Scene, read: ReadFile, stored: StoredPart, sha256: str, new: Mapping[str, Any]) -> str | None:
+def _kept_times(
+    context: ApplyContext, read: ReadFile, stored: StoredPart, sha256: str, new: Mapping[str, Any]
+) -> str | None:
     if sha256 == stored.sha256:
         return stored.time_sha256
     try:
-        kept = scene.store.samples(f"signals/{sha256[:2]}/{sha256}.parquet", [])
+        kept = context.store.samples(f"signals/{sha256[:2]}/{sha256}.parquet", [])
     except BookDamaged:
         return stored.time_sha256 if new.get("rows", {}).get("kept") == read.rows_kept else None
     return times_sha256(kept["time"])

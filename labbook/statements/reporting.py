@@ -18,14 +18,14 @@ from labbook.analysis.results.printed_values import versions_now
 from labbook.analysis.results.result_cache import keep
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.making import MadeReport, make_report
+from labbook.statements.apply_context import ApplyContext
 from labbook.statements.reports_replayed import ReportsReplayed
-from labbook.statements.scene import Scene
 from stats.apexes.detectors import DETECTORS
 
 
 def shown_by(made: MadeReport) -> dict[str, Any]:
     """Return what the journal keeps of a report's numbers: each one's value by its id, and the versions in force."""
-    results = [*made.bench.computed.values(), *made.bench.reused.values()]
+    results = [*made.cache.computed.values(), *made.cache.reused.values()]
     values = {number.uid: number.value for row in results for number in row.numbers}
     used = {row.algorithm for row in results}
     return {
@@ -34,16 +34,16 @@ def shown_by(made: MadeReport) -> dict[str, Any]:
     }
 
 
-def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def apply_report(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
     """Add the report and what it computed; on rebuilding, compute it again unless that can give nothing new."""
     new = entry.new or {}
-    row = config_in_force(scene.connection)
+    row = config_in_force(context.connection)
     assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
     replayed = prepared if isinstance(prepared, ReportsReplayed) else ReportsReplayed()
     made = prepared if isinstance(prepared, MadeReport) else None
     if made is None and new["where"] not in replayed.settled:
         configuration = parse_configuration(row.text, "the book's configuration")
-        made = make_report(scene.connection, scene.store, configuration, where=new["where"], made_at=new["made_at"])
+        made = make_report(context.connection, context.store, configuration, where=new["where"], made_at=new["made_at"])
         replayed.made(new["where"], made)
     values = {
         "options_json": canonical({"where": new["where"]}),
@@ -52,10 +52,10 @@ def apply_report(scene: Scene, entry: Entry, prepared: object) -> list[tuple[str
         "versions_json": canonical(new["versions"]),
         "made_utc": new["made_at"],
     }
-    insert_fact(scene.connection, "report", entry.entity_uid, values)
+    insert_fact(context.connection, "report", entry.entity_uid, values)
     if made is not None:
-        keep_detections(scene.connection, made.detections)
-        keep(scene.connection, made.bench)
-        keep_predictions(scene.connection, made.bench)
-    add_report_items(scene.connection, entry.entity_uid, new["shown"])
+        keep_detections(context.connection, made.detections)
+        keep(context.connection, made.cache)
+        keep_predictions(context.connection, made.cache)
+    add_report_items(context.connection, entry.entity_uid, new["shown"])
     return []

@@ -29,7 +29,7 @@ class ReportsReplayed:
 
     def made(self, where: str | None, made: MadeReport) -> None:
         """Take note of a report that was computed."""
-        if made.bench.computed or made.detections.computed or any(row.stale for row in made.bench.reused.values()):
+        if made.cache.computed or made.detections.computed or any(row.stale for row in made.cache.reused.values()):
             self.settled.clear()
         else:
             self.settled.add(where)

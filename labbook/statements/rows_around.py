@@ -9,8 +9,8 @@ from data_schema.queries.facts import update_fact
 from data_schema.queries.runs import run_uids_named
 from data_schema.queries.sheet_rows import SheetRow, repeating, rows_about
 from data_schema.vocabulary import ChargeState
+from labbook.statements.apply_context import ApplyContext
 from labbook.statements.said_by_hand import SaidByHand, said_by_hand
-from labbook.statements.scene import Scene
 
 STANDING = (ChargeState.COUNTED, ChargeState.DISMISSED)
 """States of a row that others may repeat."""
@@ -27,17 +27,17 @@ class RowsAround:
 
     def __init__(
         self,
-        scene: Scene,
+        context: ApplyContext,
         rows: Sequence[SheetRow],
         said: Mapping[str, SaidByHand],
         run_uids: Sequence[str],
         back: Sequence[str],
     ) -> None:
-        self._scene = scene
+        self._scene = context
         names = sorted({row.stated_run for row in rows if row.stated_run is not None})
-        self.runs = run_uids_named(scene.connection, names)
-        about = rows_about(scene.connection, sorted({*run_uids, *self.runs.values()}), names)
-        repeats = repeating(scene.connection, back, ChargeState.COUNTED)
+        self.runs = run_uids_named(context.connection, names)
+        about = rows_about(context.connection, sorted({*run_uids, *self.runs.values()}), names)
+        repeats = repeating(context.connection, back, ChargeState.COUNTED)
         self._rows: dict[str, SheetRow] = {}
         self._of_run: dict[str, dict[str, None]] = {}
         self._named: dict[str, dict[str, None]] = {}
@@ -47,7 +47,7 @@ class RowsAround:
             self._named.setdefault(row.stated_run or "", {})[row.uid] = None
         self._repeating = {uid: [row.uid for row in some] for uid, some in repeats.items()}
         others = [uid for uid in self._rows if uid not in said]
-        self.said = {**said, **said_by_hand(scene, others)}
+        self.said = {**said, **said_by_hand(context, others)}
 
     def about(self, run_uid: str | None, run_name: str | None) -> list[SheetRow]:
         """Return the rows that count for a run, then those that name one and belong to none; dismissed ones too."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from data_schema.queries.readings import said_of_charges
 from data_schema.vocabulary import Action
-from labbook.statements.scene import Scene
+from labbook.statements.apply_context import ApplyContext
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +30,9 @@ class SaidByHand:
         return self.assigned or bool(self.corrected)
 
 
-def said_by_hand(scene: Scene, uids: Sequence[str]) -> dict[str, SaidByHand]:
+def said_by_hand(context: ApplyContext, uids: Sequence[str]) -> dict[str, SaidByHand]:
     """Return what people said of each of these charges."""
-    return {uid: _of_one(said) for uid, said in said_of_charges(scene.connection, uids).items()}
+    return {uid: _of_one(said) for uid, said in said_of_charges(context.connection, uids).items()}
 
 
 def _of_one(said: Sequence[tuple[Action, Mapping[str, Any], Mapping[str, Any]]]) -> SaidByHand:

@@ -14,21 +14,26 @@ from data_schema.queries.facts import find_uid, insert_fact, update_fact
 from data_schema.queries.sheet_rows import SheetRow, rows_of_file
 from data_schema.vocabulary import ChargeState
 from ingest.model import ChargeRow, ReadFile
+from labbook.statements.apply_context import ApplyContext, derived_uid
 from labbook.statements.charge_numbers import Key, keys_of, numbers_held
 from labbook.statements.counted_charges import Placed, lose, note_on, place
 from labbook.statements.said_by_hand import SaidByHand, said_by_hand
-from labbook.statements.scene import Scene, derived_uid
 
 
 def update_charges(
-    scene: Scene, ingest_key: int, file_uid: str, read: ReadFile, numbers: Mapping[Key, int], of_file: str | None = None
+    context: ApplyContext,
+    ingest_key: int,
+    file_uid: str,
+    read: ReadFile,
+    numbers: Mapping[Key, int],
+    of_file: str | None = None,
 ) -> list[str]:
     """Bring the charges of a file up to what was read from it; returns the runs that it concerns.
 
     `numbers` are the row numbers by where charges stand, `of_file` the run that the only charge of a file belongs to.
     """
     placed = Placed()
-    standing = {row.uid: row for row in rows_of_file(scene.connection, file_uid)}
+    standing = {row.uid: row for row in rows_of_file(context.connection, file_uid)}
     known = {row.row_number: row for row in standing.values()}
     uids = {}
     for key, row in zip(keys_of(read.charges), read.charges, strict=True):
@@ -37,14 +42,14 @@ def update_charges(
         number = row.row_number if unnamed else numbers[key]
         uids[known.pop(number).uid if number in known else _uid(file_uid, number)] = (row, number)
     assert len(uids) == len(read.charges), "two charges of a file have one number"  # noqa: S101
-    said = said_by_hand(scene, list(uids))
+    said = said_by_hand(context, list(uids))
     moving, back, changed = [], [], []
     for uid, (row, number) in uids.items():
         old = standing.get(uid)
-        values = _overlaid(_values(scene, row), row, old, uid, said[uid], placed)
+        values = _overlaid(_values(context, row), row, old, uid, said[uid], placed)
         if old is None:
             new = {"file": file_uid, "row_number": number, "run": None}
-            insert_fact(scene.connection, "charge", uid, {**new, "state": str(ChargeState.GONE), **values})
+            insert_fact(context.connection, "charge", uid, {**new, "state": str(ChargeState.GONE), **values})
             moving.append(uid)
             continue
         same = _says_same(old, values)
@@ -53,47 +58,47 @@ def update_charges(
         else:
             moving.append(uid)
             back += [uid] if old.state is ChargeState.GONE else []
-            lose(scene, [] if old.state is ChargeState.GONE else [old], placed)
+            lose(context, [] if old.state is ChargeState.GONE else [old], placed)
             values |= (
                 {"run": None} if old.state is not ChargeState.GONE or old.stated_run != values["stated_run"] else {}
             )
             values |= {} if same else {"repeats": None}
-        update_fact(scene.connection, "charge", uid, values)
+        update_fact(context.connection, "charge", uid, values)
     lost = [row for row in standing.values() if row.uid not in uids and row.state is not ChargeState.GONE]
-    lose(scene, lost, placed)
+    lose(context, lost, placed)
     others = [*changed, *(row.uid for row in lost)]
     only = of_file if len(read.charges) == 1 else None
-    place(scene, moving, placed, back=frozenset(back), others=others, of_file=only)
-    imports.add_findings(scene.connection, ingest_key, placed.all_findings())
+    place(context, moving, placed, back=frozenset(back), others=others, of_file=only)
+    imports.add_findings(context.connection, ingest_key, placed.all_findings())
     return placed.runs
 
 
-def lose_charges(scene: Scene, file_uid: str) -> list[str]:
+def lose_charges(context: ApplyContext, file_uid: str) -> list[str]:
     """Let no charge of a file count any more; rows of other sheets that say the same step in. Returns the runs."""
     placed = Placed()
-    rows = [row for row in rows_of_file(scene.connection, file_uid) if row.state is not ChargeState.GONE]
-    lose(scene, rows, placed)
-    place(scene, [], placed, others=[row.uid for row in rows])
+    rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is not ChargeState.GONE]
+    lose(context, rows, placed)
+    place(context, [], placed, others=[row.uid for row in rows])
     return placed.runs
 
 
 def regain_charges(
-    scene: Scene, file_uid: str, ingest_key: int, reading: Mapping[str, Any], *, first: bool
+    context: ApplyContext, file_uid: str, ingest_key: int, reading: Mapping[str, Any], *, first: bool
 ) -> list[str]:
     """Let the charges of a file in use again count as they did; returns the runs that it concerns.
 
     `reading` is the entry of the reading in force, the `first` of the file or not; what it does not hold stays gone.
     """
     placed = Placed()
-    rows = [row for row in rows_of_file(scene.connection, file_uid) if row.state is ChargeState.GONE]
+    rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is ChargeState.GONE]
     lines, numbers = reading.get("charge_lines"), numbers_held(reading, first=first)
     if numbers is not None:
         rows = [row for row in rows if row.row_number in numbers]
     elif lines is not None:
         rows = [row for row in rows if row.line in lines]
     uids = [row.uid for row in rows]
-    place(scene, uids, placed, back=frozenset(uids))
-    imports.add_findings(scene.connection, ingest_key, placed.all_findings())
+    place(context, uids, placed, back=frozenset(uids))
+    imports.add_findings(context.connection, ingest_key, placed.all_findings())
     return placed.runs
 
 
@@ -150,11 +155,11 @@ def _row(old: SheetRow | None, row: ChargeRow) -> str:
     return f"Line {row.line}" if row.member is None else f"Line {row.line} of {row.member}"
 
 
-def _values(scene: Scene, row: ChargeRow) -> dict[str, Any]:
+def _values(context: ApplyContext, row: ChargeRow) -> dict[str, Any]:
     return {
         "line": row.line,
         "stated_run": row.stated_run,
-        "battery": find_uid(scene.connection, "battery", name=row.stated_pack) if row.stated_pack else None,
+        "battery": find_uid(context.connection, "battery", name=row.stated_pack) if row.stated_pack else None,
         "stated_pack": row.stated_pack,
         "charge_mah": row.charge_mah,
         "resolution_mah": row.resolution_mah,

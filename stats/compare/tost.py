@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from data_schema.vocabulary import Undefined
 from stats.compare.contrast import Contrast, Ends
-from stats.exact.distributions import level_beside
+from stats.exact.distributions import complement_level
 from stats.exact.finite import finite_pair
 from stats.results import Result
 
@@ -61,7 +61,7 @@ def tost(
                 return Tost(name, *(test,) * 12)
             tests[side] = test
     worst = max(tests.values(), key=lambda one: one.log10_p)
-    ends = contrast.interval(level_beside(2.0 * alpha))
+    ends = contrast.interval(complement_level(2.0 * alpha))
     inside = not contrast.relative or (not isinstance(ends, Undefined) and _within(ends, *bounds))
     at_low, at_high = tests.get("low"), tests.get("high")
     per = 100 if contrast.relative else 1

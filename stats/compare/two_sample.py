@@ -18,7 +18,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_pair, as_sample
 from stats.compare.effect_size import hedges_factor, hedges_g_ci
 from stats.compare.t_tests import AS_A_AND_B, Names, empty, student, two_names, welch
-from stats.exact.distributions import level_beside
+from stats.exact.distributions import complement_level
 from stats.exact.error_free import exact_root
 from stats.exact.finite import finite
 from stats.exact.sums import Moments, moments
@@ -103,7 +103,9 @@ class TwoSample(Result):
             return self.hedges_g
         if isinstance(self.pooled_t, Undefined):
             return self.pooled_t
-        return hedges_g_ci(self.pooled_t, self.n_a + self.n_b - 2, self.n_a, self.n_b, float(level_beside(self.alpha)))
+        return hedges_g_ci(
+            self.pooled_t, self.n_a + self.n_b - 2, self.n_a, self.n_b, float(complement_level(self.alpha))
+        )
 
     def sentence(self, a: str | None = None, b: str | None = None, unit: str = "") -> str:
         """Return the comparison in words: means, difference with interval, test, p, n; Welch's t always."""
@@ -156,7 +158,7 @@ def compare_two(
     equal: bool | Undefined = of_ratio if isinstance(of_ratio, Undefined) else of_ratio.p >= alpha
     difference = _difference(of_a, of_b, names)
     spreads = brown_forsythe_of(as_pair(names, first, second))
-    by_welch, by_student = (test(of_a, of_b, level_beside(alpha), names) for test in (welch, student))
+    by_welch, by_student = (test(of_a, of_b, complement_level(alpha), names) for test in (welch, student))
     use_student = route == "student" or (route == "f_then_t" and equal is True)
     chosen = by_student if use_student else by_welch
     return TwoSample(

@@ -40,7 +40,7 @@ def t_two_sided_p(t: float, df: float) -> float:
     return min(1.0, 2.0 * float(special.stdtr(df, -abs(t))))
 
 
-def level_beside(alpha: float) -> Number:
+def complement_level(alpha: float) -> Number:
     """Return 1 - alpha: as the double that is shown, or where that loses digits of alpha as a fraction."""
     return 1.0 - alpha if alpha > _DIGITS_LOST else 1 - Fraction(alpha)
 

@@ -185,8 +185,8 @@ def test_who_may_only_read_sees_what_its_owner_is_just_writing(open_to_all: Path
     for path in (open_to_all, book.folder, *book.folder.rglob("*")):
         path.chmod(0o555 if path.is_dir() else 0o444)
     with book.open() as own:
-        with own.desk(None) as desk:
-            note(desk, "squeaks since noon")
+        with own.session(None) as session:
+            note(session, "squeaks since noon")
         assert (book.folder / "labbook.db-wal").stat().st_size > 0  # not in the database's own file yet
         with without_rights():
             assert "squeaks since noon" in good(labbook("show", "r001", at=book.folder)).out

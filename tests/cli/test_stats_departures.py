@@ -26,8 +26,8 @@ def honest(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
 def left_out(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     """The same, of which a run was left out for a reason that was not allowed."""
     made = decided(tmp_path_factory.mktemp("left_out"))
-    with made.open() as book, book.desk(ADA) as desk:
-        void(desk, "r006", "foot came loose")
+    with made.open() as book, book.session(ADA) as session:
+        void(session, "r006", "foot came loose")
     return made
 
 

@@ -157,10 +157,12 @@ def write_instruments(folder: Path) -> Path:
 
 def import_sheet(book: Book, sheet: Path, person: str = ADA) -> None:
     """Import a run sheet and record that each of its days' rails were checked."""
-    with book.desk(person) as desk:
-        import_runs(book, desk, sheet.read_text(encoding="utf-8"), sheet.name)
+    with book.session(person) as session:
+        import_runs(book, session, sheet.read_text(encoding="utf-8"), sheet.name)
         for date in DAYS:
-            state_check(desk, book.configuration, CheckKind.RAIL_ANGLE, 0.4, "deg", passed=True, day=date.isoformat())
+            state_check(
+                session, book.configuration, CheckKind.RAIL_ANGLE, 0.4, "deg", passed=True, day=date.isoformat()
+            )
 
 
 def ingest_all(book: Book, instruments: Path, person: str = ADA) -> None:

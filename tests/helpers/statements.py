@@ -7,16 +7,16 @@ from data_schema.journal import Entry
 from data_schema.queries.imported_files import charges_of_file
 from data_schema.vocabulary import Action
 from labbook.actions.named_files import file_named
-from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession, new_uid
 
 
-def note(desk: Desk, text: str, run: str = "r001") -> None:
+def note(session: WriteSession, text: str, run: str = "r001") -> None:
     """State a remark on a run."""
-    target = run_named(desk.connection, run).uid
+    target = run_named(session.connection, run).uid
     new = {"target_kind": "run", "target_uid": target, "text": text}
-    desk.state(Statement(Action.NOTE, "note", new_uid(), new=new))
+    session.state(Statement(Action.NOTE, "note", new_uid(), new=new))
 
 
 def notes(book: Book) -> list[str]:
@@ -43,14 +43,14 @@ def said_alike(book: Book) -> list[Entry]:
     return entries
 
 
-def gives_charge(desk: Desk, what: str, run: str, why: str | None) -> None:
+def gives_charge(session: WriteSession, what: str, run: str, why: str | None) -> None:
     """State that a row of a sheet, NAME#ROW, belongs to a run which has its charge, as earlier labbooks let one."""
     name, _mark, row = what.rpartition("#")
-    file = file_named(desk.connection, name)
-    (charge,) = [item for item in charges_of_file(desk.connection, file.uid) if item.row_number == int(row)]
-    new = {"run": run_named(desk.connection, run).uid}
+    file = file_named(session.connection, name)
+    (charge,) = [item for item in charges_of_file(session.connection, file.uid) if item.row_number == int(row)]
+    new = {"run": run_named(session.connection, run).uid}
     if charge.run_uid is None:
-        desk.state(Statement(Action.ASSIGN, "charge", charge.uid, new=new, reason=why))
+        session.state(Statement(Action.ASSIGN, "charge", charge.uid, new=new, reason=why))
     else:
         old = {"run": charge.run_uid}
-        desk.state(Statement(Action.CORRECT, "charge", charge.uid, new=new, old=old, reason=why))
+        session.state(Statement(Action.CORRECT, "charge", charge.uid, new=new, old=old, reason=why))

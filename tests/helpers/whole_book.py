@@ -63,32 +63,32 @@ def _measure_and_report(made: SmallBook, book: Book) -> None:
     ingest_file(book, made.log("r002"), IngestRequest(person=ADA))  # before its run is known
     ingest_file(book, unnamed, IngestRequest(person=BEN))
     ingest_file(book, unreadable, IngestRequest(person=BEN))
-    with book.desk(ADA) as desk:
-        import_runs(book, desk, (made.instruments / "runs.csv").read_text(), "runs.csv")
-        state_check(desk, book.configuration, "rail_angle", 0.4, "deg", True, "2021-06-14")
-        state_check(desk, book.configuration, "lubrication", None, None, False, "2021-06-16")
+    with book.session(ADA) as session:
+        import_runs(book, session, (made.instruments / "runs.csv").read_text(), "runs.csv")
+        state_check(session, book.configuration, "rail_angle", 0.4, "deg", True, "2021-06-14")
+        state_check(session, book.configuration, "lubrication", None, None, False, "2021-06-16")
     for log in ("r007", "r010", "r011", "r012", "r013"):  # the second day's, but for its first run
         made.log(log).unlink(missing_ok=True)
     ingest_all(book, made.instruments)
-    with book.desk(BEN) as desk:
-        assign(desk, UNNAMED, "r001", None)
-        note(desk, "left rail squeaked — ÄÖÜ", "r003")
-        void(desk, "r006", "foot came loose")
-        state_charge(desk, book.configuration, "r006", 120.0, 12.0, 16.7)
-    with book.desk(ADA) as desk:
-        decide(book, desk, "r002", [1], "reject", "touched_by_hand", "saw it")
-        decide(book, desk, "r003", [1, 2], "reject", "misfire", None)
-        decide(book, desk, "r003", [2], "clear", "other", None)
-        decide(book, desk, "r004", [3], "accept", "looks_right", None)
+    with book.session(BEN) as session:
+        assign(session, UNNAMED, "r001", None)
+        note(session, "left rail squeaked — ÄÖÜ", "r003")
+        void(session, "r006", "foot came loose")
+        state_charge(session, book.configuration, "r006", 120.0, 12.0, 16.7)
+    with book.session(ADA) as session:
+        decide(book, session, "r002", [1], "reject", "touched_by_hand", "saw it")
+        decide(book, session, "r003", [1, 2], "reject", "misfire", None)
+        decide(book, session, "r003", [2], "clear", "other", None)
+        decide(book, session, "r004", [3], "accept", "looks_right", None)
     state_report(book, None, ADA, lambda _step: None)
 
 
 def _change_and_report_again(book: Book) -> None:
-    with book.desk(BEN) as desk:
-        correct(book, desk, "r004", ["foot=large", "duration_s=722"], "typed wrong")
-        assign(desk, UNNAMED, "r002", "mixed up")
+    with book.session(BEN) as session:
+        correct(book, session, "r004", ["foot=large", "duration_s=722"], "typed wrong")
+        assign(session, UNNAMED, "r002", "mixed up")
     state_report(book, "foot=small", BEN, lambda _step: None)
-    with book.desk(BEN) as desk:
-        correct(book, desk, "r004", ["foot=small"], "typed right the first time")
-        assign(desk, UNNAMED, "r001", "not mixed up after all")
+    with book.session(BEN) as session:
+        correct(book, session, "r004", ["foot=small"], "typed right the first time")
+        assign(session, UNNAMED, "r001", "not mixed up after all")
     state_report(book, "foot=small", BEN, lambda _step: None)

@@ -11,12 +11,12 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import NUMBER_OF, ConditionValues
 from labbook.analysis.results.result_cache import (
     Algorithm,
+    Computed,
     NewNumber,
-    Outcome,
     Request,
-    Workbench,
+    ResultCache,
     ends_of,
-    rests_on_result,
+    result_fingerprint,
 )
 from reports.numbers import Quantity
 from stats.compare.savings import Savings, percent_savings
@@ -48,19 +48,19 @@ class Pair:
 
 
 def compare(
-    bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any], alpha: float = 0.05
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any], alpha: float = 0.05
 ) -> list[ResultRow]:
     """Ensure the comparison of every pair, in order; the F-test decides at alpha, intervals have level 1 - alpha.
 
     The payload says whether Welch's p is at most alpha (`rejected`), and whether the interval of the savings, which is
     not that of the difference, shows a saving or a cost (`savings_shown`).
     """
-    return bench.ensure(
+    return cache.ensure(
         [
             Request(
                 COMPARISON,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
-                rests_on_sides(pair),
+                fingerprints_of_sides(pair),
                 {"with_savings": _has_savings(pair, quantity), "alpha": alpha},
                 lambda pair=pair: _compared(pair, quantity, alpha),  # type: ignore[misc]
             )
@@ -70,7 +70,7 @@ def compare(
 
 
 def analyse_variance(
-    bench: Workbench,
+    cache: ResultCache,
     label: str,
     conditions: Sequence[ConditionValues],
     swept: str,
@@ -79,21 +79,21 @@ def analyse_variance(
 ) -> ResultRow:
     """Ensure the one-way analysis of variance over the levels of the swept factor."""
     groups = {condition.levels.get(swept, condition.key): condition.values for condition in conditions}
-    return bench.ensure_one(
+    return cache.ensure_one(
         Request(
             ANOVA,
             {"quantity": str(quantity), "label": label, **scope},
-            tuple(rests_on_result("group", condition.result) for condition in conditions),
+            tuple(result_fingerprint("group", condition.result) for condition in conditions),
             {},
             lambda: _analysed(groups),
         )
     )
 
 
-def rests_on_sides(pair: Pair) -> tuple[InputRow, ...]:
+def fingerprints_of_sides(pair: Pair) -> tuple[InputRow, ...]:
     """Name the conditions of both sides."""
     sides = (("a", pair.a), ("b", pair.b))
-    return tuple(rests_on_result(role, condition.result) for role, side in sides for condition in side)
+    return tuple(result_fingerprint(role, condition.result) for role, side in sides for condition in side)
 
 
 def values_of(side: Sequence[ConditionValues]) -> list[float]:
@@ -106,7 +106,7 @@ def shared_by(side: Sequence[ConditionValues]) -> SharedError:
     return shared_of_mean([item.shared for condition in side for item in condition.runs])
 
 
-def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Outcome:
+def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Computed:
     a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - alpha
     unit = NUMBER_OF[quantity][1]
     test, spreads = compare_two(b, a, alpha=alpha), brown_forsythe({"a": b, "b": a})
@@ -145,7 +145,7 @@ def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Outcome:
         )
         numbers.append(_savings(saved))
         payload["savings_shown"] = None if isinstance(saved.shown, Undefined) else saved.shown
-    return Outcome(tuple(numbers), payload)
+    return Computed(tuple(numbers), payload)
 
 
 def _has_savings(pair: Pair, quantity: Quantity) -> bool:
@@ -161,10 +161,10 @@ def _savings(saved: Savings) -> NewNumber:
     )  # fmt: skip
 
 
-def _analysed(groups: Mapping[str, Sequence[float]]) -> Outcome:
+def _analysed(groups: Mapping[str, Sequence[float]]) -> Computed:
     found = one_way_anova(groups)
     total = sum(found.group_ns)
-    return Outcome(
+    return Computed(
         (
             NewNumber("f", found.f, "1", n=total),
             NewNumber("p", found.p, "1", n=total),

@@ -8,11 +8,11 @@ from typing import Any
 
 from data_schema.queries.results import InputRow, ResultRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.comparing import Pair, rests_on_sides
+from labbook.analysis.comparison.comparing import Pair, fingerprints_of_sides
 from labbook.analysis.comparison.day_weights import day_ratio, shared_by_day
 from labbook.analysis.comparison.leading_by_day import leading
 from labbook.analysis.outcomes.conditions import NUMBER_OF
-from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
+from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
 from reports.numbers import Quantity
 from stats.compare.shared_error_test import difference_with_shared
 from stats.days.blocked import blocked_by_day
@@ -23,19 +23,19 @@ CONTROL, TREATED = "the control", "the treatment"
 
 
 def compare_by_day(
-    bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any], alpha: float
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any], alpha: float
 ) -> list[ResultRow]:
     """Ensure y ~ condition + (1 | day) over the runs of every pair, in order; intervals have level 1 - alpha.
 
     Numbers are those that lead (`leading`): of the exact test where the design is balanced; "method" names which. The
     spreads of days and of runs are the mixed model's.
     """
-    return bench.ensure(
+    return cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
-                (*rests_on_sides(pair), *_days(pair)),
+                (*fingerprints_of_sides(pair), *_days(pair)),
                 {"alpha": alpha},
                 lambda pair=pair: _compared(pair, quantity, alpha),  # type: ignore[misc]
             )
@@ -47,10 +47,10 @@ def compare_by_day(
 def _days(pair: Pair) -> list[InputRow]:
     """Name the day of every run: a run's own number does not change with it."""
     runs = {item.run.uid: item.run for side in (pair.a, pair.b) for condition in side for item in condition.runs}
-    return [rests_on("day", "run", run.uid, run.day) for run in runs.values()]
+    return [fingerprint("day", "run", run.uid, run.day) for run in runs.values()]
 
 
-def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Outcome:
+def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Computed:
     sides = ((CONTROL, pair.a), (TREATED, pair.b))
     rows = [(item, name) for name, side in sides for condition in side for item in condition.runs]
     names, days = [name for _item, name in rows], [item.run.day for item, _name in rows]
@@ -61,7 +61,7 @@ def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Outcome:
     shared = shared_by_day(contrast, day_ratio(found, lead.exact), names, days, [item.shared for item, _name in rows])
     shared_se = shared.se if quantity is Quantity.JOULES else None
     test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, shared, found.level)
-    return Outcome(
+    return Computed(
         (
             NewNumber("t", test.t, "1", df=test.df, n=n),
             NewNumber("p", test.p, "1", df=test.df, n=n),

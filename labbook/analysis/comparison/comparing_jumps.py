@@ -11,12 +11,12 @@ from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import (
     Algorithm,
+    Computed,
     NewNumber,
-    Outcome,
     Request,
-    Workbench,
+    ResultCache,
     ends_of,
-    rests_on_result,
+    result_fingerprint,
 )
 from stats.compare.two_sample import compare_two
 
@@ -24,16 +24,16 @@ ALGORITHM = Algorithm("jump_comparison", 12)
 
 
 def compare_jumps(
-    bench: Workbench, pairs: Sequence[Pair], scope: Mapping[str, Any], alpha: float = 0.05
+    cache: ResultCache, pairs: Sequence[Pair], scope: Mapping[str, Any], alpha: float = 0.05
 ) -> list[ResultRow]:
     """Ensure the comparison of every pair of apex heights over all their jumps, in order."""
-    return bench.ensure(
+    return cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"label": pair.label, **scope},
                 tuple(
-                    rests_on_result(role, item.result)
+                    result_fingerprint(role, item.result)
                     for role, side in (("a", pair.a), ("b", pair.b))
                     for condition in side
                     for item in condition.runs
@@ -46,7 +46,7 @@ def compare_jumps(
     )
 
 
-def _compared(pair: Pair, alpha: float) -> Outcome:
+def _compared(pair: Pair, alpha: float) -> Computed:
     a, b = _heights_m(pair.a), _heights_m(pair.b)
     test = compare_two(b, a, alpha=alpha)
     total = len(a) + len(b)
@@ -54,7 +54,7 @@ def _compared(pair: Pair, alpha: float) -> Outcome:
         ("difference", test.difference_ci, test.df),
         ("welch_difference", test.welch_ci, test.welch_df),
     )
-    return Outcome(
+    return Computed(
         (
             NewNumber("f", test.f, "1", n=total),
             NewNumber("f_p", test.f_p, "1", n=total),

@@ -12,11 +12,11 @@ from labbook.analysis.comparison.comparing import Pair, compare
 from labbook.analysis.comparison.comparing_by_day import compare_by_day
 from labbook.analysis.comparison.equivalent_heights import within_bounds
 from labbook.analysis.comparison.family import adjust
-from labbook.analysis.comparison.unselected_comparisons import pairs_beside
+from labbook.analysis.comparison.unselected_comparisons import unselected_pairs
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.day_means import pairs_in_units, unit_scope
 from labbook.analysis.preregistration.planned import FAMILY_OF
-from labbook.analysis.results.result_cache import Workbench
+from labbook.analysis.results.result_cache import ResultCache
 from labbook.config.model import AnalysisSettings
 from reports.numbers import Quantity
 
@@ -43,7 +43,7 @@ class Compared:
 
 
 def compare_all(
-    bench: Workbench,
+    cache: ResultCache,
     joules: Sequence[ConditionValues],
     heights: Sequence[ConditionValues],
     swept: str,
@@ -57,14 +57,14 @@ def compare_all(
     """
     further = [*pairing.pairs_across(joules, swept), *pairing.pairs_between(joules, swept)]
     return [
-        *_with_control(bench, joules, beside.get(Quantity.JOULES, ()), Quantity.JOULES, swept, settings, scope),
-        *_tested(bench, further, Quantity.JOULES, settings, scope),
-        *_with_control(bench, heights, beside.get(Quantity.APEX, ()), Quantity.APEX, swept, settings, scope),
+        *_with_control(cache, joules, beside.get(Quantity.JOULES, ()), Quantity.JOULES, swept, settings, scope),
+        *_tested(cache, further, Quantity.JOULES, settings, scope),
+        *_with_control(cache, heights, beside.get(Quantity.APEX, ()), Quantity.APEX, swept, settings, scope),
     ]
 
 
 def _with_control(
-    bench: Workbench,
+    cache: ResultCache,
     conditions: Sequence[ConditionValues],
     beside: Sequence[ConditionValues],
     quantity: Quantity,
@@ -77,17 +77,17 @@ def _with_control(
     A family of one test is left as it is.
     """
     pairs = pairing.pairs_with_control(conditions, swept)
-    found = _tested(bench, pairs, quantity, settings, scope)
-    by_day = compare_by_day(bench, pairs, quantity, scope, settings.alpha)
+    found = _tested(cache, pairs, quantity, settings, scope)
+    by_day = compare_by_day(cache, pairs, quantity, scope, settings.alpha)
     family, unit = FAMILY_OF[settings.family], settings.unit_of_analysis
     of_unit = unit_scope(scope, unit)
-    further = [pair for pair in pairs_beside(pairs, conditions, beside, swept) if pair.family == family]
-    tested = compare(bench, pairs_in_units(bench, further, quantity, unit, scope), quantity, of_unit, settings.alpha)
+    further = [pair for pair in unselected_pairs(pairs, conditions, beside, swept) if pair.family == family]
+    tested = compare(cache, pairs_in_units(cache, further, quantity, unit, scope), quantity, of_unit, settings.alpha)
     members = [
         *((item.pair, item.result) for item in found if item.pair.family == family),
         *zip(further, tested, strict=True),
     ]
-    adjusted = adjust(bench, members, family, quantity, of_unit, settings.alpha) if len(members) > 1 else None
+    adjusted = adjust(cache, members, family, quantity, of_unit, settings.alpha) if len(members) > 1 else None
     return [
         replace(item, by_day=row, adjusted=adjusted if item.pair.family == family else None)
         for item, row in zip(found, by_day, strict=True)
@@ -95,14 +95,14 @@ def _with_control(
 
 
 def _tested(
-    bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, settings: AnalysisSettings, scope: Mapping[str, Any]
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Quantity, settings: AnalysisSettings, scope: Mapping[str, Any]
 ) -> list[Compared]:
     """Test pairs on units of analysis; heights for equality too, where bounds were stated."""
     unit = settings.unit_of_analysis
-    units, of_unit = pairs_in_units(bench, pairs, quantity, unit, scope), unit_scope(scope, unit)
-    rows = compare(bench, units, quantity, of_unit, settings.alpha)
+    units, of_unit = pairs_in_units(cache, pairs, quantity, unit, scope), unit_scope(scope, unit)
+    rows = compare(cache, units, quantity, of_unit, settings.alpha)
     found = [Compared(pair, quantity, row) for pair, row in zip(pairs, rows, strict=True)]
     if quantity is not Quantity.APEX or settings.apex_bounds is None:
         return found
-    tests = within_bounds(bench, units, settings.apex_bounds, settings.alpha, of_unit)
+    tests = within_bounds(cache, units, settings.apex_bounds, settings.alpha, of_unit)
     return [replace(item, equivalent=row) for item, row in zip(found, tests, strict=True)]

@@ -8,8 +8,8 @@ from typing import Any
 
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.comparing import Pair, rests_on_sides, values_of
-from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, ends_of
+from labbook.analysis.comparison.comparing import Pair, fingerprints_of_sides, values_of
+from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, ends_of
 from labbook.config.model import Bounds
 from reports.numbers import Quantity
 from stats.compare.equivalence import equivalence
@@ -18,15 +18,15 @@ ALGORITHM = Algorithm("equivalence", 9)
 
 
 def within_bounds(
-    bench: Workbench, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
+    cache: ResultCache, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
 ) -> list[ResultRow]:
     """Ensure the test of every pair of apex heights, in order; its interval has level 1 - 2 alpha."""
-    return bench.ensure(
+    return cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"quantity": str(Quantity.APEX), "family": pair.family, "label": pair.label, **scope},
-                rests_on_sides(pair),
+                fingerprints_of_sides(pair),
                 {"alpha": alpha, "bounds": asdict(bounds)},
                 lambda pair=pair: _tested(pair, bounds, alpha),  # type: ignore[misc]
             )
@@ -35,7 +35,7 @@ def within_bounds(
     )
 
 
-def _tested(pair: Pair, bounds: Bounds, alpha: float) -> Outcome:
+def _tested(pair: Pair, bounds: Bounds, alpha: float) -> Computed:
     found = equivalence(
         values_of(pair.b), values_of(pair.a), bounds.low, bounds.high,
         bounds="percent" if bounds.percent else "raw", alpha=alpha,
@@ -43,7 +43,7 @@ def _tested(pair: Pair, bounds: Bounds, alpha: float) -> Outcome:
     welch, n = found.welch, found.n_a + found.n_b
     low, high = ends_of(welch.estimate_ci)
     unit = "%" if bounds.percent else "m"
-    return Outcome(
+    return Computed(
         (
             NewNumber("estimate", found.estimate, unit, ci_low=low, ci_high=high, ci_level=1.0 - 2.0 * alpha, n=n),
             NewNumber("t_low", welch.t_low, "1", df=welch.df_low, n=n),

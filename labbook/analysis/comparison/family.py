@@ -11,12 +11,12 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.results.result_cache import (
     Algorithm,
+    Computed,
     NewNumber,
-    Outcome,
     Request,
-    Workbench,
+    ResultCache,
     number,
-    rests_on_result,
+    result_fingerprint,
 )
 from reports.numbers import Quantity
 from stats.exact.tails import t_two_sided
@@ -26,7 +26,7 @@ ALGORITHM = Algorithm("family", 7)
 
 
 def adjust(
-    bench: Workbench,
+    cache: ResultCache,
     tested: Sequence[tuple[Pair, ResultRow]],
     family: str,
     quantity: Quantity,
@@ -37,11 +37,11 @@ def adjust(
 
     The payload says which are at most alpha: `rejected`.
     """
-    return bench.ensure_one(
+    return cache.ensure_one(
         Request(
             ALGORITHM,
             {"quantity": str(quantity), "family": family, **scope},
-            tuple(rests_on_result(pair.label, row) for pair, row in tested),
+            tuple(result_fingerprint(pair.label, row) for pair, row in tested),
             {"alpha": alpha},
             lambda: _adjusted(tested, family, alpha),
         )
@@ -64,11 +64,11 @@ def members(row: ResultRow) -> list[str]:
     return list(json.loads(row.payload_json)["rejected"])
 
 
-def _adjusted(tested: Sequence[tuple[Pair, ResultRow]], family: str, alpha: float) -> Outcome:
+def _adjusted(tested: Sequence[tuple[Pair, ResultRow]], family: str, alpha: float) -> Computed:
     found = {pair.label: _p(row) for pair, row in tested}
     logs = {pair.label: _log10_p(row) for pair, row in tested if found[pair.label] == 0.0}
     result = holm(found, family, log10_p=logs, alpha=alpha)
-    return Outcome(
+    return Computed(
         tuple(
             NewNumber(adjusted(label), p, "1", n=len(found))
             for label, p in zip(result.names, result.adjusted_p, strict=True)

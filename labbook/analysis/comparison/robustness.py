@@ -15,8 +15,8 @@ from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
 from labbook.analysis.outcomes.run_apexes import RunApexes, as_protocol, run_apexes, without_exclusions
 from labbook.analysis.outcomes.run_energy import run_energies
-from labbook.analysis.results.result_cache import Workbench
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
 from reports.numbers import Quantity
 from stats.apexes.detectors import DETECTORS
@@ -43,9 +43,9 @@ class Variations:
 
 
 def vary(
-    bench: Workbench,
+    cache: ResultCache,
     detections: Detections,
-    evidence: Evidence,
+    evidence: StudyData,
     drains: Mapping[str, Drain],
     apexes: RunApexes,
     swept: str,
@@ -54,8 +54,8 @@ def vary(
     """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
     found: list[Varied] = []
     everything = with_void(evidence)
-    _drains, joules = _joules_of(bench, everything, evidence, drains, WITHOUT_EXCLUSIONS)
-    found += _compared(bench, WITHOUT_EXCLUSIONS, everything, Quantity.JOULES, joules, swept, settings)
+    _drains, joules = _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
+    found += _compared(cache, WITHOUT_EXCLUSIONS, everything, Quantity.JOULES, joules, swept, settings)
     protocol = as_protocol(evidence)
     variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
     variants += [
@@ -64,22 +64,22 @@ def vary(
         if name != protocol.detector
     ]
     for label, varied, variant in variants:
-        heights = run_apexes(bench, detections, varied, variant).results
-        found += _compared(bench, label, varied, Quantity.APEX, heights, swept, settings)
+        heights = run_apexes(cache, detections, varied, variant).results
+        found += _compared(cache, label, varied, Quantity.APEX, heights, swept, settings)
     fits_lost: dict[str, tuple[str, ...]] = {}
     for day in sorted({run.day for run in (*evidence.runs, *evidence.idle)}):
         label, rest = f"without {day}", without_day(evidence, day)
-        left, joules = _joules_of(bench, rest, evidence, drains, label)
-        found += _compared(bench, label, rest, Quantity.JOULES, joules, swept, settings)
+        left, joules = _joules_of(cache, rest, evidence, drains, label)
+        found += _compared(cache, label, rest, Quantity.JOULES, joules, swept, settings)
         if len(rest.runs) < len(evidence.runs):
-            found += _compared(bench, label, rest, Quantity.APEX, apexes.results, swept, settings)
+            found += _compared(cache, label, rest, Quantity.APEX, apexes.results, swept, settings)
         lost = _fitted(drains) - _fitted(left)
         if lost:
             fits_lost[day] = tuple(sorted(lost))
     return Variations(tuple(found), fits_lost)
 
 
-def without_day(evidence: Evidence, day: str) -> Evidence:
+def without_day(evidence: StudyData, day: str) -> StudyData:
     """Return the evidence without the jump runs and the idle runs of one day."""
     return replace(
         evidence,
@@ -88,7 +88,7 @@ def without_day(evidence: Evidence, day: str) -> Evidence:
     )
 
 
-def with_void(evidence: Evidence) -> Evidence:
+def with_void(evidence: StudyData) -> StudyData:
     """Return the evidence with the runs that are void put back."""
     return replace(
         evidence,
@@ -99,13 +99,13 @@ def with_void(evidence: Evidence) -> Evidence:
 
 
 def _joules_of(
-    bench: Workbench, varied: Evidence, evidence: Evidence, drains: Mapping[str, Drain], label: str
+    cache: ResultCache, varied: StudyData, evidence: StudyData, drains: Mapping[str, Drain], label: str
 ) -> tuple[Mapping[str, Drain], Mapping[str, ResultRow]]:
     """Return drain lines and joules of other runs; where the idle runs are the same, so are the lines."""
     if varied.idle == evidence.idle and all(run.robot_uid in drains for run in varied.runs):
-        return drains, run_energies(bench, varied, drains).results
-    refitted = passive_drains(bench, varied, label)
-    return refitted, run_energies(bench, varied, refitted, label).results
+        return drains, run_energies(cache, varied, drains).results
+    refitted = passive_drains(cache, varied, label)
+    return refitted, run_energies(cache, varied, refitted, label).results
 
 
 def _fitted(drains: Mapping[str, Drain]) -> set[str]:
@@ -113,9 +113,9 @@ def _fitted(drains: Mapping[str, Drain]) -> set[str]:
 
 
 def _compared(
-    bench: Workbench,
+    cache: ResultCache,
     label: str,
-    evidence: Evidence,
+    evidence: StudyData,
     quantity: Quantity,
     results: Mapping[str, ResultRow],
     swept: str,
@@ -124,7 +124,7 @@ def _compared(
     """Compare the pooled conditions again with other runs, or other results of the same runs."""
     scope = {"selection": evidence.selection, "variant": label}
     unit = settings.unit_of_analysis
-    conditions = condition_values(bench, run_numbers(evidence.runs, results, quantity), quantity, scope)
-    pairs = pairs_in_units(bench, pairing.pairs_pooled(conditions, swept), quantity, unit, scope)
-    rows = compare(bench, pairs, quantity, unit_scope(scope, unit), settings.alpha)
+    conditions = condition_values(cache, run_numbers(evidence.runs, results, quantity), quantity, scope)
+    pairs = pairs_in_units(cache, pairing.pairs_pooled(conditions, swept), quantity, unit, scope)
+    rows = compare(cache, pairs, quantity, unit_scope(scope, unit), settings.alpha)
     return [Varied(pair.label, label, quantity, row) for pair, row in zip(pairs, rows, strict=True)]

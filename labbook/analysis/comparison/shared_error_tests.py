@@ -16,7 +16,7 @@ from stats.exact.finite import as_interval
 _T = TypeVar("_T", TwoSample, Contrast)
 
 
-def two_with_shared(test: TwoSample, shared: SharedError) -> TwoSample:
+def add_shared_error(test: TwoSample, shared: SharedError) -> TwoSample:
     """Add what is left of a shared error in mean(a) - mean(b) to both tests and intervals."""
     if shared.se == 0.0:
         return test
@@ -26,7 +26,7 @@ def two_with_shared(test: TwoSample, shared: SharedError) -> TwoSample:
     return _changed(_changed(test, chosen, "", "difference_ci"), welch, "welch_", "welch_ci")
 
 
-def by_day_with_shared(
+def add_shared_error_by_day(
     found: BlockedByDay, conditions: Sequence[str], days: Sequence[str], errors: Sequence[SharedError]
 ) -> BlockedByDay:
     """Add to each contrast what is left of the errors of its values, each by its own weight in that contrast.

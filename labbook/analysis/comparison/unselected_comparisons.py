@@ -16,29 +16,29 @@ from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.passive_drain import passive_drains
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import run_energies
-from labbook.analysis.results.result_cache import Workbench
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.study_data import StudyData
 from reports.numbers import Quantity
 
 
-def conditions_beside(
-    bench: Workbench, detections: Detections, evidence: Evidence, scope: Mapping[str, Any]
+def unselected_conditions_of(
+    cache: ResultCache, detections: Detections, evidence: StudyData, scope: Mapping[str, Any]
 ) -> dict[Quantity, list[ConditionValues]]:
     """Ensure the numbers of the conditions of which the selection takes no run."""
     if not evidence.beside:
         return {}
     other = replace(evidence, runs=evidence.beside)
     results = {
-        Quantity.JOULES: run_energies(bench, other, passive_drains(bench, other)).results,
-        Quantity.APEX: run_apexes(bench, detections, other, as_protocol(other)).results,
+        Quantity.JOULES: run_energies(cache, other, passive_drains(cache, other)).results,
+        Quantity.APEX: run_apexes(cache, detections, other, as_protocol(other)).results,
     }
     return {
-        quantity: condition_values(bench, run_numbers(other.runs, results[quantity], quantity), quantity, scope)
+        quantity: condition_values(cache, run_numbers(other.runs, results[quantity], quantity), quantity, scope)
         for quantity in Quantity
     }
 
 
-def pairs_beside(
+def unselected_pairs(
     pairs: Sequence[Pair], conditions: Sequence[ConditionValues], beside: Sequence[ConditionValues], swept: str
 ) -> list[Pair]:
     """Return the comparisons with the control that the conditions of all make, and those of the selection do not."""

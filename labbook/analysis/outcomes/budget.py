@@ -10,14 +10,14 @@ from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_energy import usable_charge
 from labbook.analysis.results.result_cache import (
     Algorithm,
+    Computed,
     NewNumber,
-    Outcome,
     Request,
-    Workbench,
-    rests_on,
-    rests_on_result,
+    ResultCache,
+    fingerprint,
+    result_fingerprint,
 )
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.study_data import StudyData
 from stats.compare.shared_error import shared_of_mean
 from stats.energy import energy_budget
 
@@ -34,8 +34,8 @@ def of_mean(name: str) -> str:
 
 
 def budget(
-    bench: Workbench,
-    evidence: Evidence,
+    cache: ResultCache,
+    evidence: StudyData,
     conditions: Sequence[ConditionValues],
     scope: dict[str, str],
 ) -> ResultRow | None:
@@ -45,13 +45,13 @@ def budget(
     condition = max(conditions, key=lambda item: len(item.runs))
     resolution_mah = _resolution_mah(evidence, condition)
     voltage_v = evidence.study.reference_voltage_v
-    return bench.ensure_one(
+    return cache.ensure_one(
         Request(
             ALGORITHM,
             {"condition": condition.key, **scope},
             (
-                rests_on_result("condition", condition.result),
-                rests_on("voltage", "study", evidence.study.uid, repr(voltage_v)),
+                result_fingerprint("condition", condition.result),
+                fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v)),
             ),
             {"resolution_mah": resolution_mah},
             lambda: _outcome(condition, voltage_v, resolution_mah),
@@ -59,13 +59,13 @@ def budget(
     )
 
 
-def _resolution_mah(evidence: Evidence, condition: ConditionValues) -> float:
+def _resolution_mah(evidence: StudyData, condition: ConditionValues) -> float:
     """Return the coarsest resolution among the charges that the condition's joules rest on."""
     charges = [usable_charge(item.run, evidence.charges.get(item.run.uid, [])) for item in condition.runs]
     return max(charge.resolution_mah for charge in charges if not isinstance(charge, str))
 
 
-def _outcome(condition: ConditionValues, voltage_v: float, resolution_mah: float) -> Outcome:
+def _outcome(condition: ConditionValues, voltage_v: float, resolution_mah: float) -> Computed:
     found = energy_budget(
         condition.values,
         [item.run.jumps_made for item in condition.runs],
@@ -86,4 +86,4 @@ def _outcome(condition: ConditionValues, voltage_v: float, resolution_mah: float
         {"name": term.name, "shared": term.shared, "in_scatter": term.in_scatter, "assumed": term.assumed}
         for term in found.terms
     ]
-    return Outcome(tuple(numbers), {"terms": terms})
+    return Computed(tuple(numbers), {"terms": terms})

@@ -12,12 +12,12 @@ from labbook.analysis.outcomes.run_energy import shared_error
 from labbook.analysis.results.facts import condition_input
 from labbook.analysis.results.result_cache import (
     Algorithm,
+    Computed,
     NewNumber,
-    Outcome,
     Request,
-    Workbench,
+    ResultCache,
     number,
-    rests_on_result,
+    result_fingerprint,
 )
 from reports.numbers import Quantity
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
@@ -73,7 +73,7 @@ def run_numbers(runs: Sequence[RunRow], results: Mapping[str, ResultRow], quanti
 
 
 def condition_values(
-    bench: Workbench, numbers: Sequence[RunNumber], quantity: Quantity, scope: Mapping[str, Any]
+    cache: ResultCache, numbers: Sequence[RunNumber], quantity: Quantity, scope: Mapping[str, Any]
 ) -> list[ConditionValues]:
     """Ensure the summary of every condition that occurs among the runs, in order of first occurrence."""
     by_condition: dict[str, list[RunNumber]] = {}
@@ -83,24 +83,24 @@ def condition_values(
         Request(
             ALGORITHM,
             {"quantity": str(quantity), "condition": key, **scope},
-            (condition_input(items[0].run), *(rests_on_result(item.run.name, item.result) for item in items)),
+            (condition_input(items[0].run), *(result_fingerprint(item.run.name, item.result) for item in items)),
             {},
             lambda items=items: _outcome(items, quantity),  # type: ignore[misc]
         )
         for key, items in by_condition.items()
     ]
-    rows = bench.ensure(requests)
+    rows = cache.ensure(requests)
     return [
         ConditionValues(key, items[0].run.is_control, items[0].run.levels, tuple(items), row)
         for (key, items), row in zip(by_condition.items(), rows, strict=True)
     ]
 
 
-def _outcome(items: Sequence[RunNumber], quantity: Quantity) -> Outcome:
+def _outcome(items: Sequence[RunNumber], quantity: Quantity) -> Computed:
     _name, unit = NUMBER_OF[quantity]
     mean = describe_shared([item.value for item in items], shared_of_mean([item.shared for item in items]))
     about = mean.scatter
-    return Outcome(
+    return Computed(
         (
             NewNumber(
                 "mean",

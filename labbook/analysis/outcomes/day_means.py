@@ -12,12 +12,12 @@ from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.outcomes.conditions import NUMBER_OF, ConditionValues, RunNumber
 from labbook.analysis.results.result_cache import (
     Algorithm,
+    Computed,
     NewNumber,
-    Outcome,
     Request,
-    Workbench,
-    rests_on,
-    rests_on_result,
+    ResultCache,
+    fingerprint,
+    result_fingerprint,
 )
 from labbook.config.model import UnitOfAnalysis
 from reports.numbers import Quantity
@@ -29,7 +29,7 @@ _Days = Mapping[str, Sequence[RunNumber]]
 
 
 def pairs_in_units(
-    bench: Workbench, pairs: Sequence[Pair], quantity: Quantity, unit: UnitOfAnalysis, scope: Mapping[str, Any]
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Quantity, unit: UnitOfAnalysis, scope: Mapping[str, Any]
 ) -> list[Pair]:
     """Return the pairs with one number a unit of analysis: as they are, or a mean of each day's runs on each side.
 
@@ -37,13 +37,13 @@ def pairs_in_units(
     """
     if unit is UnitOfAnalysis.RUN:
         return list(pairs)
-    sides = by_day(bench, [side for pair in pairs for side in (pair.a, pair.b)], quantity, scope)
+    sides = by_day(cache, [side for pair in pairs for side in (pair.a, pair.b)], quantity, scope)
     both = zip(sides[::2], sides[1::2], strict=True)
     return [replace(pair, a=(a,), b=(b,)) for pair, (a, b) in zip(pairs, both, strict=True)]
 
 
 def in_units(
-    bench: Workbench,
+    cache: ResultCache,
     conditions: Sequence[ConditionValues],
     quantity: Quantity,
     unit: UnitOfAnalysis,
@@ -52,22 +52,22 @@ def in_units(
     """Return conditions with one number a unit of analysis."""
     if unit is UnitOfAnalysis.RUN:
         return list(conditions)
-    return by_day(bench, [(condition,) for condition in conditions], quantity, scope)
+    return by_day(cache, [(condition,) for condition in conditions], quantity, scope)
 
 
 def by_day(
-    bench: Workbench, sides: Sequence[Sequence[ConditionValues]], quantity: Quantity, scope: Mapping[str, Any]
+    cache: ResultCache, sides: Sequence[Sequence[ConditionValues]], quantity: Quantity, scope: Mapping[str, Any]
 ) -> list[ConditionValues]:
     """Ensure the means of each side's runs by day, in order: one set of values a side, under its first condition."""
     days = [days_of(item for condition in side for item in condition.runs) for side in sides]
-    rows = bench.ensure(
+    rows = cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"quantity": str(quantity), "conditions": "; ".join(one.key for one in side), **scope},
                 (
-                    *(rests_on_result(item.run.name, item.result) for one in side for item in one.runs),
-                    *(rests_on("day", "run", item.run.uid, item.run.day) for one in side for item in one.runs),
+                    *(result_fingerprint(item.run.name, item.result) for one in side for item in one.runs),
+                    *(fingerprint("day", "run", item.run.uid, item.run.day) for one in side for item in one.runs),
                 ),
                 {},
                 lambda of_day=of_day: _means(of_day, NUMBER_OF[quantity][1]),  # type: ignore[misc]
@@ -99,8 +99,8 @@ def mean_of(items: Sequence[RunNumber]) -> float:
     return math.fsum(item.value for item in items) / len(items)
 
 
-def _means(days: _Days, unit: str) -> Outcome:
-    return Outcome(
+def _means(days: _Days, unit: str) -> Computed:
+    return Computed(
         tuple(NewNumber(f"mean of {day}", mean_of(items), unit, n=len(items)) for day, items in days.items())
     )
 

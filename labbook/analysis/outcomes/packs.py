@@ -6,14 +6,21 @@ from collections.abc import Sequence
 
 from data_schema.queries.results import ResultRow
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
-from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on_result
+from labbook.analysis.results.result_cache import (
+    Algorithm,
+    Computed,
+    NewNumber,
+    Request,
+    ResultCache,
+    result_fingerprint,
+)
 from stats.compare.summary import describe
 
 ALGORITHM = Algorithm("pack_deviation", 12)
 
 
 def pack_deviations(
-    bench: Workbench, conditions: Sequence[ConditionValues], scope: dict[str, str]
+    cache: ResultCache, conditions: Sequence[ConditionValues], scope: dict[str, str]
 ) -> dict[str, ResultRow]:
     """Ensure the mean deviation of every pack, in joules a jump."""
     deviations: dict[str, list[tuple[RunNumber, float]]] = {}
@@ -22,12 +29,12 @@ def pack_deviations(
         for item in condition.runs:
             deviations.setdefault(item.run.battery, []).append((item, item.value - mean))
     packs = sorted(deviations)
-    rows = bench.ensure(
+    rows = cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"pack": pack, **scope},
-                tuple(rests_on_result("condition", condition.result) for condition in conditions),
+                tuple(result_fingerprint("condition", condition.result) for condition in conditions),
                 {"runs": [item.run.name for item, _deviation in deviations[pack]]},
                 lambda values=[value for _item, value in deviations[pack]]: _outcome(values),  # type: ignore[misc]
             )
@@ -37,7 +44,7 @@ def pack_deviations(
     return dict(zip(packs, rows, strict=True))
 
 
-def _outcome(values: Sequence[float]) -> Outcome:
+def _outcome(values: Sequence[float]) -> Computed:
     about = describe(values)
     number = NewNumber(
         "deviation",
@@ -49,4 +56,4 @@ def _outcome(values: Sequence[float]) -> Outcome:
         ci_level=about.level,
         n=about.n,
     )
-    return Outcome((number,))
+    return Computed((number,))

@@ -10,8 +10,8 @@ from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.results.facts import charge_input, idle_runs_input, run_input
-from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache
+from labbook.analysis.study_data import StudyData
 from stats.exact.finite import Interval
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain, why_no_line
 
@@ -39,32 +39,32 @@ def recharge_of(run: RunRow, charges: Sequence[ChargeOfRun]) -> ChargeOfRun | st
     return "no duration recorded" if run.duration_s is None else charged[0]
 
 
-def idle_charges(evidence: Evidence) -> list[tuple[RunRow, ChargeOfRun]]:
+def idle_charges(evidence: StudyData) -> list[tuple[RunRow, ChargeOfRun]]:
     """Return the idle runs that can be fitted: with a duration and exactly one charge."""
     found = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in evidence.idle]
     return [(run, charge) for run, charge in found if not isinstance(charge, str)]
 
 
-def unused_idle(evidence: Evidence) -> list[tuple[RunRow, str]]:
+def unused_idle(evidence: StudyData) -> list[tuple[RunRow, str]]:
     """Return the idle runs that cannot be fitted, and why."""
     found = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in evidence.idle]
     return [(run, reason) for run, reason in found if isinstance(reason, str)]
 
 
-def drain_lines(evidence: Evidence) -> dict[str, PassiveDrain | Undefined]:
+def drain_lines(evidence: StudyData) -> dict[str, PassiveDrain | Undefined]:
     """Fit a line through the idle runs of each robot that has idle or jump runs, by the robot's uid."""
     idle = idle_charges(evidence)
     robots = dict.fromkeys(run.robot_uid for run in (*evidence.idle, *evidence.runs))
     return {robot: _fit([item for item in idle if item[0].robot_uid == robot]) for robot in robots}
 
 
-def passive_drains(bench: Workbench, evidence: Evidence, variant: str | None = None) -> dict[str, Drain]:
+def passive_drains(cache: ResultCache, evidence: StudyData, variant: str | None = None) -> dict[str, Drain]:
     """Store each robot's line and what it gives at the protocol's run duration; `variant` names a recomputation."""
     duration_s = evidence.configuration.protocol.run_duration_s
     names = {run.robot_uid: run.robot for run in (*evidence.idle, *evidence.runs)}
     idle = idle_charges(evidence)
     lines = drain_lines(evidence)
-    rows = bench.ensure(
+    rows = cache.ensure(
         [
             Request(
                 ALGORITHM,
@@ -99,9 +99,9 @@ def _fit(idle: list[tuple[RunRow, ChargeOfRun]]) -> PassiveDrain | Undefined:
     )
 
 
-def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Outcome:
+def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Computed:
     if isinstance(drain, Undefined):
-        return Outcome(
+        return Computed(
             tuple(
                 NewNumber(name, drain, unit)
                 for name, unit in (("slope", "mAh/min"), ("intercept", "mAh"), ("r_squared", "1"), ("at_run", "mAh"))
@@ -122,7 +122,7 @@ def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Outco
     )  # fmt: skip
     if duration_s is None:
         none = Undefined("the protocol states no run duration")
-        return Outcome((*line, NewNumber("at_run", none, "mAh")))
+        return Computed((*line, NewNumber("at_run", none, "mAh")))
     at_run = drain.at(duration_s)
     estimate = NewNumber(
         "at_run",
@@ -135,7 +135,7 @@ def _outcome(drain: PassiveDrain | Undefined, duration_s: float | None) -> Outco
         df=at_run.df,
         n=drain.n,
     )
-    return Outcome((*line, estimate), {"run_duration_s": duration_s, "extrapolated": at_run.extrapolated})
+    return Computed((*line, estimate), {"run_duration_s": duration_s, "extrapolated": at_run.extrapolated})
 
 
 def _ends(ci: Interval | Undefined, times: float = 1.0) -> tuple[float | Undefined, float | Undefined]:

@@ -14,8 +14,8 @@ from labbook.analysis.outcomes.detecting import jumps_found
 from labbook.analysis.outcomes.detections import Detections, rest_length_m
 from labbook.analysis.outcomes.judging import Judgement, Rules, judge
 from labbook.analysis.results.facts import decision_input, run_input, signal_input
-from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
+from labbook.analysis.study_data import StudyData
 from stats.compare.summary import describe
 
 ALGORITHM = Algorithm("run_apexes", 15)
@@ -39,13 +39,13 @@ class ApexVariant:
     heed_decisions: bool = True
 
 
-def as_protocol(evidence: Evidence) -> ApexVariant:
+def as_protocol(evidence: StudyData) -> ApexVariant:
     """Return the protocol's own way."""
     protocol = evidence.configuration.protocol
     return ApexVariant(protocol.detector, Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps))
 
 
-def without_exclusions(evidence: Evidence) -> ApexVariant:
+def without_exclusions(evidence: StudyData) -> ApexVariant:
     """Return the protocol's way, but with every apex that was found."""
     return replace(as_protocol(evidence), rules=Rules(0, exclude_gap_jumps=False), heed_decisions=False)
 
@@ -84,7 +84,7 @@ def _in_number_order(name: str) -> list[tuple[str, int]]:
     return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d*)", name)]
 
 
-def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, variant: ApexVariant) -> RunApexes:
+def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, variant: ApexVariant) -> RunApexes:
     """Ensure the apex heights of every selected jump run that has logs."""
     logs: dict[str, tuple[SignalRow, ...]] = {}
     missing: dict[str, str] = {}
@@ -108,12 +108,12 @@ def run_apexes(bench: Workbench, detections: Detections, evidence: Evidence, var
             judgements[uid] = judge(detected, evidence.decisions if variant.heed_decisions else {}, variant.rules)
             inputs = [run_input(runs[uid])]
             inputs += [signal_input(log, f"log {place}") for place, log in enumerate(logs[uid], start=1)]
-            inputs.append(rests_on("robot", "robot", robot, repr(lengths_m[robot])))
+            inputs.append(fingerprint("robot", "robot", robot, repr(lengths_m[robot])))
             inputs += [InputRow("detection", "detection", item.uid, item.key) for item in detected]
             inputs += [decision_input(decision) for decision in judgements[uid].in_force]
             requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs))
     requests = {uid: requests[uid] for uid in logs}  # in the order of the runs, whatever the robots
-    return RunApexes(dict(zip(requests, bench.ensure(list(requests.values())), strict=True)), judgements, missing)
+    return RunApexes(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), judgements, missing)
 
 
 def _request(run: RunRow, judgement: Judgement, variant: ApexVariant, inputs: tuple[InputRow, ...]) -> Request:
@@ -126,13 +126,13 @@ def _request(run: RunRow, judgement: Judgement, variant: ApexVariant, inputs: tu
     return Request(ALGORITHM, {"run": run.name, **settings}, inputs, settings, lambda: _outcome(judgement))
 
 
-def _outcome(judgement: Judgement) -> Outcome:
+def _outcome(judgement: Judgement) -> Computed:
     counted = judgement.counted
     heights = [jump.apex_height_m for jump in counted if jump.apex_height_m is not None]
     about = describe(heights)
     found = jumps_found(item.jump for item in judgement.jumps)
     excluded = Counter(item.excluded for item in judgement.jumps if item.excluded is not None)
-    return Outcome(
+    return Computed(
         (
             NewNumber("apex_height", about.mean, "m", about.se, n=about.n),
             NewNumber("jumps_found", float(found), "1", n=found),

@@ -14,14 +14,14 @@ from labbook.analysis.outcomes.passive_drain import Drain, recharge_of
 from labbook.analysis.results.facts import charge_input, run_input
 from labbook.analysis.results.result_cache import (
     Algorithm,
+    Computed,
     NewNumber,
-    Outcome,
     Request,
-    Workbench,
-    rests_on,
-    rests_on_result,
+    ResultCache,
+    fingerprint,
+    result_fingerprint,
 )
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.study_data import StudyData
 from stats.compare.shared_error import SharedError
 from stats.energy import joules_per_jump, joules_per_mah
 from stats.lines.passive_drain import PassiveDrain, rounding_sd_mah
@@ -44,7 +44,7 @@ def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | str:
 
 
 def run_energies(
-    bench: Workbench, evidence: Evidence, drains: Mapping[str, Drain], variant: str | None = None
+    cache: ResultCache, evidence: StudyData, drains: Mapping[str, Drain], variant: str | None = None
 ) -> RunEnergies:
     """Ensure the energy of every selected jump run that has what it takes; `variant` names a recomputation."""
     requests: dict[str, Request] = {}
@@ -58,11 +58,11 @@ def run_energies(
             missing[run.uid] = f"no passive-drain fit for robot {drain.robot}"
         else:
             requests[run.uid] = _request(evidence, run, charge, drain.line, drain.result, variant)
-    return RunEnergies(dict(zip(requests, bench.ensure(list(requests.values())), strict=True)), missing)
+    return RunEnergies(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing)
 
 
 def _request(
-    evidence: Evidence,
+    evidence: StudyData,
     run: RunRow,
     charge: ChargeOfRun,
     drain: PassiveDrain,
@@ -76,8 +76,8 @@ def _request(
         (
             run_input(run),
             charge_input(charge),
-            rests_on_result("drain", drain_row),
-            rests_on("voltage", "study", evidence.study.uid, repr(voltage_v)),
+            result_fingerprint("drain", drain_row),
+            fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v)),
         ),
         {},
         lambda: _outcome(run, charge, drain, voltage_v),
@@ -92,12 +92,12 @@ def shared_error(row: ResultRow) -> SharedError:
     return SharedError(terms, {fit: float(payload["drain_df"])})
 
 
-def _outcome(run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, voltage_v: float) -> Outcome:
+def _outcome(run: RunRow, charge: ChargeOfRun, drain: PassiveDrain, voltage_v: float) -> Computed:
     assert run.duration_s is not None  # noqa: S101 - `usable_charge` has asked
     passive = drain.at(run.duration_s)
     worth_j_mah = joules_per_mah(voltage_v, run.jumps_made)
     joules = joules_per_jump(charge.charge_mah, passive.charge_mah, voltage_v, run.jumps_made)
-    return Outcome(
+    return Computed(
         (
             NewNumber(
                 "joules_per_jump",

@@ -15,8 +15,8 @@ from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.passive_drain import passive_drains
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import run_energies
-from labbook.analysis.results.result_cache import Workbench
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
 from reports.numbers import Quantity
 from stats.compare.summary import describe
@@ -42,16 +42,16 @@ class Spread:
 
 
 def run_spread(
-    bench: Workbench, detections: Detections, evidence: Evidence, quantity: Quantity, unit: UnitOfAnalysis
+    cache: ResultCache, detections: Detections, evidence: StudyData, quantity: Quantity, unit: UnitOfAnalysis
 ) -> Spread | Undefined:
     """Pool the scatter of the runs so far within their conditions; nothing is stored.
 
     The interval is that of a normal variance, by chi-squared.
     """
     if quantity is Quantity.JOULES:
-        results = run_energies(bench, evidence, passive_drains(bench, evidence)).results
+        results = run_energies(cache, evidence, passive_drains(cache, evidence)).results
     else:
-        results = run_apexes(bench, detections, evidence, as_protocol(evidence)).results
+        results = run_apexes(cache, detections, evidence, as_protocol(evidence)).results
     numbers = run_numbers(evidence.runs, results, quantity)
     samples: dict[tuple[str, bool], list[RunNumber]] = {}
     for item in numbers:

@@ -18,12 +18,12 @@ from labbook.analysis.prediction.error import error_parts, in_all
 from labbook.analysis.prediction.predicting import Predicted
 from labbook.analysis.results.result_cache import (
     Algorithm,
+    Computed,
     NewNumber,
-    Outcome,
     Request,
-    Workbench,
+    ResultCache,
     number,
-    rests_on_result,
+    result_fingerprint,
 )
 from reports.numbers import Quantity
 from reports.predicted import PredictedQuantity
@@ -64,7 +64,7 @@ class Checked:
 
 
 def check_conditions(
-    bench: Workbench,
+    cache: ResultCache,
     conditions: Sequence[ConditionValues],
     predicted: AllPredicted,
     quantity: Quantity,
@@ -75,12 +75,12 @@ def check_conditions(
     if not predicted:
         return []
     sides = [_side([condition], predicted) for condition in conditions]
-    rows = bench.ensure(
+    rows = cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"quantity": str(_PREDICTED[quantity]), "condition": condition.key, **scope},
-                (rests_on_result("measured", condition.result), *_inputs("predicted", side)),
+                (result_fingerprint("measured", condition.result), *_inputs("predicted", side)),
                 {"runs": [runs for _one, runs in side]},
                 lambda condition=condition, side=side: _mean_outcome(condition.result, side, quantity),  # type: ignore[misc]
             )
@@ -102,18 +102,18 @@ def check_conditions(
 
 
 def check_savings(
-    bench: Workbench, compared: Sequence[tuple[Pair, ResultRow]], predicted: AllPredicted, scope: Mapping[str, Any]
+    cache: ResultCache, compared: Sequence[tuple[Pair, ResultRow]], predicted: AllPredicted, scope: Mapping[str, Any]
 ) -> list[Checked]:
     """Ensure the check of measured savings: each level's, and all levels' pooled; nothing without predictions."""
     families = (pairing.EACH, pairing.POOLED)
     wanted = [(pair, row) for pair, row in compared if predicted and pair.with_savings and pair.family in families]
     sides = [(_side(pair.a, predicted), _side(pair.b, predicted)) for pair, _row in wanted]
-    rows = bench.ensure(
+    rows = cache.ensure(
         [
             Request(
                 ALGORITHM,
                 {"quantity": str(PredictedQuantity.SAVINGS), "label": pair.label, **scope},
-                (rests_on_result("measured", row), *_inputs("control", control), *_inputs("treatment", treated)),
+                (result_fingerprint("measured", row), *_inputs("control", control), *_inputs("treatment", treated)),
                 {"runs": [[runs for _one, runs in side] for side in (control, treated)]},
                 lambda row=row, control=control, treated=treated: _savings_outcome(row, control, treated),  # type: ignore[misc]
             )
@@ -146,10 +146,10 @@ def _side(conditions: Sequence[ConditionValues], predicted: AllPredicted) -> Sid
 
 
 def _inputs(role: str, side: Side) -> Iterator[InputRow]:
-    return (rests_on_result(role, one.result) for one, _runs in side)
+    return (result_fingerprint(role, one.result) for one, _runs in side)
 
 
-def _mean_outcome(measured: ResultRow, side: Side, quantity: Quantity) -> Outcome:
+def _mean_outcome(measured: ResultRow, side: Side, quantity: Quantity) -> Computed:
     """Predict the mean of a condition's runs, and hold the measured mean against it."""
     value = _mean(_values(side, quantity))
     accuracy_part = 0.0 if value is None else _accuracy([side]) * abs(value)
@@ -157,7 +157,7 @@ def _mean_outcome(measured: ResultRow, side: Side, quantity: Quantity) -> Outcom
     return _outcome(number(measured, "mean"), value, accuracy_part, otherwise, [side])
 
 
-def _savings_outcome(measured: ResultRow, control: Side, treated: Side) -> Outcome:
+def _savings_outcome(measured: ResultRow, control: Side, treated: Side) -> Computed:
     """Predict the savings of the runs as they were made: joules of each side are the mean over its runs."""
     sides = [control, treated]
     value = _percent([_mean(_values(side, Quantity.JOULES)) for side in sides])
@@ -173,18 +173,18 @@ def _outcome(
     accuracy_part: float,
     otherwise: Mapping[str, Sequence[float | None]],
     sides: Sequence[Side],
-) -> Outcome:
+) -> Computed:
     """Put the prediction with its error and its parts beside what was measured."""
     if value is None:
         ends = sorted({one.ends for side in sides for one, _runs in side if one.value(Quantity.JOULES) is None})
         reason = f"the simulated jump ends otherwise: {', '.join(ends)}" if ends else "the simulated control is free"
         none = Undefined(reason)
-        return Outcome((NewNumber(PREDICTED, none, measured.unit), *agreement(measured, none, none)))
+        return Computed((NewNumber(PREDICTED, none, measured.unit), *agreement(measured, none, none)))
     parts = error_parts(value, accuracy_part, otherwise)
     error = in_all(parts)
     numbers = [NewNumber(PREDICTED, value, measured.unit, se=error)]
     numbers += [NewNumber(error_by(source), part, measured.unit) for source, part in parts.items()]
-    return Outcome((*numbers, *agreement(measured, value, error)))
+    return Computed((*numbers, *agreement(measured, value, error)))
 
 
 def _varied(

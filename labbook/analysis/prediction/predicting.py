@@ -26,8 +26,8 @@ from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condi
 from labbook.analysis.prediction.error import error_parts, in_all
 from labbook.analysis.prediction.simulated_values import simulated, varied
 from labbook.analysis.results.facts import condition_input
-from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, rests_on
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
+from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
 from reports.numbers import Quantity
 
@@ -69,7 +69,7 @@ class Predicted:
 
 
 def predictions(
-    bench: Workbench, evidence: Evidence, keys: Sequence[str], progress: Callable[[str], None]
+    cache: ResultCache, evidence: StudyData, keys: Sequence[str], progress: Callable[[str], None]
 ) -> dict[tuple[str, str], Predicted]:
     """Ensure a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
 
@@ -82,17 +82,17 @@ def predictions(
     start = study_scene(settings)
     wanted = {(run.condition_key, run.robot_uid): run for run in evidence.runs if run.condition_key in set(keys)}
     facts = {
-        uid: read_fact(bench.connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
+        uid: read_fact(cache.connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
         for uid in sorted({uid for _key, uid in wanted})
     }
     requests = [_request(evidence, settings, start, run, facts[uid], progress) for (_key, uid), run in wanted.items()]
-    rows = bench.ensure(requests)
+    rows = cache.ensure(requests)
     return {where: Predicted(row, json.loads(row.payload_json)) for where, row in zip(wanted, rows, strict=True)}
 
 
-def keep_predictions(connection: sa.Connection, bench: Workbench) -> None:
+def keep_predictions(connection: sa.Connection, cache: ResultCache) -> None:
     """Store what was simulated for the results that a workbench computed, in a writing transaction after them."""
-    rows = [row for row in bench.computed.values() if row.algorithm == ALGORITHM.kind]
+    rows = [row for row in cache.computed.values() if row.algorithm == ALGORITHM.kind]
     add_predictions(connection, [_simulated_for(row) for row in rows])
 
 
@@ -111,7 +111,7 @@ def _simulated_for(row: ResultRow) -> PredictionRow:
 
 
 def _request(
-    evidence: Evidence,
+    evidence: StudyData,
     settings: SimulationSettings,
     start: Scene,
     run: RunRow,
@@ -129,8 +129,8 @@ def _request(
         {"condition": run.condition_key, "robot": run.robot, "scene": start.name},
         (
             condition_input(run),
-            rests_on("robot", "robot_body", run.robot_uid, repr(sorted(facts.items()))),
-            rests_on("scene", "scene", start.name, settings.scene_toml or write_scene(start)),
+            fingerprint("robot", "robot_body", run.robot_uid, repr(sorted(facts.items()))),
+            fingerprint("scene", "scene", start.name, settings.scene_toml or write_scene(start)),
         ),
         {"scene": write_scene(scene), "accuracy": settings.accuracy, "varied_by": _parts(settings, scene)},
         lambda: _outcome(scene, settings, progress),
@@ -147,7 +147,7 @@ def _parts(settings: SimulationSettings, scene: Scene) -> dict[str, float]:
     return {name: settings.varied.get(name, settings.varied_by) for name in _unsourced(scene)}
 
 
-def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str], None]) -> Outcome:
+def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str], None]) -> Computed:
     from simulator.declared import all_parameters
     from simulator.kernel.build import kernel_for
     from simulator.scene_file import write_scene
@@ -194,4 +194,4 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
         "values": dict(found.values),
         "otherwise": otherwise,
     }
-    return Outcome(tuple(numbers), payload)
+    return Computed(tuple(numbers), payload)

@@ -21,7 +21,7 @@ from labbook.analysis.outcomes.judging import UNKNOWN_FLIGHT_S
 
 
 @dataclass(frozen=True, slots=True)
-class LeftOut:
+class DisallowedExclusion:
     """A run, the reason given, and how many of its jumps it took away; `jumps` is None where the whole run is void."""
 
     run: str
@@ -36,13 +36,15 @@ class LeftOut:
         return f"{self.jumps} jump{'' if self.jumps == 1 else 's'} of run {self.run} rejected ({self.reason})"
 
 
-def left_out(connection: sa.Connection, allowed: Collection[ReasonCode]) -> tuple[LeftOut, ...]:
+def disallowed_exclusions(
+    connection: sa.Connection, allowed: Collection[ReasonCode]
+) -> tuple[DisallowedExclusion, ...]:
     """List what was left out for other reasons than those allowed, by run: void runs, then jumps of runs that count."""
     if ReasonCode.OTHER in allowed:
         return ()
     runs = {run.uid: run for run in list_runs(connection) if run.kind in (RunKind.JUMPS, RunKind.IDLE)}
     void = [
-        LeftOut(runs[uid].name, reason, None)
+        DisallowedExclusion(runs[uid].name, reason, None)
         for uid, reason in reasons_of_void_runs(connection).items()
         if uid in runs and not is_allowed(reason, allowed)
     ]
@@ -56,7 +58,10 @@ def left_out(connection: sa.Connection, allowed: Collection[ReasonCode]) -> tupl
             if signal.run_uid in runs and runs[signal.run_uid].state is not RunState.VOID:
                 for reason, count in rejected.get(signal.sha256, {}).items():
                     counts[signal.run_name, str(reason)] += count
-    return (*sorted(void, key=lambda item: item.run), *(LeftOut(*key, count) for key, count in sorted(counts.items())))
+    return (
+        *sorted(void, key=lambda item: item.run),
+        *(DisallowedExclusion(*key, count) for key, count in sorted(counts.items())),
+    )
 
 
 def in_force(decisions: Sequence[DecisionRow]) -> list[DecisionRow]:

@@ -18,21 +18,21 @@ from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.preregistration.departures import Analysable, Departure
 from labbook.analysis.preregistration.late_replacements import replacements
-from labbook.analysis.preregistration.study_history import WHAT, Happened
+from labbook.analysis.preregistration.study_history import WHAT, StudyHistory
 from reports.numbers import Quantity
 
 
-def came_later(_connection: sa.Connection, happened: Happened, now: Analysable) -> list[Departure]:
+def late_arrivals(_connection: sa.Connection, study_history: StudyHistory, now: Analysable) -> list[Departure]:
     """List what came to runs later than it should have, to be seen to make no difference."""
-    replacing = {arrival for item in replacements(happened, now) for arrival in item.came}
+    replacing = {arrival for item in replacements(study_history, now) for arrival in item.came}
     found = []
-    for quantity in happened.arrivals:
+    for quantity in study_history.arrivals:
         for run in now.runs:
             if run.state is not RunState.VOID:
-                several = happened.that_count(quantity, run.uid)
+                several = study_history.that_count(quantity, run.uid)
                 found += _further(now, run, quantity, several)
                 first = [item for item in several if item not in replacing]
-                found += _taken_in(now, run, quantity, first, happened.reports)
+                found += _taken_in(now, run, quantity, first, study_history.reports)
     return found
 
 

@@ -21,8 +21,8 @@ from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.preregistration.departures import Analysable, Departure
 from labbook.analysis.preregistration.late_replacements import replacements
 from labbook.analysis.preregistration.moved_runs import conditions_at_reports
-from labbook.analysis.preregistration.study_history import Happened
-from labbook.analysis.preregistration.unassigned_logs import LogThatLeft, logs_that_left
+from labbook.analysis.preregistration.study_history import StudyHistory
+from labbook.analysis.preregistration.unassigned_logs import UnassignedLog, unassigned_logs
 from reports.numbers import Quantity
 
 _WATCHED: Mapping[str, tuple[str, ...]] = {
@@ -58,27 +58,27 @@ class _Names:
         return known.get(str(value), f"{value:g}" if isinstance(value, float) else str(value))
 
 
-def corrected_later(connection: sa.Connection, happened: Happened, now: Analysable) -> list[Departure]:
+def late_corrections(connection: sa.Connection, study_history: StudyHistory, now: Analysable) -> list[Departure]:
     """List what was corrected after the entry of the first measurement."""
-    if not happened.changes:
+    if not study_history.changes:
         return []
-    changed = _columns(happened.changes)
+    changed = _columns(study_history.changes)
     names = _names(connection, changed, now)
-    left = logs_that_left(connection, happened)
-    before = _before(now, happened, changed, left, names)
+    left = unassigned_logs(connection, study_history)
+    before = _before(now, study_history, changed, left, names)
     lost = _lost(now, before, {item.run for item in left})
     old_keys = {run.uid: run.condition_key for run in before.runs}
-    missing = replacements(happened, now)
+    missing = replacements(study_history, now)
     told = {(arrival.uid, item.run.uid) for item in missing for arrival in item.gone if item.came}
     seen = {(arrival.uid, item.run.uid) for item in missing for arrival in item.gone if not item.came}
-    moved = conditions_at_reports(happened, now)
+    moved = conditions_at_reports(study_history, now)
     found = []
     for item in changed:
         if (item.column == "condition" and item.uid in moved) or (
             item.column == "run" and not item.now and (item.uid, item.was) in told
         ):
             continue
-        owners, of = _owners(item, happened.charges), _of(item, happened.charges, names)
+        owners, of = _owners(item, study_history.charges), _of(item, study_history.charges, names)
         was, is_now = names.shown(item.column, item.was), names.shown(item.column, item.now)
         said = f"{item.column} of {of} was {was} and is {is_now}"
         found.append(_departure(said, item.last, owners, _taken(item, lost), old_keys, now))
@@ -96,7 +96,7 @@ def corrected_later(connection: sa.Connection, happened: Happened, now: Analysab
     return found
 
 
-def _of_fewer_logs(told: Departure, gone: LogThatLeft, now: Analysable) -> Departure:
+def _of_fewer_logs(told: Departure, gone: UnassignedLog, now: Analysable) -> Departure:
     """Make exploratory what rests on a run that keeps some of the logs that it had when a report was made."""
     (run,) = [run for run in now.runs if run.uid == gone.run]
     said = f"{told.sentence}, after a report had been made: run {run.name} keeps its other logs"
@@ -139,7 +139,11 @@ def _columns(changes: Sequence[Change]) -> list[_Changed]:
 
 
 def _before(
-    now: Analysable, happened: Happened, changed: Sequence[_Changed], left: Sequence[LogThatLeft], names: _Names
+    now: Analysable,
+    study_history: StudyHistory,
+    changed: Sequence[_Changed],
+    left: Sequence[UnassignedLog],
+    names: _Names,
 ) -> Analysable:
     """Return what would be there if nothing had been corrected, less the logs that runs lost."""
     values: dict[tuple[str, str], dict[str, Any]] = {}
@@ -147,7 +151,7 @@ def _before(
         values.setdefault((item.kind, item.uid), {})[item.column] = item.was
     runs = tuple(_run_before(run, values.get(("run", run.uid), {}), names) for run in now.runs)
     by_run: dict[str, list[ChargeOfRun]] = {}
-    for charge in happened.charges.values():
+    for charge in study_history.charges.values():
         old = values.get(("charge", charge.uid), {})
         as_it_was = replace(
             charge,
@@ -156,7 +160,7 @@ def _before(
             mode=old.get("mode", charge.mode),
         )
         by_run.setdefault(as_it_was.run_uid, []).append(as_it_was)
-    given = {(item.to, sample) for item in left for sample in happened.heights.get(item.file_uid, ())}
+    given = {(item.to, sample) for item in left for sample in study_history.heights.get(item.file_uid, ())}
     logs = {uid: [log for log in logs if (uid, log.sha256) not in given] for uid, logs in now.logs.items()}
     return Analysable(runs, by_run, logs)
 

@@ -16,7 +16,7 @@ from data_schema.queries.arrivals import Arrival
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.preregistration.departures import Analysable, Departure
-from labbook.analysis.preregistration.study_history import WHAT, Happened
+from labbook.analysis.preregistration.study_history import WHAT, StudyHistory
 from reports.numbers import Quantity
 
 
@@ -30,10 +30,10 @@ class Replaced:
     came: tuple[Arrival, ...]
 
 
-def replaced_later(_connection: sa.Connection, happened: Happened, now: Analysable) -> list[Departure]:
+def late_replacements(_connection: sa.Connection, study_history: StudyHistory, now: Analysable) -> list[Departure]:
     """Tell which file or charge replaced which; one that nothing replaced is told as taken off."""
     found = []
-    for item in [item for item in replacements(happened, now) if item.came]:
+    for item in [item for item in replacements(study_history, now) if item.came]:
         last = max(item.came, key=lambda arrival: arrival.seq)
         found.append(
             Departure(
@@ -47,27 +47,29 @@ def replaced_later(_connection: sa.Connection, happened: Happened, now: Analysab
     return found
 
 
-def replacements(happened: Happened, now: Analysable) -> list[Replaced]:
+def replacements(study_history: StudyHistory, now: Analysable) -> list[Replaced]:
     """List the runs that have a number, as at a report, but not from all the logs or the charge of then."""
     found = []
-    for quantity in happened.arrivals:
+    for quantity in study_history.arrivals:
         for run in now.runs:
             if run.state is not RunState.VOID and quantity in now.given(run):
-                gone, came = _exchanged(happened, run, quantity)
+                gone, came = _exchanged(study_history, run, quantity)
                 if gone:
                     found.append(Replaced(run, quantity, gone, came))
     return found
 
 
-def _exchanged(happened: Happened, run: RunRow, quantity: Quantity) -> tuple[tuple[Arrival, ...], tuple[Arrival, ...]]:
+def _exchanged(
+    study_history: StudyHistory, run: RunRow, quantity: Quantity
+) -> tuple[tuple[Arrival, ...], tuple[Arrival, ...]]:
     most = max(run.starts, 1) if quantity is Quantity.APEX else 1
-    has = happened.that_count(quantity, run.uid)
+    has = study_history.that_count(quantity, run.uid)
     gone: dict[Arrival, None] = {}
     came: dict[Arrival, None] = {}
-    for made in happened.reports:
-        had = happened.that_count(quantity, run.uid, made)
-        left = _without(had, has, happened, made, None)
-        new = _without(has, had, happened, None, made)
+    for made in study_history.reports:
+        had = study_history.that_count(quantity, run.uid, made)
+        left = _without(had, has, study_history, made, None)
+        new = _without(has, had, study_history, None, made)
         if left and len(had) <= most:
             gone |= dict.fromkeys(left)
             came |= dict.fromkeys(new)
@@ -75,12 +77,16 @@ def _exchanged(happened: Happened, run: RunRow, quantity: Quantity) -> tuple[tup
 
 
 def _without(
-    some: Sequence[Arrival], others: Sequence[Arrival], happened: Happened, seq: int | None, other_seq: int | None
+    some: Sequence[Arrival],
+    others: Sequence[Arrival],
+    study_history: StudyHistory,
+    seq: int | None,
+    other_seq: int | None,
 ) -> list[Arrival]:
     """Return those whose content the others have not, each at its entry."""
     uids = {item.uid for item in others}
-    known = {part for item in others for part in happened.content(item, other_seq)}
-    return [item for item in some if item.uid not in uids and happened.content(item, seq) - known]
+    known = {part for item in others for part in study_history.content(item, other_seq)}
+    return [item for item in some if item.uid not in uids and study_history.content(item, seq) - known]
 
 
 def _named(items: Sequence[Arrival], quantity: Quantity) -> str:

@@ -11,19 +11,19 @@ import sqlalchemy as sa
 from data_schema.queries.conditions import conditions_by_key
 from data_schema.vocabulary import RunKind
 from labbook.analysis.preregistration.departures import Analysable, Departure
-from labbook.analysis.preregistration.study_history import Happened
+from labbook.analysis.preregistration.study_history import StudyHistory
 from reports.numbers import Quantity
 
 
-def moved_later(connection: sa.Connection, happened: Happened, now: Analysable) -> list[Departure]:
+def moved_runs(connection: sa.Connection, study_history: StudyHistory, now: Analysable) -> list[Departure]:
     """Tell which runs with numbers were moved after a report, and between which conditions."""
-    moved = conditions_at_reports(happened, now)
+    moved = conditions_at_reports(study_history, now)
     keys = {uid: key for key, uid in conditions_by_key(connection).items()} if moved else {}
     found = []
     for run in now.runs:
         if run.uid in moved:
             were = [keys[uid] if uid else "none" for uid in moved[run.uid]]
-            last = [item for item in happened.changes if item.uid == run.uid and "condition" in item.new][-1]
+            last = [item for item in study_history.changes if item.uid == run.uid and "condition" in item.new][-1]
             found.append(
                 Departure(
                     f"the condition of run {run.name} was corrected after a report had been made: it was "
@@ -35,12 +35,12 @@ def moved_later(connection: sa.Connection, happened: Happened, now: Analysable) 
     return found
 
 
-def conditions_at_reports(happened: Happened, now: Analysable) -> dict[str, tuple[str | None, ...]]:
+def conditions_at_reports(study_history: StudyHistory, now: Analysable) -> dict[str, tuple[str | None, ...]]:
     """Return the other conditions in which reports saw a run that has numbers, by uids."""
     found = {}
     for run in now.runs:
         if run.kind is RunKind.JUMPS and now.given(run):
-            seen = [happened.said(run.uid, "condition", run.condition_uid, made) for made in happened.reports]
+            seen = [study_history.said(run.uid, "condition", run.condition_uid, made) for made in study_history.reports]
             others = tuple(dict.fromkeys(uid for uid in seen if uid != run.condition_uid))
             if others:
                 found[run.uid] = others

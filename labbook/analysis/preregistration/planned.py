@@ -19,13 +19,13 @@ from data_schema.vocabulary import RunState
 from labbook.analysis.comparison import pairing
 from labbook.analysis.preregistration.changed_settings import History, changed_jump_rules, changed_settings
 from labbook.analysis.preregistration.departures import Analysable, Departure, parted_conditions, read_analysable
-from labbook.analysis.preregistration.disallowed_exclusions import LeftOut, left_out
-from labbook.analysis.preregistration.late_arrivals import came_later
-from labbook.analysis.preregistration.late_corrections import corrected_later
-from labbook.analysis.preregistration.late_replacements import replaced_later
-from labbook.analysis.preregistration.moved_runs import moved_later
-from labbook.analysis.preregistration.study_history import Happened, read_happened
-from labbook.analysis.preregistration.unselected_conditions import conditions_left_out
+from labbook.analysis.preregistration.disallowed_exclusions import DisallowedExclusion, disallowed_exclusions
+from labbook.analysis.preregistration.late_arrivals import late_arrivals
+from labbook.analysis.preregistration.late_corrections import late_corrections
+from labbook.analysis.preregistration.late_replacements import late_replacements
+from labbook.analysis.preregistration.moved_runs import moved_runs
+from labbook.analysis.preregistration.study_history import StudyHistory, read_study_history
+from labbook.analysis.preregistration.unselected_conditions import unselected_conditions
 from labbook.config.analysis import kept_analysis
 from labbook.config.model import AnalysisSettings, Configuration, Family, Outcome
 from reports.numbers import Quantity
@@ -65,7 +65,7 @@ class Planned:
     stated_utc: str | None = None
     stated_by: str | None = None
     first_measured_utc: str | None = None
-    left_out: tuple[LeftOut, ...] = ()
+    disallowed_exclusions: tuple[DisallowedExclusion, ...] = ()
     bounds_stated: bool = True
     further: tuple[Departure, ...] = ()
     run_before: str | None = None
@@ -113,7 +113,7 @@ class Planned:
         planned = FAMILY_OF[self.settings.family]
         if family != planned:
             return Reason(f"the family decided on is {planned}")
-        touching = [item for item in self.left_out if item.jumps is None or quantity is Quantity.APEX]
+        touching = [item for item in self.disallowed_exclusions if item.jumps is None or quantity is Quantity.APEX]
         rests_on = [item.sentence for item in self.further if item.touches(quantity, conditions)]
         departures = (*map(not_allowed, touching), *rests_on)
         if touching:
@@ -145,11 +145,15 @@ def planned_analysis(
         return Planned(
             now or AnalysisSettings(), False, (NOTHING_DECIDED + too_late,), *_said(known), first.at_utc
         )  # fmt: skip
-    out, since, every = left_out(connection, stood.exclusions), _since(before, stood), read_analysable(connection)
-    happened = read_happened(connection, first.seq)
+    out, since, every = (
+        disallowed_exclusions(connection, stood.exclusions),
+        _since(before, stood),
+        read_analysable(connection),
+    )
+    study_history = read_study_history(connection, first.seq)
     further = [
         *changed_jump_rules(before[-1][0].text, configuration),
-        *(item for watch in _SINCE_MEASURED for item in watch(connection, happened, every)),
+        *(item for watch in _SINCE_MEASURED for item in watch(connection, study_history, every)),
         *(
             ()
             if selected is None
@@ -175,21 +179,21 @@ def planned_analysis(
     )
 
 
-_SINCE_MEASURED: tuple[Callable[[sa.Connection, Happened, Analysable], list[Departure]], ...] = (
-    corrected_later,
-    moved_later,
-    replaced_later,
-    came_later,
+_SINCE_MEASURED: tuple[Callable[[sa.Connection, StudyHistory, Analysable], list[Departure]], ...] = (
+    late_corrections,
+    moved_runs,
+    late_replacements,
+    late_arrivals,
 )
 """What is watched in the journal since the entry of the first measurement, in the order in which it is told."""
 _IN_SELECTIONS: tuple[Callable[[Analysable, Configuration, Collection[str]], list[Departure]], ...] = (
     parted_conditions,
-    conditions_left_out,
+    unselected_conditions,
 )
 """What is watched in the choice of runs (their uids) for a report or a comparison."""
 
 
-def not_allowed(item: LeftOut) -> str:
+def not_allowed(item: DisallowedExclusion) -> str:
     """Return the departure that something left out for another reason than those allowed is."""
     return f"{item.sentence}, which was not allowed"
 

@@ -20,7 +20,7 @@ WHAT: Mapping[Quantity, str] = {Quantity.JOULES: "charge", Quantity.APEX: "log"}
 
 
 @dataclass(frozen=True, slots=True)
-class Happened:
+class StudyHistory:
     """`reports` are entries, `arrivals` by quantity and the run's uid, `heights` the samples of logs by their file."""
 
     reports: Sequence[int]
@@ -63,7 +63,7 @@ class Happened:
         return now if seq is None else self.said(item.uid, "mode", now, seq)
 
 
-def read_happened(connection: sa.Connection, first_seq: int) -> Happened:
+def read_study_history(connection: sa.Connection, first_seq: int) -> StudyHistory:
     """Read what happened after the entry of the first measurement."""
     reports = reports_made(connection)
     found: dict[Quantity, dict[str, list[Arrival]]] = {}
@@ -71,7 +71,7 @@ def read_happened(connection: sa.Connection, first_seq: int) -> Happened:
         of_runs = found.setdefault(quantity, {})
         for arrival in read(connection, reports):
             of_runs.setdefault(arrival.run_uid, []).append(arrival)
-    return Happened(
+    return StudyHistory(
         reports,
         changes_after(connection, first_seq),
         found,

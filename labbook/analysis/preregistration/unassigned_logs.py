@@ -9,12 +9,12 @@ import sqlalchemy as sa
 
 from data_schema.queries.changes import Change, file_links, roles_and_names_of_files
 from data_schema.vocabulary import FileRole
-from labbook.analysis.preregistration.study_history import Happened
+from labbook.analysis.preregistration.study_history import StudyHistory
 from reports.numbers import Quantity
 
 
 @dataclass(frozen=True, slots=True)
-class LogThatLeft:
+class UnassignedLog:
     """A log that a run had and has no more; `to` is the uid of the run that it was given to, None for none."""
 
     name: str
@@ -24,7 +24,7 @@ class LogThatLeft:
     change: Change
 
 
-def logs_that_left(connection: sa.Connection, happened: Happened) -> list[LogThatLeft]:
+def unassigned_logs(connection: sa.Connection, study_history: StudyHistory) -> list[UnassignedLog]:
     """Return the logs that runs had and have no more.
 
     As with charges it is the difference in the end that counts: the run that a log was first given to had it. One that
@@ -32,11 +32,11 @@ def logs_that_left(connection: sa.Connection, happened: Happened) -> list[LogTha
     """
     links = file_links(connection)
     linked, file_of = {(link.file_uid, link.run_uid) for link in links}, {link.uid: link.file_uid for link in links}
-    file_of |= _files_of_gone_links(happened.changes, file_of)
+    file_of |= _files_of_gone_links(study_history.changes, file_of)
     known = roles_and_names_of_files(connection)
     first: dict[str, list[str]] = {}
-    found: dict[tuple[str, str], LogThatLeft] = {}
-    for change in happened.changes:
+    found: dict[tuple[str, str], UnassignedLog] = {}
+    for change in study_history.changes:
         if change.kind not in ("file", "run_file"):
             continue
         file_uid = change.uid if change.kind == "file" else file_of.get(change.uid, "")
@@ -48,9 +48,9 @@ def logs_that_left(connection: sa.Connection, happened: Happened) -> list[LogTha
         had = _runs_before(change)
         first.setdefault(file_uid or change.uid, had or [change.new["run"]])
         for run_uid in had:
-            its_own = run_uid in first[file_uid or change.uid] or _seen_there(happened, file_uid, run_uid)
+            its_own = run_uid in first[file_uid or change.uid] or _seen_there(study_history, file_uid, run_uid)
             if its_own and (file_uid, run_uid) not in linked:
-                found[file_uid or change.uid, run_uid] = LogThatLeft(name, file_uid, run_uid, to, change)
+                found[file_uid or change.uid, run_uid] = UnassignedLog(name, file_uid, run_uid, to, change)
     return list(found.values())
 
 
@@ -59,10 +59,10 @@ def _runs_before(change: Change) -> list[str]:
     return list(change.old.get("runs", [change.old["run"]] if change.old.get("run") else []))
 
 
-def _seen_there(happened: Happened, file_uid: str, run_uid: str) -> bool:
+def _seen_there(study_history: StudyHistory, file_uid: str, run_uid: str) -> bool:
     """Tell whether a report was made while a run had a log."""
-    of_run = happened.arrivals[Quantity.APEX].get(run_uid, ())
-    return any(item.uid == file_uid and item.belonged(made) for item in of_run for made in happened.reports)
+    of_run = study_history.arrivals[Quantity.APEX].get(run_uid, ())
+    return any(item.uid == file_uid and item.belonged(made) for item in of_run for made in study_history.reports)
 
 
 def _files_of_gone_links(changes: Sequence[Change], there: Mapping[str, str]) -> dict[str, str]:

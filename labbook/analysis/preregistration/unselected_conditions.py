@@ -20,7 +20,9 @@ from reports.numbers import Quantity
 _MOST_NAMED = 4
 
 
-def conditions_left_out(every: Analysable, configuration: Configuration, selected: Collection[str]) -> list[Departure]:
+def unselected_conditions(
+    every: Analysable, configuration: Configuration, selected: Collection[str]
+) -> list[Departure]:
     """List the conditions with numbers of which a selection (uids of runs) takes no run, group by group."""
     uids, swept = set(selected), pairing.swept_factor(configuration)
     control = None if swept is None else configuration.factors[swept].control

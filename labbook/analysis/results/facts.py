@@ -8,12 +8,12 @@ from data_schema.queries.detections import DecisionRow
 from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
-from labbook.analysis.results.result_cache import rests_on
+from labbook.analysis.results.result_cache import fingerprint
 
 
 def run_input(run: RunRow) -> InputRow:
     """Name a run and the facts about it that numbers rest on; whether it is void decides who uses its numbers."""
-    return rests_on(
+    return fingerprint(
         "run",
         "run",
         run.uid,
@@ -23,12 +23,14 @@ def run_input(run: RunRow) -> InputRow:
 
 def charge_input(charge: ChargeOfRun) -> InputRow:
     """Name a charge and what it says."""
-    return rests_on("charge", "charge", charge.uid, canonical([charge.charge_mah, charge.resolution_mah, charge.mode]))
+    return fingerprint(
+        "charge", "charge", charge.uid, canonical([charge.charge_mah, charge.resolution_mah, charge.mode])
+    )
 
 
 def idle_runs_input(robot_uid: str) -> InputRow:
     """Name the idle runs of a robot: a drain line rests on all there are, also before another one is added."""
-    return rests_on("idle runs", "idle_runs", robot_uid, robot_uid)
+    return fingerprint("idle runs", "idle_runs", robot_uid, robot_uid)
 
 
 def signal_input(signal: SignalRow, role: str) -> InputRow:
@@ -38,9 +40,9 @@ def signal_input(signal: SignalRow, role: str) -> InputRow:
 
 def decision_input(decision: DecisionRow) -> InputRow:
     """Name a person's verdict; it never changes."""
-    return rests_on("decision", "decision", decision.uid, decision.uid)
+    return fingerprint("decision", "decision", decision.uid, decision.uid)
 
 
 def condition_input(run: RunRow) -> InputRow:
     """Name the condition of a run: a summary rests on it, also before another run joins it."""
-    return rests_on("condition", "condition", run.condition_uid or "", run.condition_key)
+    return fingerprint("condition", "condition", run.condition_uid or "", run.condition_key)

@@ -45,7 +45,7 @@ class NewNumber:
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class Computed:
     """What computing gave: the numbers, and whatever else a page needs, as plain JSON."""
 
     numbers: tuple[NewNumber, ...]
@@ -60,7 +60,7 @@ class Request:
     scope: Mapping[str, Any]
     inputs: tuple[InputRow, ...]
     settings: Mapping[str, Any]
-    compute: Callable[[], Outcome]
+    compute: Callable[[], Computed]
 
     @property
     def key(self) -> str:
@@ -76,7 +76,7 @@ class Request:
 
 
 @dataclass
-class Workbench:
+class ResultCache:
     """Gives results, computing only those that are not stored."""
 
     connection: sa.Connection
@@ -98,20 +98,20 @@ class Workbench:
         return self.ensure([request])[0]
 
 
-def keep(connection: sa.Connection, bench: Workbench) -> int:
+def keep(connection: sa.Connection, cache: ResultCache) -> int:
     """Store what a workbench computed, in a writing transaction; returns how many results are new."""
-    stored = results_by_key(connection, list(bench.computed))
-    add_results(connection, [row for key, row in bench.computed.items() if key not in stored])
-    renew(connection, [row for row in (bench.reused | stored).values() if row.stale])
-    return len(bench.computed) - len(stored)
+    stored = results_by_key(connection, list(cache.computed))
+    add_results(connection, [row for key, row in cache.computed.items() if key not in stored])
+    renew(connection, [row for row in (cache.reused | stored).values() if row.stale])
+    return len(cache.computed) - len(stored)
 
 
-def rests_on(role: str, kind: str, uid: str, content: str) -> InputRow:
+def fingerprint(role: str, kind: str, uid: str, content: str) -> InputRow:
     """Name an input; `content` is whatever changes when the input changes."""
     return InputRow(role, kind, uid, hashlib.sha256(content.encode()).hexdigest())
 
 
-def rests_on_result(role: str, row: ResultRow) -> InputRow:
+def result_fingerprint(role: str, row: ResultRow) -> InputRow:
     """Name another result as an input."""
     return InputRow(role, "result", row.uid, row.key)
 
@@ -126,7 +126,7 @@ def number(row: ResultRow, name: str) -> NumberRow:
     return next(item for item in row.numbers if item.name == name)
 
 
-def _row(key: str, request: Request, outcome: Outcome) -> ResultRow:
+def _row(key: str, request: Request, outcome: Computed) -> ResultRow:
     return ResultRow(
         uid=key[:16],
         kind=request.algorithm.kind,

@@ -18,7 +18,7 @@ from labbook.cli.stats.options import (
     ResidualsOption,
     ValueOption,
     WhereOption,
-    tell,
+    print_output,
     text_of,
 )
 
@@ -55,11 +55,11 @@ def anova(
     labbook stats anova --where "foot=small and k_gain=400" --quantity apex
     """
     from labbook.actions.stats_anova import analyse
-    from labbook.actions.stats_data import Given
+    from labbook.actions.stats_data import DataSource
     from labbook.actions.stats_pictures import Pictures
 
-    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
+    given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)
     with progress("stats anova", None, shown=not as_json) as step:
         told = analyse(given, alpha, level, pictures, step)
-    tell(told, as_json)
+    print_output(told, as_json)

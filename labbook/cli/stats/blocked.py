@@ -20,7 +20,7 @@ from labbook.cli.stats.options import (
     ResidualsOption,
     ValueOption,
     WhereOption,
-    tell,
+    print_output,
     text_of,
 )
 
@@ -67,11 +67,11 @@ def blocked(
     labbook stats blocked --quantity apex --run-within-day run --where "foot=small and k_gain=400"
     """
     from labbook.actions.stats_blocked import block
-    from labbook.actions.stats_data import Given
+    from labbook.actions.stats_data import DataSource
     from labbook.actions.stats_pictures import Pictures
 
-    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day, run)
+    given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day, run)
     pictures = Pictures(plot, qq, residuals)
     with progress("stats blocked", None, shown=not as_json) as step:
         told = block(given, alpha, level, pooled, pictures, step)
-    tell(told, as_json)
+    print_output(told, as_json)

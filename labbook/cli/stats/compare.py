@@ -20,7 +20,7 @@ from labbook.cli.stats.options import (
     ResidualsOption,
     ValueOption,
     WhereOption,
-    tell,
+    print_output,
     text_of,
 )
 
@@ -64,11 +64,11 @@ def compare(
     """
     from labbook.actions.stats_compare import CompareRequest
     from labbook.actions.stats_compare import compare as run
-    from labbook.actions.stats_data import Given
+    from labbook.actions.stats_data import DataSource
     from labbook.actions.stats_pictures import Pictures
 
-    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
+    given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)
     with progress("stats compare", None, shown=not as_json) as step:
         told = run(given, CompareRequest(route, alpha, level, pooled), pictures, step)
-    tell(told, as_json)
+    print_output(told, as_json)

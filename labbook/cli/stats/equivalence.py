@@ -19,7 +19,7 @@ from labbook.cli.stats.options import (
     ResidualsOption,
     ValueOption,
     WhereOption,
-    tell,
+    print_output,
     text_of,
 )
 
@@ -65,12 +65,12 @@ def equivalence(
     Example: labbook stats equivalence data.csv --value apex_mm --by controller --control CE --low -5 --high 5;
     labbook stats equivalence --quantity apex --low -3 --percent --pooled --plot apex.pdf
     """
-    from labbook.actions.stats_data import Given
+    from labbook.actions.stats_data import DataSource
     from labbook.actions.stats_equivalence import EquivalenceRequest, equal
     from labbook.actions.stats_pictures import Pictures
 
-    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
+    given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)
     with progress("stats equivalence", None, shown=not as_json) as step:
         told = equal(given, EquivalenceRequest(low, high, percent, route, alpha, pooled), pictures, step)
-    tell(told, as_json)
+    print_output(told, as_json)

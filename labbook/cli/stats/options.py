@@ -8,7 +8,7 @@ import typer
 from labbook.cli.common import columns, emit
 
 if TYPE_CHECKING:
-    from labbook.actions.stats_told import Told
+    from labbook.actions.stats_output import CommandOutput
 
 FileArgument = Annotated[
     Path | None,
@@ -75,7 +75,7 @@ def text_of(file: Path | None) -> str:
     return "" if file is None else read_text(file, marked_utf_16=True)
 
 
-def tell(told: "Told", as_json: bool) -> None:
+def print_output(told: "CommandOutput", as_json: bool) -> None:
     """Print what was found."""
     lines: list[str] = []
     for item in told.lines:

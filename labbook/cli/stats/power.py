@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import JsonOption
-from labbook.cli.stats.options import tell
+from labbook.cli.stats.options import print_output
 
 
 def register(app: typer.Typer) -> None:
@@ -70,4 +70,4 @@ def power(
         one_sided,
         percent,
     )
-    tell(plan_power(request), as_json)
+    print_output(plan_power(request), as_json)

@@ -20,7 +20,7 @@ from labbook.cli.stats.options import (
     ResidualsOption,
     ValueOption,
     WhereOption,
-    tell,
+    print_output,
     text_of,
 )
 
@@ -58,12 +58,12 @@ def savings(
     Example: labbook stats savings data.csv --value energy_J --by controller --control CE;
     labbook stats savings --where "foot=small and k_gain=400" --pooled --plot savings.pdf
     """
-    from labbook.actions.stats_data import Given
+    from labbook.actions.stats_data import DataSource
     from labbook.actions.stats_pictures import Pictures
     from labbook.actions.stats_savings import save
 
-    given = Given(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
+    given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)
     with progress("stats savings", None, shown=not as_json) as step:
         told = save(given, alpha, level, pooled, pictures, step)
-    tell(told, as_json)
+    print_output(told, as_json)

@@ -35,11 +35,11 @@ from labbook.actions.kept_files import dismiss, reread_named, restore, restore_i
 from labbook.actions.rereading import RereadRequest
 from labbook.actions.runs_importing import import_runs
 from labbook.actions.typed_charge import state_charge
-from labbook.book.desk import Desk
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.replaying import replayed
 from labbook.book.suspected import WITHOUT_LOGS, needless_entries
+from labbook.book.write_session import WriteSession
 from tests.helpers.books import ADA, instrument_files, small_book
 from tests.helpers.databases import all_rows_by_name
 
@@ -68,8 +68,8 @@ def template() -> Path:
     folder = Path(_HOLD.name)
     small = small_book(folder, runs=False, ingested=False)
     sheet = (small.instruments / "runs.csv").read_text().splitlines(keepends=True)[: 1 + len(RUNS)]
-    with small.open() as book, book.desk(ADA) as desk:
-        import_runs(book, desk, "".join(sheet), "runs.csv")
+    with small.open() as book, book.session(ADA) as session:
+        import_runs(book, session, "".join(sheet), "runs.csv")
     return small.folder
 
 
@@ -139,9 +139,9 @@ class Statements(RuleBasedStateMachine):
             self.refused = str(error)
             assert "\n" not in self.refused
 
-    def say(self, words: Callable[[Desk], object]) -> None:
-        with self.may_be_refused(), self.book.desk(ADA) as desk:
-            words(desk)
+    def say(self, words: Callable[[WriteSession], object]) -> None:
+        with self.may_be_refused(), self.book.session(ADA) as session:
+            words(session)
 
     def rows(self) -> list[dict[str, Any]]:
         with self.book.reading() as connection:
@@ -176,44 +176,44 @@ class Statements(RuleBasedStateMachine):
 
     @rule(name=st.sampled_from((*SHEETS, *LOGS)))
     def withdraw_file(self, name: str) -> None:
-        self.say(lambda desk: withdraw(desk, name, "a draft"))
+        self.say(lambda session: withdraw(session, name, "a draft"))
 
     @rule(name=st.sampled_from((*SHEETS, *LOGS)))
     def restore_file(self, name: str) -> None:
-        self.say(lambda desk: restore(desk, name, None))
+        self.say(lambda session: restore(session, name, None))
 
     @rule(name=st.sampled_from((*SHEETS, *LOGS)), run=st.sampled_from((*RUNS, "none")))
     def assign_file(self, name: str, run: str) -> None:
-        self.say(lambda desk: assign(desk, name, run, "so it was"))
+        self.say(lambda session: assign(session, name, run, "so it was"))
 
     @rule(part=st.sampled_from(("log", "log_segment_2")), run=st.sampled_from((*RUNS, "none")))
     def assign_part(self, part: str, run: str) -> None:
-        self.say(lambda desk: assign(desk, f"both.csv#{part}", run, "so it was"))
+        self.say(lambda session: assign(session, f"both.csv#{part}", run, "so it was"))
 
     @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5), run=st.sampled_from((*RUNS, "none")))
     def assign_row(self, name: str, row: int, run: str) -> None:
-        self.say(lambda desk: assign(desk, f"{name}#{row}", run, "so it was"))
+        self.say(lambda session: assign(session, f"{name}#{row}", run, "so it was"))
 
     @rule(which=st.integers(0, 20), said=st.sampled_from(("charge_mah=150", "charge_mah=77", "run=r003", "run=none")))
     def correct_charge(self, which: int, said: str) -> None:
         uid = self.charge(which)
-        self.say(lambda desk: correct(self.book, desk, f"charge:{uid}", [said], "misread"))
+        self.say(lambda session: correct(self.book, session, f"charge:{uid}", [said], "misread"))
 
     @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5))
     def dismiss_row(self, name: str, row: int) -> None:
-        self.say(lambda desk: dismiss(desk, f"{name}#{row}", "of another robot"))
+        self.say(lambda session: dismiss(session, f"{name}#{row}", "of another robot"))
 
     @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5))
     def restore_row(self, name: str, row: int) -> None:
-        self.say(lambda desk: restore_item(desk, f"{name}#{row}", None))
+        self.say(lambda session: restore_item(session, f"{name}#{row}", None))
 
     @rule(run=st.sampled_from(RUNS), amount=st.sampled_from((150.0, 99.0)))
     def type_charge(self, run: str, amount: float) -> None:
-        self.say(lambda desk: state_charge(desk, self.book.configuration, run, amount, None, None))
+        self.say(lambda session: state_charge(session, self.book.configuration, run, amount, None, None))
 
     @rule(jump=st.integers(1, 3), verdict=st.sampled_from(("accept", "reject")))
     def decide_on_jump(self, jump: int, verdict: str) -> None:
-        self.say(lambda desk: decide(self.book, desk, "r003", [jump], verdict, "touched_by_hand", None))
+        self.say(lambda session: decide(self.book, session, "r003", [jump], verdict, "touched_by_hand", None))
 
     @invariant()
     def a_run_has_one_charge_that_its_sheet_holds(self) -> None:

@@ -18,8 +18,8 @@ from labbook.actions.kept_files import reread_named, restore, withdraw
 from labbook.actions.rereading import RereadRequest
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
+from labbook.statements.apply_context import derived_uid
 from labbook.statements.charge_numbers import charge_numbers, keys_in
-from labbook.statements.scene import derived_uid
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.ingest.formats.test_excel import workbook
 from tests.labbook.actions.test_sheets_read_again import charges, rebuilt_alike
@@ -84,11 +84,11 @@ def test_the_book_holds_every_charge_of_every_sheet(small: SmallBook, tmp_path: 
     with small.open() as book:
         take(book, tmp_path, name, FILES[name]())
         assert charges(book) == ALL
-        with book.desk(ADA) as desk:
-            withdraw(desk, name, "a draft")
+        with book.session(ADA) as session:
+            withdraw(session, name, "a draft")
         assert not any(charges(book).values())
-        with book.desk(ADA) as desk:
-            restore(desk, name, None)
+        with book.session(ADA) as session:
+            restore(session, name, None)
         assert charges(book) == ALL
     rebuilt_alike(small)
 
@@ -100,18 +100,18 @@ def test_what_was_said_of_a_charge_stays_with_its_sheet(small: SmallBook, tmp_pa
         take(book, tmp_path, name, FILES[name]())
         with book.reading() as connection:
             uid = charges_by_run(connection)[run_named(connection, "r004").uid][0].uid
-        with book.desk(ADA) as desk:
-            correct(book, desk, f"charge:{uid}", ["charge_mah=181"], "the display said 181")
-        with book.desk(ADA) as desk:
-            assign(desk, f"{name}#2", "none", "another pack's")
+        with book.session(ADA) as session:
+            correct(book, session, f"charge:{uid}", ["charge_mah=181"], "the display said 181")
+        with book.session(ADA) as session:
+            assign(session, f"{name}#2", "none", "another pack's")
         corrected = {**ALL, "r002": [], "r004": [181.0]}
         assert charges(book) == corrected
         read_again(book, name, "other")
         assert charges(book) == corrected
-        with book.desk(ADA) as desk:
-            withdraw(desk, name, "a draft")
-        with book.desk(ADA) as desk:
-            restore(desk, name, None)
+        with book.session(ADA) as session:
+            withdraw(session, name, "a draft")
+        with book.session(ADA) as session:
+            restore(session, name, None)
         assert charges(book) == corrected
         read_again(book, name, "charge")
         assert charges(book) == corrected

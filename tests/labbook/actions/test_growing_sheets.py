@@ -51,8 +51,8 @@ def test_a_charge_taken_off_its_run_does_not_come_back_with_the_grown_sheet(tmp_
     small = small_book(tmp_path)
     sheet = min((small.instruments / "charger").iterdir())
     with small.open() as book:
-        with book.desk(ADA) as desk:
-            assign(desk, f"{sheet.name}#1", "none", "it was another pack's")
+        with book.session(ADA) as session:
+            assign(session, f"{sheet.name}#1", "none", "it was another pack's")
         with book.reading() as connection:
             run = run_named(connection, sheet.read_text().splitlines()[1].split(",")[0])
             before = inbox(connection)
@@ -86,22 +86,22 @@ def test_a_contradicting_row_waits_and_the_run_keeps_its_charge(tmp_path: Path) 
 def test_void_can_be_taken_back(tmp_path: Path) -> None:
     small = small_book(tmp_path)
     with small.open() as book:
-        with book.desk(ADA) as desk:
-            void(desk, "r001", "foot came loose")
-        with book.desk(ADA) as desk:
-            unvoid(desk, "r001", "it was r002")
-            assert run_named(desk.connection, "r001").state is RunState.COMPLETE
-        with book.desk(ADA) as desk:
-            assert "not void" in unvoid(desk, "r001", "again")
-            assert not desk.said
+        with book.session(ADA) as session:
+            void(session, "r001", "foot came loose")
+        with book.session(ADA) as session:
+            unvoid(session, "r001", "it was r002")
+            assert run_named(session.connection, "r001").state is RunState.COMPLETE
+        with book.session(ADA) as session:
+            assert "not void" in unvoid(session, "r001", "again")
+            assert not session.said
 
 
 def test_jumps_that_were_not_found_leave_a_finding(tmp_path: Path) -> None:
     small = small_book(tmp_path)
     log = min((small.instruments / "logs").iterdir())
     with small.open() as book:
-        with book.desk(ADA) as desk:
-            correct(book, desk, "r001", ["jumps_made=9"], "counted again")
+        with book.session(ADA) as session:
+            correct(book, session, "r001", ["jumps_made=9"], "counted again")
         outcome = ingest_file_again(book, tmp_path, log)
         assert "jumps_found_not_made" in rules(outcome)
 
@@ -133,10 +133,10 @@ def test_a_charge_typed_in_later_makes_its_condition_stale(tmp_path: Path) -> No
         with book.reading() as connection:
             run = run_named(connection, "r001")
             charge = charges_by_run(connection)[run.uid][0]
-        with book.desk(ADA) as desk:
-            correct(book, desk, f"charge:{charge.uid}", ["run=none"], "belongs elsewhere")
+        with book.session(ADA) as session:
+            correct(book, session, f"charge:{charge.uid}", ["run=none"], "belongs elsewhere")
         state_report(book, None, ADA, lambda _step: None)
-        with book.desk(ADA) as desk:
-            state_charge(desk, book.configuration, "r001", charge.charge_mah, None, None)
-            stale = desk.stale
+        with book.session(ADA) as session:
+            state_charge(session, book.configuration, "r001", charge.charge_mah, None, None)
+            stale = session.stale
     assert any(kind == "condition_summary" and run.condition_key in scope for kind, scope in stale)

@@ -49,8 +49,8 @@ Work = Callable[[Book, SmallBook], object]
 
 
 def state_runs(book: Book, rows: list[str], person: str = ADA) -> None:
-    with book.desk(person) as desk:
-        import_runs(book, desk, HEAD + "".join(rows), "runs.csv")
+    with book.session(person) as session:
+        import_runs(book, session, HEAD + "".join(rows), "runs.csv")
 
 
 def take(book: Book, path: Path, person: str = ADA, run: str | None = None) -> None:
@@ -58,18 +58,18 @@ def take(book: Book, path: Path, person: str = ADA, run: str | None = None) -> N
 
 
 def reject(book: Book, run: str, jump: int, reason: str = "touched_by_hand", person: str = ADA) -> None:
-    with book.desk(person) as desk:
-        decide(book, desk, run, [jump], "reject", reason, None)
+    with book.session(person) as session:
+        decide(book, session, run, [jump], "reject", reason, None)
 
 
 def change(book: Book, run: str, *said: str, person: str = ADA) -> None:
-    with book.desk(person) as desk:
-        correct(book, desk, run, list(said), "misread")
+    with book.session(person) as session:
+        correct(book, session, run, list(said), "misread")
 
 
 def charge(book: Book, run: str, mah: float, person: str = ADA) -> str:
-    with book.desk(person) as desk:
-        return state_charge(desk, book.configuration, run, mah, None, None)
+    with book.session(person) as session:
+        return state_charge(session, book.configuration, run, mah, None, None)
 
 
 @pytest.fixture
@@ -94,9 +94,9 @@ def at_the_lab(book: Book, files: SmallBook) -> None:
     take(book, files.log("r003"))
     take(book, files.instruments / "charger" / "2021-06-14.csv")
     reject(book, "r001", 1)
-    with book.desk(ADA) as desk:
-        note(desk, "the lab's remark", "r002")
-        void(desk, "r005", "foot came loose")
+    with book.session(ADA) as session:
+        note(session, "the lab's remark", "r002")
+        void(session, "r005", "foot came loose")
 
 
 def in_the_field(book: Book, files: SmallBook) -> None:
@@ -107,16 +107,16 @@ def in_the_field(book: Book, files: SmallBook) -> None:
     reject(book, "r010", 2, person=BEN)
     reject(book, "r002", 1, person=BEN)
     change(book, "r004", "duration_s=700", person=BEN)
-    with book.desk(BEN) as desk:
-        note(desk, "mud on the foot", "r009")
-        assign(desk, "r011.csv", "none", "not sure")
-        assign(desk, "r011.csv", "r011", None)
+    with book.session(BEN) as session:
+        note(session, "mud on the foot", "r009")
+        assign(session, "r011.csv", "none", "not sure")
+        assign(session, "r011.csv", "r011", None)
     with book.reading() as connection:
         row = last_reading(connection, show_file(connection, "r009.csv").sha256)
     assert row is not None
     reread(book, row, RereadRequest({"columns": {"k_gain": {"channel": "aux"}}}, BEN))
-    with book.desk(BEN) as desk:
-        withdraw(desk, "r002.csv", "of another robot")
+    with book.session(BEN) as session:
+        withdraw(session, "r002.csv", "of another robot")
 
 
 def go_on(lab: SmallBook, laptop: SmallBook, here: Work = at_the_lab, there: Work = in_the_field) -> None:
@@ -204,8 +204,8 @@ def test_a_second_merge_adds_only_what_is_new(lab: SmallBook, laptop: SmallBook)
     with lab.open() as book:
         change(book, "r004", "duration_s=720")
         change(book, "r009", "duration_s=500")
-    with laptop.open() as book, book.desk(BEN) as desk:
-        note(desk, "later", "r009")
+    with laptop.open() as book, book.session(BEN) as session:
+        note(session, "later", "r009")
     assert merged(lab, laptop).entries == {"note": 1}
     is_whole(lab.folder)
 
@@ -235,9 +235,9 @@ def test_a_dry_run_says_what_would_come_and_writes_nothing(lab: SmallBook, lapto
 
 
 def plan_in(book: Book, seed: int) -> None:
-    with book.desk(ADA) as desk:
+    with book.session(ADA) as session:
         entries = [PlannedEntry(f"r0{number}", 1, "", None) for number in range(40, 43)]
-        state_plan(desk, book.configuration, seed, PlanMethod.RANDOMISED, entries)
+        state_plan(session, book.configuration, seed, PlanMethod.RANDOMISED, entries)
 
 
 def declared_otherwise(book: Book, name: str, channel: str) -> None:
@@ -248,8 +248,8 @@ def declared_otherwise(book: Book, name: str, channel: str) -> None:
 
 
 def moved(book: Book, name: str, run: str) -> None:
-    with book.desk(ADA) as desk:
-        assign(desk, name, run, "misnamed")
+    with book.session(ADA) as session:
+        assign(session, name, run, "misnamed")
 
 
 def take_inbox(book: Book, files: SmallBook, run: str | None) -> None:
@@ -258,11 +258,11 @@ def take_inbox(book: Book, files: SmallBook, run: str | None) -> None:
     lines = (files.instruments / "charger" / "2021-06-16.csv").read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join(lines[:2]))
     take(book, path)
-    with book.desk(ADA) as desk:
+    with book.session(ADA) as session:
         if run is None:
-            dismiss(desk, "sheet.csv#1", "nobody's")
+            dismiss(session, "sheet.csv#1", "nobody's")
         else:
-            assign(desk, "sheet.csv#1", run, None)
+            assign(session, "sheet.csv#1", run, None)
 
 
 def other_row(changed: str) -> list[str]:
@@ -337,8 +337,8 @@ AGAINST: dict[str, tuple[Work, Work, tuple[str, ...]]] = {
 
 
 def accept(book: Book, run: str, jump: int) -> None:
-    with book.desk(ADA) as desk:
-        decide(book, desk, run, [jump], "accept", "looks_right", None)
+    with book.session(ADA) as session:
+        decide(book, session, run, [jump], "accept", "looks_right", None)
 
 
 def test_a_run_started_twice_keeps_both_logs_where_this_book_has_both(lab: SmallBook, laptop: SmallBook) -> None:
@@ -380,9 +380,9 @@ def test_what_both_say_alike_is_said_once(lab: SmallBook, laptop: SmallBook) -> 
         declared_otherwise(book, "r001.csv", "aux")
         charge(book, "r001", 812)
         plan_in(book, 7)
-        with book.desk(ADA) as desk:
-            void(desk, "r005", "foot came loose")
-            withdraw(desk, "r002.csv", "of another robot")
+        with book.session(ADA) as session:
+            void(session, "r005", "foot came loose")
+            withdraw(session, "r002.csv", "of another robot")
 
     go_on(lab, laptop, both, both)
     with laptop.open() as book:
@@ -413,24 +413,24 @@ def test_who_came_to_the_same_end_by_another_way_agrees(lab: SmallBook, laptop: 
 def test_what_was_taken_back_there_is_taken_back_here(lab: SmallBook, laptop: SmallBook) -> None:
     def there(book: Book, files: SmallBook) -> None:
         take_inbox(book, files, None)
-        with book.desk(BEN) as desk:
-            withdraw(desk, "r001.csv", "whose?")
-            void(desk, "r005", "foot came loose")
-        with book.desk(BEN) as desk:
-            restore(desk, "r001.csv", "mine")
-            restore_item(desk, "sheet.csv#1", "r009's")
-            unvoid(desk, "r005", "it was r006")
+        with book.session(BEN) as session:
+            withdraw(session, "r001.csv", "whose?")
+            void(session, "r005", "foot came loose")
+        with book.session(BEN) as session:
+            restore(session, "r001.csv", "mine")
+            restore_item(session, "sheet.csv#1", "r009's")
+            unvoid(session, "r005", "it was r006")
 
     def here(book: Book, _files: SmallBook) -> None:
-        with book.desk(ADA) as desk:
-            withdraw(desk, "r001.csv", "of another robot")
-            void(desk, "r005", "foot came loose")
+        with book.session(ADA) as session:
+            withdraw(session, "r001.csv", "of another robot")
+            void(session, "r005", "foot came loose")
 
     go_on(lab, laptop, here, there)
     assert len(merged(lab, laptop, dry_run=True).conflicts) == 2
-    with lab.open() as book, book.desk(ADA) as desk:
-        restore(desk, "r001.csv", "as Ben says")
-        unvoid(desk, "r005", "as Ben says")
+    with lab.open() as book, book.session(ADA) as session:
+        restore(session, "r001.csv", "as Ben says")
+        unvoid(session, "r005", "as Ben says")
     assert merged(lab, laptop).entries == {"file": 1, "charge dismissed": 1, "file or charge restored": 1}
     is_whole(lab.folder)
 
@@ -487,8 +487,8 @@ def test_the_book_of_another_study_is_refused(lab: SmallBook, stranger: SmallBoo
 def test_another_configuration_is_refused_until_both_say_the_same(lab: SmallBook, laptop: SmallBook) -> None:
     text = laptop.toml.read_text().replace('"Ben Ode" = "BO"', '"Ben Ode" = "BO"\n"Cy Dee" = "CD"')
     laptop.toml.write_text(text)
-    with laptop.open() as book, book.desk("CD") as desk:
-        note(desk, "by a third")
+    with laptop.open() as book, book.session("CD") as session:
+        note(session, "by a third")
     with pytest.raises(InputRefused, match=r"\[people\]"):
         merged(lab, laptop)
     lab.toml.write_text(text)

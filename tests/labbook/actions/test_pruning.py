@@ -140,7 +140,7 @@ def test_what_the_journal_speaks_of_stays_also_without_a_row(tmp_path: Path, com
     with book.open() as standing:
         assert len(check(book).orphans) == 3
         assert pruned(standing) == {TEMPORARY}
-        with standing.desk(ADA):
+        with standing.session(ADA):
             pass
     assert check(book).orphans == ()
     assert check(book).problems == ()

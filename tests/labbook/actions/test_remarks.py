@@ -41,8 +41,8 @@ def sheet(*rows: Mapping[str, str]) -> str:
 
 
 def imported(book: Book, text: str) -> RunsImported:
-    with book.desk(ADA) as desk:
-        return import_runs(book, desk, text, "runs.csv")
+    with book.session(ADA) as session:
+        return import_runs(book, session, text, "runs.csv")
 
 
 IDLE = {"kind": "idle", "foot": "", "k_gain": "", "b_ad_gain": "", "jumps_made": ""}
@@ -101,10 +101,10 @@ def test_one_remark_a_rule_names_its_runs_and_counts_the_rest(stated: SmallBook)
 
 
 def after_correction(book: Book, target: str, *fields: str) -> list[Remark]:
-    with book.desk(ADA) as desk:
-        changed = correct(book, desk, target, fields, "x")
+    with book.session(ADA) as session:
+        changed = correct(book, session, target, fields, "x")
         return remarks_on(
-            desk.connection, book.configuration, runs_corrected(desk.connection, target, changed), list(changed)
+            session.connection, book.configuration, runs_corrected(session.connection, target, changed), list(changed)
         )
 
 
@@ -113,9 +113,9 @@ def test_a_place_that_a_run_of_another_sheet_has_is_remarked(stated: SmallBook) 
         (remark,) = imported(book, sheet({"date": "2021-06-14"}, {"date": "2021-06-14", "position": "40"})).remarks
         assert (remark.rule, remark.first, remark.count) == ("position_taken", "q1", 1)
         assert "run q1 has position 1 of 2021-06-14, as run r001 has" in remark.message
-        with book.desk(ADA) as desk:
-            void(desk, "q1", "typed twice")
-            void(desk, "r001", "typed twice")
+        with book.session(ADA) as session:
+            void(session, "q1", "typed twice")
+            void(session, "r001", "typed twice")
         again = sheet({"run": "q3", "date": "2021-06-14", "position": "1"})
         assert imported(book, again).remarks == []
 
@@ -138,11 +138,11 @@ def test_a_correction_is_looked_at_where_it_changes_something(stated: SmallBook)
 
 def test_a_charge_is_compared_with_the_pack_of_its_run(stated: SmallBook) -> None:
     with stated.open() as book:
-        with book.desk(ADA) as desk:
-            state_charge(desk, book.configuration, "r001", 6700.0, None, None)
-            state_charge(desk, book.configuration, "r002", 0.0, None, None)
-            (remark,) = remarks_on(desk.connection, book.configuration, ["r001", "r002", "r003"])[-1:]
-            (charge,) = charges_of_run(desk.connection, run_named(desk.connection, "r001").uid)
+        with book.session(ADA) as session:
+            state_charge(session, book.configuration, "r001", 6700.0, None, None)
+            state_charge(session, book.configuration, "r002", 0.0, None, None)
+            (remark,) = remarks_on(session.connection, book.configuration, ["r001", "r002", "r003"])[-1:]
+            (charge,) = charges_of_run(session.connection, run_named(session.connection, "r001").uid)
         assert (remark.rule, remark.count, remark.more) == ("charge_unusual", 2, ("r002",))
         assert "6700 mAh, more than the 6600 mAh that pack A holds; the same of r002." in remark.message
         assert rules(after_correction(book, f"charge:{charge.uid}", "charge_mah=0")) == ["charge_unusual"]

@@ -210,8 +210,8 @@ def test_parts_of_a_file_are_given_to_runs_one_by_one(tmp_path: Path) -> None:
             names = [part.part for part in parts_of_reading(connection, row.uid)]
         assert len(names) == 2
         for part, run in zip(names, ("r001", "r002"), strict=True):
-            with book.desk(ADA) as desk:
-                assign(desk, f"both.csv#{part}", run, None)
+            with book.session(ADA) as session:
+                assign(session, f"both.csv#{part}", run, None)
             with book.reading() as connection:
                 loose = [item.name for item in inbox(connection)]
             assert loose == ([f"both.csv#{names[1]}"] if run == "r001" else [])
@@ -220,12 +220,12 @@ def test_parts_of_a_file_are_given_to_runs_one_by_one(tmp_path: Path) -> None:
                 "r001": first.count(b"\n") - 1,
                 "r002": second.count(b"\n") - 1,
             }
-        with book.desk(ADA) as desk, pytest.raises(UsageError, match="add --why to move it"):
-            assign(desk, f"both.csv#{names[0]}", "r003", None)
-        with book.desk(ADA) as desk:
-            assert "moved to run r003" in assign(desk, f"both.csv#{names[0]}", "r003", "it was the third")
-        with book.desk(ADA) as desk, pytest.raises(UsageError, match="not a known part of"):
-            assign(desk, "both.csv#nothing", "r003", None)
+        with book.session(ADA) as session, pytest.raises(UsageError, match="add --why to move it"):
+            assign(session, f"both.csv#{names[0]}", "r003", None)
+        with book.session(ADA) as session:
+            assert "moved to run r003" in assign(session, f"both.csv#{names[0]}", "r003", "it was the third")
+        with book.session(ADA) as session, pytest.raises(UsageError, match="not a known part of"):
+            assign(session, "both.csv#nothing", "r003", None)
     rebuilt_alike(small)
 
 
@@ -237,8 +237,8 @@ def test_a_part_taken_off_its_run_stays_off_in_another_reading(tmp_path: Path) -
     log.write_text("".join([header, *rows, *rows]))
     with small.open() as book:
         first = ingest_file(book, log, IngestRequest(run="r001", person=ADA))
-        with book.desk(ADA) as desk:
-            assign(desk, "both.csv#log_segment_2", "none", "a rehearsal")
+        with book.session(ADA) as session:
+            assign(session, "both.csv#log_segment_2", "none", "a rehearsal")
         again = ingest_file(book, log, IngestRequest(options={"decimal_sign": "."}, person=ADA))
         assert again.read is not None
         assert first.read is not None

@@ -75,8 +75,8 @@ def test_a_restored_book_has_every_row_and_goes_on(source: Path, tmp_path: Path)
     assert (folder / "labbook.toml").read_bytes() == (source / "labbook.toml").read_bytes()
     assert list(folder.rglob(".*")) == []
     with opened(folder) as book:
-        with book.desk(ADA) as desk:
-            note(desk, "afterwards")
+        with book.session(ADA) as session:
+            note(session, "afterwards")
         assert notes(book)[-1] == "afterwards"
         said_alike(book)
 

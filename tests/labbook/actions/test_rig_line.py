@@ -27,8 +27,8 @@ RUN = "r001"
 @pytest.fixture
 def book(tmp_path: Path) -> Iterator[Book]:
     with small_book(tmp_path, ingested=False).open() as book:
-        with book.desk(ADA) as desk:
-            correct(book, desk, RUN, ["jumps_made=10"], "the run of this test")
+        with book.session(ADA) as session:
+            correct(book, session, RUN, ["jumps_made=10"], "the run of this test")
         yield book
 
 

@@ -66,12 +66,12 @@ def test_corrections_and_assignments_outlive_another_reading(small: SmallBook, t
         take(book, tmp_path, "s.csv", SHEET, declared("mAh"))
         assert charges(book) == {"r001": [0.15], "r002": [0.16], "r003": [0.17], "r004": []}
         before = uid_of(book, "r001")
-        with book.desk(ADA) as desk:
-            correct(book, desk, f"charge:{uid_of(book, 'r002')}", ["charge_mah=149"], "the display said 149")
-        with book.desk(ADA) as desk:
-            assign(desk, "s.csv#3", "none", "another pack's")
-        with book.desk(ADA) as desk:
-            assign(desk, "s.csv#4", "r004", None)
+        with book.session(ADA) as session:
+            correct(book, session, f"charge:{uid_of(book, 'r002')}", ["charge_mah=149"], "the display said 149")
+        with book.session(ADA) as session:
+            assign(session, "s.csv#3", "none", "another pack's")
+        with book.session(ADA) as session:
+            assign(session, "s.csv#4", "r004", None)
         again = take(book, tmp_path, "s.csv", SHEET, declared("Ah"))
         assert again.changes is not None
         assert again.read is not None
@@ -92,16 +92,16 @@ def test_rows_of_other_sheets_step_in_when_a_sheet_is_withdrawn_and_back(small: 
             ("charge_known", 3)
         ]
         both = charges(book)
-        with book.desk(ADA) as desk:
-            said = withdraw(desk, "s.csv", "was a draft")
+        with book.session(ADA) as session:
+            said = withdraw(session, "s.csv", "was a draft")
         assert "3 rows of other sheets" in said
         assert charges(book) == both
-        with book.desk(ADA) as desk:
-            withdraw(desk, "grown.csv", "so was this")
+        with book.session(ADA) as session:
+            withdraw(session, "grown.csv", "so was this")
         assert not any(charges(book).values())
         for name in ("grown.csv", "s.csv"):
-            with book.desk(ADA) as desk:
-                restore(desk, name, None)
+            with book.session(ADA) as session:
+                restore(session, name, None)
         assert charges(book) == both
     rebuilt_alike(small)
 
@@ -109,11 +109,11 @@ def test_rows_of_other_sheets_step_in_when_a_sheet_is_withdrawn_and_back(small: 
 def use(book: Book, *steps: str) -> None:
     """Withdraw (`-NAME`) and restore (`+NAME`) sheets in this order."""
     for step in steps:
-        with book.desk(ADA) as desk:
+        with book.session(ADA) as session:
             if step.startswith("-"):
-                withdraw(desk, step[1:], "a draft")
+                withdraw(session, step[1:], "a draft")
             else:
-                restore(desk, step[1:], None)
+                restore(session, step[1:], None)
 
 
 @pytest.mark.parametrize(
@@ -142,15 +142,15 @@ def test_a_restored_sheet_adds_no_second_charge_and_no_row_that_is_gone(small: S
     with small.open() as book:
         take(book, tmp_path, "s.csv", SHEET, declared("Ah"))
         use(book, "-s.csv")
-        with book.desk(ADA) as desk:
-            state_charge(desk, book.configuration, "r001", 155.0, None, None)
+        with book.session(ADA) as session:
+            state_charge(session, book.configuration, "r001", 155.0, None, None)
         use(book, "+s.csv")
         assert charges(book)["r001"] == [155.0]
         take(book, tmp_path, "grown.csv", SHEET + "r004,0.19,12\n", declared("Ah"))
         use(book, "-s.csv")
         uid = uid_of(book, "r002")
-        with book.desk(ADA) as desk:
-            correct(book, desk, f"charge:{uid}", ["charge_mah=161"], "misread")
+        with book.session(ADA) as session:
+            correct(book, session, f"charge:{uid}", ["charge_mah=161"], "misread")
         use(book, "+s.csv")
         assert charges(book)["r002"] == [161.0]
     rebuilt_alike(small)
@@ -159,23 +159,26 @@ def test_a_restored_sheet_adds_no_second_charge_and_no_row_that_is_gone(small: S
 def test_the_second_charge_of_a_run_is_refused_by_every_door(small: SmallBook, tmp_path: Path) -> None:
     other = "run,mAh,minutes\nr001,99,12\n"
     with small.open() as book:
-        with book.desk(ADA) as desk:
-            state_charge(desk, book.configuration, "r001", 150.0, None, None)
+        with book.session(ADA) as session:
+            state_charge(session, book.configuration, "r001", 150.0, None, None)
         take(book, tmp_path, "other.csv", other)
         for say in (
-            lambda desk: assign(desk, "other.csv#1", "r001", "it is"),
-            lambda desk: assign(desk, "other.csv", "r001", "it is"),
-            lambda desk: state_charge(desk, book.configuration, "r001", 99.0, None, None),
+            lambda session: assign(session, "other.csv#1", "r001", "it is"),
+            lambda session: assign(session, "other.csv", "r001", "it is"),
+            lambda session: state_charge(session, book.configuration, "r001", 99.0, None, None),
         ):
-            with pytest.raises(UsageError, match="run r001 has a charge already, 150 mAh"), book.desk(ADA) as desk:
-                say(desk)
+            with (
+                pytest.raises(UsageError, match="run r001 has a charge already, 150 mAh"),
+                book.session(ADA) as session,
+            ):
+                say(session)
         assert charges(book)["r001"] == [150.0]
-        with book.desk(ADA) as desk:
-            dismiss(desk, "other.csv#1", "of another robot")
+        with book.session(ADA) as session:
+            dismiss(session, "other.csv#1", "of another robot")
         with book.reading() as connection:
             assert inbox(connection) == []
-        with book.desk(ADA) as desk:
-            restore_item(desk, "other.csv#1", None)
+        with book.session(ADA) as session:
+            restore_item(session, "other.csv#1", None)
         with book.reading() as connection:
             assert [item.name for item in inbox(connection)] == ["other.csv#1"]
     rebuilt_alike(small)
@@ -210,15 +213,15 @@ def read_again(book: Book, name: str, options: dict[str, object]) -> None:
 def test_a_row_that_goes_and_comes_back_is_where_a_person_put_it(small: SmallBook, tmp_path: Path) -> None:
     with small.open() as book:
         take(book, tmp_path, "s.csv", TWICE, columns())
-        with book.desk(ADA) as desk:
-            assign(desk, "s.csv#2", "r004", None)
+        with book.session(ADA) as session:
+            assign(session, "s.csv#2", "r004", None)
         read_again(book, "s.csv", columns(amount="second"))
         assert charges(book)["r004"] == []
         read_again(book, "s.csv", columns())
         assert charges(book)["r004"] == [160.0]
         read_again(book, "s.csv", columns(amount="second"))
-        with book.desk(ADA) as desk:
-            state_charge(desk, book.configuration, "r004", 99.0, None, None)
+        with book.session(ADA) as session:
+            state_charge(session, book.configuration, "r004", 99.0, None, None)
         read_again(book, "s.csv", columns())
         assert charges(book)["r004"] == [99.0], "the second charge of a run waits"
         with book.reading() as connection:
@@ -241,16 +244,16 @@ def test_rows_that_repeated_one_are_placed_when_it_says_something_else(
 def test_a_dismissed_row_that_is_gone_is_not_restored(small: SmallBook, tmp_path: Path) -> None:
     with small.open() as book:
         take(book, tmp_path, "s.csv", TWICE, columns())
-        with book.desk(ADA) as desk:
-            dismiss(desk, "s.csv#2", "of another robot")
+        with book.session(ADA) as session:
+            dismiss(session, "s.csv#2", "of another robot")
         read_again(book, "s.csv", columns(amount="second"))
-        with pytest.raises(UsageError, match="has no charge 2"), book.desk(ADA) as desk:
-            restore_item(desk, "s.csv#2", None)
+        with pytest.raises(UsageError, match="has no charge 2"), book.session(ADA) as session:
+            restore_item(session, "s.csv#2", None)
         read_again(book, "s.csv", columns())
         with book.reading() as connection:
             assert inbox(connection) == [], "it is dismissed still"
-        with book.desk(ADA) as desk:
-            restore_item(desk, "s.csv#2", None)
+        with book.session(ADA) as session:
+            restore_item(session, "s.csv#2", None)
         with book.reading() as connection:
             assert [item.name for item in inbox(connection)] == ["s.csv#2"]
     rebuilt_alike(small)
@@ -261,9 +264,9 @@ def test_a_charge_given_back_to_a_run_by_hand_counts_whatever_it_repeats(small: 
     with small.open() as book:
         take(book, tmp_path, "s.csv", TWICE, columns())
         take(book, tmp_path, "grown.csv", f"{TWICE}# more\n", columns())
-        with book.desk(ADA) as desk:
-            assign(desk, "s.csv#1", "none", "that sheet is a draft")
-            assign(desk, "grown.csv#1", "r001", None)
+        with book.session(ADA) as session:
+            assign(session, "s.csv#1", "none", "that sheet is a draft")
+            assign(session, "grown.csv#1", "r001", None)
         assert charges(book)["r001"] == [150.0]
     rebuilt_alike(small)
 

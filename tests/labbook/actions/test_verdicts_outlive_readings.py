@@ -28,8 +28,8 @@ OTHER_VALUES = {"columns": {"k_gain": {"channel": "own_gain", "unit": "1"}}}
 @pytest.fixture
 def judged(tmp_path: Path) -> SmallBook:
     small = small_book(tmp_path)
-    with small.open() as book, book.desk(ADA) as desk:
-        decide(book, desk, "r001", [2], "reject", "touched_by_hand", None)
+    with small.open() as book, book.session(ADA) as session:
+        decide(book, session, "r001", [2], "reject", "touched_by_hand", None)
     return small
 
 
@@ -59,11 +59,11 @@ def test_a_reading_with_other_times_lets_verdicts_wait_by_name(judged: SmallBook
     path.write_text("".join(["z\n", *(f"{line.split(',')[height]}\n" for line in lines[1:])]))
     columns = {"columns": {"z": {"channel": "body_height", "unit": "m"}}}
     with small.open() as book:
-        with book.desk(ADA) as desk:
-            assign(desk, "r002.csv", "none", "the other one")
+        with book.session(ADA) as session:
+            assign(session, "r002.csv", "none", "the other one")
         ingest_file(book, path, IngestRequest("r002", {**columns, "rate_hz": 300.0}, person=ADA))
-        with book.desk(ADA) as desk:
-            decide(book, desk, "r002", [2], "reject", "touched_by_hand", None)
+        with book.session(ADA) as session:
+            decide(book, session, "r002", [2], "reject", "touched_by_hand", None)
         said = ingest_file(book, path, IngestRequest(options={**columns, "rate_hz": 280.0}, person=ADA)).said
     assert any("waiting for review: run r002: reject" in line for line in said), said
     found = check_book(judged.folder, lambda total: progress("checking", total, shown=False))
@@ -73,9 +73,9 @@ def test_a_reading_with_other_times_lets_verdicts_wait_by_name(judged: SmallBook
             (waiting,) = verdicts_waiting(connection)
             lines = jump_lines(review(book, connection, "r002"))[2]
         assert waiting.sentence in lines
-        with book.desk(ADA) as desk:
-            assert clear_waiting(desk, "r002", None) == 1
-            assert clear_waiting(desk, "r002", None) == 0
+        with book.session(ADA) as session:
+            assert clear_waiting(session, "r002", None) == 1
+            assert clear_waiting(session, "r002", None) == 0
         rows = all_rows_by_name(book.engine)
     rebuild_database(judged.folder, lambda _step: None)
     with judged.open() as book:

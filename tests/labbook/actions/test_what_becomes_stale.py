@@ -16,9 +16,9 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs_importing import import_runs
 from labbook.actions.typed_charge import state_charge
 from labbook.analysis.results.facts import run_input
-from labbook.book.desk import Desk, DryRun
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
+from labbook.book.write_session import DryRun, WriteSession
 from labbook.statements.correcting import NUMBERS_REST_ON
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
 
@@ -38,21 +38,21 @@ def book(made: SmallBook) -> Iterator[Book]:
         yield standing
 
 
-def stale_after(book: Book, *said: Callable[[Desk], object]) -> Stale:
+def stale_after(book: Book, *said: Callable[[WriteSession], object]) -> Stale:
     """State something and take it back; returns what became stale by its last part: kinds, and runs they are about."""
     found: Stale = {}
-    with contextlib.suppress(DryRun), book.desk(ADA) as desk:
+    with contextlib.suppress(DryRun), book.session(ADA) as session:
         for statement in said:
-            desk.stale.clear()
-            statement(desk)
-        for kind, scope in desk.stale:
+            session.stale.clear()
+            statement(session)
+        for kind, scope in session.stale:
             found.setdefault(kind, set()).add(json.loads(scope).get("run", ""))
         raise DryRun
     return found
 
 
 def corrected(book: Book, target: str, *fields: str) -> Stale:
-    return stale_after(book, lambda desk: correct(book, desk, target, fields, "x"))
+    return stale_after(book, lambda session: correct(book, session, target, fields, "x"))
 
 
 def charge_of(book: Book, run: str) -> str:
@@ -104,7 +104,7 @@ def all_joules(stale: Stale) -> bool:
 def test_an_idle_run_names_the_drain_fit_and_every_joule(book: Book) -> None:
     assert all_joules(corrected(book, "r007", "duration_s=1300"))
     assert all_joules(corrected(book, charge_of(book, "r007"), "charge_mah=118"))
-    assert all_joules(stale_after(book, lambda desk: void(desk, "r007", "was touched")))
+    assert all_joules(stale_after(book, lambda session: void(session, "r007", "was touched")))
     assert len(corrected(book, "study", "reference_voltage_v=16.8")["run_energy"]) == 12
     assert len(corrected(book, "robot:hopper", "rest_length_m=0.3")["run_apexes"]) == 12
 
@@ -113,8 +113,8 @@ def test_an_idle_run_that_joins_names_the_drain_fit_though_nothing_rested_on_it(
     head = instrument_files()["runs.csv"].decode().splitlines()[0]
     sheet = f"{head}\nr017,2021-06-16,9,idle,,,,A,hopper,17:00,1500,,1,\n"
 
-    def declared(desk: Desk) -> object:
-        return import_runs(book, desk, sheet, "more.csv")
+    def declared(session: WriteSession) -> object:
+        return import_runs(book, session, sheet, "more.csv")
 
     assert all_joules(stale_after(book, declared))
     assert all_joules(corrected(book, "r002", "kind=idle", "jumps_made=0", "levels=none"))
@@ -123,33 +123,33 @@ def test_an_idle_run_that_joins_names_the_drain_fit_though_nothing_rested_on_it(
 def test_the_charge_of_an_idle_run_names_the_drain_fit_when_it_comes_and_when_it_goes(book: Book) -> None:
     charge = "2021-06-14.csv#7"
 
-    def taken_off(desk: Desk) -> object:
-        return assign(desk, charge, "none", "read a line too low")
+    def taken_off(session: WriteSession) -> object:
+        return assign(session, charge, "none", "read a line too low")
 
     assert all_joules(stale_after(book, taken_off))
     joined = Fresh(book, taken_off)
-    assert joined.names_the_drain(lambda desk: assign(desk, charge, "r007", None))
-    assert joined.names_the_drain(lambda desk: state_charge(desk, book.configuration, "r007", 60.0, None, None))
+    assert joined.names_the_drain(lambda session: assign(session, charge, "r007", None))
+    assert joined.names_the_drain(lambda session: state_charge(session, book.configuration, "r007", 60.0, None, None))
     assert joined.names_the_drain(
-        lambda desk: correct(book, desk, charge_of(book, "r007"), ["run=r007"], "it was right")
+        lambda session: correct(book, session, charge_of(book, "r007"), ["run=r007"], "it was right")
     )
 
 
 class Fresh:
     """What a second statement names, where all that the first one named was computed again in between."""
 
-    def __init__(self, book: Book, first: Callable[[Desk], object]) -> None:
+    def __init__(self, book: Book, first: Callable[[WriteSession], object]) -> None:
         self.book, self.first = book, first
 
-    def names_the_drain(self, second: Callable[[Desk], object]) -> bool:
-        def renewed(desk: Desk) -> None:
-            desk.connection.exec_driver_sql("UPDATE result SET stale = 0")
+    def names_the_drain(self, second: Callable[[WriteSession], object]) -> bool:
+        def renewed(session: WriteSession) -> None:
+            session.connection.exec_driver_sql("UPDATE result SET stale = 0")
 
         return all_joules(stale_after(self.book, self.first, renewed, second))
 
 
 def test_a_log_taken_off_names_apexes_and_no_joules(book: Book) -> None:
-    stale = stale_after(book, lambda desk: assign(desk, "r001.csv", "none", "wrong card"))
+    stale = stale_after(book, lambda session: assign(session, "r001.csv", "none", "wrong card"))
     assert stale["run_apexes"] == {"r001"}
     compared = {"comparison", "comparison_by_day", "family", "jump_comparison"}
     assert stale.keys() == {"run_apexes", "condition_summary", *compared}

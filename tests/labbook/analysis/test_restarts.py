@@ -68,8 +68,8 @@ def test_two_logs_of_two_starts_are_one_run(made: SmallBook, book: Book, tmp_pat
     with book.reading() as connection, pytest.raises(UsageError, match="2 log files with a body height and 1 start"):
         review(book, connection, RUN)
     assert RUN in missing(book)
-    with book.desk(ADA) as desk:
-        correct(book, desk, RUN, ["starts=2"], "power button pressed")
+    with book.session(ADA) as session:
+        correct(book, session, RUN, ["starts=2"], "power button pressed")
     assert heights_m(book) == pytest.approx(whole_heights_m(tmp_path), abs=1e-4)
     assert RUN not in missing(book)
 
@@ -82,8 +82,8 @@ def test_a_clock_that_starts_again_within_a_file_is_one_run(made: SmallBook, boo
     assert len(found.signals) == 2
     assert [item.jump.number for item in found.jumps] == [1, 2, 3]
     assert heights_m(book) == pytest.approx(whole_heights_m(tmp_path), abs=1e-4)
-    with book.desk(ADA) as desk:
-        decide(book, desk, RUN, [before + 1], "reject", "misfire", None)
+    with book.session(ADA) as session:
+        decide(book, session, RUN, [before + 1], "reject", "misfire", None)
     with book.reading() as connection:
         judged = review(book, connection, RUN).jumps
     assert [item.excluded is None for item in judged] == [True, False, True]
@@ -97,8 +97,8 @@ def missing(book: Book) -> set[str]:
 
 def test_the_order_of_ingesting_does_not_matter(made: SmallBook, book: Book, tmp_path: Path) -> None:
     first, second, _before = halves(made)
-    with book.desk(ADA) as desk:
-        correct(book, desk, RUN, ["starts=2"], "power button pressed")
+    with book.session(ADA) as session:
+        correct(book, session, RUN, ["starts=2"], "power button pressed")
     ingest(book, tmp_path, "LOG10.csv", second)
     ingest(book, tmp_path, "LOG9.csv", first)
     assert heights_m(book) == pytest.approx(whole_heights_m(tmp_path), abs=1e-4)
@@ -110,8 +110,8 @@ def test_the_same_samples_saved_twice_are_one_log(made: SmallBook, book: Book, t
     ingest(book, tmp_path, "saved_again.csv", whole.replace(b"\n", b"\r\n"))
     for starts in (1, 2):
         if starts == 2:
-            with book.desk(ADA) as desk:
-                correct(book, desk, RUN, ["starts=2"], "power button pressed")
+            with book.session(ADA) as session:
+                correct(book, session, RUN, ["starts=2"], "power button pressed")
         assert heights_m(book) == whole_heights_m(tmp_path / f"{starts}")
         assert RUN not in missing(book)
 
@@ -125,7 +125,7 @@ def test_the_line_at_the_rig_counts_the_jumps_of_all_logs(made: SmallBook, book:
     ((line, again),) = rig_lines_of(book, [outcome])
     assert "its jumps do not count (2 log files with a body height and 1 start)" in line.text
     assert again.text.startswith("look again: ")
-    with book.desk(ADA) as desk:
-        correct(book, desk, RUN, ["starts=2"], "power button pressed")
+    with book.session(ADA) as session:
+        correct(book, session, RUN, ["starts=2"], "power button pressed")
     ((line,),) = rig_lines_of(book, [outcome])
     assert "3 of 3 jumps found in 2 logs, no gaps in the log just read," in line.text

@@ -16,9 +16,17 @@ from labbook.actions.assigning import assign
 from labbook.actions.correcting import correct, void
 from labbook.actions.jump_review import decide
 from labbook.actions.report_command import state_report
-from labbook.analysis.results.result_cache import Algorithm, NewNumber, Outcome, Request, Workbench, keep, rests_on
-from labbook.book.desk import Desk
+from labbook.analysis.results.result_cache import (
+    Algorithm,
+    Computed,
+    NewNumber,
+    Request,
+    ResultCache,
+    fingerprint,
+    keep,
+)
 from labbook.book.opening import Book
+from labbook.book.write_session import WriteSession
 from reports.numbers import Quantity
 from tests.helpers.books import ADA, SmallBook, small_book
 
@@ -43,14 +51,14 @@ def book(made: SmallBook) -> Iterator[Book]:
 def report(book: Book, where: str | None = None) -> tuple[list[ResultRow], list[ResultRow]]:
     """Report, and return what was computed and what was reused for it."""
     made = state_report(book, where, ADA, lambda _step: None)
-    return list(made.bench.computed.values()), list(made.bench.reused.values())
+    return list(made.cache.computed.values()), list(made.cache.reused.values())
 
 
-def state(book: Book, said: Callable[[Desk], object]) -> Stale:
+def state(book: Book, said: Callable[[WriteSession], object]) -> Stale:
     """State something, and return what became stale."""
-    with book.desk(ADA) as desk:
-        said(desk)
-    return [(kind, json.loads(scope)) for kind, scope in desk.stale]
+    with book.session(ADA) as session:
+        said(session)
+    return [(kind, json.loads(scope)) for kind, scope in session.stale]
 
 
 def stored(book: Book) -> dict[str, ResultRow]:
@@ -78,8 +86,8 @@ def rests_on_any(rows: list[ResultRow], roots: list[ResultRow]) -> list[ResultRo
         found |= more
 
 
-def reject(book: Book, run: str, *jumps: int) -> Callable[[Desk], object]:
-    return lambda desk: decide(book, desk, run, list(jumps), "reject", "touched_by_hand", None)
+def reject(book: Book, run: str, *jumps: int) -> Callable[[WriteSession], object]:
+    return lambda session: decide(book, session, run, list(jumps), "reject", "touched_by_hand", None)
 
 
 def test_a_second_report_computes_nothing(book: Book) -> None:
@@ -115,7 +123,7 @@ def test_taking_a_verdict_back_uses_the_old_results_and_computes_nothing(book: B
     before = stored(book)
     state(book, reject(book, "r001", 2))
     report(book)
-    state(book, lambda desk: decide(book, desk, "r001", [2], "clear", "other", None))
+    state(book, lambda session: decide(book, session, "r001", [2], "clear", "other", None))
     computed, reused = report(book)
     assert computed == []
     assert {row.key for row in reused} == set(before)
@@ -128,7 +136,7 @@ def test_taking_a_verdict_back_uses_the_old_results_and_computes_nothing(book: B
 def test_a_verdict_given_again_uses_nothing_of_the_first(book: Book) -> None:
     """It is another person's word at another time, so its results have their own provenance."""
     state(book, reject(book, "r001", 2))
-    state(book, lambda desk: decide(book, desk, "r001", [2], "clear", "other", None))
+    state(book, lambda session: decide(book, session, "r001", [2], "clear", "other", None))
     state(book, reject(book, "r001", 2))
     computed, _reused = report(book)
     (row,) = [row for row in computed if row.kind == "run_apexes" and scope(row)["detector"] == "robust"]
@@ -144,7 +152,7 @@ def test_detections_are_made_once(book: Book) -> None:
 
 
 def test_correcting_the_foot_names_both_conditions_and_their_comparisons(book: Book) -> None:
-    stale = state(book, lambda desk: correct(book, desk, "r004", ["foot=large"], "typed wrong"))
+    stale = state(book, lambda session: correct(book, session, "r004", ["foot=large"], "typed wrong"))
     of_runs = [about["run"] for kind, about in stale if kind.startswith("run_")]
     assert set(of_runs) == {"r004"}
     old, new = "foot=small k_gain=400 b_ad_gain=100", "foot=large k_gain=400 b_ad_gain=100"
@@ -166,8 +174,8 @@ def test_correcting_the_foot_names_both_conditions_and_their_comparisons(book: B
 
 def test_correcting_it_back_computes_nothing(book: Book) -> None:
     before = set(stored(book))
-    state(book, lambda desk: correct(book, desk, "r004", ["foot=large"], "typed wrong"))
-    state(book, lambda desk: correct(book, desk, "r004", ["foot=small"], "typed right"))
+    state(book, lambda session: correct(book, session, "r004", ["foot=large"], "typed wrong"))
+    state(book, lambda session: correct(book, session, "r004", ["foot=small"], "typed right"))
     computed, reused = report(book)
     assert computed == []
     assert {row.key for row in reused} == before
@@ -182,7 +190,7 @@ def charge_of(book: Book, run: str) -> str:
 
 def test_a_corrected_charge_touches_the_joules_of_its_run_only(book: Book) -> None:
     target = f"charge:{charge_of(book, 'r001')}"
-    state(book, lambda desk: correct(book, desk, target, ["charge_mah=121"], "misread"))
+    state(book, lambda session: correct(book, session, target, ["charge_mah=121"], "misread"))
     computed, _reused = report(book)
     assert {scope(row)["run"] for row in computed if row.kind.startswith("run_")} == {"r001"}
     assert {row.kind for row in computed} <= {
@@ -194,7 +202,7 @@ def test_a_corrected_charge_touches_the_joules_of_its_run_only(book: Book) -> No
 
 def test_a_corrected_idle_charge_touches_the_drain_and_all_joules_but_no_apex(book: Book) -> None:
     target = f"charge:{charge_of(book, 'r007')}"
-    stale = state(book, lambda desk: correct(book, desk, target, ["charge_mah=50"], "misread"))
+    stale = state(book, lambda session: correct(book, session, target, ["charge_mah=50"], "misread"))
     assert "passive_drain" in {kind for kind, _about in stale}
     computed, reused = report(book)
     assert len([row for row in computed if row.kind == "run_energy"]) == 12
@@ -204,7 +212,7 @@ def test_a_corrected_idle_charge_touches_the_drain_and_all_joules_but_no_apex(bo
 
 
 def test_a_void_run_leaves_its_condition_and_computes_no_other_run(book: Book) -> None:
-    stale = state(book, lambda desk: void(desk, "r001", "foot came loose"))
+    stale = state(book, lambda session: void(session, "r001", "foot came loose"))
     assert {about["run"] for kind, about in stale if kind.startswith("run_")} == {"r001"}
     computed, _reused = report(book)
     assert {row.kind for row in computed} & {"run_energy", "run_apexes", "passive_drain"} == set()
@@ -212,7 +220,7 @@ def test_a_void_run_leaves_its_condition_and_computes_no_other_run(book: Book) -
 
 
 def test_a_file_moved_to_another_run_touches_both(book: Book) -> None:
-    stale = state(book, lambda desk: assign(desk, "r001.csv", "r003", "mixed up"))
+    stale = state(book, lambda session: assign(session, "r001.csv", "r003", "mixed up"))
     assert {about["run"] for kind, about in stale if kind == "run_apexes"} == {"r001", "r003"}
 
 
@@ -228,33 +236,33 @@ def test_a_selection_shares_the_runs_but_not_the_comparisons(book: Book) -> None
 # --- keys
 
 
-def ensure(book: Book, compute: Callable[[], Outcome], **differing: Any) -> tuple[ResultRow, int]:
+def ensure(book: Book, compute: Callable[[], Computed], **differing: Any) -> tuple[ResultRow, int]:
     """Ask for a result, keep it, and return it with how many were computed."""
     parts: dict[str, Any] = {
         "version": 1,
         "scope": {"run": "r001"},
-        "inputs": (rests_on("run", "run", "u1", "content"),),
+        "inputs": (fingerprint("run", "run", "u1", "content"),),
         "settings": {"detector": "robust"},
     }
     parts |= differing
     algorithm = Algorithm("trial", parts["version"])
-    with book.desk(ADA) as desk:
-        bench = Workbench(desk.connection)
-        row = bench.ensure_one(Request(algorithm, parts["scope"], parts["inputs"], parts["settings"], compute))
-        keep(desk.connection, bench)
-    return row, len(bench.computed)
+    with book.session(ADA) as session:
+        cache = ResultCache(session.connection)
+        row = cache.ensure_one(Request(algorithm, parts["scope"], parts["inputs"], parts["settings"], compute))
+        keep(session.connection, cache)
+    return row, len(cache.computed)
 
 
-def trial() -> Outcome:
-    return Outcome((NewNumber("height", 0.3, "m", 0.001, n=25),), {"from": [1, 2.5, None]})
+def trial() -> Computed:
+    return Computed((NewNumber("height", 0.3, "m", 0.001, n=25),), {"from": [1, 2.5, None]})
 
 
 DIFFERENCES: Mapping[str, dict[str, Any]] = {
     "version": {"version": 2},
     "scope": {"scope": {"run": "r002"}},
-    "input content": {"inputs": (rests_on("run", "run", "u1", "other content"),)},
-    "input": {"inputs": (rests_on("run", "run", "u2", "content"),)},
-    "input's role": {"inputs": (rests_on("idle", "run", "u1", "content"),)},
+    "input content": {"inputs": (fingerprint("run", "run", "u1", "other content"),)},
+    "input": {"inputs": (fingerprint("run", "run", "u2", "content"),)},
+    "input's role": {"inputs": (fingerprint("idle", "run", "u1", "content"),)},
     "no input": {"inputs": ()},
     "settings": {"settings": {"detector": "published"}},
 }
@@ -280,7 +288,7 @@ def test_whatever_a_result_depends_on_makes_another_key(made: SmallBook, name: s
 
 
 def test_the_order_of_inputs_makes_no_other_key(made: SmallBook) -> None:
-    inputs = (rests_on("run", "run", "u1", "a"), rests_on("run", "run", "u2", "b"))
+    inputs = (fingerprint("run", "run", "u1", "a"), fingerprint("run", "run", "u2", "b"))
     with made.open() as book:
         _first, computed = ensure(book, trial, inputs=inputs)
         assert computed == 1

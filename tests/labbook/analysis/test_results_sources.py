@@ -1,8 +1,8 @@
 """No stored number may change its meaning unseen: whoever changes an algorithm raises its version.
 
 `algorithm_sources.toml` records, for every version of every algorithm, detector and file format, a hash of the source
-that it had. After raising a version: LABBOOK_SOURCES=write pytest tests/labbook/analysis/test_results_sources.py, which
-adds the new version and never touches an old one. The hashes cover identifiers and imports: where only these changed, and
+that it had. After raising a version: LABBOOK_SOURCES=write pytest tests/labbook/analysis/test_results_sources.py adds
+the new one and touches no old one. The hashes cover identifiers and imports: where only these changed, and
 the frozen numbers of the demonstration are as they were, LABBOOK_SOURCES=anew records the newest versions anew.
 """
 

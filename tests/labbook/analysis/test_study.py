@@ -20,9 +20,9 @@ from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.passive_drain import drain_lines, passive_drains, unused_idle
 from labbook.analysis.outcomes.run_energy import run_energies
-from labbook.analysis.results.result_cache import Workbench, number
+from labbook.analysis.results.result_cache import ResultCache, number
 from labbook.analysis.study import StudyAnalysis
-from labbook.analysis.study_data import Evidence
+from labbook.analysis.study_data import StudyData
 from labbook.presenting.course import flow
 from labbook.presenting.making import MadeReport
 from labbook.presenting.methods import limitations
@@ -84,7 +84,7 @@ def test_what_remains_of_the_shared_error_joins_the_scatter_by_the_fits_degrees_
         for errors_j in ((1.0, 1.0), (1.0 + 1e-15, 1.0), (31.0, 1.0), (1.0, -29.0))
     ]
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        rows = compare(Workbench(connection), pairs, Quantity.JOULES, {})
+        rows = compare(ResultCache(connection), pairs, Quantity.JOULES, {})
     equal, rounded, unequal, opposite = [number(row, "welch_difference") for row in rows]
     assert equal.shared_se == rounded.shared_se == 0.0
     assert (equal.ci_low, equal.ci_high) == (rounded.ci_low, rounded.ci_high)
@@ -122,8 +122,8 @@ def test_a_run_of_a_robot_without_idle_runs_has_no_joules(tmp_path: Path, analys
     first, *rest = evidence.runs
     moved = replace(evidence, runs=(replace(first, robot="other", robot_uid="other"), *rest))
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        bench = Workbench(connection)
-        found = run_energies(bench, moved, passive_drains(bench, moved))
+        cache = ResultCache(connection)
+        found = run_energies(cache, moved, passive_drains(cache, moved))
     assert found.missing == {first.uid: "no passive-drain fit for robot other"}
     assert set(found.results) == {run.uid for run in rest}
 
@@ -131,8 +131,8 @@ def test_a_run_of_a_robot_without_idle_runs_has_no_joules(tmp_path: Path, analys
 def test_without_exclusions_void_runs_are_back(tmp_path: Path) -> None:
     with small_book(tmp_path).open() as book:
         before = state_report(book, None, ADA, lambda _step: None).analysis
-        with book.desk(ADA) as desk:
-            void(desk, "r002", "rail loose")
+        with book.session(ADA) as session:
+            void(session, "r002", "rail loose")
         after = state_report(book, None, ADA, lambda _step: None).analysis
     as_first = {(item.pair.label, item.quantity): item.result for item in before.compared}
     without = [item for item in after.variations.varied if item.variant == WITHOUT_EXCLUSIONS]
@@ -158,7 +158,7 @@ def test_the_budget_takes_the_coarsest_resolution_of_the_charges(tmp_path: Path,
     (charge,) = evidence.charges[uid]
     coarse = replace(evidence, charges={**evidence.charges, uid: [replace(charge, resolution_mah=1000.0)]})
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        row = budget(Workbench(connection), coarse, analysis.joules, {})
+        row = budget(ResultCache(connection), coarse, analysis.joules, {})
     assert row is not None
     assert analysis.budget is not None
     larger = [
@@ -184,13 +184,13 @@ def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(analysis: 
 
 
 def test_a_recomputed_drain_line_does_not_take_the_place_of_the_reported_one(made: MadeReport) -> None:
-    rows = [row for row in (*made.bench.computed.values(), *made.bench.reused.values()) if row.kind == "passive_drain"]
+    rows = [row for row in (*made.cache.computed.values(), *made.cache.reused.values()) if row.kind == "passive_drain"]
     variants = [json.loads(row.scope_json).get("variant") for row in rows]
     assert variants.count(None) == 1
     assert len(variants) == len(set(variants)) == 3
 
 
-def doubled(evidence: Evidence, *names: str) -> Evidence:
+def doubled(evidence: StudyData, *names: str) -> StudyData:
     """The evidence with a second charge for some runs."""
     uids = {run.uid for run in (*evidence.runs, *evidence.idle) if run.name in names}
     return replace(

@@ -255,8 +255,8 @@ def test_rows_without_hashes_are_named_with_the_remedy(whole: SmallBook) -> None
 
 def test_rows_without_hashes_stay_named_after_something_was_written(whole: SmallBook) -> None:
     execute(engine_of(whole), "DELETE FROM row_hash")
-    with whole.open() as book, book.desk(ADA) as desk:
-        note(desk, "written before a rebuild", "r001")
+    with whole.open() as book, book.session(ADA) as session:
+        note(session, "written before a rebuild", "r001")
     (problem,) = check(whole).problems
     assert "have no hashes" in problem
 
@@ -267,8 +267,8 @@ def test_an_order_that_was_turned_round_is_found(whole: SmallBook, table: str) -
     if table == "config":
         with (whole.folder / "labbook.toml").open("a") as text:
             text.write("\n# another day\n")
-        with whole.open() as book, book.desk(ADA) as desk:
-            note(desk, "takes the change over", "r001")
+        with whole.open() as book, book.session(ADA) as session:
+            note(session, "takes the change over", "r001")
     with contextlib.closing(sqlite3.connect(whole.database)) as connection, connection:
         (first, last) = connection.execute(f"SELECT min(id), max(id) FROM {table}").fetchone()
         assert first < last
@@ -321,8 +321,8 @@ def test_a_number_computed_from_a_forged_fact_does_not_stand(whole: SmallBook) -
     execute(engine_of(whole), "UPDATE charge SET charge_mah = charge_mah + 5 WHERE run = 2")
     with whole.open() as book:
         state_report(book, None, ADA, lambda _step: None)  # whatever made it compute anew
-        with book.desk(ADA) as desk:
-            decide(book, desk, "r004", [1], "reject", "touched_by_hand", None)
+        with book.session(ADA) as session:
+            decide(book, session, "r004", [1], "reject", "touched_by_hand", None)
         state_report(book, None, ADA, lambda _step: None)
         with book.reading() as connection:
             forged = sorted(set(connection.exec_driver_sql(energy).scalars()) - before)
@@ -442,8 +442,8 @@ def test_a_journal_that_cannot_be_replayed_is_named_by_entry(whole: SmallBook) -
 
 def test_a_damaged_journal_that_holds_more_than_the_database_is_not_written_over(whole: SmallBook) -> None:
     kept = whole.database.read_bytes()
-    with whole.open() as book, book.desk(ADA) as desk:
-        note(desk, "said later")
+    with whole.open() as book, book.session(ADA) as session:
+        note(session, "said later")
     for piece in whole.folder.glob("labbook.db*"):
         piece.unlink()
     whole.database.write_bytes(kept)

@@ -42,8 +42,8 @@ def check_backup(destination: Path) -> int:
 
 
 def say(book: SmallBook, text: str) -> None:
-    with book.open() as standing, standing.desk(ADA) as desk:
-        note(desk, text)
+    with book.open() as standing, standing.session(ADA) as session:
+        note(session, text)
 
 
 def test_a_backup_holds_the_journal_the_raw_copies_and_the_configuration(book: SmallBook, tmp_path: Path) -> None:

@@ -46,8 +46,8 @@ def check_goes_on(book: SmallBook, text: str) -> None:
     """The book is whole, new rows get keys of their own, and what was said is there."""
     assert check_book(book.folder, lambda total: progress("", total, shown=False)).problems == ()
     with book.open() as standing:
-        with standing.desk(ADA) as desk:
-            note(desk, text)
+        with standing.session(ADA) as session:
+            note(session, text)
         assert notes(standing)[-1] == text
         said_alike(standing)
 

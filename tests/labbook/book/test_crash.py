@@ -180,8 +180,8 @@ def test_a_statement_cut_off_between_journal_and_commit_is_applied_next_time(lab
     (late,) = in_file(lab.standing)[len(in_table(lab.standing)) :]
     assert late.new is not None
     assert late.new["text"] == "left rail squeaked"
-    with lab.standing.desk(ADA) as desk:
-        note(desk, "afterwards")
+    with lab.standing.session(ADA) as session:
+        note(session, "afterwards")
     assert notes(lab.standing)[-2:] == ["left rail squeaked", "afterwards"]
     assert said_alike(lab.standing)[-2] == late
 

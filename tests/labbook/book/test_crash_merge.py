@@ -64,16 +64,16 @@ def homecoming(tmp_path: Path, commands: Commands) -> Homecoming:
     lab = small_book(tmp_path / "lab", runs=False, ingested=False, two_people=True)
     head, *rows = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
     with lab.open() as book:
-        with book.desk(ADA) as desk:
-            import_runs(book, desk, head + "".join(rows[:8]), "runs.csv")
+        with book.session(ADA) as session:
+            import_runs(book, session, head + "".join(rows[:8]), "runs.csv")
         laptop = SmallBook(tmp_path / "laptop", lab.instruments)
         shutil.copytree(lab.folder, laptop.folder)
-        with book.desk(ADA) as desk:
-            note(desk, "the lab goes on")
+        with book.session(ADA) as session:
+            note(session, "the lab goes on")
         before = len(in_table(book))
     with laptop.open() as book:
-        with book.desk(BEN) as desk:
-            import_runs(book, desk, head + "".join(rows[8:]), "runs.csv")
+        with book.session(BEN) as session:
+            import_runs(book, session, head + "".join(rows[8:]), "runs.csv")
         for run in ("r009", "r010"):
             ingest_file(book, lab.log(run), IngestRequest(person=BEN))
     home = Homecoming(lab, laptop, commands, before, 0)

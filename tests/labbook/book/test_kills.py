@@ -100,8 +100,8 @@ class Lab:
         return ["merge", self.laptop, "--book", self.book.folder]
 
     def say(self, folder: Path) -> None:
-        with opened(folder) as book, book.desk(ADA) as desk:
-            note(desk, f"remark {next(self.numbers)}")
+        with opened(folder) as book, book.session(ADA) as session:
+            note(session, f"remark {next(self.numbers)}")
 
 
 KINDS: Mapping[str, Callable[[Lab], list[str | Path]]] = {

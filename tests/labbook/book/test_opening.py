@@ -165,6 +165,6 @@ def test_a_statement_of_nobody_is_not_even_begun(tmp_path: Path) -> None:
     before = contents(made.folder)
     with made.open() as book:
         for nobody in (None, "Eve"):
-            with pytest.raises(UsageError), book.desk(nobody):
-                pytest.fail("a desk opened for nobody")
+            with pytest.raises(UsageError), book.session(nobody):
+                pytest.fail("a session opened for nobody")
     assert contents(made.folder) == before

@@ -43,9 +43,9 @@ def refusal(book: SmallBook) -> list[str]:
     """The sentences with which any command is refused; nothing is said in the journal."""
     with book.open() as standing:
         before = said_alike(standing)
-        with pytest.raises(InputRefused) as caught, standing.desk(ADA):
-            pytest.fail("a desk opened on a contradiction")
-        with pytest.raises(InputRefused), standing.desk(ADA, correcting=True):
+        with pytest.raises(InputRefused) as caught, standing.session(ADA):
+            pytest.fail("a session opened on a contradiction")
+        with pytest.raises(InputRefused), standing.session(ADA, correcting=True):
             pytest.fail("no correction can settle it")
         assert said_alike(standing) == before
     return str(caught.value).splitlines()
@@ -87,22 +87,22 @@ def test_a_level_that_no_condition_has_may_come_and_go(made: SmallBook) -> None:
     plain = made.toml.read_text()
     for text in (plain.replace("levels = [0, 100]", "levels = [0, 100, 1000]"), plain):
         made.toml.write_text(text)
-        with made.open() as standing, standing.desk(ADA) as desk:
-            note(desk, "heard")
+        with made.open() as standing, standing.session(ADA) as session:
+            note(session, "heard")
 
 
 def test_a_factor_mistyped_at_first_is_as_if_it_never_was(tmp_path: Path) -> None:
     made = small_book(tmp_path, runs=False, ingested=False)
     plain = made.toml.read_text()
     rewritten(made, "[protocol]", EXTRA)
-    with made.open() as standing, standing.desk(ADA):
+    with made.open() as standing, standing.session(ADA):
         pass
     made.toml.write_text(plain)
     with made.open() as standing:
-        with standing.desk(ADA) as desk:
-            assert find_uid(desk.connection, "factor", name="surface") is not None
+        with standing.session(ADA) as session:
+            assert find_uid(session.connection, "factor", name="surface") is not None
             levels = {"foot": "small", "k_gain": "400", "b_ad_gain": "0"}
-            ensure_condition(desk, standing.configuration, study_of(desk.connection).uid, levels)
+            ensure_condition(session, standing.configuration, study_of(session.connection).uid, levels)
         content = state_report(standing, None, ADA, lambda _step: None).content
         assert [factor.name for factor in content.factors] == list(levels)
 
@@ -125,8 +125,8 @@ def test_the_password_of_the_database_stays_out_of_the_journal(made: SmallBook, 
     text = small_toml(database_url=url)
     configuration = parse_configuration(text, "labbook.toml")
     with made.open() as standing:
-        with replace(standing, configuration=configuration).desk(ADA) as desk:
-            propose(desk, configuration)
+        with replace(standing, configuration=configuration).session(ADA) as session:
+            propose(session, configuration)
         said = said_alike(standing)[-1]
         assert said.entity_kind == "config"
         assert "s3cr3t" not in str(said.new)
@@ -144,6 +144,6 @@ def test_a_password_that_cannot_be_found_in_the_text_is_refused(made: SmallBook)
     with (
         made.open() as standing,
         pytest.raises(InputRefused, match="without them"),
-        replace(standing, configuration=configuration).desk(ADA),
+        replace(standing, configuration=configuration).session(ADA),
     ):
-        pytest.fail("a desk opened")
+        pytest.fail("a session opened")

@@ -65,8 +65,8 @@ def test_everything_is_there_again_to_the_row_and_its_keys_and_the_book_goes_on(
     assert done.old is not None  # and the old one is kept
     assert rows_of_sqlite(whole.folder / done.old) == before
     with whole.open() as book:
-        with book.desk(ADA) as desk:
-            note(desk, "afterwards")
+        with book.session(ADA) as session:
+            note(session, "afterwards")
         assert notes(book)[-1] == "afterwards"
         said_alike(book)
 
@@ -146,8 +146,8 @@ def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path
         for schema in ("public", done.old):
             with pytest.raises(sa.exc.DBAPIError, match="only ever added to"), standing.engine.begin() as connection:
                 connection.exec_driver_sql(f"DELETE FROM {schema}.journal")
-        with standing.desk(ADA) as desk:
-            note(desk, "afterwards")
+        with standing.session(ADA) as session:
+            note(session, "afterwards")
         said_alike(standing)
         assert notes(standing)[-1] == "afterwards"
         rebuild(book)
@@ -184,8 +184,8 @@ def test_a_labs_own_views_show_the_new_tables_and_keep_what_is_theirs(tmp_path: 
             before = connection.exec_driver_sql(OF_VIEWS).all()
         for number in range(2):
             old = rebuild(book).old
-            with standing.desk(ADA) as desk:
-                note(desk, f"said after rebuild {number}")
+            with standing.session(ADA) as session:
+                note(session, f"said after rebuild {number}")
             with standing.engine.connect() as connection:
                 assert connection.exec_driver_sql(OF_VIEWS).all() == before
                 said = connection.exec_driver_sql("SELECT text FROM remark").scalars().all()
@@ -327,8 +327,8 @@ def test_one_who_has_the_book_open_sees_the_new_database_and_goes_on(whole: Smal
             before = connection.exec_driver_sql("SELECT count(*) FROM journal").scalar_one()
             rebuild(whole)
             assert connection.exec_driver_sql("SELECT count(*) FROM journal").scalar_one() == before
-        with standing.desk(ADA) as desk:
-            note(desk, "afterwards")
+        with standing.session(ADA) as session:
+            note(session, "afterwards")
         said_alike(standing)
     with whole.open() as fresh:
         assert notes(fresh)[-1] == "afterwards"
@@ -421,8 +421,8 @@ def test_a_journal_that_ends_before_the_database_is_not_rebuilt_from(book: Small
     whole = book.journal.read_bytes()
     with book.open() as standing:
         rows = all_rows_by_name(standing.engine)
-        with standing.desk(ADA) as desk:
-            note(desk, "said and lost from the file")
+        with standing.session(ADA) as session:
+            note(session, "said and lost from the file")
         later = all_rows_by_name(standing.engine)
     book.journal.write_bytes(whole)
     with pytest.raises(BookDamaged, match=r"ends at entry \d+, the database at \d+: .*`labbook rebuild --journal`"):
@@ -439,8 +439,8 @@ def test_the_database_of_another_book_is_not_replaced(book: SmallBook, tmp_path:
     other = small_book(tmp_path / "other", ingested=False, two_people=True)
     with other.open() as standing:
         for number in range(40):
-            with standing.desk(ADA) as desk:
-                note(desk, f"remark {number}")
+            with standing.session(ADA) as session:
+                note(session, f"remark {number}")
     shutil.copy(other.journal, book.journal)
     with book.open() as standing:
         rows = all_rows_by_name(standing.engine)
@@ -460,8 +460,8 @@ def test_a_journal_that_lacks_only_its_last_newline_is_rebuilt_from_to_its_end(b
     assert (done.entries, done.left_out) == (entries, NOTHING)
     with book.open() as standing:
         assert all_rows_by_name(standing.engine) == rows
-        with standing.desk(ADA) as desk:
-            note(desk, "afterwards")
+        with standing.session(ADA) as session:
+            note(session, "afterwards")
         assert len(said_alike(standing)) == entries + 1
     assert book.journal.read_bytes().startswith(whole)
 

@@ -58,8 +58,8 @@ def as_by_another_labbook(book: SmallBook, names: tuple[str, ...]) -> Rebuilt:
 
 
 def state(book: Book, say: Callable[[Any], object]) -> None:
-    with book.desk(ADA) as desk:
-        say(desk)
+    with book.session(ADA) as session:
+        say(session)
 
 
 def charge_of(book: Book, run: str) -> Any:
@@ -73,11 +73,11 @@ def waiting(tmp_path: Path) -> tuple[SmallBook, Rebuilt]:
     small = small_book(tmp_path)
     with small.open() as book:
         uid = charge_of(book, "r002").uid
-        state(book, lambda desk: correct(book, desk, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
-        state(book, lambda desk: assign(desk, f"{SHEET}#3", "none", "another pack's"))
-        state(book, lambda desk: decide(book, desk, "r001", [2], "reject", "touched_by_hand", None))
-        state(book, lambda desk: assign(desk, LOG, "r003", "names were swapped"))
-        state(book, lambda desk: assign(desk, LOG, "r001", "no, they were not"))
+        state(book, lambda session: correct(book, session, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
+        state(book, lambda session: assign(session, f"{SHEET}#3", "none", "another pack's"))
+        state(book, lambda session: decide(book, session, "r001", [2], "reject", "touched_by_hand", None))
+        state(book, lambda session: assign(session, LOG, "r003", "names were swapped"))
+        state(book, lambda session: assign(session, LOG, "r001", "no, they were not"))
     return small, as_by_another_labbook(small, (SHEET, LOG))
 
 
@@ -171,9 +171,9 @@ def test_a_reader_that_gives_fewer_rows_and_parts_stops_no_rebuild(bare: SmallBo
         take(book, tmp_path / "s.csv", LINES, amounts("first"))
         take(book, tmp_path / "both.csv", f"time [ms],z\n{PARTS}# again\n{PARTS}", run="r001")
         uid = charge_of(book, "r001").uid
-        state(book, lambda desk: correct(book, desk, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
-        state(book, lambda desk: assign(desk, "s.csv#1", "r004", "of that run"))
-        state(book, lambda desk: assign(desk, "both.csv#log_segment_2", "r002", "started again"))
+        state(book, lambda session: correct(book, session, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
+        state(book, lambda session: assign(session, "s.csv#1", "r004", "of that run"))
+        state(book, lambda session: assign(session, "both.csv#log_segment_2", "r002", "started again"))
     done = read_otherwise(bare, {"s.csv": as_declared("second"), "both.csv": {"footer": "# again"}})
     assert done.differences.files_waiting == ()
     assert [uid in sentence for sentence in done.differences.without_rows] == [True, True, False]
@@ -188,12 +188,12 @@ def test_a_reader_that_gives_fewer_rows_and_parts_stops_no_rebuild(bare: SmallBo
 def test_parts_of_a_waiting_file_belong_to_the_runs_that_people_say(bare: SmallBook, tmp_path: Path) -> None:
     with bare.open() as book:
         take(book, tmp_path / "both.csv", f"time [ms],z\n{PARTS}{PARTS}", run="r001")
-        state(book, lambda desk: assign(desk, "both.csv", "r002", "names were swapped"))
+        state(book, lambda session: assign(session, "both.csv", "r002", "names were swapped"))
     as_by_another_labbook(bare, ("both.csv",))
     with bare.open() as book:
         assert links(book, "both.csv") == {"log": "r002", "log_segment_2": "r002"}
-        state(book, lambda desk: assign(desk, "both.csv#log_segment_2", "r003", "started again"))
-        state(book, lambda desk: assign(desk, "both.csv#log", "none", "a rehearsal"))
+        state(book, lambda session: assign(session, "both.csv#log_segment_2", "r003", "started again"))
+        state(book, lambda session: assign(session, "both.csv#log", "none", "a rehearsal"))
         assert links(book, "both.csv") == {"log_segment_2": "r003"}
     rebuilt_alike(bare)
     with bare.open() as book:
@@ -208,7 +208,7 @@ def test_a_correction_finds_its_line_though_two_readings_wait(bare: SmallBook, t
     with bare.open() as book:
         take(book, tmp_path / "s.csv", LINES, amounts("first"))
         uid = charge_of(book, "r003").uid
-        state(book, lambda desk: correct(book, desk, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
+        state(book, lambda session: correct(book, session, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
         read_again(book, "s.csv", amounts("second"))
     as_by_another_labbook(bare, ("s.csv",))
     with bare.open() as book:

@@ -19,7 +19,7 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.tables.results import result, result_number
-from labbook.book import desk
+from labbook.book import write_session as session
 from labbook.book.opening import Book, opened
 from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
@@ -61,7 +61,7 @@ def differs(frozen: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
 @pytest.mark.parametrize("name", ["two_runs_a_condition", pytest.param("demonstration", marks=pytest.mark.soak)])
 def test_every_number_is_what_it_was(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     drawn = random.Random(1)
-    monkeypatch.setattr(desk, "new_uid", lambda: drawn.randbytes(6).hex())  # the ids of numbers follow from these
+    monkeypatch.setattr(session, "new_uid", lambda: drawn.randbytes(6).hex())  # the ids of numbers follow from these
     campaign: Campaign = CAMPAIGNS[name]()
     done = run_demo(tmp_path / "demo", campaign, False, lambda _step: None, lambda _line: None)
     with opened(Path(done.book)) as book:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from labbook.presenting.day_layout import with_days, without_days
-from labbook.presenting.weak_uses import Use, on_runs
+from labbook.presenting.error_rate_uses import Use, on_runs
 from stats.compare.two_sample import compare_two
 from stats.planning.recorded import weak_points
 

@@ -26,10 +26,10 @@ RUNS, IDLE = 12, 4
 def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
     """A report on runs of which one has no charge, another no log, and a third no jump that counts."""
     book = small_book(tmp_path_factory.mktemp("flow"))
-    with book.open() as opened, opened.desk(ADA) as desk:
-        assign(desk, "2021-06-14.csv#2", "none", "of another run")
-        assign(desk, "r003.csv", "none", "of another run")
-        decide(opened, desk, "r004", [1, 2, 3], "reject", "misfire", None)
+    with book.open() as opened, opened.session(ADA) as session:
+        assign(session, "2021-06-14.csv#2", "none", "of another run")
+        assign(session, "r003.csv", "none", "of another run")
+        decide(opened, session, "r004", [1, 2, 3], "reject", "misfire", None)
     with book.open() as opened:
         return state_report(opened, None, ADA, lambda _step: None)
 

@@ -13,8 +13,8 @@ from labbook.analysis.results.result_cache import number
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting import tests_used as paragraph
 from labbook.presenting.day_layout import layout_of
-from labbook.presenting.weak_points import weaknesses
-from labbook.presenting.weak_uses import Use, uses
+from labbook.presenting.error_rate_uses import Use, uses
+from labbook.presenting.known_error_rates import known_error_rates
 from reports.content import Comparison
 from reports.naming import SweptWords
 from reports.numbers import Quantity
@@ -68,7 +68,7 @@ def test_the_methods_cite_what_is_on_record_against_a_method_at_such_a_design(re
     together = " ".join(reports().content.known_errors).replace("\u00a0", " ")
     assert "day of its own" not in together
     assert "docs/statistics.md" in together
-    assert weaknesses(uses(replace(apart.analysis, compared=[], anovas=[], drains={}))) == ()
+    assert known_error_rates(uses(replace(apart.analysis, compared=[], anovas=[], drains={}))) == ()
 
 
 HEAD = (
@@ -90,7 +90,9 @@ def test_the_methods_cite_how_often_the_interval_of_the_passive_drain_covers(rep
     assert [use.method for use in uses(replace(analysis, drains={robot: long}))][-1] == "passive_drain_at_ci"
     assert [use.method for use in uses(replace(analysis, drains={robot: short}))][-1] == "passive_drain_middle_ci"
     assert [use.method for use in uses(replace(analysis, drains={robot: middle}))][-1] == "passive_drain_intercept_ci"
-    told = " ".join(weaknesses(uses(replace(analysis, drains={robot: long, "another": long})))).replace("\u00a0", " ")
+    told = " ".join(known_error_rates(uses(replace(analysis, drains={robot: long, "another": long})))).replace(
+        "\u00a0", " "
+    )
     assert told == (
         f"{HEAD}At 25 idle runs, should the longest scatter 3 times as much as the shortest: the interval of the "
         "passive charge of a run holds the truth in 87.7 % (95 % stated) (2 uses here)."
@@ -139,7 +141,7 @@ def test_day_means_on_days_of_their_own_are_not_taken_for_runs_of_such_days(repo
     by_run = reports(where=CONFOUNDED).analysis
     settings = replace(by_run.planned.settings, unit_of_analysis=UnitOfAnalysis.DAY)
     by_day = replace(by_run, planned=replace(by_run.planned, settings=settings))
-    assert "of its own" in " ".join(weaknesses(uses(by_run)))
-    assert "of its own" not in " ".join(weaknesses(uses(by_day)))
+    assert "of its own" in " ".join(known_error_rates(uses(by_run)))
+    assert "of its own" not in " ".join(known_error_rates(uses(by_day)))
     assert Use("welch", (5, 5)).weak_points() == ()
     assert Use("welch", (25, 25), 5, "own").weak_points() != ()

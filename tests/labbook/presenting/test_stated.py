@@ -45,9 +45,9 @@ def test_a_departure_that_comparisons_share_is_told_once(honest: SmallBook) -> N
 
 
 def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        void(desk, "r006", "foot came loose")
-        decide(book, desk, "r004", [1], "reject", "touched_by_hand", None)
+    with honest.open() as book, book.session(ADA) as session:
+        void(session, "r006", "foot came loose")
+        decide(book, session, "r004", [1], "reject", "touched_by_hand", None)
     run, jumps, whole, *_others = departures(honest, None)
     assert run.startswith("Departure: run r006 is void (foot came loose), which was not allowed. Exploratory for it: ")
     assert f"{POOLED} (joules a jump)" in run
@@ -57,8 +57,8 @@ def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook)
 
 
 def test_a_departure_that_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, "r002", ["jumps_made=4"], "miscounted")
+    with honest.open() as book, book.session(ADA) as session:
+        correct(book, session, "r002", ["jumps_made=4"], "miscounted")
     said, *_others = departures(honest, None)
     assert said.startswith("Departure: ")
     assert "r002" in said
@@ -77,8 +77,8 @@ def test_a_family_is_said_to_count_as_a_whole_only_where_what_was_not_allowed_co
     made.toml.write_text(made.toml.read_text() + '\n[analysis]\nprimary_outcome = "joules"\nexclusions = ["misfire"]\n')
     with made.open() as book:
         ingest_all(book, made.instruments)
-        with book.desk(ADA) as desk:
-            decide(book, desk, "r004", [1], "reject", "touched_by_hand", None)
+        with book.session(ADA) as session:
+            decide(book, session, "r004", [1], "reject", "touched_by_hand", None)
     said = departures(made, "run!=r002")
     assert any("r004" in line and "Exploratory" not in line for line in said)
     assert any(f"Exploratory for it: {POOLED} (joules a jump)." in line for line in said)

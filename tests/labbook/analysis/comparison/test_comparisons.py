@@ -18,7 +18,7 @@ from labbook.analysis.comparison.family import adjust, adjusted, rejected
 from labbook.analysis.comparison.leading_by_day import leading
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.result_cache import Workbench, number
+from labbook.analysis.results.result_cache import ResultCache, number
 from labbook.analysis.study import VarianceAnalysed
 from labbook.presenting.comparisons import comparisons
 from labbook.presenting.making import MadeReport
@@ -38,10 +38,10 @@ from tests.labbook.conftest import CONFOUNDED, Reports
 
 
 @pytest.fixture
-def bench(tmp_path: Path) -> Iterator[Workbench]:
-    """A bench at a book of its own, where nothing is stored yet."""
+def cache(tmp_path: Path) -> Iterator[ResultCache]:
+    """A result cache of a book of its own, where nothing is stored yet."""
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        yield Workbench(connection)
+        yield ResultCache(connection)
 
 
 def values(side: tuple[ConditionValues, ...]) -> list[float]:
@@ -79,7 +79,7 @@ def test_by_day_is_the_comparison_of_the_runs_with_their_days(reports: Reports) 
         assert number(row, "day_sd").value == pytest.approx(float(expected.day_variance) ** 0.5)  # type: ignore[arg-type]
 
 
-def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(reports: Reports, bench: Workbench) -> None:
+def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(reports: Reports, cache: ResultCache) -> None:
     made = reports()
     item, _row = with_control(made, Quantity.JOULES)[0]
 
@@ -91,7 +91,7 @@ def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(report
         for factor in (1.0, 2.0)
     ]
     equal, unequal = (
-        number(row, "difference") for row in compare_by_day(bench, pairs, Quantity.JOULES, {"trial": 1}, 0.05)
+        number(row, "difference") for row in compare_by_day(cache, pairs, Quantity.JOULES, {"trial": 1}, 0.05)
     )
     assert equal.value == unequal.value
     assert equal.shared_se == pytest.approx(0.0, abs=1e-9)
@@ -116,13 +116,13 @@ def test_conditions_of_one_day_each_get_no_p_and_the_page_says_why(reports: Repo
     assert "mixed model" not in "".join(made.content.methods)
 
 
-def test_a_day_that_was_corrected_is_another_result(reports: Reports, bench: Workbench) -> None:
+def test_a_day_that_was_corrected_is_another_result(reports: Reports, cache: ResultCache) -> None:
     made = reports()
     item, row = with_control(made, Quantity.APEX)[0]
     first = item.pair.a[0]
     moved = replace(first.runs[0], run=replace(first.runs[0].run, day="2030-01-01"))
     pair = replace(item.pair, a=(replace(first, runs=(moved, *first.runs[1:])),))
-    same, other = compare_by_day(bench, [item.pair, pair], Quantity.APEX, json.loads(row.scope_json), 0.05)
+    same, other = compare_by_day(cache, [item.pair, pair], Quantity.APEX, json.loads(row.scope_json), 0.05)
     assert same.numbers == row.numbers
     assert other.key != same.key
 
@@ -146,7 +146,7 @@ def test_holm_adjusts_the_welch_tests_of_the_family_that_was_decided_and_no_othe
     assert f"over the family, {named}: 2 of joules a jump and 2 of apex height." in "".join(made.content.methods)
 
 
-def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports, bench: Workbench) -> None:
+def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports, cache: ResultCache) -> None:
     made = reports()
     members = [item for item in compared(made, Quantity.APEX) if item.pair.family == POOLED]
     tiny = [
@@ -155,12 +155,12 @@ def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports,
             if one.name in ("welch_t", "welch_p") else one for one in item.result.numbers)))
         for item, t in zip(members, (80.0, 90.0), strict=True)
     ]  # fmt: skip
-    row = adjust(bench, tiny, POOLED, Quantity.APEX, {"trial": 2}, alpha=1e-13)
+    row = adjust(cache, tiny, POOLED, Quantity.APEX, {"trial": 2}, alpha=1e-13)
     assert [item.value for item in row.numbers] == [0.0, 0.0]
     assert all(rejected(row, pair.label) for pair, _result in tiny)
 
 
-def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(reports: Reports, bench: Workbench) -> None:
+def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(reports: Reports, cache: ResultCache) -> None:
     """One rule, p <= alpha, for a single test and for Holm's p, in the family of a command and in a report."""
     made = reports()
     members = [item for item in compared(made, Quantity.APEX) if item.pair.family == POOLED]
@@ -174,15 +174,15 @@ def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(report
         return difference_claim(made.content, shown).text
 
     for alpha, verdict in ((p[label], True), (math.nextafter(p[label], 0.0), False)):
-        (row,) = compare(bench, [item.pair], Quantity.APEX, {"trial": 3}, alpha)
+        (row,) = compare(cache, [item.pair], Quantity.APEX, {"trial": 3}, alpha)
         assert json.loads(row.payload_json)["rejected"] is verdict
         assert ("which the interval does not tell from zero" not in claimed(row, None)) is verdict
-    (single,) = compare(bench, [item.pair], Quantity.APEX, {"trial": 3}, 0.999)
+    (single,) = compare(cache, [item.pair], Quantity.APEX, {"trial": 3}, 0.999)
     adjusted_p = dict(zip(p, holm(p, POOLED).adjusted_p, strict=True))[label]
     assert isinstance(adjusted_p, float)
     for alpha, verdict in ((adjusted_p, True), (math.nextafter(adjusted_p, 0.0), False)):
         assert holm(p, POOLED, alpha=alpha).rejected[list(p).index(label)] is verdict
-        row = adjust(bench, tested, POOLED, Quantity.APEX, {"trial": 3}, alpha)
+        row = adjust(cache, tested, POOLED, Quantity.APEX, {"trial": 3}, alpha)
         assert rejected(row, label) is verdict
         assert ("which is not shown once the 2 tests" not in claimed(single, row)) is verdict
 
@@ -265,13 +265,13 @@ def with_values(condition: ConditionValues, numbers: list[float]) -> tuple[Condi
 
 @pytest.mark.parametrize(("alpha", "test", "df"), [(0.05, "Welch", 500.0 / 82.0), (0.01, "Student", 10.0)])
 def test_the_f_test_chooses_at_the_alpha_that_was_asked_for(
-    reports: Reports, bench: Workbench, alpha: float, test: str, df: float
+    reports: Reports, cache: ResultCache, alpha: float, test: str, df: float
 ) -> None:
     """Variances of 3.5 and 31.5 with n = 6: F(5, 5) = 9 has p = 0.031, and Welch's degrees of freedom are 500 / 82."""
     pair = compared(reports(), Quantity.APEX)[0].pair
     narrow, wide = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [3.0, 6.0, 9.0, 12.0, 15.0, 18.0]
     asked = replace(pair, a=with_values(pair.a[0], narrow), b=with_values(pair.b[0], wide))
-    (row,) = compare(bench, [asked], Quantity.APEX, {"trial": alpha}, alpha)
+    (row,) = compare(cache, [asked], Quantity.APEX, {"trial": alpha}, alpha)
     assert 0.01 < float(number(row, "f_p").value or 0.0) < 0.05
     assert json.loads(row.payload_json)["test"] == test
     assert number(row, "t").df == pytest.approx(df)

@@ -20,9 +20,9 @@ from labbook.analysis.comparison.comparing_by_day import CONTROL, TREATED, compa
 from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.day_weights import day_ratio, difference_weights, shared_by_day
 from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
-from labbook.analysis.comparison.shared_error_tests import by_day_with_shared
+from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_day
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.result_cache import Workbench, number
+from labbook.analysis.results.result_cache import ResultCache, number
 from labbook.presenting.making import MadeReport
 from reports.numbers import Quantity
 from stats.compare.shared_error import SharedError
@@ -83,7 +83,7 @@ def test_the_error_is_the_same_sum_of_the_values_errors_for_every_contrast(rows:
         left = shared_by_day(contrast, day_ratio(found, None), names, days, errors)
         expected = (weights[place] - weights[0]) @ np.array(sizes[: len(rows)])
         assert left.se == pytest.approx(abs(expected), abs=1e-6)
-        with_error = by_day_with_shared(found, names, days, errors).contrasts[place - 1]
+        with_error = add_shared_error_by_day(found, names, days, errors).contrasts[place - 1]
         alone = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, left, found.level)
         assert (with_error.t, with_error.df, with_error.p) == (alone.t, alone.df, alone.p)
 
@@ -94,7 +94,7 @@ def test_an_error_that_all_values_share_alike_cancels_in_every_design() -> None:
     names, days, _values = zip(*rows, strict=True)
     errors = [SharedError({("fit", "level"): 0.7}, {"fit": 8.0})] * len(rows)
     assert shared_by_day(found.contrasts[0], day_ratio(found, None), names, days, errors).se == 0.0
-    assert by_day_with_shared(found, names, days, errors) == found
+    assert add_shared_error_by_day(found, names, days, errors) == found
 
 
 @pytest.mark.parametrize("exponent", [700, 0, -560])
@@ -129,10 +129,10 @@ def test_values_with_runs_within_days_that_share_an_error_are_no_comparison_of_w
     found = blocked_by_day(values, names, days, runs)
     assert isinstance(found.exact, ExactTest)
     assert found.exact.block == "run"
-    assert by_day_with_shared(found, names, days, [SharedError()] * len(rows)) == found
+    assert add_shared_error_by_day(found, names, days, [SharedError()] * len(rows)) == found
     errors = [SharedError({("fit", "level"): 0.1 * place}, {"fit": 8.0}) for place in range(len(rows))]
     with pytest.raises(AssertionError, match="compare one value a run"):
-        by_day_with_shared(found, names, days, errors)
+        add_shared_error_by_day(found, names, days, errors)
 
 
 @pytest.fixture(scope="module")
@@ -143,14 +143,14 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
 
 
 @pytest.fixture
-def bench(tmp_path: Path) -> Iterator[Workbench]:
-    """A bench at a book of its own, where nothing is stored yet."""
+def cache(tmp_path: Path) -> Iterator[ResultCache]:
+    """A result cache of a book of its own, where nothing is stored yet."""
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        yield Workbench(connection)
+        yield ResultCache(connection)
 
 
 def test_in_a_report_each_runs_error_counts_by_its_weight_in_the_difference_by_day(
-    made: MadeReport, bench: Workbench
+    made: MadeReport, cache: ResultCache
 ) -> None:
     """Three times the error on the first day, as of runs of another length: the sides have other shares of it."""
     item: Compared = next(one for one in made.analysis.compared if one.quantity is Quantity.JOULES and one.by_day)
@@ -161,7 +161,7 @@ def test_in_a_report_each_runs_error_counts_by_its_weight_in_the_difference_by_d
         return replace(one, runs=tuple(runs))
 
     pair = replace(item.pair, a=tuple(map(apart, item.pair.a)), b=tuple(map(apart, item.pair.b)))
-    (row,) = compare_by_day(bench, [pair], Quantity.JOULES, {"trial": 1}, 0.05)
+    (row,) = compare_by_day(cache, [pair], Quantity.JOULES, {"trial": 1}, 0.05)
     runs = [(name, run) for name, side in ((CONTROL, pair.a), (TREATED, pair.b)) for one in side for run in one.runs]
     rows = [(name, run.run.day, run.value) for name, run in runs]
     found = compared(rows)

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from labbook.analysis.comparison.shared_error_tests import two_with_shared
+from labbook.analysis.comparison.shared_error_tests import add_shared_error
 from stats.compare.shared_error import SharedError
 from stats.compare.shared_error_test import NORMAL, difference_with_shared
 from stats.compare.two_sample import compare_two
@@ -17,7 +17,7 @@ TREATED, CONTROL = [50.1, 51.2, 49.0, 50.4], [44.0, 45.2, 43.1, 44.4]
 @pytest.mark.parametrize(("se", "df"), [(0.5, 4.0), (3.0, 12.0), (1e200, math.inf)])
 def test_t_df_p_its_logarithm_and_the_ends_are_those_of_the_shared_test(se: float, df: float) -> None:
     plain, error = compare_two(TREATED, CONTROL), SharedError({("drain", "level"): se}, {"drain": df})
-    found = two_with_shared(plain, error)
+    found = add_shared_error(plain, error)
     expected = difference_with_shared(plain.welch_t, plain.welch_df, plain.welch_p, plain.welch_ci, error)
     assert (found.welch_t, found.welch_df, found.welch_p) == (expected.t, expected.df, expected.p)
     assert found.welch_log10_p == expected.log10_p
@@ -27,7 +27,7 @@ def test_t_df_p_its_logarithm_and_the_ends_are_those_of_the_shared_test(se: floa
 
 
 def test_a_normal_t_has_a_p_and_its_logarithm() -> None:
-    found = two_with_shared(
+    found = add_shared_error(
         compare_two(TREATED, CONTROL), SharedError({("drain", "level"): 1e200}, {"drain": math.inf})
     )
     assert found.df is NORMAL

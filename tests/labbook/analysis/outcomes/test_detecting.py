@@ -34,14 +34,14 @@ def book(made: SmallBook) -> Iterator[Book]:
 def test_a_corrected_rest_length_makes_apexes_stale_and_new(made: SmallBook) -> None:
     with made.open() as book:
         state_report(book, None, ADA, lambda _step: None)
-        with book.desk(ADA) as desk:
-            correct(book, desk, "robot:hopper", ["rest_length_m=0.26"], "measured again")
-        assert {"run_apexes", "condition_summary", "comparison"} <= {kind for kind, _scope in desk.stale}
+        with book.session(ADA) as session:
+            correct(book, session, "robot:hopper", ["rest_length_m=0.26"], "measured again")
+        assert {"run_apexes", "condition_summary", "comparison"} <= {kind for kind, _scope in session.stale}
         with book.reading() as connection:
             before = review(book, connection, "r001").detections[0].key
     made.toml.write_text(made.toml.read_text().replace("rest_length_m = 0.27", "rest_length_m = 0.26"))
     with made.open() as book:
-        anew = state_report(book, None, ADA, lambda _step: None).bench.computed.values()
+        anew = state_report(book, None, ADA, lambda _step: None).cache.computed.values()
         with book.reading() as connection:
             runs = {run.name: run for run in list_runs(connection)}
             assert review(book, connection, "r001").detections[0].key == before

@@ -233,7 +233,7 @@ def test_the_simulated_scene_is_stored_and_gives_the_number_again(reported: Repo
 def test_a_second_report_simulates_nothing_and_a_rebuild_gives_the_same(reported: Reported) -> None:
     with reported.book.open() as book:
         again = state_report(book, None, ADA, lambda _step: None)
-        assert not again.bench.computed
+        assert not again.cache.computed
         assert again.content.predictions == reported.made.content.predictions
         with book.reading() as connection:
             before = stored(connection)
@@ -289,9 +289,9 @@ def test_a_corrected_robot_makes_its_predictions_stale_and_is_simulated_anew(
     book = predicted_book(tmp_path)
     with book.open() as standing:
         state_report(standing, "foot=small", ADA, lambda _step: None)
-        with standing.desk(ADA) as desk:
-            correct(standing, desk, "robot:hopper", ["foot_mass_kg=0.21"], "weighed again")
-        assert {kind for kind, _scope in desk.stale} == {"prediction", "prediction_check"}
+        with standing.session(ADA) as session:
+            correct(standing, session, "robot:hopper", ["foot_mass_kg=0.21"], "weighed again")
+        assert {kind for kind, _scope in session.stale} == {"prediction", "prediction_check"}
         made = state_report(standing, "foot=small", ADA, lambda _step: None)
     (one,) = [
         item
@@ -316,8 +316,8 @@ leg_max_m = 0.3
 def test_a_condition_that_two_robots_ran_is_predicted_as_the_mean_over_its_runs(tmp_path: Path) -> None:
     book = predicted_book(tmp_path, SIMULATION + CRICKET)
     with book.open() as standing:
-        with standing.desk(ADA) as desk:
-            correct(standing, desk, "r001", ["robot=cricket"], "the other one hung there")
+        with standing.session(ADA) as session:
+            correct(standing, session, "r001", ["robot=cricket"], "the other one hung there")
         made = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None)
     about = made.content.predictions
     ((joules,), (apex,)) = about.of(PredictedQuantity.JOULES), about.of(PredictedQuantity.APEX)

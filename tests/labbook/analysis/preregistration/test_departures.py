@@ -31,8 +31,8 @@ def planned(made: SmallBook) -> Planned:
 
 
 def corrects(made: SmallBook, target: str, *assignments: str) -> None:
-    with made.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, target, assignments, "looked odd")
+    with made.open() as book, book.session(ADA) as session:
+        correct(book, session, target, assignments, "looked odd")
 
 
 def charge_of(made: SmallBook, run: str) -> str:
@@ -56,8 +56,8 @@ def key_of(made: SmallBook, run: str) -> str:
 
 
 def test_planned_exclusions_depart_from_nothing(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        void(desk, "r006", "misfire")
+    with honest.open() as book, book.session(ADA) as session:
+        void(session, "r006", "misfire")
     found, _why = reported(honest, None)
     assert found.stated
     assert (found.departures, found.further) == ((), ())
@@ -138,8 +138,8 @@ def test_conditions_are_named_in_the_order_of_the_tables(honest: SmallBook) -> N
 
 
 def test_a_run_without_numbers_may_be_left_out(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        void(desk, "r002", "misfire")
+    with honest.open() as book, book.session(ADA) as session:
+        void(session, "r002", "misfire")
     found, _why = reported(honest, "run!=r002")
     assert found.departures == ()
 
@@ -179,8 +179,8 @@ def test_a_correction_that_keeps_a_run_in_is_told_only(
 
 
 def test_a_charge_taken_off_its_run_takes_the_run_out(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        assign(desk, "2021-06-14.csv#2", "none", "looked odd")
+    with honest.open() as book, book.session(ADA) as session:
+        assign(session, "2021-06-14.csv#2", "none", "looked odd")
     (said,) = planned(honest).departures
     assert "run of a charge was r002 and is none" in said
     assert said.endswith("which leaves run r002 without joules a jump")
@@ -188,8 +188,8 @@ def test_a_charge_taken_off_its_run_takes_the_run_out(honest: SmallBook) -> None
 
 
 def test_a_second_charge_moved_to_a_run_takes_that_out_too(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        gives_charge(desk, "2021-06-14.csv#2", "r003", "looked odd")
+    with honest.open() as book, book.session(ADA) as session:
+        gives_charge(session, "2021-06-14.csv#2", "r003", "looked odd")
     (said,) = planned(honest).departures
     assert said.endswith("which leaves run r002, r003 without joules a jump")
 
@@ -230,22 +230,22 @@ def test_a_run_made_idle_is_taken_out_of_its_condition(honest: SmallBook) -> Non
 
 
 def test_a_log_taken_off_its_run_takes_its_heights(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        assign(desk, "r002.csv", "none", "looked odd")
+    with honest.open() as book, book.session(ADA) as session:
+        assign(session, "r002.csv", "none", "looked odd")
     found = planned(honest)
     (said,) = found.departures
     assert "r002.csv was taken off run r002 (Ada Nwosu, " in said
     assert said.endswith("which leaves run r002 without apex height")
     assert found.exploratory(Quantity.JOULES, POOLED) is None
     assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
-    with honest.open() as book, book.desk(ADA) as desk:
-        assign(desk, "r002.csv", "r002", None)
+    with honest.open() as book, book.session(ADA) as session:
+        assign(session, "r002.csv", "r002", None)
     assert planned(honest).departures == ()
 
 
 def test_a_log_moved_to_another_run_is_told_too(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        assign(desk, "r002.csv", "r003", "belongs there")
+    with honest.open() as book, book.session(ADA) as session:
+        assign(session, "r002.csv", "r003", "belongs there")
     found = planned(honest)
     (said,) = found.departures
     assert "r002.csv was taken off run r002 and given to run r003 (Ada Nwosu, " in said
@@ -288,9 +288,9 @@ def test_what_was_corrected_before_the_first_measurement_is_no_departure(tmp_pat
 
 def test_a_rebuilt_book_tells_the_same_departures(honest: SmallBook) -> None:
     corrects(honest, "r002", "jumps_made=0")
-    with honest.open() as book, book.desk(ADA) as desk:
-        assign(desk, "r003.csv", "none", "looked odd")
-        assign(desk, "r004.csv", "r003", "belongs there")
+    with honest.open() as book, book.session(ADA) as session:
+        assign(session, "r003.csv", "none", "looked odd")
+        assign(session, "r004.csv", "r003", "belongs there")
     honest.toml.write_text(honest.toml.read_text().replace("gap_jumps = true", "gap_jumps = false"))
     before = planned(honest)
     assert len(before.departures) == 4

@@ -62,11 +62,11 @@ def ingests(made: SmallBook, path: Path, person: str = ADA) -> None:
 
 
 def assigns(made: SmallBook, what: str, run: str, why: str | None = None) -> None:
-    with made.open() as book, book.desk(ADA) as desk:
+    with made.open() as book, book.session(ADA) as session:
         if "#" in what and run != "none":
-            gives_charge(desk, what, run, why)
+            gives_charge(session, what, run, why)
         else:
-            assign(desk, what, run, why)
+            assign(session, what, run, why)
 
 
 def reports(made: SmallBook) -> None:
@@ -83,8 +83,8 @@ def test_a_further_log_takes_its_run_out(honest: SmallBook) -> None:
     assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
     assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
     assert found.exploratory(Quantity.JOULES, POOLED) is None
-    with honest.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    with honest.open() as book, book.session(ADA) as session:
+        correct(book, session, "r002", ["starts=2"], "it was started again")
     (corrected,) = planned(honest).departures
     assert "starts of run r002 was 1 and is 2" in corrected
 
@@ -211,8 +211,8 @@ def test_a_log_that_was_moved_before_it_was_taken_off_is_told_once_and_by_its_na
 def test_a_further_log_of_a_run_with_two_starts_is_no_departure_whichever_command_brought_it(tmp_path: Path) -> None:
     made = small_book(tmp_path, ingested=False)
     made.toml.write_text(made.toml.read_text() + DECIDED)
-    with made.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    with made.open() as book, book.session(ADA) as session:
+        correct(book, session, "r002", ["starts=2"], "it was started again")
     with made.open() as book:
         ingest_all(book, made.instruments)
     ingests(made, another_log(made, "r002 again.csv"))
@@ -255,8 +255,8 @@ def test_a_log_that_replaced_another_before_any_report_is_told_only(honest: Smal
 
 
 def test_one_of_two_logs_taken_off_after_a_report_makes_the_condition_exploratory(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, "r002", ["starts=2"], "it was started again")
+    with honest.open() as book, book.session(ADA) as session:
+        correct(book, session, "r002", ["starts=2"], "it was started again")
     ingests(honest, another_log(honest, "r002 again.csv"))
     reports(honest)
     (started,) = planned(honest).departures
@@ -292,8 +292,8 @@ def test_a_charge_corrected_after_a_report_is_listed_and_not_labelled(honest: Sm
     with honest.open() as book, book.reading() as connection:
         query = "SELECT charge.uid FROM charge JOIN run ON charge.run = run.id WHERE run.name = 'r002'"
         uid = connection.exec_driver_sql(query).scalar_one()
-    with honest.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, f"charge:{uid}", ["charge_mah=90"], "typed wrongly")
+    with honest.open() as book, book.session(ADA) as session:
+        correct(book, session, f"charge:{uid}", ["charge_mah=90"], "typed wrongly")
     found = planned(honest)
     (said,) = found.departures
     assert "charge_mah of the charge of run r002 was " in said
@@ -301,8 +301,8 @@ def test_a_charge_corrected_after_a_report_is_listed_and_not_labelled(honest: Sm
 
 
 def moves(made: SmallBook, foot: str) -> None:
-    with made.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, "r002", [f"foot={foot}"], "looked odd")
+    with made.open() as book, book.session(ADA) as session:
+        correct(book, session, "r002", [f"foot={foot}"], "looked odd")
 
 
 def test_a_run_stands_where_the_report_saw_it(honest: SmallBook) -> None:
@@ -324,8 +324,8 @@ def test_a_run_stands_where_the_report_saw_it(honest: SmallBook) -> None:
 def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(honest: SmallBook) -> None:
     was = key_of(honest, "r002")
     reports(honest)
-    with honest.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, "r002", ["foot=large"], "looked odd")
+    with honest.open() as book, book.session(ADA) as session:
+        correct(book, session, "r002", ["foot=large"], "looked odd")
     found = planned(honest)
     (said,) = found.departures
     corrected = "the condition of run r002 was corrected after a report had been made"
@@ -334,16 +334,16 @@ def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(
         assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
         assert found.exploratory_equivalence(POOLED, [key]) == said
     assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
-    with honest.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, "r002", ["foot=small"], "it was right")
+    with honest.open() as book, book.session(ADA) as session:
+        correct(book, session, "r002", ["foot=small"], "it was right")
     assert planned(honest).departures == ()
 
 
 def test_another_corrected_value_asks_the_book_nothing_more(honest: SmallBook) -> None:
     asked = []
     for run, pack in (("r002", "C"), ("r003", "A")):
-        with honest.open() as book, book.desk(ADA) as desk:
-            correct(book, desk, run, [f"battery={pack}"], "read again")
+        with honest.open() as book, book.session(ADA) as session:
+            correct(book, session, run, [f"battery={pack}"], "read again")
         with honest.open() as book, book.reading() as connection:
             queries: list[str] = []
             sa.event.listen(connection, "before_cursor_execute", lambda *said, kept=queries: kept.append(said[2]))
@@ -356,8 +356,8 @@ def test_another_corrected_value_asks_the_book_nothing_more(honest: SmallBook) -
 
 
 def test_a_run_put_on_another_day_or_pack_is_told_by_name(honest: SmallBook) -> None:
-    with honest.open() as book, book.desk(ADA) as desk:
-        correct(book, desk, "r002", ["battery=C", "day=2021-06-16", "position_in_day=20"], "read again")
+    with honest.open() as book, book.session(ADA) as session:
+        correct(book, session, "r002", ["battery=C", "day=2021-06-16", "position_in_day=20"], "read again")
     told = planned(honest).departures
     assert [
         any(words in said for said in told) for words in ("was B and is C", "was 2021-06-14 and is 2021-06-16")

@@ -36,8 +36,8 @@ def decides(made: SmallBook, analysis: str) -> None:
 
 def speaks(made: SmallBook, person: str = ADA) -> None:
     """Let a person say something, so that the book takes over what labbook.toml says."""
-    with made.open() as book, book.desk(person) as desk:
-        note(desk, "heard")
+    with made.open() as book, book.session(person) as session:
+        note(session, "heard")
 
 
 def planned(made: SmallBook) -> Planned:
@@ -104,8 +104,8 @@ def test_a_charge_typed_in_is_a_measurement_and_a_run_sheet_is_none(tmp_path: Pa
         with book.reading() as connection:
             assert first_measurement(connection) is None
     decides(made, DECIDED)
-    with made.open() as book, book.desk(ADA) as desk:
-        state_charge(desk, book.configuration, "r001", 120.0, None, None)
+    with made.open() as book, book.session(ADA) as session:
+        state_charge(session, book.configuration, "r001", 120.0, None, None)
     assert planned(made).stated
     with made.open() as book:
         said = [entry.entity_kind for entry in said_alike(book)]
@@ -243,27 +243,27 @@ def test_what_was_left_out_for_other_reasons_is_told(tmp_path: Path) -> None:
     made = small_book(tmp_path, ingested=False)
     decides(made, DECIDED)
     measured(made)
-    with made.open() as book, book.desk(ADA) as desk:
-        decide(book, desk, "r002", [1, 2], "reject", "wrong_apex", None)
-        decide(book, desk, "r003", [1], "reject", "misfire", None)
-        decide(book, desk, "r004", [1], "reject", "other", None)
-        decide(book, desk, "r004", [1], "clear", "other", None)
-        decide(book, desk, "r005", [2], "reject", "other", None)
-        decide(book, desk, "r005", [2], "reject", "sensor_fault", "looked again")
+    with made.open() as book, book.session(ADA) as session:
+        decide(book, session, "r002", [1, 2], "reject", "wrong_apex", None)
+        decide(book, session, "r003", [1], "reject", "misfire", None)
+        decide(book, session, "r004", [1], "reject", "other", None)
+        decide(book, session, "r004", [1], "clear", "other", None)
+        decide(book, session, "r005", [2], "reject", "other", None)
+        decide(book, session, "r005", [2], "reject", "sensor_fault", "looked again")
     found = planned(made)
     assert found.departures == ("2 jumps of run r002 rejected (wrong_apex), which was not allowed",)
     assert found.exploratory(Quantity.JOULES, POOLED) is None
     assert "2 jumps of run r002" in str(found.exploratory_equivalence(POOLED))
-    with made.open() as book, book.desk(ADA) as desk:
-        void(desk, "r006", "Sensor fault: the string was off its drum")
-        void(desk, "r002", "misfired badly")
+    with made.open() as book, book.session(ADA) as session:
+        void(session, "r006", "Sensor fault: the string was off its drum")
+        void(session, "r002", "misfired badly")
     found = planned(made)
     assert found.departures == ("run r002 is void (misfired badly), which was not allowed",)
     assert "run r002 is void" in str(found.exploratory(Quantity.JOULES, POOLED))
     assert str(found.exploratory(Quantity.JOULES, POOLED)).endswith(AS_A_WHOLE)
-    with made.open() as book, book.desk(ADA) as desk:
-        unvoid(desk, "r002", "it was another")
-        void(desk, "r002", "misfire")
+    with made.open() as book, book.session(ADA) as session:
+        unvoid(session, "r002", "it was another")
+        void(session, "r002", "misfire")
     assert planned(made).departures == ()
 
 
@@ -271,9 +271,9 @@ def test_whoever_allows_other_reasons_allows_all(tmp_path: Path) -> None:
     made = small_book(tmp_path, ingested=False)
     decides(made, "\n[analysis]\nalpha = 0.01\n")
     measured(made)
-    with made.open() as book, book.desk(ADA) as desk:
-        void(desk, "r006", "foot came loose")
-        decide(book, desk, "r002", [1], "reject", "other", None)
+    with made.open() as book, book.session(ADA) as session:
+        void(session, "r006", "foot came loose")
+        decide(book, session, "r002", [1], "reject", "other", None)
     assert planned(made).departures == ()
 
 
@@ -281,9 +281,9 @@ def test_a_rebuilt_book_says_the_same(either: SmallBook) -> None:
     decides(either, DECIDED)
     measured_by_one(either)
     decides(either, "\n[analysis]\nalpha = 0.1\n")
-    with either.open() as book, book.desk(BEN) as desk:
-        correct(book, desk, "r001", ["duration_s=722"], "typed wrong")
-        void(desk, "r004", "foot came loose")
+    with either.open() as book, book.session(BEN) as session:
+        correct(book, session, "r001", ["duration_s=722"], "typed wrong")
+        void(session, "r004", "foot came loose")
     before = planned(either)
     assert before.departures
     assert before.left_out

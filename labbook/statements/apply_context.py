@@ -18,7 +18,7 @@ from ingest.store import Store
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class ApplyContext:
     """The open transaction and the store of files.
 
     `without_rows` is None while a person speaks; on replaying the journal it gathers the statements about charges and
@@ -30,12 +30,12 @@ class Scene:
     without_rows: list[Entry] | None = None
 
 
-def around_run(scene: Scene, run_uid: str) -> list[tuple[str, str]]:
+def around_run(context: ApplyContext, run_uid: str) -> list[tuple[str, str]]:
     """Return (kind, uid) of what results may rest on when a run gains something.
 
     These are the run itself, the condition it is in, and for an idle run the idle runs of its robot.
     """
-    return around(run_uid, read_fact(scene.connection, "run", run_uid, ["kind", "condition", "robot"]))
+    return around(run_uid, read_fact(context.connection, "run", run_uid, ["kind", "condition", "robot"]))
 
 
 def around(run_uid: str, run: Mapping[str, Any]) -> list[tuple[str, str]]:
@@ -48,32 +48,32 @@ def around(run_uid: str, run: Mapping[str, Any]) -> list[tuple[str, str]]:
     return found
 
 
-def spoken(scene: Scene, entry: Entry, values: Mapping[str, Any]) -> dict[str, Any]:
+def spoken(context: ApplyContext, entry: Entry, values: Mapping[str, Any]) -> dict[str, Any]:
     """Add who said it and when to the columns of a row that keeps that."""
-    return {**values, "person": person_uid(scene.connection, entry.person), "at_utc": entry.at_utc}
+    return {**values, "person": person_uid(context.connection, entry.person), "at_utc": entry.at_utc}
 
 
-Apply: TypeAlias = Callable[[Scene, Entry, object], list[tuple[str, str]]]
+Apply: TypeAlias = Callable[[ApplyContext, Entry, object], list[tuple[str, str]]]
 """Lets an entry take effect; returns (kind, scope) of the results that became stale."""
 
 
-def run_named(scene: Scene, name: str | None) -> str | None:
+def run_named(context: ApplyContext, name: str | None) -> str | None:
     """Return the uid of the run of this name, if there is one."""
-    return find_uid(scene.connection, "run", name=name) if name else None
+    return find_uid(context.connection, "run", name=name) if name else None
 
 
-def no_such_row(scene: Scene, entry: Entry) -> None:
+def no_such_row(context: ApplyContext, entry: Entry) -> None:
     """Let a statement about a row that is not there pass where the journal is replayed; nothing may stop that.
 
     A newer reader may give fewer rows than an earlier one, and a file may wait for a declaration. What was said of a
     charge takes effect when a reading gives it. Raises `UnknownName` for what a person says now.
     """
-    if scene.without_rows is None:
+    if context.without_rows is None:
         raise UnknownName(
             f"there is no {entry.entity_kind} with uid {entry.entity_uid!r}: list what there is and use a name from "
             "there."
         )
-    scene.without_rows.append(entry)
+    context.without_rows.append(entry)
 
 
 def derived_uid(*parts: object) -> str:

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from labbook.presenting.day_layout import WHOSE
+from labbook.presenting.error_rate_uses import Use
 from labbook.presenting.spreads import spreads_text
-from labbook.presenting.weak_uses import Use
 from reports.display import general_text
 from reports.wording import count_text, list_text
 from stats.planning.recorded import Recorded
@@ -36,7 +36,7 @@ _Found = tuple[str, Recorded, int, int]
 """What a method is called, what is on record of it, for how many uses here that is nearest, and how many err less."""
 
 
-def weaknesses(used: Mapping[Use, int]) -> tuple[str, ...]:
+def known_error_rates(used: Mapping[Use, int]) -> tuple[str, ...]:
     """Say for each method used so often, at its worst, how far size or coverage is off; nothing where none is.
 
     An introduction first, then a sentence for each design on record. Comparisons whose sides do not share their days

@@ -1,7 +1,7 @@
-"""The desk: where statements become journal entries and rows, all of them or none.
+"""The session: where statements become journal entries and rows, all of them or none.
 
 One way in for everything a person states. A statement is applied to the tables at once, so that the next one can build
-on it. When the desk closes, all that was said there is one command: its entries get their places in the chain, are
+on it. When the session closes, all that was said there is one command: its entries get their places in the chain, are
 written to the table `journal`, appended to `journal.jsonl` and synced, and only then all of it is committed. `labbook
 rebuild` applies the same entries with the same functions, which is why it arrives at the same rows.
 """
@@ -26,13 +26,13 @@ from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
 from ingest.store import Store
-from labbook.statements import APPLY, Scene
+from labbook.statements import APPLY, ApplyContext
 
 _LOG = logging.getLogger("labbook.book")
 
 
 class DryRun(Exception):
-    """Raised inside a desk to see what would happen and keep nothing."""
+    """Raised inside a session to see what would happen and keep nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +49,7 @@ class Statement:
 
 
 @dataclass
-class Desk:
+class WriteSession:
     """An open writing transaction in which one person makes statements."""
 
     connection: sa.Connection
@@ -62,7 +62,7 @@ class Desk:
     def state(self, statement: Statement) -> None:
         """Apply one statement; raises a `LabbookError` when it cannot be accepted.
 
-        Its entry gets its place in the chain when the desk closes.
+        Its entry gets its place in the chain when the session closes.
         """
         refuse_no_text([statement.old, statement.new, statement.reason])
         entry = Entry(
@@ -90,7 +90,7 @@ class Desk:
     def merge(self, entries: Iterable[Entry]) -> None:
         """Take over entries of another book, each with its time, its person and its origin.
 
-        They take effect in their order when the desk closes, after all that was stated here.
+        They take effect in their order when the session closes, after all that was stated here.
         """
         self.merged += entries
 
@@ -114,7 +114,7 @@ def _surrogates(text: str) -> bool:
 
 def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: object = None) -> list[tuple[str, str]]:
     """Let one entry take effect while a person speaks; returns (kind, scope) of results now stale."""
-    return APPLY[entry.action](Scene(connection, store), entry, prepared)
+    return APPLY[entry.action](ApplyContext(connection, store), entry, prepared)
 
 
 def apply_again(
@@ -136,7 +136,7 @@ def apply_again(
         own = [entry for entry in command if entry.origin is None]
         for entry in own:
             if entry.seq not in left_out:
-                APPLY[entry.action](Scene(connection, store, without_rows), entry, prepared(entry))
+                APPLY[entry.action](ApplyContext(connection, store, without_rows), entry, prepared(entry))
         for entry in own:
             journal.insert(connection, entry)
         _take_effect(connection, store, command, without_rows, left_out, prepared)
@@ -155,13 +155,13 @@ def _take_effect(
     for entry in command:
         if entry.origin is not None:
             if entry.seq not in left_out:
-                APPLY[entry.action](Scene(connection, store, without_rows), entry, prepared(entry))
+                APPLY[entry.action](ApplyContext(connection, store, without_rows), entry, prepared(entry))
             journal.insert(connection, entry)
 
 
 @contextlib.contextmanager
-def desk_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -> Iterator[Desk]:
-    """Open a desk: catch up with the journal file, let statements be made, write and sync the journal, commit."""
+def write_session_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -> Iterator[WriteSession]:
+    """Open a session: catch up with the journal file, let statements be made, write and sync the journal, commit."""
     written = False
     try:
         with writing(engine) as connection:
@@ -169,11 +169,11 @@ def desk_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -
             damage = mirror.damage()
             if damage is not None:
                 _LOG.warning("warning: %s What is stated now is added all the same.", damage)
-            desk = Desk(connection, store, person)
-            yield desk
-            if desk.said or desk.merged:
-                entries = journal.placed([*desk.said, *desk.merged], journal.head(connection))
-                for entry in entries[: len(desk.said)]:
+            session = WriteSession(connection, store, person)
+            yield session
+            if session.said or session.merged:
+                entries = journal.placed([*session.said, *session.merged], journal.head(connection))
+                for entry in entries[: len(session.said)]:
                     journal.insert(connection, entry)
                 _take_effect(connection, store, entries)
                 mirror.append(entries)

@@ -22,7 +22,7 @@ Rows = list[list[str]]
 
 
 @dataclass
-class Told:
+class CommandOutput:
     """Lines and tables for people and data for programs, filled as results come."""
 
     data: dict[str, Any] = field(default_factory=dict)
@@ -43,7 +43,7 @@ class Told:
         if results:
             self.lines += ["", f"{title}:", table_of(results, left_out), *reasons_of(results, left_out)]
 
-    def about(self, observed: Observations, pictures: Pictures, notes: Sequence[str] = ()) -> Told:
+    def about(self, observed: Observations, pictures: Pictures, notes: Sequence[str] = ()) -> CommandOutput:
         """Add where the values come from, what is to be known about them and the comparison, and what was written.
 
         Notes stand right below the sentences, for tables can be long.
@@ -67,7 +67,9 @@ class Told:
         return self
 
 
-def told_of(observed: Observations, pictures: Pictures, answer: Callable[[Observations, Pictures], Told]) -> Told:
+def output_of(
+    observed: Observations, pictures: Pictures, answer: Callable[[Observations, Pictures], CommandOutput]
+) -> CommandOutput:
     """Return an answer whose data have the values' unit and the groups' own names, as programs ask for them.
 
     Its lines have lengths below 1 m in mm, and groups of a book named as in its report.

@@ -1,4 +1,4 @@
-"""The desk: what is stated stands in table and file, all of it or none, and said by somebody."""
+"""The session: what is stated stands in table and file, all of it or none, and said by somebody."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from labbook.actions.correcting import correct, void
 from labbook.actions.day_checks import state_check
 from labbook.actions.ingesting import IngestRequest, ingest_file
 from labbook.actions.jump_review import decide
-from labbook.book.desk import Desk, Statement, new_uid
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
+from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.cli.main import application
 from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.databases import all_rows
@@ -33,14 +33,14 @@ from tests.helpers.statements import in_file, in_table, note, notes, said_alike
 SIMPLE = settings(deadline=None, max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
-def refused(book: Book, kind: type[LabbookError], says: str, state: Callable[[Desk], object]) -> None:
+def refused(book: Book, kind: type[LabbookError], says: str, state: Callable[[WriteSession], object]) -> None:
     """Stating this is refused with the sentence, and neither database nor journal nor store changes."""
     rows, files = all_rows(book.engine), contents(book.store.root)
 
     def try_it() -> None:
-        with book.desk(ADA) as desk:
-            note(desk, "this comes first and must go too")
-            state(desk)
+        with book.session(ADA) as session:
+            note(session, "this comes first and must go too")
+            state(session)
 
     with pytest.raises(kind, match=says):
         try_it()
@@ -57,10 +57,10 @@ def refused(book: Book, kind: type[LabbookError], says: str, state: Callable[[De
 def test_what_is_stated_stands_in_table_and_file(book: SmallBook) -> None:
     with book.open() as standing:
         before = said_alike(standing)
-        with standing.desk(ADA) as desk:
-            note(desk, "left rail squeaked")
-            note(desk, "oiled")
-            said = list(desk.said)
+        with standing.session(ADA) as session:
+            note(session, "left rail squeaked")
+            note(session, "oiled")
+            said = list(session.said)
         entries = said_alike(standing)
         assert entries == [*before, *placed(said, (before[-1].seq, before[-1].hash))]
         assert [entry.following for entry in entries[-2:]] == [1, 0]
@@ -69,9 +69,9 @@ def test_what_is_stated_stands_in_table_and_file(book: SmallBook) -> None:
 
 
 def test_what_the_tables_refuse_leaves_nothing_of_the_command(book: SmallBook) -> None:
-    def wrong_verdict(desk: Desk) -> None:
+    def wrong_verdict(session: WriteSession) -> None:
         new = {"target_kind": "run", "target_uid": "x", "verdict": "maybe", "reason_code": "other", "blind": 0}
-        desk.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
+        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
 
     with book.open() as standing:
         refused(standing, InputRefused, "verdict must be one of", wrong_verdict)
@@ -79,25 +79,25 @@ def test_what_the_tables_refuse_leaves_nothing_of_the_command(book: SmallBook) -
             standing,
             InputRefused,
             "cells must be 1 or more",
-            lambda desk: desk.declare("battery", name="Z", cells=0, capacity_mah=1.0),
+            lambda session: session.declare("battery", name="Z", cells=0, capacity_mah=1.0),
         )
         refused(
             standing,
             InputRefused,
             "battery A cannot be stored",
-            lambda desk: desk.declare("battery", name="A", cells=4, capacity_mah=1.0),
+            lambda session: session.declare("battery", name="A", cells=4, capacity_mah=1.0),
         )
         refused(
             standing,
             InputRefused,
             "NULL and a reason",
-            lambda desk: desk.declare("battery", name="Z", cells=4, capacity_mah=float("nan")),
+            lambda session: session.declare("battery", name="Z", cells=4, capacity_mah=float("nan")),
         )
         refused(
             standing,
             UsageError,
             "jumps_made=1e300 cannot be stored: a whole number goes from",
-            lambda desk: correct(standing, desk, "r001", ["jumps_made=1e300"], "typed wrong"),
+            lambda session: correct(standing, session, "r001", ["jumps_made=1e300"], "typed wrong"),
         )
 
 
@@ -107,15 +107,18 @@ def test_a_text_that_no_journal_can_hold_is_refused(book: SmallBook) -> None:
             standing,
             InputRefused,
             r"'squ\\xffeak|'squ\\udcffeak' holds a byte that is not text",
-            lambda desk: note(desk, "squ\udcffeak"),
+            lambda session: note(session, "squ\udcffeak"),
         )
         refused(
-            standing, InputRefused, r"'squ\\0eak' holds a byte that is not text", lambda desk: note(desk, "squ\0eak")
+            standing,
+            InputRefused,
+            r"'squ\\0eak' holds a byte that is not text",
+            lambda session: note(session, "squ\0eak"),
         )
 
 
 def test_any_error_inside_the_desk_leaves_nothing(book: SmallBook) -> None:
-    def break_off(desk: Desk) -> None:
+    def break_off(session: WriteSession) -> None:
         raise UsageError("the cable came off")
 
     with book.open() as standing:
@@ -124,20 +127,24 @@ def test_any_error_inside_the_desk_leaves_nothing(book: SmallBook) -> None:
 
 def test_an_empty_desk_says_nothing(book: SmallBook) -> None:
     before = contents(book.folder)
-    with book.open() as standing, standing.desk(ADA):
+    with book.open() as standing, standing.session(ADA):
         pass
     assert contents(book.folder) == before
 
 
-OPERATIONS: dict[str, Callable[[Book, Desk], object]] = {
-    "note": lambda _book, desk: note(desk, "said"),
-    "check": lambda book, desk: state_check(desk, book.configuration, "lubrication", None, None, True, "2021-06-14"),
-    "correct": lambda book, desk: correct(book, desk, "r002", [f"starts={len(notes(book)) + 2}"], "counted again"),
-    "void": lambda _book, desk: void(desk, "r003", "foot came loose"),  # the second time it is void already
-    "reject": lambda book, desk: decide(book, desk, "r001", [1, 2], Verdict.REJECT, "misfire", "no lift-off"),
-    "reject too far": lambda book, desk: decide(book, desk, "r001", [1, 99], Verdict.REJECT, "misfire", None),
-    "unknown run": lambda _book, desk: note(desk, "said", "r999"),
-    "wrong field": lambda book, desk: correct(book, desk, "r002", ["startz=3"], "counted again"),
+OPERATIONS: dict[str, Callable[[Book, WriteSession], object]] = {
+    "note": lambda _book, session: note(session, "said"),
+    "check": lambda book, session: state_check(
+        session, book.configuration, "lubrication", None, None, True, "2021-06-14"
+    ),
+    "correct": lambda book, session: correct(
+        book, session, "r002", [f"starts={len(notes(book)) + 2}"], "counted again"
+    ),
+    "void": lambda _book, session: void(session, "r003", "foot came loose"),  # the second time it is void already
+    "reject": lambda book, session: decide(book, session, "r001", [1, 2], Verdict.REJECT, "misfire", "no lift-off"),
+    "reject too far": lambda book, session: decide(book, session, "r001", [1, 99], Verdict.REJECT, "misfire", None),
+    "unknown run": lambda _book, session: note(session, "said", "r999"),
+    "wrong field": lambda book, session: correct(book, session, "r002", ["startz=3"], "counted again"),
 }
 
 
@@ -151,9 +158,9 @@ def test_after_any_commands_file_and_table_are_the_same_chain(
         for command in commands:
             before = all_rows(book.engine)
             try:
-                with book.desk(ADA) as desk:
+                with book.session(ADA) as session:
                     for name in command:
-                        OPERATIONS[name](book, desk)
+                        OPERATIONS[name](book, session)
             except LabbookError:
                 assert all_rows(book.engine) == before
             else:
@@ -174,8 +181,8 @@ def test_an_entry_that_reached_the_file_only_is_applied_by_the_next_writer(book:
         late = entry(last.seq + 1, last.hash, new=said)
         standing.mirror.append([late])
         assert "cut off" not in notes(standing)
-        with standing.desk(ADA) as desk:
-            note(desk, "afterwards")
+        with standing.session(ADA) as session:
+            note(session, "afterwards")
         assert notes(standing)[-2:] == ["cut off", "afterwards"]
         assert said_alike(standing)[-2] == late
 
@@ -185,8 +192,8 @@ def test_a_torn_line_is_forgotten(book: SmallBook) -> None:
         before = said_alike(standing)
         with book.journal.open("ab") as handle:
             handle.write(b'{"action":"note","at_utc":"2021-06-2')
-        with standing.desk(ADA) as desk:
-            note(desk, "afterwards")
+        with standing.session(ADA) as session:
+            note(session, "afterwards")
         assert len(said_alike(standing)) == len(before) + 1
 
 
@@ -197,9 +204,9 @@ def test_of_a_command_cut_off_anywhere_all_or_nothing_is_there_after_the_next(tm
     before = made.journal.read_bytes()
     with made.open() as book:
         known = notes(book)
-        with book.desk(ADA) as desk:
+        with book.session(ADA) as session:
             for number in range(3):
-                note(desk, f"n{number}")
+                note(session, f"n{number}")
     whole = made.journal.read_bytes()
     ends = [at for at, letter in enumerate(whole, start=1) if letter == 10 and at > len(before)]
     assert len(ends) == 3
@@ -211,8 +218,8 @@ def test_of_a_command_cut_off_anywhere_all_or_nothing_is_there_after_the_next(tm
         made.database.write_bytes(database)
         made.journal.write_bytes(whole[:left])
         with made.open() as book:
-            with book.desk(ADA) as desk:
-                note(desk, "afterwards")
+            with book.session(ADA) as session:
+                note(session, "afterwards")
             all_of_it = ["n0", "n1", "n2"] if left >= len(whole) - 1 else []  # a newline that lacks is no loss
             assert notes(book) == [*known, *all_of_it, "afterwards"]
             said_alike(book)
@@ -248,8 +255,8 @@ def test_a_file_behind_the_database_is_refused_and_written_anew(book: SmallBook,
         rows = all_rows(standing.engine)
 
         def speak() -> None:
-            with standing.desk(ADA) as desk:
-                note(desk, "too early")
+            with standing.session(ADA) as session:
+                note(session, "too early")
 
         with pytest.raises(BookDamaged, match="`labbook rebuild --journal`") as caught:
             speak()
@@ -257,8 +264,8 @@ def test_a_file_behind_the_database_is_refused_and_written_anew(book: SmallBook,
         assert all_rows(standing.engine) == rows
         assert rewrite_journal(book.folder) == len(lines)
         assert book.journal.read_bytes() == whole
-        with standing.desk(ADA) as desk:
-            note(desk, "now")
+        with standing.session(ADA) as session:
+            note(session, "now")
         assert said_alike(standing)[-1].new is not None
 
 
@@ -266,15 +273,15 @@ def test_the_file_of_another_book_is_refused(book: SmallBook, tmp_path: Path) ->
     other = small_book(tmp_path / "other")
     with book.open() as standing, other.open() as stranger:
         for desk_of in (standing, stranger, stranger):
-            with desk_of.desk(ADA) as desk:
-                note(desk, "said in one book only")
+            with desk_of.session(ADA) as session:
+                note(session, "said in one book only")
         lines = other.journal.read_bytes().splitlines(keepends=True)
         for foreign in (lines[:-1], lines):  # as long as our own, and longer
             book.journal.write_bytes(b"".join(foreign))
 
             def speak() -> None:
-                with standing.desk(ADA) as desk:
-                    note(desk, "to whom?")
+                with standing.session(ADA) as session:
+                    note(session, "to whom?")
 
             with pytest.raises(BookDamaged, match="the two belong to different books"):
                 speak()
@@ -333,8 +340,8 @@ def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(made: SmallBoo
     rewritten(made, "levels = [0, 100]", "levels = [0, 100, 300]")
     with made.open() as standing:
         before = len(said_alike(standing))
-        with standing.desk("BO") as desk:
-            note(desk, "first words")
+        with standing.session("BO") as session:
+            note(session, "first words")
         added = said_alike(standing)[before:]
         assert {entry.person for entry in added} == {BEN}
         assert [(str(entry.action), entry.entity_kind) for entry in added] == [
@@ -349,7 +356,7 @@ def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(made: SmallBoo
             assert in_force is not None
             assert in_force.text == made.toml.read_text()
             assert find_uid(connection, "battery", name="D") is not None
-        with standing.desk(ADA):
+        with standing.session(ADA):
             pass
         assert len(said_alike(standing)) == before + len(added)
 
@@ -380,8 +387,8 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
         before = said_alike(standing)
 
         def speak() -> None:
-            with standing.desk(ADA) as desk:
-                note(desk, "unsettled")
+            with standing.session(ADA) as session:
+                note(session, "unsettled")
 
         with pytest.raises(InputRefused, match=f"labbook.toml says .*{field}") as caught:
             speak()
@@ -400,8 +407,8 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
             assert find_uid(connection, "battery", name="D") is not None
         (corrected,) = [entry for entry in said_alike(standing)[len(before) :] if entry.action is Action.CORRECT]
         assert corrected.reason == "typed wrong"
-        with standing.desk(ADA) as desk:
-            note(desk, "settled")
+        with standing.session(ADA) as session:
+            note(session, "settled")
         assert said_alike(standing)[-1].entity_kind == "note"
 
 
@@ -413,13 +420,13 @@ def test_what_is_no_longer_said_is_settled_with_an_empty_value(made: SmallBook) 
         with made.open() as standing:
 
             def speak(standing: Book = standing) -> None:
-                with standing.desk(ADA) as desk:
-                    note(desk, "unsettled")
+                with standing.session(ADA) as session:
+                    note(session, "unsettled")
 
             with pytest.raises(InputRefused, match=f"`labbook correct factor:foot {assignment} --why"):
                 speak()
-            with standing.desk(ADA, correcting=True) as desk:
-                correct(standing, desk, "factor:foot", [assignment], "no radius meant")
+            with standing.session(ADA, correcting=True) as session:
+                correct(standing, session, "factor:foot", [assignment], "no radius meant")
             speak()
 
 
@@ -429,18 +436,18 @@ def test_several_contradictions_are_settled_one_after_another(made: SmallBook) -
     with made.open() as standing:
 
         def speak() -> None:
-            with standing.desk(ADA) as desk:
-                note(desk, "unsettled")
+            with standing.session(ADA) as session:
+                note(session, "unsettled")
 
         with pytest.raises(InputRefused, match=r"(?s)reference_voltage_v.*\n.*body_mass_kg"):
             speak()
-        with standing.desk(ADA, correcting=True) as desk:
-            correct(standing, desk, "study", ["reference_voltage_v=16.8"], "another pack")
+        with standing.session(ADA, correcting=True) as session:
+            correct(standing, session, "study", ["reference_voltage_v=16.8"], "another pack")
         with pytest.raises(InputRefused, match="body_mass_kg") as caught:
             speak()
         assert "reference_voltage_v" not in str(caught.value)
-        with standing.desk(ADA, correcting=True) as desk:
-            correct(standing, desk, "robot:hopper", ["body_mass_kg=1.9"], "weighed again")
+        with standing.session(ADA, correcting=True) as session:
+            correct(standing, session, "robot:hopper", ["body_mass_kg=1.9"], "weighed again")
         speak()
         said_alike(standing)
 
@@ -448,11 +455,11 @@ def test_several_contradictions_are_settled_one_after_another(made: SmallBook) -
 def test_setting_it_back_settles_it_too(made: SmallBook) -> None:
     text = made.toml.read_text()
     made.toml.write_text(text.replace("reference_voltage_v = 15.4", "reference_voltage_v = 16.8"))
-    with made.open() as standing, pytest.raises(InputRefused), standing.desk(ADA):
-        pytest.fail("a desk opened on a contradiction")
+    with made.open() as standing, pytest.raises(InputRefused), standing.session(ADA):
+        pytest.fail("a session opened on a contradiction")
     made.toml.write_text(text)
-    with made.open() as standing, standing.desk(ADA) as desk:
-        note(desk, "as before")
+    with made.open() as standing, standing.session(ADA) as session:
+        note(session, "as before")
 
 
 def test_an_earlier_configuration_can_come_into_force_again(made: SmallBook) -> None:
@@ -462,7 +469,7 @@ def test_an_earlier_configuration_can_come_into_force_again(made: SmallBook) -> 
     for text in (published, robust, published, robust):
         made.toml.write_text(text)
         with made.open() as standing:
-            with standing.desk(ADA):
+            with standing.session(ADA):
                 pass
             with standing.reading() as connection:
                 in_force = config_in_force(connection)
@@ -473,8 +480,8 @@ def test_an_earlier_configuration_can_come_into_force_again(made: SmallBook) -> 
 
 def test_a_factor_is_not_silently_another(made: SmallBook) -> None:
     rewritten(made, '[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
-    with made.open() as standing, pytest.raises(InputRefused, match="factor:foot unit"), standing.desk(ADA):
-        pytest.fail("a desk opened on a contradiction")
+    with made.open() as standing, pytest.raises(InputRefused, match="factor:foot unit"), standing.session(ADA):
+        pytest.fail("a session opened on a contradiction")
 
 
 # --- files with names that are no text
