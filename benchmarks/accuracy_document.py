@@ -14,7 +14,7 @@ from benchmarks import machine
 from benchmarks.document import table_text
 from benchmarks.section import Table
 from labbook.presenting.durations import time_text
-from labbook.presenting.work_precision import SENSITIVE, TITLES, plain_number, work_precision_of
+from labbook.presenting.simulation.work_precision import SENSITIVE, TITLES, plain_number, work_precision_of
 from reports.figures.style import publication_style
 from reports.figures.work_precision import draw_work_precision
 from simulator.accuracy.advice import COST, Need, needs

@@ -16,7 +16,7 @@ from ingest.model import Declarations
 from ingest.read import read_file
 from ingest.samples import write_samples
 from ingest.store import Store
-from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.book.opening import opened
 from labbook.statements.ingesting import raw_path

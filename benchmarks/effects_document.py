@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from labbook.presenting.durations import time_text
-from labbook.presenting.effects_worth import alone_table, heading, verdict
+from labbook.presenting.simulation.effects_worth import alone_table, heading, verdict
 from simulator.scene_file import load_scene
 from simulator.worth.kernel_time import kernel_time
 from simulator.worth.measure import worth_of_effects

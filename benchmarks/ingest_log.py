@@ -20,7 +20,7 @@ from benchmarks.inputs import big_log, new_book
 from benchmarks.section import Benchmark, Budget, Section, Table, milliseconds, times_table
 from benchmarks.timing import Work, in_turns, together
 from ingest.store import RAW_COMPRESSION_LEVEL
-from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.book.opening import Book, open_book
 
 REPEATS = 9

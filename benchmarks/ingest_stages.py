@@ -15,7 +15,7 @@ from data_schema.vocabulary import Action
 from ingest.read import read_file
 from ingest.samples import signal_sha256
 from ingest.store import Store
-from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.analysis.outcomes.detecting import detect_part
 from labbook.book.opening import Book, open_book
 from labbook.book.write_session import Statement, new_uid

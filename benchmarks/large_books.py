@@ -17,10 +17,10 @@ import numpy as np
 from benchmarks.inputs import new_book
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import IngestStatus, ReasonCode, RunKind, Verdict
-from labbook.actions.correcting import correct
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.jump_review import decide
-from labbook.actions.runs_importing import import_runs
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.jump_review import decide
+from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import Book, opened
 from labbook.book.write_session import new_uid
 from labbook.demo.book_toml import FACTORS, ROBOT

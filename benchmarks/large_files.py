@@ -18,7 +18,7 @@ from benchmarks.section import Benchmark, Budget, Section, Table
 from benchmarks.timing import Work, in_turns
 from ingest.model import Declarations
 from ingest.read import read_file
-from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.book.opening import Book, open_book
 from labbook.demo.logger import DECIMALS
 from labbook.demo.writers.string_pot_log import string_pot_log

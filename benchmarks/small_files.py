@@ -12,7 +12,7 @@ from benchmarks.inputs import new_book, small_logs
 from benchmarks.section import Benchmark, Section, Table
 from benchmarks.timing import Work, in_turns
 from data_schema.disk import sync
-from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.book.opening import opened
 
 FILES, SAMPLES = 200, 300

@@ -26,10 +26,10 @@ def assign(
 
     Example: labbook assign log_0007.csv r007; labbook assign charges.csv#3 none --why "read a line too low"
     """
-    from labbook.actions.assigning import NO_RUN
-    from labbook.actions.assigning import assign as state_assignment
-    from labbook.actions.remarks import remark_lines, remarks_on
-    from labbook.actions.stale import stale_lines
+    from labbook.actions.files.assigning import NO_RUN
+    from labbook.actions.files.assigning import assign as state_assignment
+    from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.upkeep.stale import stale_lines
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.session(person) as session:

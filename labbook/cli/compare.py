@@ -38,8 +38,8 @@ def compare(
 
     Example: labbook compare --foot small --check
     """
-    from labbook.actions.comparing_predictions import as_data, as_lines, compare_predictions
     from labbook.actions.report_command import selection
+    from labbook.actions.simulate.comparing_predictions import as_data, as_lines, compare_predictions
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:

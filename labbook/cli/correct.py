@@ -30,10 +30,10 @@ def correct(
 
     Example: labbook correct r017 foot=large --why "typed wrong"
     """
-    from labbook.actions.correcting import correct as state_correction
-    from labbook.actions.correcting import runs_corrected
-    from labbook.actions.remarks import remark_lines, remarks_on
-    from labbook.actions.stale import stale_lines
+    from labbook.actions.runs.correcting import correct as state_correction
+    from labbook.actions.runs.correcting import runs_corrected
+    from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.upkeep.stale import stale_lines
     from labbook.book.opening import opened
     from labbook.cli.reading import answered
     from labbook.config.places import to_change

@@ -61,7 +61,7 @@ def check_command(
 
     Example: labbook db check --deep
     """
-    from labbook.actions.health import check_book
+    from labbook.actions.upkeep.health import check_book
     from labbook.book.opening import find_folder
 
     found = check_book(

@@ -22,7 +22,7 @@ def prune_command(
 
     Example: labbook db prune --yes
     """
-    from labbook.actions.pruning import leftovers, named, prune
+    from labbook.actions.upkeep.pruning import leftovers, named, prune
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:

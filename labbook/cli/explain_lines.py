@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ingest.explanation import ColumnUse, TableUse
-from labbook.actions.explaining import Explained, PartStored
+from labbook.actions.files.explaining import Explained, PartStored
 from labbook.cli.common import columns
 from labbook.cli.ingest_lines import finding_lines
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from data_schema.errors import UsageError
-from labbook.actions.rereading import Reread
-from labbook.actions.stale import stale_lines
+from labbook.actions.files.rereading import Reread
+from labbook.actions.upkeep.stale import stale_lines
 from labbook.book.opening import opened
 from labbook.book.write_session import WriteSession
 from labbook.cli.common import emit

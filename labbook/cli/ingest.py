@@ -91,17 +91,17 @@ def ingest(
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007; labbook ingest odd.txt --explain
     """
     from ingest.formats.plugins import plugins
-    from labbook.actions.declaring import ask_for, declared_options, declared_words
-    from labbook.actions.files_meant import files_of
-    from labbook.actions.ingesting import (
+    from labbook.actions.files.declaring import ask_for, declared_options, declared_words
+    from labbook.actions.files.files_meant import files_of
+    from labbook.actions.files.ingesting import (
         FileOutcome,
         IngestRequest,
         ingest_file,
         ingest_file_or_refuse,
         without_samples,
     )
-    from labbook.actions.missing_height import MissingHeight, missing_heights
-    from labbook.actions.rig_line import RigLine
+    from labbook.actions.files.missing_height import MissingHeight, missing_heights
+    from labbook.actions.runs.rig_line import RigLine
     from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
     from labbook.cli.ingest_lines import outcome_json, rig_lines_of
@@ -165,7 +165,7 @@ def ingest(
 
 def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str | None, as_json: bool) -> None:
     """Print how files would be read."""
-    from labbook.actions.explaining import explain_file
+    from labbook.actions.files.explaining import explain_file
     from labbook.cli.explain_lines import explained_lines
 
     explained = [explain_file(book, path, options, run, alone=len(files) == 1) for path in files]
@@ -176,7 +176,7 @@ def _explain(book: "Book", files: list[Path], options: dict[str, Any], run: str 
 
 def _draft(book: "Book", files: list[Path], options: dict[str, Any], out: Path | None, as_json: bool) -> None:
     """Print the drafted profiles of files, or write them to the new file `out`."""
-    from labbook.actions.drafting import draft_profile, write_drafts
+    from labbook.actions.files.drafting import draft_profile, write_drafts
 
     drafts = [draft_profile(book, path, options) for path in files]
     lines = [line for each in drafts for line in each.toml.splitlines()]

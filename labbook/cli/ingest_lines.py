@@ -9,10 +9,10 @@ from typing import Any
 from data_schema.queries.runs import RunRow, runs_named, runs_of_conditions
 from data_schema.vocabulary import IngestStatus, Severity
 from ingest.model import Finding
-from labbook.actions.ingesting import FileOutcome
-from labbook.actions.missing_height import MissingHeight, missing_height_lines
-from labbook.actions.remarks import remarks_on
-from labbook.actions.rig_line import RigLine, rig_lines
+from labbook.actions.files.ingesting import FileOutcome
+from labbook.actions.files.missing_height import MissingHeight, missing_height_lines
+from labbook.actions.runs.remarks import remarks_on
+from labbook.actions.runs.rig_line import RigLine, rig_lines
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.run_apexes import usable_logs
 from labbook.analysis.study_data import StudyData, gather_about

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from data_schema.vocabulary import IngestStatus
-from labbook.actions.ingesting import FileOutcome
-from labbook.actions.missing_height import MissingHeight
-from labbook.actions.rig_line import RigLine
+from labbook.actions.files.ingesting import FileOutcome
+from labbook.actions.files.missing_height import MissingHeight
+from labbook.actions.runs.rig_line import RigLine
 from labbook.cli.ingest_lines import file_head, file_line, needs_a_person, noted_in, outcome_lines
 
 MOST_LISTED = 12

@@ -25,7 +25,7 @@ def list_command(run: RunArgument, book: BookOption = None, as_json: JsonOption 
 
     Example: labbook jumps list r017
     """
-    from labbook.actions.jump_review import jump_lines, review
+    from labbook.actions.runs.jump_review import jump_lines, review
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
@@ -90,7 +90,7 @@ def clear_command(
 
 
 def _clear_waiting(run: str, note: str | None, book: BookOption, person: AsOption, as_json: bool) -> None:
-    from labbook.actions.jump_review import clear_waiting
+    from labbook.actions.runs.jump_review import clear_waiting
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.session(person) as session:
@@ -108,8 +108,8 @@ def _decide(
     person: AsOption,
     as_json: bool,
 ) -> None:
-    from labbook.actions.jump_review import decide, jumps_meant, review, without_apex
-    from labbook.actions.not_allowed import reason_remarks
+    from labbook.actions.runs.jump_review import decide, jumps_meant, review, without_apex
+    from labbook.actions.runs.not_allowed import reason_remarks
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:

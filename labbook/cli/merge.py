@@ -28,7 +28,7 @@ def merge(
 
     Example: labbook merge /media/laptop/book --dry-run
     """
-    from labbook.actions.merging import merge as bring_in
+    from labbook.actions.upkeep.merging import merge as bring_in
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:

@@ -89,7 +89,7 @@ def plan(
     labbook plan --power --saving 10 --sd 4 --mean 42
     """
     from data_schema.errors import UsageError
-    from labbook.actions.planning import PlanRequest, make_plan
+    from labbook.actions.planning.runs import PlanRequest, make_plan
     from labbook.book.opening import opened
 
     if power:
@@ -138,7 +138,7 @@ def _refuse(ctx: typer.Context, options: Mapping[str, str], what: str, remedy: s
 def _withdraw(
     seed: int | None, why: str, dry_run: bool, book: BookOption, person: AsOption, as_json: JsonOption
 ) -> None:
-    from labbook.actions.planning import withdraw_plans
+    from labbook.actions.planning.runs import withdraw_plans
     from labbook.book.opening import opened
     from labbook.book.write_session import DryRun
 

@@ -74,9 +74,9 @@ def show_power(
     as_json: JsonOption,
 ) -> None:
     """Print what the study needs."""
-    from labbook.actions.power import study_power
-    from labbook.actions.power_lines import power_foot, power_head, power_table
-    from labbook.actions.power_request import PowerRequest
+    from labbook.actions.planning.power import study_power
+    from labbook.actions.planning.power_lines import power_foot, power_head, power_table
+    from labbook.actions.planning.power_request import PowerRequest
     from labbook.book.opening import opened
 
     request = PowerRequest(

@@ -24,7 +24,7 @@ def plot(
 
     Example: labbook plot r017 --jump 4 --out r017.png
     """
-    from labbook.actions.run_plot import plot_run
+    from labbook.actions.runs.run_plot import plot_run
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:

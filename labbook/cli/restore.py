@@ -33,8 +33,8 @@ def restore(
     Example: labbook restore /media/stick/mybook mybook
     """
     from data_schema.errors import UsageError
-    from labbook.actions.restoring import Place
-    from labbook.actions.restoring import restore as restore_book
+    from labbook.actions.upkeep.restoring import Place
+    from labbook.actions.upkeep.restoring import restore as restore_book
 
     if database is not None and sqlite:
         raise UsageError("--database and --sqlite exclude each other: give one of them.")

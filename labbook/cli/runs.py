@@ -30,7 +30,7 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
     """
     from data_schema.queries.runs import list_runs, where_columns
     from data_schema.where import compile_where
-    from labbook.actions.run_list import run_cells
+    from labbook.actions.runs.run_list import run_cells
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.reading() as connection:
@@ -60,8 +60,8 @@ def import_command(
 
     Example: labbook runs import runs.csv
     """
-    from labbook.actions.remarks import remark_lines
-    from labbook.actions.runs_importing import RunsImported, import_runs
+    from labbook.actions.runs.remarks import remark_lines
+    from labbook.actions.runs.runs_importing import RunsImported, import_runs
     from labbook.book.opening import opened
     from labbook.book.write_session import DryRun
     from labbook.cli.reading import answered, read_sheet
@@ -111,7 +111,7 @@ def dismiss_command(
 
     Example: labbook runs dismiss charges.csv#4 --why "the pack of another robot"
     """
-    from labbook.actions.kept_files import dismiss
+    from labbook.actions.files.kept_files import dismiss
     from labbook.cli.files_lines import state
 
     state(book, person, lambda session: dismiss(session, what, why), {"item": what, "why": why}, as_json)
@@ -129,7 +129,7 @@ def restore_command(
 
     Example: labbook runs restore charges.csv#4
     """
-    from labbook.actions.kept_files import restore_item
+    from labbook.actions.files.kept_files import restore_item
     from labbook.cli.files_lines import state
 
     state(book, person, lambda session: restore_item(session, what, why), {"item": what, "why": why}, as_json)

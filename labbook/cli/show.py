@@ -19,7 +19,7 @@ def show(
 
     Example: labbook show r017
     """
-    from labbook.actions.run_view import run_view, view_lines
+    from labbook.actions.runs.run_view import run_view, view_lines
     from labbook.analysis.outcomes.detections import Detections
     from labbook.book.opening import opened
 

@@ -28,9 +28,9 @@ def void(
 
     Example: labbook void r017 --reason "foot came loose"; labbook void r017 --undo --reason "it was r018"
     """
-    from labbook.actions.correcting import unvoid
-    from labbook.actions.correcting import void as state_void
-    from labbook.actions.not_allowed import reason_remarks
+    from labbook.actions.runs.correcting import unvoid
+    from labbook.actions.runs.correcting import void as state_void
+    from labbook.actions.runs.not_allowed import reason_remarks
     from labbook.book.opening import opened
 
     with opened(book) as opened_book, opened_book.session(person) as session:

@@ -30,8 +30,8 @@ def why(
 
     Example: labbook why 3fa9c2d1 --check
     """
-    from labbook.actions.recomputing import recompute
-    from labbook.actions.tracing import NumberTrace, trace, trace_lines
+    from labbook.actions.upkeep.recomputing import recompute
+    from labbook.actions.upkeep.tracing import NumberTrace, trace, trace_lines
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:

@@ -10,13 +10,13 @@ from pathlib import Path
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import CheckKind, PlanMethod
-from labbook.actions.correcting import correct
-from labbook.actions.day_checks import state_check
-from labbook.actions.files_meant import files_of
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.planning import PlannedEntry, state_plan
+from labbook.actions.files.files_meant import files_of
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.planning.runs import PlannedEntry, state_plan
 from labbook.actions.report_command import write
-from labbook.actions.runs_importing import import_runs
+from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.day_checks import state_check
+from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import CONFIGURATION, Book, opened
 from labbook.demo.files import write_campaign

@@ -17,7 +17,7 @@ from labbook.analysis.prediction.predicting import keep_predictions
 from labbook.analysis.results.printed_values import versions_now
 from labbook.analysis.results.result_cache import keep
 from labbook.config.parsing import parse_configuration
-from labbook.presenting.making import MadeReport, make_report
+from labbook.presenting.report.making import MadeReport, make_report
 from labbook.statements.apply_context import ApplyContext
 from labbook.statements.reports_replayed import ReportsReplayed
 from stats.apexes.detectors import DETECTORS

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from labbook.actions.tracing import trace
+from labbook.actions.upkeep.tracing import trace
 from labbook.book.opening import opened
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook, small_book

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from labbook.actions.correcting import void
+from labbook.actions.runs.correcting import void
 from tests.cli.shell import good, labbook
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
 

@@ -12,7 +12,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
-from labbook.presenting.stats_figures import (
+from labbook.presenting.stats.figures import (
     as_drawn,
     estimation_of,
     number_of,
@@ -20,7 +20,7 @@ from labbook.presenting.stats_figures import (
     residual_plot_of,
     residuals_of,
 )
-from labbook.presenting.stats_names import drawn_name, shortened
+from labbook.presenting.stats.names import drawn_name, shortened
 from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
 from reports.figures.estimation_parts import MOST_DRAWN, SD_AT
 from reports.figures.quantiles import draw_quantiles

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from labbook.book.opening import opened
-from labbook.presenting.making import make_report
+from labbook.presenting.report.making import make_report
 from reports.content import Comparison, Quantity, ReportContent
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book

@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from data_schema.vocabulary import CheckKind, RunKind
-from labbook.actions.day_checks import state_check
-from labbook.actions.files_meant import files_of
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.runs_importing import import_runs
+from labbook.actions.files.files_meant import files_of
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.runs.day_checks import state_check
+from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import Book, opened
 from labbook.demo.book_toml import FACTORS, ROBOT, book_toml

@@ -6,7 +6,7 @@ from data_schema import journal
 from data_schema.journal import Entry
 from data_schema.queries.imported_files import charges_of_file
 from data_schema.vocabulary import Action
-from labbook.actions.named_files import file_named
+from labbook.actions.files.named_files import file_named
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid

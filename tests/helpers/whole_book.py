@@ -7,15 +7,15 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct, void
-from labbook.actions.day_checks import state_check
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.jump_review import decide
-from labbook.actions.planning import PlanRequest, make_plan
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.planning.runs import PlanRequest, make_plan
 from labbook.actions.report_command import state_report
-from labbook.actions.runs_importing import import_runs
-from labbook.actions.typed_charge import state_charge
+from labbook.actions.runs.correcting import correct, void
+from labbook.actions.runs.day_checks import state_check
+from labbook.actions.runs.jump_review import decide
+from labbook.actions.runs.runs_importing import import_runs
+from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, BEN, DAYS, SmallBook, ingest_all, small_book
 from tests.helpers.statements import note

@@ -62,12 +62,12 @@ def test_configuration_is_read_without_database_or_arrays() -> None:
 
 
 def test_a_report_loads_the_simulator_only_where_a_scene_is_named() -> None:
-    code = "import labbook.actions.report_command, labbook.actions.comparing_predictions, labbook.cli.compare"
+    code = "import labbook.actions.report_command, labbook.actions.simulate.comparing_predictions, labbook.cli.compare"
     assert loaded_by(code, ("simulator.scene", "simulator.jump", "numba")) == set()
 
 
 def test_listing_runs_draws_nothing() -> None:
-    code = "import labbook.book.opening, labbook.cli.runs, labbook.actions.run_list"
+    code = "import labbook.book.opening, labbook.cli.runs, labbook.actions.runs.run_list"
     assert loaded_by(code, ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray")) == set()
 
 

@@ -42,8 +42,8 @@ def accuracy(
 
     Example: labbook sim accuracy --scene sim2 --set b_ad=100 --plot accuracy.png
     """
-    from labbook.actions.accuracy_study import study_scene
-    from labbook.presenting.work_precision import as_data, as_lines
+    from labbook.actions.simulate.accuracy_study import study_scene
+    from labbook.presenting.simulation.work_precision import as_data, as_lines
     from simulator.accuracy.study import points_to_come
 
     with progress("compiling", points_to_come(quick), shown=not as_json) as done:

@@ -45,9 +45,9 @@ def effects(
 
     Example: labbook sim effects --scene sim2 --within 1%
     """
-    from labbook.actions.effects_worth import EffectsRequest, effects_task, measure_effects
-    from labbook.presenting import effects_worth as shown
-    from labbook.presenting.effects_worth_data import time_data, times_data, worth_data
+    from labbook.actions.simulate.effects_worth import EffectsRequest, effects_task, measure_effects
+    from labbook.presenting.simulation import effects_worth as shown
+    from labbook.presenting.simulation.effects_worth_data import time_data, times_data, worth_data
 
     task = effects_task(EffectsRequest(scene, within, tuple(sets or ()), switched, accuracy, timings))
     if not as_json:

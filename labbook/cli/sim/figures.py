@@ -28,9 +28,9 @@ def figures(
 
     Example: labbook sim figures --only 3.8 --format pdf --out paper
     """
-    from labbook.actions.thesis_figures import write_thesis_figures
-    from labbook.presenting.thesis_claims import claims_data, claims_rows
-    from labbook.presenting.thesis_figures import THESIS_FIGURES
+    from labbook.actions.simulate.thesis_figures import write_thesis_figures
+    from labbook.presenting.simulation.thesis_claims import claims_data, claims_rows
+    from labbook.presenting.simulation.thesis_figures import THESIS_FIGURES
 
     with progress("figures", len(only or THESIS_FIGURES) + 1, shown=not as_json) as step:
         written = write_thesis_figures(out, form, only or (), step)

@@ -28,7 +28,7 @@ def parts(
 
     Example: labbook sim parts k_extension
     """
-    from labbook.presenting.scene_parts import (
+    from labbook.presenting.simulation.scene_parts import (
         part_data,
         part_lines,
         parts_data,

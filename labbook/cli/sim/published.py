@@ -27,8 +27,8 @@ def published(
 
     Example: labbook sim published --out published.md
     """
-    from labbook.actions.published_experiments import compare_published
-    from labbook.presenting.published_experiments import as_data, notes, terminal_tables
+    from labbook.actions.simulate.published_experiments import compare_published
+    from labbook.presenting.simulation.published_experiments import as_data, notes, terminal_tables
     from simulator.steady.tables import STEPS
 
     with progress("experiments", STEPS, shown=not as_json) as step:

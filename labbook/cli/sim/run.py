@@ -53,10 +53,10 @@ def run(
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
-    from labbook.actions.simulating import RunRequest, run_scene
-    from labbook.presenting.effects_worth import verdict
-    from labbook.presenting.effects_worth_data import chosen_data
-    from labbook.presenting.simulated import as_data, as_lines
+    from labbook.actions.simulate.simulating import RunRequest, run_scene
+    from labbook.presenting.simulation.effects_worth import verdict
+    from labbook.presenting.simulation.effects_worth_data import chosen_data
+    from labbook.presenting.simulation.simulated import as_data, as_lines
 
     request = RunRequest(scene, tuple(sets or ()), effects, accuracy, plot, animate, within)
     with progress("simulating", None, shown=not as_json) as step:

@@ -71,11 +71,11 @@ def sweep(
 
     Example: labbook sim sweep --scene sim2 --over b_ad=0:300:31 --over foot_radius=0.02,0.03,0.038 --out sweep.nc
     """
-    from labbook.actions.sweeping import SweepRequest, planned_sweep, run_planned
-    from labbook.presenting.effects_worth import verdict
-    from labbook.presenting.effects_worth_data import chosen_data
-    from labbook.presenting.swept import sweep_data, sweep_lines
-    from labbook.presenting.swept_corners import corners_data, corners_lines
+    from labbook.actions.simulate.sweeping import SweepRequest, planned_sweep, run_planned
+    from labbook.presenting.simulation.effects_worth import verdict
+    from labbook.presenting.simulation.effects_worth_data import chosen_data
+    from labbook.presenting.simulation.swept import sweep_data, sweep_lines
+    from labbook.presenting.simulation.swept_corners import corners_data, corners_lines
 
     request = SweepRequest(
         scene, tuple(over), out, tuple(sets or ()), effects, accuracy, sobol, seed, scheduler, within

@@ -54,9 +54,9 @@ def anova(
     Example: labbook stats anova data.csv --value energy_J --by gain --control 0 --plot energy.pdf;
     labbook stats anova --where "foot=small and k_gain=400" --quantity apex
     """
-    from labbook.actions.stats_anova import analyse
-    from labbook.actions.stats_data import DataSource
-    from labbook.actions.stats_pictures import Pictures
+    from labbook.actions.stats.anova import analyse
+    from labbook.actions.stats.data import DataSource
+    from labbook.actions.stats.pictures import Pictures
 
     given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)

@@ -66,9 +66,9 @@ def blocked(
     Example: labbook stats blocked data.csv --value energy_J --by controller --control CE --day date;
     labbook stats blocked --quantity apex --run-within-day run --where "foot=small and k_gain=400"
     """
-    from labbook.actions.stats_blocked import block
-    from labbook.actions.stats_data import DataSource
-    from labbook.actions.stats_pictures import Pictures
+    from labbook.actions.stats.blocked import block
+    from labbook.actions.stats.data import DataSource
+    from labbook.actions.stats.pictures import Pictures
 
     given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day, run)
     pictures = Pictures(plot, qq, residuals)

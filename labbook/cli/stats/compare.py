@@ -62,10 +62,10 @@ def compare(
     Example: labbook stats compare data.csv --value energy_J --by controller --control CE --plot energy.pdf;
     labbook stats compare --where "foot=small and k_gain=400" --pooled
     """
-    from labbook.actions.stats_compare import CompareRequest
-    from labbook.actions.stats_compare import compare as run
-    from labbook.actions.stats_data import DataSource
-    from labbook.actions.stats_pictures import Pictures
+    from labbook.actions.stats.compare import CompareRequest
+    from labbook.actions.stats.compare import compare as run
+    from labbook.actions.stats.data import DataSource
+    from labbook.actions.stats.pictures import Pictures
 
     given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)

@@ -65,9 +65,9 @@ def equivalence(
     Example: labbook stats equivalence data.csv --value apex_mm --by controller --control CE --low -5 --high 5;
     labbook stats equivalence --quantity apex --low -3 --percent --pooled --plot apex.pdf
     """
-    from labbook.actions.stats_data import DataSource
-    from labbook.actions.stats_equivalence import EquivalenceRequest, equal
-    from labbook.actions.stats_pictures import Pictures
+    from labbook.actions.stats.data import DataSource
+    from labbook.actions.stats.equivalence import EquivalenceRequest, equal
+    from labbook.actions.stats.pictures import Pictures
 
     given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)

@@ -8,7 +8,7 @@ import typer
 from labbook.cli.common import columns, emit
 
 if TYPE_CHECKING:
-    from labbook.actions.stats_output import CommandOutput
+    from labbook.actions.stats.output import CommandOutput
 
 FileArgument = Annotated[
     Path | None,

@@ -55,7 +55,7 @@ def power(
     labbook stats power --test tost --low -5 --high 5 --sd 4 --n 10;
     labbook stats power --test tost --low -3 --high 3 --percent --mean 0.3 --sd 0.004
     """
-    from labbook.actions.stats_power import PowerRequest, plan_power
+    from labbook.actions.stats.power import PowerRequest, plan_power
 
     request = PowerRequest(
         test,

@@ -58,9 +58,9 @@ def savings(
     Example: labbook stats savings data.csv --value energy_J --by controller --control CE;
     labbook stats savings --where "foot=small and k_gain=400" --pooled --plot savings.pdf
     """
-    from labbook.actions.stats_data import DataSource
-    from labbook.actions.stats_pictures import Pictures
-    from labbook.actions.stats_savings import save
+    from labbook.actions.stats.data import DataSource
+    from labbook.actions.stats.pictures import Pictures
+    from labbook.actions.stats.savings import save
 
     given = DataSource(file, text_of(file), value, by, control, where, missing, decimal, quantity, book, day)
     pictures = Pictures(plot, qq, residuals)

@@ -27,14 +27,14 @@ from data_schema.queries.imported_files import find_files, links_of_file, parts_
 from data_schema.queries.readings import last_readings
 from data_schema.row_hashes import Altered, Misfit, row_hashes
 from data_schema.vocabulary import FileRole, IngestStatus
-from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.jump_review import decide
-from labbook.actions.kept_files import dismiss, reread_named, restore, restore_item, withdraw
-from labbook.actions.rereading import RereadRequest
-from labbook.actions.runs_importing import import_runs
-from labbook.actions.typed_charge import state_charge
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.kept_files import dismiss, reread_named, restore, restore_item, withdraw
+from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.jump_review import decide
+from labbook.actions.runs.runs_importing import import_runs
+from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.replaying import replayed

@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 from data_schema.queries.charges import charges_by_run
-from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.kept_files import reread_named, restore, withdraw
-from labbook.actions.rereading import RereadRequest
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.kept_files import reread_named, restore, withdraw
+from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.runs.correcting import correct
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.statements.apply_context import derived_uid

@@ -9,11 +9,11 @@ from data_schema.queries.charges import charges_by_run
 from data_schema.queries.waiting import inbox
 from data_schema.vocabulary import RunState
 from ingest.store import Store
-from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct, unvoid, void
-from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
-from labbook.actions.typed_charge import state_charge
+from labbook.actions.runs.correcting import correct, unvoid, void
+from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database

@@ -9,7 +9,7 @@ import pytest
 from data_schema.vocabulary import IngestStatus
 from ingest.spool import mapped_bytes
 from ingest.store import Store
-from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from tests.helpers.books import SmallBook, small_book
 from tests.ingest.bad_input import LOG
 

@@ -10,12 +10,12 @@ from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.readings import last_reading
 from data_schema.queries.waiting import inbox
-from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct
-from labbook.actions.ingesting import FileOutcome, IngestRequest, ingest_file
-from labbook.actions.kept_files import dismiss, reread_named, restore, restore_item, withdraw
-from labbook.actions.rereading import RereadRequest, reread
-from labbook.actions.typed_charge import state_charge
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
+from labbook.actions.files.kept_files import dismiss, reread_named, restore, restore_item, withdraw
+from labbook.actions.files.rereading import RereadRequest, reread
+from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database

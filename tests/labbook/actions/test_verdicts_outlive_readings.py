@@ -11,10 +11,10 @@ import pytest
 
 from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.vocabulary import Action
-from labbook.actions.assigning import assign
-from labbook.actions.health import check_book
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.jump_review import clear_waiting, decide, jump_lines, review
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.runs.jump_review import clear_waiting, decide, jump_lines, review
+from labbook.actions.upkeep.health import check_book
 from labbook.book.rebuilding import rebuild_database
 from labbook.cli.common import progress
 from tests.helpers.books import ADA, SmallBook, small_book

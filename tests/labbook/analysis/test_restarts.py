@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import UsageError
-from labbook.actions.correcting import correct
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.jump_review import decide, review
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.jump_review import decide, review
 from labbook.book.opening import Book
 from labbook.cli.ingest_lines import rig_lines_of
 from tests.helpers.books import ADA, SmallBook, small_book

@@ -12,10 +12,10 @@ import pytest
 from data_schema.journal import canonical
 from data_schema.queries.facts import find_uid
 from data_schema.queries.results import ResultRow, results_by_key
-from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct, void
-from labbook.actions.jump_review import decide
+from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct, void
+from labbook.actions.runs.jump_review import decide
 from labbook.analysis.results.result_cache import (
     Algorithm,
     Computed,

@@ -12,8 +12,8 @@ from scipy import stats as scipy_stats
 
 from data_schema.queries.plans import PlannedRow
 from data_schema.queries.results import NumberRow
-from labbook.actions.correcting import void
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import void
 from labbook.analysis.comparison.comparing import compare
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
 from labbook.analysis.outcomes.budget import budget
@@ -23,9 +23,9 @@ from labbook.analysis.outcomes.run_energy import run_energies
 from labbook.analysis.results.result_cache import ResultCache, number
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
-from labbook.presenting.course import flow
-from labbook.presenting.making import MadeReport
-from labbook.presenting.methods import limitations
+from labbook.presenting.report.course import flow
+from labbook.presenting.report.making import MadeReport
+from labbook.presenting.report.methods import limitations
 from reports.numbers import Quantity
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain

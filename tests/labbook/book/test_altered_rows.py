@@ -22,10 +22,10 @@ from data_schema.queries.facts import update_fact
 from data_schema.row_hashes import written
 from data_schema.vocabulary import Action
 from ingest.store import Store
-from labbook.actions.health import Health, check_book
-from labbook.actions.jump_review import decide
-from labbook.actions.recomputing import recompute
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.jump_review import decide
+from labbook.actions.upkeep.health import Health, check_book
+from labbook.actions.upkeep.recomputing import recompute
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
 from labbook.cli.common import progress
 from tests.helpers.books import ADA, SmallBook, small_book

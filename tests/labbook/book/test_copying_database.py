@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from data_schema.engine import postgres_engine, reading, sqlite_engine
 from data_schema.errors import BookVersion, UsageError
 from data_schema.row_hashes import altered_rows
-from labbook.actions.health import check_book
+from labbook.actions.upkeep.health import check_book
 from labbook.book.copying_database import copy_database
 from labbook.cli.common import progress
 from tests.helpers.books import ADA, SmallBook, small_book

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.runs_importing import import_runs
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import opened
 from tests.helpers.books import ADA, BEN, SmallBook, instrument_files, small_book
 from tests.helpers.commands import KILLED, Commands

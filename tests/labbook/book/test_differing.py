@@ -13,7 +13,7 @@ from data_schema.errors import UnknownName
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from labbook.actions.report_command import state_report
-from labbook.actions.tracing import NumberTrace, PrintedNumber, trace, trace_lines
+from labbook.actions.upkeep.tracing import NumberTrace, PrintedNumber, trace, trace_lines
 from labbook.analysis.results.printed_values import versions_now
 from labbook.book.differing import Differences
 from labbook.book.rebuilding import rebuild_database

@@ -16,8 +16,8 @@ import pytest
 from data_schema.engine import sqlite_engine
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
-from labbook.actions.health import check_book
-from labbook.actions.restoring import MARKER
+from labbook.actions.upkeep.health import check_book
+from labbook.actions.upkeep.restoring import MARKER
 from labbook.book.copying import raw_of
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database

@@ -14,7 +14,7 @@ import pytest
 
 from data_schema.engine import sqlite_engine
 from data_schema.errors import BookDamaged
-from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.book.opening import Book
 from labbook.book.reading_ahead import FEWEST
 from labbook.book.rebuilding import rebuild_database

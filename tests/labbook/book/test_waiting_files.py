@@ -15,13 +15,13 @@ from data_schema.queries.charges import charges_by_run
 from data_schema.queries.imported_files import find_files, links_of_file
 from data_schema.queries.readings import readings_of, waiting_files
 from data_schema.vocabulary import Action, IngestStatus
-from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.jump_review import decide, review
-from labbook.actions.kept_files import files_to_reread, list_files, reread_named
-from labbook.actions.rereading import RereadRequest
-from labbook.actions.to_do import to_do, to_do_lines
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.kept_files import files_to_reread, list_files, reread_named
+from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.jump_review import decide, review
+from labbook.actions.runs.to_do import to_do, to_do_lines
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.study_data import gather
 from labbook.book.naming import run_named

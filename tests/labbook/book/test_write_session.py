@@ -16,10 +16,10 @@ from data_schema.journal import GENESIS, placed
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.people import config_in_force
 from data_schema.vocabulary import Action, Verdict
-from labbook.actions.correcting import correct, void
-from labbook.actions.day_checks import state_check
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.jump_review import decide
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.runs.correcting import correct, void
+from labbook.actions.runs.day_checks import state_check
+from labbook.actions.runs.jump_review import decide
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
 from labbook.book.write_session import Statement, WriteSession, new_uid

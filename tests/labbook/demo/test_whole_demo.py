@@ -13,7 +13,7 @@ import sqlalchemy as sa
 
 from data_schema.tables.results import result_number
 from data_schema.vocabulary import RunKind
-from labbook.actions.recomputing import recompute
+from labbook.actions.upkeep.recomputing import recompute
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.opening import Book, opened
@@ -22,7 +22,7 @@ from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
 from labbook.demo.running import Stopwatch, make_demo_book, run_demo
 from labbook.demo.truth import Condition
-from labbook.presenting.making import MadeReport, make_report
+from labbook.presenting.report.making import MadeReport, make_report
 from reports.numbers import Quantity
 from stats.energy import joules_per_jump
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain

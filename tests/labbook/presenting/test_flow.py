@@ -8,10 +8,10 @@ import re
 
 import pytest
 
-from labbook.actions.assigning import assign
-from labbook.actions.jump_review import decide
+from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
-from labbook.presenting.making import MadeReport
+from labbook.actions.runs.jump_review import decide
+from labbook.presenting.report.making import MadeReport
 from reports.figures.registry import FIGURES
 from reports.numbers import Quantity
 from reports.tables.as_csv import csv_bytes

@@ -11,10 +11,10 @@ import pytest
 
 from labbook.analysis.results.result_cache import number
 from labbook.config.model import UnitOfAnalysis
-from labbook.presenting import tests_used as paragraph
-from labbook.presenting.day_layout import layout_of
-from labbook.presenting.error_rate_uses import Use, uses
-from labbook.presenting.known_error_rates import known_error_rates
+from labbook.presenting.report import tests_used as paragraph
+from labbook.presenting.report.day_layout import layout_of
+from labbook.presenting.report.error_rate_uses import Use, uses
+from labbook.presenting.report.known_error_rates import known_error_rates
 from reports.content import Comparison
 from reports.naming import SweptWords
 from reports.numbers import Quantity

@@ -20,10 +20,10 @@ from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache, number
 from labbook.analysis.study import VarianceAnalysed
-from labbook.presenting.comparisons import comparisons
-from labbook.presenting.making import MadeReport
 from labbook.presenting.numbers import Shown
-from labbook.presenting.stated import departures
+from labbook.presenting.report.comparisons import comparisons
+from labbook.presenting.report.making import MadeReport
+from labbook.presenting.report.stated import departures
 from reports.numbers import Quantity
 from reports.sentences import difference_claim
 from stats.compare.equivalence import equivalence

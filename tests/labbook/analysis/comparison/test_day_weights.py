@@ -23,7 +23,7 @@ from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
 from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_day
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache, number
-from labbook.presenting.making import MadeReport
+from labbook.presenting.report.making import MadeReport
 from reports.numbers import Quantity
 from stats.compare.shared_error import SharedError
 from stats.compare.shared_error_test import difference_with_shared

@@ -10,7 +10,7 @@ from labbook.actions.report_command import state_report
 from labbook.analysis.comparison.family import adjusted, members
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.results.result_cache import number
-from labbook.presenting.making import MadeReport
+from labbook.presenting.report.making import MadeReport
 from reports.numbers import Quantity
 from tests.helpers.books import ADA, SmallBook
 from tests.helpers.decided import decided_book

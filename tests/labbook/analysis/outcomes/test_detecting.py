@@ -12,9 +12,9 @@ import pytest
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import GapKind
 from ingest.model import Gap
-from labbook.actions.correcting import correct
-from labbook.actions.jump_review import review
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.jump_review import review
 from labbook.analysis.outcomes.detecting import Log, detect, detection_rows, heeded_gaps
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, SmallBook, small_book

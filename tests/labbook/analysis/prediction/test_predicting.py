@@ -19,13 +19,13 @@ from data_schema.queries.runs import list_runs
 from data_schema.tables.design import condition
 from data_schema.tables.results import prediction, result
 from data_schema.vocabulary import Undefined
-from labbook.actions.correcting import correct
 from labbook.actions.report_command import state_report
-from labbook.actions.tracing import trace, trace_lines
+from labbook.actions.runs.correcting import correct
+from labbook.actions.upkeep.tracing import trace, trace_lines
 from labbook.analysis.results.result_cache import number
 from labbook.book.opening import opened
 from labbook.config.parsing import parse_configuration
-from labbook.presenting.making import MadeReport
+from labbook.presenting.report.making import MadeReport
 from reports.numbers import Number
 from reports.predicted import PredictedQuantity, Prediction
 from simulator.ill_conditioned import grown_rounding

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct, void
+from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct, void
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database

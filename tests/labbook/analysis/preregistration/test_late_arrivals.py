@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
-from labbook.actions.assigning import assign
-from labbook.actions.correcting import correct
-from labbook.actions.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database

@@ -10,16 +10,16 @@ import pytest
 from data_schema.queries.first_measurement import first_measurement, stated_configurations
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, ReasonCode, RunState
-from labbook.actions.correcting import correct, unvoid, void
-from labbook.actions.ingesting import IngestRequest, ingest_file
-from labbook.actions.jump_review import decide
-from labbook.actions.typed_charge import state_charge
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.runs.correcting import correct, unvoid, void
+from labbook.actions.runs.jump_review import decide
+from labbook.actions.runs.typed_charge import state_charge
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before, planned_analysis
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from labbook.config.model import AnalysisSettings, Bounds, Family, Outcome
-from labbook.presenting.planned import planned_sentences
+from labbook.presenting.report.planned import planned_sentences
 from reports.numbers import Quantity
 from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
 from tests.helpers.statements import note, said_alike

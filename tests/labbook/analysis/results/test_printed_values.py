@@ -37,7 +37,7 @@ def test_versions_are_told_of_results_and_of_detectors() -> None:
 
 
 def test_tracing_a_stored_number_loads_nothing_that_computes() -> None:
-    code = "import sys, labbook.actions.tracing, labbook.book.opening\n"
+    code = "import sys, labbook.actions.upkeep.tracing, labbook.book.opening\n"
     code += f"print([name for name in {HEAVY!r} if name in sys.modules])"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=Path(__file__).parents[3], capture_output=True, text=True, check=True

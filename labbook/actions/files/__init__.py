@@ -1,0 +1,1 @@
+"""The instruments' files: reading them, assigning them, reading them again."""

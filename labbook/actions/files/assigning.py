@@ -1,0 +1,146 @@
+"""`labbook assign`: which file or charge is meant, and whether it moves from another run, or to none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.imported_files import (
+    ChargeRef,
+    FileRow,
+    Link,
+    charges_of_file,
+    find_files,
+    links_of_file,
+    parts_of_file,
+)
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import Action, FileRole
+from labbook.actions.files.assigning_parts import assign_part
+from labbook.actions.files.named_files import file_named
+from labbook.actions.runs.second_charge import refuse_second_charge, refuse_second_of_file
+from labbook.book.naming import refuse_empty, run_named
+from labbook.book.write_session import Statement, WriteSession
+
+NO_RUN = "none"
+"""Stands where a run's name would: the file or charge belongs to no run."""
+
+
+def assign(session: WriteSession, what: str, run_name: str, why: str | None) -> str:
+    """State the assignment; returns the sentence that says what was done."""
+    if why is not None:
+        refuse_empty("--why", why)
+    run = None if run_name == NO_RUN else run_named(session.connection, run_name)
+    name, mark, place = what.rpartition("#")
+    if not mark or not (place.isdigit() or find_files(session.connection, name)):
+        file = file_named(session.connection, what)
+        return _take_file_off(session, file, what, why) if run is None else _assign_file(session, file, what, run, why)
+    file = file_named(session.connection, name)
+    parts = parts_of_file(session.connection, file.uid)
+    if place in parts:
+        return assign_part(session, file, place, run, why)
+    if not place.isdigit():
+        raise unknown_name(f"part of {file.name}", place, parts, f"`labbook files show {file.name}` lists them.")
+    charge = charge_of(session.connection, file, int(place))
+    return (
+        _take_charge_off(session, file, charge, why) if run is None else _assign_charge(session, file, charge, run, why)
+    )
+
+
+def _assign_file(session: WriteSession, file: FileRow, what: str, run: RunRow, why: str | None) -> str:
+    links = links_of_file(session.connection, file.uid)
+    if any(link.run_uid == run.uid for link in links):
+        return f"{what} belongs to run {run.name} already."
+    if not links:
+        refuse_second_of_file(session.connection, file.uid, file.role, run)
+        session.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": run.uid, "role": file.role}, reason=why))
+        return f"{what} belongs to run {run.name} now."
+    if why is None:
+        raise UsageError(f"{what} belongs to run {_names(links)}: add --why to move it to {run.name}.")
+    charges = _charges_with(session, file, links)
+    for charge in charges:
+        refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
+    moved = [("run_file", link.uid, link.run_uid) for link in links]
+    moved += [("charge", charge.uid, charge.run_uid or "") for charge in charges]
+    for kind, uid, old_run in moved:
+        session.state(Statement(Action.CORRECT, kind, uid, new={"run": run.uid}, old={"run": old_run}, reason=why))
+    return f"{what} moved to run {run.name}."
+
+
+def _take_file_off(session: WriteSession, file: FileRow, what: str, why: str | None) -> str:
+    links = links_of_file(session.connection, file.uid)
+    charges = _charges_with(session, file, links)
+    if not links and not charges:
+        assigned = [charge for charge in charges_of_file(session.connection, file.uid) if charge.run_uid is not None]
+        if assigned:
+            first = assigned[0]
+            raise UsageError(
+                f"the charges of {what} belong to {len(assigned)} runs: take them off one by one, for example "
+                f"{what}#{first.row_number}, the charge of run {first.run_name}."
+            )
+        return f"{what} belongs to no run: `labbook runs inbox` lists it."
+    names = _names([*links, *charges])
+    if why is None:
+        raise UsageError(f"{what} belongs to run {names}: add --why to take it off.")
+    if links:
+        old = {"runs": sorted({link.run_uid for link in links})}
+        session.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": None}, old=old, reason=why))
+    for charge in charges:
+        _state_no_run(session, charge, why)
+    return f"{what} belongs to run {names} no longer: it is in the inbox."
+
+
+def _charges_with(session: WriteSession, file: FileRow, links: list[Link]) -> list[ChargeRef]:
+    """Return the charges that follow their file: those of the run it is linked to; without a link, its only one."""
+    if file.role != FileRole.CHARGE:
+        return []
+    charges = charges_of_file(session.connection, file.uid)
+    if links:
+        runs = {link.run_uid for link in links}
+        return [charge for charge in charges if charge.run_uid in runs]
+    return [charge for charge in charges if len(charges) == 1 and charge.run_uid is not None]
+
+
+def _assign_charge(session: WriteSession, file: FileRow, charge: ChargeRef, run: RunRow, why: str | None) -> str:
+    what = f"charge {charge.row_number} of {file.name}"
+    if charge.run_uid != run.uid:
+        refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
+    if charge.run_uid is None:
+        session.state(Statement(Action.ASSIGN, "charge", charge.uid, new={"run": run.uid}, reason=why))
+        return f"{what} belongs to run {run.name} now."
+    if charge.run_uid == run.uid:
+        return f"{what} belongs to run {run.name} already."
+    if why is None:
+        raise UsageError(f"{what} belongs to another run, {charge.run_name}: add --why to move it to {run.name}.")
+    old, new = {"run": charge.run_uid}, {"run": run.uid}
+    session.state(Statement(Action.CORRECT, "charge", charge.uid, new=new, old=old, reason=why))
+    return f"{what} moved to run {run.name}."
+
+
+def _take_charge_off(session: WriteSession, file: FileRow, charge: ChargeRef, why: str | None) -> str:
+    what = f"charge {charge.row_number} of {file.name}"
+    if charge.run_uid is None:
+        return f"{what} belongs to no run: `labbook runs inbox` lists it."
+    if why is None:
+        raise UsageError(f"{what} belongs to run {charge.run_name}: add --why to take it off.")
+    _state_no_run(session, charge, why)
+    return f"{what} belongs to run {charge.run_name} no longer: it is in the inbox."
+
+
+def _state_no_run(session: WriteSession, charge: ChargeRef, why: str) -> None:
+    old = {"run": charge.run_uid}
+    session.state(Statement(Action.ASSIGN, "charge", charge.uid, new={"run": None}, old=old, reason=why))
+
+
+def _names(rows: Sequence[Link | ChargeRef]) -> str:
+    return ", ".join(sorted({row.run_name for row in rows if row.run_name is not None}))
+
+
+def charge_of(connection: sa.Connection, file: FileRow, row_number: int) -> ChargeRef:
+    """Return the charge in a row of a file; raises `UsageError` where there is none."""
+    for charge in charges_of_file(connection, file.uid):
+        if charge.row_number == row_number:
+            return charge
+    raise UsageError(f"{file.name} has no charge {row_number}: `labbook runs inbox` lists the rows without a run.")

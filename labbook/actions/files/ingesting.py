@@ -1,0 +1,231 @@
+"""Ingesting one file: known already, refused with all its findings, or stored whole.
+
+The file is read once; what is hashed, parsed and kept are the same bytes, whatever happens to the file meanwhile.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.errors import InputRefused, unknown_name
+from data_schema.queries.charges import charges_of_run
+from data_schema.queries.facts import find_uid
+from data_schema.queries.imported_files import runs_of_file
+from data_schema.queries.imports import ABOUT_RUNS, FirstImport, first_import
+from data_schema.queries.runs import list_runs
+from data_schema.vocabulary import Action, IngestStatus, Severity
+from ingest.formats.format import UNKNOWN
+from ingest.model import Finding, Limits, ReadFile
+from ingest.read import read_file
+from labbook.actions.files.absent_columns import refused_without_columns
+from labbook.actions.files.day_of_run import with_day_of_run
+from labbook.actions.files.known_files import take_known
+from labbook.actions.files.rereading import state_refusal, with_findings_of_book
+from labbook.book.opening import Book
+from labbook.book.write_session import Statement, new_uid
+from labbook.statements.importing import PreparedImport, read_and_store, sample_counts, settings_now, with_counts
+from labbook.statements.ingesting import as_read
+
+
+@dataclass(frozen=True, slots=True)
+class IngestRequest:
+    """What was asked for with a file: the run it belongs to, what was declared about it, and whether only to try.
+
+    `batch` is the same for all files that one command takes in, None where it takes one; `again` lets what is declared
+    also hold for files of a batch that the book has.
+    """
+
+    run: str | None = None
+    options: Mapping[str, Any] | None = None
+    dry_run: bool = False
+    person: str | None = None
+    batch: str | None = None
+    again: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class FileOutcome:
+    """How the ingest of one file ended.
+
+    Where the book had its bytes, `first` is their first import, and `said` what was made of what was asked for;
+    `changes` is what another reading gave otherwise, None where there was none.
+    """
+
+    path: str
+    sha256: str
+    status: IngestStatus
+    read: ReadFile | None
+    runs: tuple[str, ...]
+    first: FirstImport | None
+    prepared: PreparedImport | None
+    raw_restored: bool = False
+    said: tuple[str, ...] = ()
+    changes: tuple[str, ...] | None = None
+
+
+def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
+    """Ingest one file of a batch: what one file is refused for, or the system refuses, does not end the batch."""
+    try:
+        return ingest_file(book, path, request)
+    except InputRefused as error:
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)), (), None, None)
+    except OSError as error:
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error), (), None, None)
+
+
+def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
+    """Ingest one file; raises only for wrong use, a file that cannot be read comes back refused."""
+    try:
+        limits = Limits(**book.configuration.files.limits)
+        (data, sha256), modified_s = book.store.read_and_hash(path, limits.largest_file_bytes), path.stat().st_mtime
+    except OSError as error:
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _unreadable(error), (), None, None)
+    except InputRefused as error:
+        return FileOutcome(readable(path), "", IngestStatus.REFUSED, _not_read(str(error)), (), None, None)
+    with book.reading() as connection:
+        run_uid = _run_uid(connection, request.run)
+        first = first_import(connection, sha256)
+    if first is not None:
+        restored = not request.dry_run and book.store.restore_raw(data, sha256)
+        return _known(book, path, request, first, sha256, restored)
+    options = dict(request.options or {})
+    settings = settings_now(book.configuration, options, readable(Path(path.name)))
+    of_run = request.run or stated_run(book, path)
+    if request.dry_run:
+        with book.reading() as connection:
+            read = read_file(data, settings.declared)
+            read = refused_without_columns(read, options) if request.batch is None else read
+            read = with_day_of_run(connection, read, of_run, notes=True)
+            if read.refused:
+                return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
+            runs = _runs_meant(connection, of_run, read)
+        return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, None)
+
+    def judged(read: ReadFile) -> ReadFile:
+        read = refused_without_columns(read, options) if request.batch is None else read
+        with book.reading() as connection:
+            return with_day_of_run(connection, read, of_run)
+
+    prepared = read_and_store(book.store, data, sha256, settings, judged=judged)
+    modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
+    return _stored(book, path, request, prepared, run_uid, options, modified_utc)
+
+
+def _known(
+    book: Book, path: Path, request: IngestRequest, first: FirstImport, sha256: str, restored: bool
+) -> FileOutcome:
+    """Say what became of bytes that the book has."""
+    known = take_known(
+        book,
+        sha256,
+        request.options or {},
+        request.run,
+        again=request.again,
+        person=request.person,
+        dry_run=request.dry_run,
+        batch=request.batch,
+    )
+    with book.reading() as connection:
+        runs = runs_of_file(connection, sha256)
+    outcome = FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, runs, first, None, restored, known.said)
+    if known.again is None:
+        return outcome
+    if known.again.read.refused:
+        return replace(outcome, status=IngestStatus.REFUSED, read=known.again.read)
+    prepared = None if request.dry_run else known.again.prepared
+    return replace(outcome, changes=known.again.changes, read=known.again.read, prepared=prepared)
+
+
+def _runs_meant(connection: sa.Connection, of_file: str | None, read: ReadFile) -> tuple[str, ...]:
+    """Return the runs of the book that an import would assign: the file's, and those of its charges that lack one."""
+    meant = {of_file} if of_file and find_uid(connection, "run", name=of_file) else set()
+    for name in {row.stated_run for row in read.charges if row.stated_run}:
+        uid = find_uid(connection, "run", name=name)
+        if uid and not charges_of_run(connection, uid):
+            meant.add(name)
+    return tuple(sorted(meant))
+
+
+def _unreadable(error: OSError) -> ReadFile:
+    reason = error.strerror or error
+    return _not_read(f"The file cannot be read and kept ({reason}): check that it is there, its permissions, the disk.")
+
+
+def _not_read(message: str) -> ReadFile:
+    finding = Finding(Severity.FILE, "not_readable", message, None, None, None, 1, ())
+    return ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0)
+
+
+def readable(path: Path) -> str:
+    """Return a path as text; bytes of its name that are not UTF-8 are written as `\\xf6`."""
+    return os.fsencode(path).decode("utf-8", "backslashreplace")
+
+
+def stated_run(book: Book, path: Path) -> str | None:
+    """Return the run that a file's name states, by the pattern in labbook.toml."""
+    pattern = book.configuration.files.run_pattern
+    found = re.search(pattern, readable(Path(path.name))) if pattern else None
+    return found.group("run") if found else None
+
+
+def _run_uid(connection: Any, name: str | None) -> str | None:
+    if name is None:
+        return None
+    uid = find_uid(connection, "run", name=name)
+    if uid is None:
+        raise unknown_name(
+            "run", name, [run.name for run in list_runs(connection)], "Import its row with `labbook runs import`."
+        )
+    return uid
+
+
+def _stored(
+    book: Book,
+    path: Path,
+    request: IngestRequest,
+    prepared: PreparedImport,
+    run_uid: str | None,
+    options: dict[str, Any],
+    modified_utc: str,
+) -> FileOutcome:
+    read, sha256 = prepared.read, prepared.sha256
+    new: dict[str, Any] = {
+        "sha256": sha256,
+        "n_bytes": prepared.n_bytes,
+        "original_name": readable(Path(path.name)),
+        "modified_utc": modified_utc,
+        "options": options,
+        "stated_run": stated_run(book, path),
+        **({} if request.batch is None else {"batch": request.batch}),
+    }
+    with book.session(request.person) as session:
+        first = first_import(session.connection, sha256)  # another program may have been faster
+        if first is not None:
+            return FileOutcome(readable(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, None)
+        if read.refused:
+            state_refusal(session, new, prepared)
+            return FileOutcome(readable(path), sha256, IngestStatus.REFUSED, read, (), None, None)
+        uid = new_uid()
+        session.state(
+            Statement(Action.INGEST, "ingest", uid, new={**new, **as_read(prepared), "run": run_uid}, prepared=prepared)
+        )
+        runs = runs_of_file(session.connection, sha256)
+        read = with_findings_of_book(session.connection, uid, read, ABOUT_RUNS)
+    return FileOutcome(readable(path), sha256, IngestStatus.IMPORTED, read, runs, None, prepared)
+
+
+def without_samples(outcome: FileOutcome) -> FileOutcome:
+    """Let go of a file's samples, which are in the store by now; how many there were is still known."""
+    if outcome.read is None:
+        return outcome
+    read = with_counts(outcome.read, sample_counts(outcome.read))
+    prepared = None if outcome.prepared is None else replace(outcome.prepared, read=read)
+    return replace(outcome, read=read, prepared=prepared)

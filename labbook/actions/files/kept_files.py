@@ -1,0 +1,248 @@
+"""`labbook files`: what the book has of the instruments' files, how each was read, and taking files out of use."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError
+from data_schema.queries.imported_files import charges_of_file, links_of_file, runs_by_file, runs_of_file
+from data_schema.queries.imports import FindingRow, findings_of
+from data_schema.queries.readings import (
+    PartRow,
+    ReadingRow,
+    last_readings,
+    parts_of_reading,
+    readings_of,
+    said_about,
+    said_last,
+)
+from data_schema.queries.sheet_rows import repeating
+from data_schema.vocabulary import Action, ChargeState, IngestStatus
+from labbook.actions.files.assigning import charge_of
+from labbook.actions.files.named_files import file_named
+from labbook.actions.files.rereading import Reread, RereadRequest, reread, would_differ
+from labbook.book.naming import refuse_empty
+from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession
+
+
+@dataclass(frozen=True, slots=True)
+class ListedFile:
+    """A file of the book: its last reading, its runs, and what else there is to say of it."""
+
+    reading: ReadingRow
+    runs: tuple[str, ...]
+    remark: str
+
+
+@dataclass(frozen=True, slots=True)
+class ShownReading:
+    """One reading of a file with what it gave and found; `plugin` is whose format it was where not labbook's own."""
+
+    reading: ReadingRow
+    parts: tuple[PartRow, ...]
+    findings: tuple[FindingRow, ...]
+    plugin: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class ShownFile:
+    """A file with all its readings, the oldest first."""
+
+    name: str
+    uid: str
+    sha256: str
+    runs: tuple[str, ...]
+    readings: tuple[ShownReading, ...]
+    remark: str
+
+
+def list_files(connection: sa.Connection) -> list[ListedFile]:
+    """List the files of the book in the order in which they came."""
+    runs = runs_by_file(connection)
+    return [ListedFile(row, runs.get(row.sha256, ()), _remark(connection, row)) for row in last_readings(connection)]
+
+
+def show_file(connection: sa.Connection, name: str) -> ShownFile:
+    """Return the history of a file's readings."""
+    file = file_named(connection, name, withdrawn=True)
+    readings = readings_of(connection, file.sha256)
+    shown = tuple(
+        ShownReading(
+            row,
+            tuple(parts_of_reading(connection, row.uid)),
+            tuple(findings_of(connection, row.uid)),
+            said_about(connection, row.uid, _READ)[-1][1].get("plugin"),
+        )
+        for row in readings
+    )
+    last = next(row for row in reversed(readings) if row.status in _LAST)
+    return ShownFile(
+        file.name, file.uid, file.sha256, runs_of_file(connection, file.sha256), shown, _remark(connection, last)
+    )
+
+
+def list_cells(files: Sequence[ListedFile]) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return head and rows of the list."""
+    head = ("file", "read as", "rows", "runs", "uid", "remark")
+    rows: list[tuple[str, ...]] = [
+        (
+            item.reading.name,
+            item.reading.reader,
+            str(item.reading.rows_kept),
+            _few(item.runs),
+            item.reading.file_uid or "",
+            item.remark,
+        )
+        for item in files
+    ]
+    return head, rows
+
+
+def show_lines(shown: ShownFile) -> list[str]:
+    """Write the history of a file for people."""
+    runs = f"run {', '.join(shown.runs)}" if shown.runs else "no run"
+    lines = [f"{shown.name} (uid {shown.uid}, sha256 {shown.sha256[:12]}), {runs}"]
+    if shown.remark:
+        lines.append(f"  {shown.remark}")
+    for item in shown.readings:
+        row = item.reading
+        why = f" ({row.why})" if row.why else ""
+        reader = f"{row.reader} version {row.reader_version}"
+        reader += f" of plug-in {item.plugin}" if item.plugin else ""
+        lines.append(
+            f"  {row.at_utc} {row.person}: {row.status}, {reader}, {row.rows_kept} of {row.rows_read} rows kept, "
+            f"{len(item.findings)} findings{why}"
+        )
+        lines.append(f"    declared: {_declared(row)}")
+        for part in item.parts:
+            channels = ", ".join(
+                f"{column!r} is {name} [{unit}]" if unit else f"{column!r} is {name}"
+                for (name, unit), column in zip(part.channels, part.columns, strict=True)
+            )
+            rate = "" if part.rate_hz is None else f", {part.rate_hz:.6g} Hz"
+            name = f"part {part.part}: " if part.part else ""
+            lines.append(f"    {name}{part.n_samples} samples{rate}: {channels}")
+        lines += [
+            f"    {finding.severity}: {finding.rule}: {finding.message}"
+            for finding in item.findings
+            if row.status in (IngestStatus.WAITING, IngestStatus.REFUSED) and finding.severity == "file"
+        ]
+    return lines
+
+
+def reread_named(book: Book, name: str, request: RereadRequest, *, keep_options: bool) -> Reread:
+    """Read one file again; `keep_options`: with what is declared about it now, under today's labbook.toml."""
+    with book.reading() as connection:
+        file = file_named(connection, name)
+        row = next(row for row in reversed(readings_of(connection, file.sha256)) if row.status in _LAST)
+    options = json.loads(row.options_json) if keep_options else request.options
+    return reread(book, row, RereadRequest(options, request.person, request.why, request.dry_run, request.batch))
+
+
+def files_to_reread(book: Book, step: Callable[[str], None]) -> list[ReadingRow]:
+    """Return the files that today's labbook.toml would have read otherwise, and those that wait."""
+    with book.reading() as connection:
+        rows = [row for row in last_readings(connection) if row.status is not IngestStatus.WITHDRAWN]
+    found = []
+    for row in rows:
+        if row.status is IngestStatus.WAITING or would_differ(book, row):
+            found.append(row)
+        step(row.name)
+    return found
+
+
+def withdraw(session: WriteSession, name: str, why: str) -> str:
+    """State that a file is out of use; returns the sentence that says what follows."""
+    refuse_empty("--why", why)
+    file = file_named(session.connection, name, withdrawn=True)
+    if file.status is IngestStatus.WITHDRAWN:
+        return f"{file.name} is withdrawn already: `labbook files show {file.uid}` says by whom and why."
+    charges = [row for row in charges_of_file(session.connection, file.uid) if row.state is ChargeState.COUNTED]
+    runs = {link.run_uid for link in links_of_file(session.connection, file.uid)}
+    of_runs = {row.uid: row.run_uid for row in charges if row.run_uid}
+    old = {"runs": sorted({*runs, *of_runs.values()}), "charges": of_runs}
+    session.state(Statement(Action.WITHDRAW, "file", file.uid, old=old, reason=why))
+    standing_in = repeating(session.connection, [row.uid for row in charges], ChargeState.COUNTED)
+    in_place = [other for of_row in standing_in.values() for other in of_row]
+    lost = f", {len(charges)} charges count no more" if charges else ""
+    lost += f" and {len(in_place)} rows of other sheets that say the same count instead" if in_place else ""
+    return f"{file.name} is out of use{lost}: `labbook files restore {file.name}` takes it into use again."
+
+
+def restore(session: WriteSession, name: str, why: str | None) -> str:
+    """State that a withdrawn file is in use again; returns the sentence that says so."""
+    file = file_named(session.connection, name, withdrawn=True)
+    if file.status is not IngestStatus.WITHDRAWN:
+        return f"{file.name} is in use: there is nothing to restore."
+    session.state(Statement(Action.RESTORE, "file", file.uid, new=_runs_left(session.connection, file.uid), reason=why))
+    return f"{file.name} is in use again."
+
+
+def dismiss(session: WriteSession, what: str, why: str) -> str:
+    """State that an item of the inbox belongs to no run and need not be asked about: a charge, or a whole file."""
+    refuse_empty("--why", why)
+    name, mark, row = what.rpartition("#")
+    if not mark or not row.isdigit():
+        file = file_named(session.connection, what)
+        if links_of_file(session.connection, file.uid) or runs_of_file(session.connection, file.sha256):
+            raise UsageError(f"{file.name} belongs to a run: `labbook files withdraw {file.name}` takes it out of use.")
+        return withdraw(session, what, why)
+    charge = charge_of(session.connection, file_named(session.connection, name), int(row))
+    if charge.run_uid is not None:
+        raise UsageError(f"{what} belongs to run {charge.run_name}: `labbook assign {what} none` takes it off first.")
+    if charge.state is ChargeState.DISMISSED:
+        return f"{what} is dismissed already: `labbook runs restore {what}` brings it back."
+    if charge.state is not ChargeState.COUNTED:
+        raise UsageError(f"{what} is not in the inbox ({charge.state}): `labbook runs inbox` lists what is.")
+    session.state(Statement(Action.DISMISS, "charge", charge.uid, reason=why))
+    return f"{what} is dismissed: `labbook runs restore {what}` brings it back."
+
+
+def restore_item(session: WriteSession, what: str, why: str | None) -> str:
+    """State that an item is in the inbox again."""
+    name, mark, row = what.rpartition("#")
+    if not mark or not row.isdigit():
+        return restore(session, what, why)
+    charge = charge_of(session.connection, file_named(session.connection, name), int(row))
+    if charge.state is not ChargeState.DISMISSED:
+        raise UsageError(f"{what} was not dismissed: there is nothing to restore.")
+    session.state(Statement(Action.RESTORE, "charge", charge.uid, reason=why))
+    return f"{what} is in the inbox again."
+
+
+_READ = (Action.INGEST, Action.READ, Action.REFUSE)
+_LAST = (IngestStatus.IMPORTED, IngestStatus.WITHDRAWN, IngestStatus.WAITING)
+
+
+def _runs_left(connection: sa.Connection, file_uid: str) -> dict[str, Any]:
+    """Return what a file left when it was withdrawn, as the statement says that it belongs to again."""
+    *_earlier, (old, _new) = said_about(connection, file_uid, [Action.WITHDRAW])
+    return old
+
+
+def _remark(connection: sa.Connection, row: ReadingRow) -> str:
+    if row.status is IngestStatus.WITHDRAWN:
+        said = said_last(connection, row.file_uid or "", [Action.WITHDRAW])
+        return "withdrawn" if said is None else f"withdrawn by {said.person} on {said.at_utc}: {said.reason}"
+    if row.status is IngestStatus.WAITING:
+        refused = [item.message for item in findings_of(connection, row.uid) if item.severity == "file"]
+        return f"waits for a declaration: {refused[0] if refused else ''}"
+    return ""
+
+
+def _declared(row: ReadingRow) -> str:
+    said = [f"{name} {json.dumps(value, ensure_ascii=False)}" for name, value in json.loads(row.options_json).items()]
+    if row.settings_json is not None:
+        profiles = json.loads(row.settings_json)["declared"]["profiles"]
+        said += [f"profile {profile['name']}" for profile in profiles]
+    return "; ".join(said) or "nothing"
+
+
+def _few(names: Sequence[str]) -> str:
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")

@@ -1,0 +1,1 @@
+"""Before measuring: the order of runs, and how many are needed."""

@@ -1,0 +1,229 @@
+"""`labbook plan --power`: how many runs of each condition the study needs; nothing is drawn, stated or stored."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError
+from data_schema.queries.plans import planned_runs
+from data_schema.vocabulary import PlanMethod, Undefined
+from labbook.actions.planning.power_request import PowerRequest, refuse_impossible
+from labbook.actions.planning.power_tests import TESTS, Assumed, Design, PlannedTest
+from labbook.actions.runs.runs_importing import plan_factors
+from labbook.analysis.outcomes.conditions import NUMBER_OF
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.run_spread import Spread, run_spread
+from labbook.analysis.preregistration.planned import QUANTITY_OF, Planned, planned_analysis
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.study_data import gather
+from labbook.book.opening import Book
+from labbook.config.model import Outcome, UnitOfAnalysis
+from labbook.config.parsing import Configuration
+from labbook.plan.drawing import LARGEST_PLAN, draw_plan
+from reports.numbers import Quantity
+from stats.planning.sample_size import SampleSize, sample_size
+
+
+@dataclass(frozen=True, slots=True)
+class Needed:
+    """What one test needs; `note` says what its name leaves open, `sentence` what is found with that n.
+
+    `n` counts runs of each condition (days, where the day is the unit); `n_over_sd` is the same at both ends of the
+    standard deviation's interval, where that was estimated. `powers` goes from an n to the chance at it. `runs` and
+    `days` are those of a plan with that n, where runs are the unit.
+    """
+
+    test: str
+    note: str
+    alpha: float
+    n: int | Undefined
+    sentence: str
+    n_over_sd: tuple[int | Undefined, int | Undefined] | None
+    powers: dict[int, float | Undefined]
+    runs: int | Undefined
+    days: int | Undefined
+
+
+@dataclass(frozen=True, slots=True)
+class StudyPower:
+    """What was assumed, and what each test needs; `n_of_plan` is the least n of a condition in the plans that stand.
+
+    `difference` is in `unit`, as are the numbers of `primary`; those of `apex` are in m.
+    """
+
+    outcome: Quantity
+    unit: str
+    unit_of_analysis: UnitOfAnalysis
+    target: float
+    difference: float
+    saving_percent: float | None
+    primary: Assumed
+    apex: Assumed | Undefined
+    planned: Planned
+    design: Design
+    n: int
+    n_of_plan: int | None
+    needed: tuple[Needed, ...]
+
+
+def study_power(book: Book, request: PowerRequest) -> StudyPower:
+    """Work out what the study needs; raises `UsageError` where too little is known to do so."""
+    refuse_impossible(request)
+    configuration = book.configuration
+    with book.reading() as connection:
+        planned = planned_analysis(connection, configuration)
+        settings = planned.settings
+        quantity = QUANTITY_OF[settings.primary_outcome]
+        cache, detections = ResultCache(connection), Detections(connection, book.store)
+        evidence = gather(connection, configuration, None)
+
+        def spread(of: Quantity) -> Spread | Undefined:
+            return run_spread(cache, detections, evidence, of, settings.unit_of_analysis)
+
+        primary = _assumed(request.sd, request.mean, spread, quantity, ("--sd", "--mean"))
+        if quantity is Quantity.APEX and request.apex_sd_m is None and request.apex_mean_m is None:
+            apex = primary
+        elif settings.apex_bounds is None:
+            apex = Undefined("[analysis] sets no bounds of apex height")
+        else:
+            given = request.apex_sd_m, request.apex_mean_m
+            apex = _assumed(*given, spread, Quantity.APEX, ("--apex-sd", "--apex-mean"))
+        n_of_plan = _n_of_plan(connection, settings.unit_of_analysis)
+    if isinstance(primary, Undefined):
+        raise UsageError(f"{primary.reason}: give the expected standard deviation with --sd.")
+    difference = _difference(request, settings.primary_outcome, primary)
+    design = _design(configuration, planned)
+    tests = [test for make in TESTS for test in [make(design, difference, primary, apex)] if test is not None]
+    ns = sorted({request.n, *([] if n_of_plan is None else [n_of_plan])})
+    return StudyPower(
+        outcome=quantity,
+        unit=NUMBER_OF[quantity][1],
+        unit_of_analysis=settings.unit_of_analysis,
+        target=request.target,
+        difference=difference,
+        saving_percent=request.saving_percent,
+        primary=primary,
+        apex=apex,
+        planned=planned,
+        design=design,
+        n=request.n,
+        n_of_plan=n_of_plan,
+        needed=tuple(_needed(test, ns, request, configuration, settings.unit_of_analysis) for test in tests),
+    )
+
+
+def _assumed(
+    sd: float | None,
+    mean: float | None,
+    spread: Callable[[Quantity], Spread | Undefined],
+    quantity: Quantity,
+    options: tuple[str, str],
+) -> Assumed | Undefined:
+    """Take what was given, and the rest from the book's own runs."""
+    if sd is not None and mean is not None:
+        return Assumed(sd, mean)
+    found = spread(quantity)
+    if mean is None and not isinstance(found, Undefined):
+        mean = found.control_mean
+    known = Undefined(f"no control has {quantity} yet: give {options[1]}") if mean is None else mean
+    if sd is not None:
+        return Assumed(sd, known)
+    return found if isinstance(found, Undefined) else Assumed(found.sd, known, found)
+
+
+def _difference(request: PowerRequest, outcome: Outcome, primary: Assumed) -> float:
+    if request.difference is not None:
+        return request.difference
+    assert request.saving_percent is not None  # noqa: S101 - `refuse_impossible` has asked
+    if outcome is not Outcome.JOULES:
+        raise UsageError("--saving is of joules, and the primary outcome is apex height: give --difference in m.")
+    if isinstance(primary.mean, Undefined):
+        raise UsageError(f"{primary.mean.reason}, or the effect in joules with --difference.")
+    return request.saving_percent / 100.0 * primary.mean
+
+
+def _design(configuration: Configuration, planned: Planned) -> Design:
+    swept = next((name for name, factor in configuration.factors.items() if factor.control is not None), None)
+    if swept is None:
+        raise UsageError(
+            "no factor has a control, so nothing is compared: name the control level of what is varied, as control = "
+            "... under its [factors.NAME] in labbook.toml."
+        )
+    groups = math.prod(len(factor.levels) for name, factor in configuration.factors.items() if name != swept)
+    treated = len(configuration.factors[swept].levels) - 1
+    if treated < 1:
+        raise UsageError(f"factor {swept} has its control only: give it a level to compare with that.")
+    return Design(planned.settings, swept, treated, groups)
+
+
+def _n_of_plan(connection: sa.Connection, unit: UnitOfAnalysis) -> int | None:
+    """Return the least number of runs of a condition (of days on which it is run) in the plans that stand."""
+    rows = [row for row in planned_runs(connection) if row.condition_key is not None]
+    if unit is UnitOfAnalysis.DAY:
+        counts = Counter(key for key, _day in {(row.condition_key, row.day_number) for row in rows})
+    else:
+        counts = Counter(row.condition_key for row in rows)
+    return min(counts.values(), default=None)
+
+
+def _needed(
+    test: PlannedTest, ns: list[int], request: PowerRequest, configuration: Configuration, unit: UnitOfAnalysis
+) -> Needed:
+    if isinstance(test.assumed, Undefined):
+        none = test.assumed
+        return Needed(
+            test.name,
+            test.note,
+            test.alpha,
+            none,
+            f"No power: {none.reason}.",
+            None,
+            dict.fromkeys(ns, none),
+            none,
+            none,
+        )
+    sd, spread = test.assumed.sd, test.assumed.spread
+    found = _smallest(test, sd, request.target)
+    over = None
+    if spread is not None:
+        low, high = (_smallest(test, end, request.target).n for end in (spread.sd_low, spread.sd_high))
+        over = low, high
+    runs, days = _size(configuration, request, found.n) if unit is UnitOfAnalysis.RUN else (_IN_DAYS, _IN_DAYS)
+    powers = {n: test.plan(sd, n).power for n in ns}
+    return Needed(test.name, test.note, test.alpha, found.n, found.sentence(), over, powers, runs, days)
+
+
+_IN_DAYS = Undefined("the day is the unit of analysis: n counts days")
+
+
+def _smallest(test: PlannedTest, sd: float, target: float) -> SampleSize:
+    """Return the smallest plan that reaches the target."""
+    return sample_size(lambda n: test.plan(sd, n), target)
+
+
+def _size(
+    configuration: Configuration, request: PowerRequest, n: int | Undefined
+) -> tuple[int | Undefined, int | Undefined]:
+    """Return runs and days of a plan with this n, drawn as `labbook plan` would draw it."""
+    if isinstance(n, Undefined):
+        return n, n
+    factors = plan_factors(configuration)
+    if n * math.prod(len(factor.levels) for factor in factors) > LARGEST_PLAN // 2:
+        many = Undefined("the plan would be too large to be drawn")
+        return many, many
+    protocol = configuration.protocol
+    drawn = draw_plan(
+        factors,
+        n,
+        request.per_day,
+        PlanMethod(request.method),
+        1,
+        idle_minutes=protocol.idle_minutes if request.idle else (),
+        run_duration_s=protocol.run_duration_s,
+    )
+    return len(drawn.runs), len(drawn.days)

@@ -1,0 +1,223 @@
+"""What `labbook plan` does: draw, state, write the sheet."""
+
+from __future__ import annotations
+
+import contextlib
+import datetime
+import secrets
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from zoneinfo import ZoneInfo
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.plans import OpenPlan, open_plans, planned_runs, withdrawn_names
+from data_schema.queries.runs import run_names
+from data_schema.vocabulary import Action, PlanMethod, RunKind
+from labbook.actions.runs.runs_importing import plan_factors
+from labbook.book.naming import condition_key, ensure_condition, refuse_empty, study_of
+from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession, now_utc
+from labbook.config.parsing import Configuration
+from labbook.plan.drawing import Plan, PlannedRun, draw_plan
+from labbook.plan.sheet import run_names as names_of
+from labbook.plan.sheet import write_run_sheet
+from labbook.plan.sheet_print import format_run_sheet_for_print
+
+
+@dataclass(frozen=True, slots=True)
+class PlanRequest:
+    """What was asked of `labbook plan`."""
+
+    seed: int
+    runs_per_condition: int
+    runs_per_day: int
+    method: str
+    start: str | None
+    idle: bool
+    out: Path
+    dry_run: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PlanMade:
+    """What was drawn and written."""
+
+    runs: int
+    days: int
+    controls: int
+    idle: int
+    sheet: str
+    printed: str
+    remarks: tuple[str, ...]
+
+
+def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
+    """Draw a plan, write its sheet and print-out, and state it unless it is a dry run."""
+    configuration = book.configuration
+    if request.method not in tuple(PlanMethod):
+        raise unknown_name("method", request.method, tuple(PlanMethod))
+    if request.out.exists():
+        raise UsageError(f"{request.out} exists: name another file with --out, or move it away.")
+    factors = plan_factors(configuration)
+    if not factors:
+        raise UsageError("the study has no factors: declare them under [factors] in labbook.toml.")
+    drawn = draw_plan(
+        factors,
+        request.runs_per_condition,
+        request.runs_per_day,
+        PlanMethod(request.method),
+        request.seed,
+        idle_minutes=configuration.protocol.idle_minutes if request.idle else (),
+        run_duration_s=configuration.protocol.run_duration_s,
+    )
+    with book.reading() as connection:
+        _refuse_seed_in_use(open_plans(connection), request.seed)
+        planned = {row.name for row in planned_runs(connection)}
+        taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
+    names = names_of(drawn, first=_first_free(taken))
+    first_day = _start(request.start, configuration.study.time_zone)
+    dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
+    only = {"battery": _only(list(configuration.batteries)), "robot": _only(list(configuration.robots))}
+    sheet = write_run_sheet(drawn, names, dates, **only)
+    printed = format_run_sheet_for_print(
+        drawn, names, dates, study=configuration.study.name, jumps_nominal=configuration.study.jumps_nominal, **only
+    )
+    page = request.out.with_suffix(".html")
+    with _written_beside({request.out: sheet, page: printed}):
+        if not request.dry_run:
+            with book.session(person) as session:
+                entries = [
+                    PlannedEntry(name, run.day, run.block, None if run.condition is None else dict(run.condition))
+                    for name, run in zip(names, drawn.runs, strict=True)
+                ]
+                state_plan(session, configuration, drawn.seed, drawn.method, entries)
+    return PlanMade(
+        runs=len(drawn.runs),
+        days=len(drawn.days),
+        controls=sum(_is_control(drawn, run) for run in drawn.runs),
+        idle=sum(run.kind is RunKind.IDLE for run in drawn.runs),
+        sheet=str(request.out),
+        printed=str(page),
+        remarks=tuple(_remarks(configuration, sum(run.kind is RunKind.IDLE for run in drawn.runs))),
+    )
+
+
+def _refuse_seed_in_use(plans: Sequence[OpenPlan], seed: int) -> None:
+    """Raise `UsageError` where runs of a plan with this seed are still to be made: the seed is how a plan is called."""
+    left = sum(len(plan.to_be_made) for plan in plans if plan.seed == seed)
+    if left:
+        raise UsageError(
+            f"a plan with seed {seed} has {left} run{'' if left == 1 else 's'} still to be made: give another seed, or "
+            f'withdraw that plan first with `labbook plan --withdraw --seed {seed} --why "..."`.'
+        )
+
+
+def _remarks(configuration: Configuration, idle: int) -> Iterator[str]:
+    """Say what the plan leaves open and a person would miss only when the runs are made."""
+    if all(factor.control is None for factor in configuration.factors.values()):
+        yield (
+            "no factor has a control, so nothing can be compared: before the runs are made, name the control level of "
+            "what is varied, as control = ... under its [factors.NAME] in labbook.toml."
+        )
+    robots = len(configuration.robots)
+    if robots > 1:
+        yield (
+            f"the book has {robots} robots and the plan leaves open which one makes a run: write it in every row. Each "
+            f"robot's passive drain is fitted to its own idle runs, three or more, and the plan has {idle} in all."
+        )
+
+
+@contextlib.contextmanager
+def _written_beside(texts: Mapping[Path, str]) -> Iterator[None]:
+    """Write files under temporary names, let a plan be stated, and only then give them their names.
+
+    What cannot be written is never stated, and what was not stated leaves no file.
+    """
+    temporary = {path.with_name(f".{path.name}.{secrets.token_hex(4)}"): path for path in texts}
+    try:
+        for beside, path in temporary.items():
+            try:
+                beside.write_text(texts[path], encoding="utf-8")
+            except OSError as error:
+                reason = error.strerror or error
+                raise UsageError(f"{path} cannot be written ({reason}): name another file with --out.") from error
+        yield
+        for beside, path in temporary.items():
+            beside.replace(path)
+    finally:
+        for beside in temporary:
+            beside.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedEntry:
+    """One run of a plan as it is stated; `levels` is None for an idle run."""
+
+    name: str
+    day: int
+    block: str
+    levels: Mapping[str, str] | None
+
+
+def state_plan(
+    session: WriteSession, configuration: Configuration, seed: int, method: PlanMethod, entries: Sequence[PlannedEntry]
+) -> None:
+    """State a plan and its runs in order, making the conditions that it needs."""
+    study_uid = study_of(session.connection).uid
+    conditions: dict[str, str] = {}
+    runs = []
+    for entry in entries:
+        key = None if entry.levels is None else condition_key(entry.levels)
+        if entry.levels is not None and key not in conditions:
+            conditions[str(key)] = ensure_condition(session, configuration, study_uid, entry.levels)
+        condition = None if key is None else conditions[key]
+        runs.append({"name": entry.name, "day_number": entry.day, "block": entry.block, "condition": condition})
+    session.declare("plan", study=study_uid, seed=seed, method=str(method), created_utc=now_utc(), runs=runs)
+
+
+@dataclass(frozen=True, slots=True)
+class PlansWithdrawn:
+    """Names of the runs that are no longer planned, and of those of the same plans that were made and stay."""
+
+    withdrawn: tuple[str, ...]
+    made: tuple[str, ...]
+
+
+def withdraw_plans(session: WriteSession, seed: int | None, why: str) -> PlansWithdrawn:
+    """State that what is left of the plans drawn with `seed` (None: of all plans) will not be made."""
+    refuse_empty("--why", why)
+    plans = open_plans(session.connection)
+    meant = [plan for plan in plans if seed in (None, plan.seed)]
+    if not meant:
+        seeds = ", ".join(dict.fromkeys(str(plan.seed) for plan in plans))
+        rest = f" with seed {seed}: runs are left of the plans with seed {seeds}." if plans else ": draw a plan first."
+        raise UsageError(f"no planned run is left to withdraw{rest}")
+    for plan in meant:
+        session.state(Statement(Action.VOID, "plan", plan.uid, old={"to_be_made": list(plan.to_be_made)}, reason=why))
+    return PlansWithdrawn(
+        tuple(name for plan in meant for name in plan.to_be_made), tuple(name for plan in meant for name in plan.made)
+    )
+
+
+def _is_control(drawn: Plan, run: PlannedRun) -> bool:
+    levels = dict(run.condition or ())
+    return any(factor.control is not None and levels.get(factor.name) == factor.control for factor in drawn.factors)
+
+
+def _first_free(taken: set[str]) -> int:
+    numbers = [int(name[1:]) for name in taken if name[:1] == "r" and name[1:].isdigit()]
+    return max(numbers, default=0) + 1
+
+
+def _only(names: list[str]) -> str:
+    return names[0] if len(names) == 1 else ""
+
+
+def _start(text: str | None, time_zone: str) -> datetime.date:
+    if text is None:
+        return datetime.datetime.now(ZoneInfo(time_zone)).date()
+    try:
+        return datetime.date.fromisoformat(text)
+    except ValueError:
+        raise UsageError(f"--start {text!r} is not a date: write it as 2021-06-01.") from None

@@ -1,0 +1,1 @@
+"""Runs and jumps: stating, correcting, judging and looking at them."""

@@ -1,0 +1,264 @@
+"""`labbook correct`: which row is meant, which columns change, and to what."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+from zoneinfo import ZoneInfo
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.facts import find_uid, read_fact
+from data_schema.queries.plans import planned_runs
+from data_schema.queries.runs import RunRow, list_runs
+from data_schema.queries.study import factors
+from data_schema.tables import FACTS
+from data_schema.vocabulary import Action, RunKind, RunState
+from labbook.actions.runs.corrected_values import date_value, number_value, text_value
+from labbook.actions.runs.second_charge import refuse_second_charge
+from labbook.actions.runs.sheet_words import MAH, charge_meant, in_columns, words_of
+from labbook.book.naming import (
+    condition_key,
+    ensure_condition,
+    ensure_day,
+    named_uid,
+    old_values,
+    refuse_empty,
+    run_named,
+    study_of,
+)
+from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession
+from labbook.config.parsing import Configuration
+
+_NAMED = ("robot", "battery", "instrument", "factor")
+_FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number", "line", "factor", "label"}
+_FIXED_OF: Mapping[str, set[str]] = {
+    "factor": {"name"},  # it stands in the names of conditions
+    "level": {"value"},  # it is what the label says
+    "charge": {"repeats"},  # it is found when its file is read
+}
+NO_LEVELS = "levels"
+"""`levels=none` takes a run's levels away."""
+
+
+def correct(
+    book: Book, session: WriteSession, target: str, assignments: Sequence[str], why: str, *, fold: str | None = None
+) -> dict[str, tuple[Any, Any]]:
+    """State corrections of one row; returns (old, new) by column. Results downstream are marked stale.
+
+    Words of the run sheet stand for their columns (`sheet_words`); `fold` settles a local time with two
+    readings. The charge of a run is a row of its own, corrected with it.
+    """
+    refuse_empty("--why", why)
+    kind, uid, run = _target(session.connection, target)
+    zone = ZoneInfo(study_of(session.connection).time_zone)
+    said = _assignments(assignments)
+    charged = {MAH: said.pop(MAH)} if run is not None and MAH in said else {}
+    given = in_columns(kind, said, run, zone, fold)
+    new: dict[str, Any] = {}
+    levels = dict(run.levels) if run else {}
+    for name, text in given.items():
+        if run is not None and name in book.configuration.factors:
+            levels[name] = _label(book.configuration, name, text)
+        elif run is not None and name == NO_LEVELS:
+            levels = _no_levels(text)
+        else:
+            new |= _column(book, session, kind, name, text)
+    if run is not None and levels != dict(run.levels):
+        study_uid = study_of(session.connection).uid
+        new["condition"] = ensure_condition(session, book.configuration, study_uid, levels) if levels else None
+    if run is not None and new.keys() & {"kind", "jumps_made", "condition"}:
+        _refuse_contradiction(book.configuration, run, {"kind": run.kind, "jumps_made": run.jumps_made, **new}, levels)
+    if run is not None and new.keys() & {"position_in_day", "day"}:
+        _refuse_taken_place(session.connection, run, new)
+    if run is not None and "name" in new and not run.planned:
+        new |= _planned_as(session.connection, new["name"])
+    done = _stated(session, kind, uid, new, why)
+    if run is not None and charged:
+        ((column, text),) = in_columns("charge", charged, None, zone, fold).items()
+        done |= _stated(
+            session,
+            "charge",
+            charge_meant(session.connection, run),
+            _column(book, session, "charge", column, text),
+            why,
+        )
+    return done
+
+
+def _stated(session: WriteSession, kind: str, uid: str, new: Mapping[str, Any], why: str) -> dict[str, tuple[Any, Any]]:
+    """State what of `new` a row does not say yet; returns (old, new) by column."""
+    old = old_values(session.connection, kind, uid, new) if new else {}
+    changed = {name: value for name, value in new.items() if old[name] != value}
+    if kind == "charge" and changed.keys() & {"run", "mode"}:
+        _refuse_second_charge(session.connection, uid, changed)
+    before = {name: old[name] for name in changed}
+    if changed:
+        session.state(Statement(Action.CORRECT, kind, uid, new=changed, old=before, reason=why))
+    return {name: (before[name], value) for name, value in changed.items()}
+
+
+def _refuse_second_charge(connection: sa.Connection, uid: str, changed: Mapping[str, Any]) -> None:
+    """Raise `UsageError` where a run would have two charges."""
+    charge = {**read_fact(connection, "charge", uid, ["run", "mode"]), **changed}
+    if charge["run"]:
+        name = read_fact(connection, "run", charge["run"], ["name"])["name"]
+        refuse_second_charge(connection, charge["run"], name, charge_uid=uid, mode=charge["mode"])
+
+
+def runs_corrected(connection: sa.Connection, target: str, changed: Mapping[str, tuple[Any, Any]]) -> list[str]:
+    """Return the names of the runs that a correction of `target` is about: a run, or the run of a charge."""
+    kind, colon, uid = target.partition(":")
+    if target == "study" or (colon and kind != "charge"):
+        return []
+    if not colon:
+        return [str(changed["name"][1]) if "name" in changed else target]
+    run_uid = read_fact(connection, "charge", uid, ["run"])["run"]
+    return [] if run_uid is None else [read_fact(connection, "run", run_uid, ["name"])["name"]]
+
+
+def void(session: WriteSession, name: str, reason: str) -> str:
+    """State that a run does not count; it stays in the book with everything that belongs to it.
+
+    Returns the sentence that says so, also where it was void already and nothing is stated.
+    """
+    refuse_empty("--reason", reason)
+    run = run_named(session.connection, name)
+    if run.state is RunState.VOID:
+        return f"run {name} is void already: the journal keeps who said so and why (`labbook show {name}`)"
+    session.state(
+        Statement(Action.VOID, "run", run.uid, new={"state": "void"}, old={"state": str(run.state)}, reason=reason)
+    )
+    return f"run {name} is void"
+
+
+def unvoid(session: WriteSession, name: str, reason: str) -> str:
+    """State that a run counts after all; it is complete where its duration is known, open otherwise."""
+    refuse_empty("--reason", reason)
+    run = run_named(session.connection, name)
+    if run.state is not RunState.VOID:
+        return f"run {name} is not void: there is nothing to take back"
+    state = RunState.OPEN if run.duration_s is None else RunState.COMPLETE
+    session.state(
+        Statement(Action.CORRECT, "run", run.uid, new={"state": str(state)}, old={"state": "void"}, reason=reason)
+    )
+    return f"run {name} counts again"
+
+
+def _label(configuration: Configuration, factor: str, text: str) -> str:
+    """Return the label of the level meant: `100.0` is the level 100. What is no level is refused later."""
+    labels = [level.label for level in configuration.factors[factor].levels]
+    value = _as_float(text)
+    if text in labels or value is None:
+        return text
+    return next((label for label in labels if _as_float(label) == value), text)
+
+
+def _as_float(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _no_levels(text: str) -> dict[str, str]:
+    if text != "none":
+        raise UsageError(f"levels={text} is not understood: write levels=none, or one level a factor, as foot=large.")
+    return {}
+
+
+def _refuse_contradiction(
+    configuration: Configuration, run: RunRow, facts: Mapping[str, Any], levels: Mapping[str, str]
+) -> None:
+    """Raise `UsageError` where a run would be idle and have jumps or levels, or be a run of jumps without levels."""
+    if facts["kind"] == RunKind.IDLE:
+        has = {
+            "jumps_made=0": f"{facts['jumps_made']} jumps made" if facts["jumps_made"] else "",
+            f"{NO_LEVELS}=none": f"levels {condition_key(levels)}" if levels else "",
+        }
+        odd = {remedy: what for remedy, what in has.items() if what}
+        if odd:
+            raise UsageError(
+                f"run {run.name} would be idle with {' and '.join(odd.values())}, and an idle run has none: give "
+                f"{' '.join(odd)} in the same command, or kind=jumps."
+            )
+    if facts["kind"] == RunKind.JUMPS and configuration.factors and not levels:
+        needed = " ".join(f"{name}={factor.levels[0].label}" for name, factor in configuration.factors.items())
+        raise UsageError(
+            f"run {run.name} would be a run of jumps without levels: give one of each factor in the same command, for "
+            f"example {needed}, or kind=idle."
+        )
+
+
+def _refuse_taken_place(connection: sa.Connection, run: RunRow, new: Mapping[str, Any]) -> None:
+    """Raise `UsageError` where a day would have two runs in one place: their order would not be known."""
+    day = read_fact(connection, "day", new["day"], ["date_local"])["date_local"] if "day" in new else run.day
+    position = new.get("position_in_day", run.position_in_day)
+    if (day, position) == (run.day, run.position_in_day):
+        return
+    of_day = {other.position_in_day: other.name for other in list_runs(connection) if other.day == day}
+    if position in of_day and of_day[position] != run.name:
+        free = max(of_day) + 1
+        raise UsageError(
+            f"run {of_day[position]} has position_in_day={position} of {day} already: give run {run.name} one that is "
+            f"free, for example position_in_day={free}, or move {of_day[position]} there first."
+        )
+
+
+def _planned_as(connection: sa.Connection, name: str) -> dict[str, str]:
+    """Return the reference to the planned run of this name that was not made yet: a run renamed to it is that run."""
+    uids = [row.uid for row in planned_runs(connection) if row.name == name and row.run_name is None]
+    return {"planned_run": uids[0]} if uids else {}
+
+
+def _assignments(texts: Sequence[str]) -> dict[str, str]:
+    given = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name.strip():
+            raise UsageError(f"{text!r} is not a correction: write FIELD=VALUE, for example foot=large.")
+        given[name.strip()] = value.strip()
+    return given
+
+
+def _target(connection: sa.Connection, target: str) -> tuple[str, str, RunRow | None]:
+    kind, colon, name = target.partition(":")
+    if target == "study":
+        return "study", study_of(connection).uid, None
+    if colon and kind in (*_NAMED, "charge"):
+        uid = find_uid(connection, kind, **({"uid": name} if kind == "charge" else {"name": name}))
+        if uid is None:
+            raise UsageError(f"there is no {kind} {name!r}: look it up with `labbook show RUN` or in labbook.toml.")
+        return kind, uid, None
+    if colon and kind == "level":
+        return "level", _level(connection, name), None
+    run = run_named(connection, target)
+    return "run", run.uid, run
+
+
+def _level(connection: sa.Connection, name: str) -> str:
+    known = {f"{factor.name}={level.label}": level.uid for factor in factors(connection) for level in factor.levels}
+    if name not in known:
+        raise unknown_name("level", name, known, "Write it as level:FACTOR=LABEL.")
+    return known[name]
+
+
+def _column(book: Book, session: WriteSession, kind: str, name: str, text: str) -> dict[str, Any]:
+    table = FACTS[kind]
+    fixed = _FIXED | _FIXED_OF.get(kind, set())
+    allowed = [column.name for column in table.c if column.name not in fixed]
+    if name not in allowed:
+        of_study = list(book.configuration.factors) if kind == "run" else []
+        raise unknown_name(f"field of a {kind}", name, [*of_study, *words_of(kind), *allowed])
+    column = table.c[name]
+    if name in ("robot", "battery"):
+        known: Mapping[str, Any] = getattr(book.configuration, {"battery": "batteries"}.get(name, f"{name}s"))
+        return {name: named_uid(session.connection, name, text, known)}
+    if name == "day":
+        return {name: ensure_day(session, study_of(session.connection).uid, date_value(text))}
+    if name == "run":
+        return {name: None if text == "none" else run_named(session.connection, text).uid}
+    is_text = isinstance(column.type, sa.Text)
+    return {name: text_value(kind, text, column) if is_text else number_value(name, text, column)}

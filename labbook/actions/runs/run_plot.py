@@ -1,0 +1,95 @@
+"""A run's log as `labbook plot` draws it; the logs of a run that was started again stand one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import numpy as np
+import sqlalchemy as sa
+from numpy.typing import NDArray
+
+from data_schema.errors import UsageError
+from data_schema.queries.signals import SignalRow, gaps_of
+from labbook.actions.runs.jump_review import review
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.judging import JudgedJump, anchor_of
+from labbook.book.opening import Book
+from reports.figures.log import draw_log
+from reports.run_log import LogGap, LogJump, RunLog
+
+KINDS = (".png", ".svg", ".pdf")
+
+_UNKNOWN_PAUSE_S = 5.0
+"""Drawn between two logs of which a clock does not say how long the pause was."""
+
+
+def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> Path:
+    """Draw a run's logs to a file, whose ending says in which form; `jump` is the one that is shown enlarged."""
+    if out.suffix not in KINDS:
+        raise UsageError(f"--out {out} does not say which form: end it in {', '.join(KINDS)}.")
+    found = review(book, connection, name)
+    numbers = {item.jump.number for item in found.jumps}
+    if jump is not None and jump not in numbers:
+        raise UsageError(f"run {name} has no jump {jump}: it has {len(numbers)}.")
+    detections = Detections(connection, book.store)
+    pieces: list[_Piece] = []
+    for before, signal in zip((None, *found.signals), found.signals, strict=False):
+        log = detections.log(signal)
+        offset_s = 0.0 if before is None else _start_s(before, signal, pieces[-1])
+        pieces.append(_Piece(signal, log.time_s + offset_s, log.body_height_m, offset_s))
+    offsets = {piece.signal.sha256: piece.offset_s for piece in pieces}
+    picture = RunLog(
+        run=name,
+        title=found.run.condition_key or str(found.run.kind),
+        time_s=np.concatenate([piece.time_s for piece in pieces]),
+        body_height_m=np.concatenate([piece.body_height_m for piece in pieces]),
+        jumps=tuple(
+            _jump(item, offsets[item.signal_sha256]) for item in found.jumps if item.jump.apex_height_m is not None
+        ),
+        gaps=tuple(gap for index, piece in enumerate(pieces) for gap in _gaps(connection, piece, pieces[:index])),
+        panel_jump=jump,
+    )
+    draw_log(picture).savefig(out)
+    return out
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Piece:
+    """One log of a run on the run's time: what was logged between two starts."""
+
+    signal: SignalRow
+    time_s: NDArray[np.float64]
+    body_height_m: NDArray[np.float64]
+    offset_s: float
+
+
+def _start_s(before: SignalRow, signal: SignalRow, last: _Piece) -> float:
+    """Return where a log begins on the run's time: by the clock, or a moment after the last where no clock ran."""
+    end_s = float(last.time_s[-1])
+    if before.start_utc is None or signal.start_utc is None:
+        return end_s + _UNKNOWN_PAUSE_S
+    passed = datetime.fromisoformat(signal.start_utc) - datetime.fromisoformat(before.start_utc)
+    return max(end_s, last.offset_s + passed.total_seconds())
+
+
+def _gaps(connection: sa.Connection, piece: _Piece, earlier: list[_Piece]) -> list[LogGap]:
+    restart = [LogGap(float(earlier[-1].time_s[-1]), float(piece.time_s[0]), "restart")] if earlier else []
+    within = [
+        LogGap(gap.start_s + piece.offset_s, gap.start_s + gap.length_s + piece.offset_s, str(gap.kind))
+        for gap in gaps_of(connection, piece.signal.uid)
+    ]
+    return restart + within
+
+
+def _jump(item: JudgedJump, offset_s: float) -> LogJump:
+    jump = item.jump
+    return LogJump(
+        number=jump.number,
+        apex_s=anchor_of(jump) + offset_s,
+        apex_height_m=jump.apex_height_m or 0.0,
+        touchdown_s=None if jump.touchdown_s is None else jump.touchdown_s + offset_s,
+        lift_off_s=None if jump.liftoff_s is None else jump.liftoff_s + offset_s,
+        excluded=item.excluded or "",
+    )

@@ -1,0 +1,255 @@
+"""`labbook runs import`: a run sheet states runs; the same sheet again states nothing.
+
+A row without a start, a duration and a count of jumps is a run still to be made, and waits. A later sheet may fill what
+was blank; what it contradicts is refused with the `labbook correct` that would change it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+from zoneinfo import ZoneInfo
+
+from data_schema.errors import InputRefused, UsageError
+from data_schema.queries.days import day_uids
+from data_schema.queries.plans import planned_runs, withdrawn_names
+from data_schema.queries.runs import RunRow, list_runs
+from data_schema.queries.waiting import inbox
+from data_schema.vocabulary import Action, RunKind, RunState
+from labbook.actions.runs.remarks import Remark, remarks_on, remarks_on_names, remarks_on_places
+from labbook.book.naming import ensure_condition, ensure_day, named_uid, study_of
+from labbook.book.opening import Book
+from labbook.book.write_session import Statement, WriteSession, new_uid
+from labbook.config.parsing import Configuration
+from labbook.plan.drawing import PlanFactor
+from labbook.plan.sheet_reader import RunSheetRow, read_run_sheet
+from labbook.plan.sheet_times import to_utc
+
+
+@dataclass
+class RunsImported:
+    """What a run sheet brought.
+
+    Names of runs stated, filled in, there already, still to be made, and blank though their plan was withdrawn;
+    `taken_in` are the files and charges that waited for a run, by its name.
+    """
+
+    stated: list[str] = field(default_factory=list)
+    filled_in: list[str] = field(default_factory=list)
+    unchanged: list[str] = field(default_factory=list)
+    not_made: list[str] = field(default_factory=list)
+    withdrawn: list[str] = field(default_factory=list)
+    remarks: list[Remark] = field(default_factory=list)
+    taken_in: dict[str, list[str]] = field(default_factory=dict)
+
+
+def import_runs(
+    book: Book, session: WriteSession, text: str, source: str, *, dates: str | None = None, fold: str | None = None
+) -> RunsImported:
+    """State the runs of a sheet; raises with every contradiction at once, nothing being stored.
+
+    `dates` is the order of dates with slashes, `fold` which reading is meant of local times that the change of clocks
+    repeats or skips; raises `SheetQuestion` where one of them is needed.
+    """
+    configuration = book.configuration
+    rows = read_run_sheet(
+        text,
+        plan_factors(configuration),
+        source=source,
+        batteries=configuration.batteries,
+        robots=configuration.robots,
+        dates=dates,
+    )
+    done = RunsImported()
+    waiting = inbox(session.connection)
+    known = _Known(session, configuration, fold)
+    withdrawn = withdrawn_names(session.connection)
+    planned = {row.name: row.uid for row in planned_runs(session.connection) if row.run_name is None}
+    standing = {run.name: run for run in list_runs(session.connection)}
+    named_before = {*standing, *planned, *withdrawn}
+    contradictions: list[str] = []
+    for row in rows:
+        if not row.done:
+            (done.withdrawn if row.name in withdrawn else done.not_made).append(row.name)
+            continue
+        before = standing.get(row.name)
+        values = _values(known, row, before.started_utc if before else None)
+        if row.name in standing:
+            _fill_in(session, known, standing[row.name], row, values, done, contradictions)
+            continue
+        new = session.declare("run", **values, name=row.name, planned_run=planned.get(row.name))
+        if row.note:
+            session.state(_note(new, row.note))
+        done.stated.append(row.name)
+    if contradictions:
+        raise InputRefused("\n".join(contradictions))
+    still = {(item.what, item.name) for item in inbox(session.connection)} if waiting else set()
+    for item in waiting:
+        if item.stated_run is not None and (item.what, item.name) not in still:
+            done.taken_in.setdefault(item.stated_run, []).append(item.name)
+    done.remarks = remarks_on(session.connection, configuration, [*done.stated, *done.filled_in])
+    done.remarks += remarks_on_names(done.stated, named_before)
+    places = {row.name: (row.date.isoformat(), row.position) for row in rows if row.done and row.name not in standing}
+    taken = {(run.day, run.position_in_day): run.name for run in standing.values() if run.state is not RunState.VOID}
+    done.remarks += remarks_on_places(places, taken)
+    return done
+
+
+class _Known:
+    """The uids of what rows name, asked for once each; days and conditions come into being with their first run."""
+
+    def __init__(self, session: WriteSession, configuration: Configuration, fold: str | None) -> None:
+        self.session, self.configuration, self.fold = session, configuration, fold
+        self.study = study_of(session.connection)
+        self.days = day_uids(session.connection)
+        self.zone = ZoneInfo(self.study.time_zone)
+        self._conditions: dict[tuple[tuple[str, str], ...], str] = {}
+        self._equipment: dict[tuple[str, str], str] = {}
+
+    def day(self, date: str) -> str:
+        if date not in self.days:
+            self.days[date] = ensure_day(self.session, self.study.uid, date)
+        return self.days[date]
+
+    def condition(self, levels: Mapping[str, str]) -> str | None:
+        if not levels:
+            return None
+        key = tuple(levels.items())
+        if key not in self._conditions:
+            self._conditions[key] = ensure_condition(self.session, self.configuration, self.study.uid, levels)
+        return self._conditions[key]
+
+    def robot(self, name: str) -> str:
+        return self._uid("robot", name, self.configuration.robots)
+
+    def battery(self, name: str) -> str:
+        return self._uid("battery", name, self.configuration.batteries)
+
+    def _uid(self, kind: str, name: str, declared: Mapping[str, Any]) -> str:
+        if (kind, name) not in self._equipment:
+            self._equipment[kind, name] = named_uid(self.session.connection, kind, name, declared)
+        return self._equipment[kind, name]
+
+
+def plan_factors(configuration: Configuration) -> list[PlanFactor]:
+    """Return the study's factors as plans and run sheets know them."""
+    return [
+        PlanFactor(name, tuple(level.label for level in factor.levels), factor.control)
+        for name, factor in configuration.factors.items()
+    ]
+
+
+def _values(known: _Known, row: RunSheetRow, standing_utc: str | None) -> dict[str, Any]:
+    what = f"run {row.name} (line {row.line})"
+    started = row.started and to_utc(row.date, row.started, known.zone, known.fold, known_utc=standing_utc, what=what)
+    complete = row.duration_s is not None and (row.jumps_made is not None or row.kind is RunKind.IDLE)
+    return {
+        "study": known.study.uid,
+        "day": known.day(row.date.isoformat()),
+        "kind": str(row.kind),
+        "condition": known.condition(row.levels),
+        "robot": known.robot(row.robot or _only("robot", known.configuration.robots, row)),
+        "battery": known.battery(row.battery or _only("battery", known.configuration.batteries, row)),
+        "position_in_day": row.position,
+        "started_utc": started,
+        "duration_s": row.duration_s,
+        "jumps_made": row.jumps_made or 0,
+        "starts": row.starts or 1,
+        "state": str(RunState.COMPLETE if complete else RunState.OPEN),
+    }
+
+
+def _as_values(known: _Known, run: RunRow) -> dict[str, Any]:
+    """Return a run of the book in the columns that a sheet states."""
+    return {
+        "study": known.study.uid,
+        "day": known.day(run.day),
+        "kind": str(run.kind),
+        "condition": run.condition_uid,
+        "robot": run.robot_uid,
+        "battery": known.battery(run.battery),
+        "position_in_day": run.position_in_day,
+        "started_utc": run.started_utc,
+        "duration_s": run.duration_s,
+        "jumps_made": run.jumps_made,
+        "starts": run.starts,
+        "state": str(run.state),
+    }
+
+
+def _only(kind: str, known: Mapping[str, Any], row: RunSheetRow) -> str:
+    """Take the only robot or pack there is; with several, the sheet must say which."""
+    if len(known) == 1:
+        return next(iter(known))
+    raise UsageError(
+        f"run {row.name} (line {row.line}) names no {kind} and the book has {len(known)}: write one of "
+        f"{', '.join(known) or 'none, so declare one in labbook.toml first'} in its row."
+    )
+
+
+def _fill_in(
+    session: WriteSession,
+    known: _Known,
+    run: RunRow,
+    row: RunSheetRow,
+    values: Mapping[str, Any],
+    done: RunsImported,
+    contradictions: list[str],
+) -> None:
+    name, standing = run.name, _as_values(known, run)
+    is_open = standing["state"] == RunState.OPEN
+    blank: Sequence[str] = [
+        column
+        for column in values
+        if standing[column] is None or (is_open and column in ("jumps_made", "starts", "state"))
+    ]
+    differing = {
+        column: value
+        for column, value in values.items()
+        if value is not None and standing[column] != value and not (column == "state" and not is_open)
+    }
+    contradicted = [column for column in differing if column not in blank]
+    if contradicted:
+        contradictions.append(_contradiction(run, row, values, contradicted))
+    elif differing:
+        old = {column: standing[column] for column in differing}
+        session.state(
+            Statement(Action.CORRECT, "run", run.uid, new=differing, old=old, reason="filled in on the run sheet")
+        )
+        done.filled_in.append(name)
+    else:
+        done.unchanged.append(name)
+
+
+def _contradiction(run: RunRow, row: RunSheetRow, values: Mapping[str, Any], columns: Sequence[str]) -> str:
+    """Say what the book and the sheet each have, in the fields of `labbook correct`."""
+    both: dict[str, tuple[Any, Any]] = {}
+    for column in columns:
+        if column == "condition":
+            both |= {
+                name: (run.levels.get(name), label)
+                for name, label in row.levels.items()
+                if run.levels.get(name) != label
+            }
+        elif column == "day":
+            both[column] = run.day, row.date
+        elif column in ("robot", "battery"):
+            both[column] = getattr(run, column), getattr(row, column)
+        else:
+            both[column] = getattr(run, column), values[column]
+    differing = ", ".join(
+        f"{name}={_plain(book)} where the sheet has {_plain(sheet)}" for name, (book, sheet) in both.items()
+    )
+    return (
+        f"run {run.name} is in the book with {differing}: correct the sheet, or the book with "
+        f'`labbook correct {run.name} FIELD=VALUE --why "..."`.'
+    )
+
+
+def _plain(value: Any) -> str:
+    return f"{value:g}" if isinstance(value, float) and value == float(f"{value:g}") else str(value)
+
+
+def _note(run_uid: str, text: str) -> Statement:
+    return Statement(Action.NOTE, "note", new_uid(), new={"target_kind": "run", "target_uid": run_uid, "text": text})

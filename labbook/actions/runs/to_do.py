@@ -1,0 +1,153 @@
+"""What a day at the rig still needs."""
+
+from __future__ import annotations
+
+import datetime
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from zoneinfo import ZoneInfo
+
+from data_schema.errors import UsageError
+from data_schema.queries.charges import charges_of_runs
+from data_schema.queries.days import checks_by_day
+from data_schema.queries.first_measurement import first_measurement
+from data_schema.queries.plans import planned_runs
+from data_schema.queries.readings import waiting_files
+from data_schema.queries.runs import RunRow, runs_of_day
+from data_schema.queries.signals import SignalRow, signals_of_runs
+from data_schema.queries.verdicts import verdicts_waiting
+from data_schema.queries.waiting import inbox
+from data_schema.vocabulary import CheckKind, FileRole, RunKind, RunState
+from labbook.actions.runs.without_numbers import without_apexes, without_joules
+from labbook.analysis.outcomes.detecting import BODY_HEIGHT
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.run_apexes import usable_logs
+from labbook.analysis.study_data import gather_about
+from labbook.config.parsing import Configuration
+from labbook.presenting.report.planned import HOW_TO_DECIDE
+
+
+@dataclass(frozen=True, slots=True)
+class ToDo:
+    """What a day needs; runs by name. `planned_not_done` is of all plans, whatever their days.
+
+    `logs_do_not_count` says why, by run, though the run has logs with a body height; `no_joules` and `no_apexes` say of
+    every run of jumps that lacks a number why it does. `analysis_undecided`: nothing is decided about the
+    analysis, and nothing measured yet.
+    """
+
+    day: str
+    runs_done: tuple[str, ...]
+    planned_not_done: tuple[str, ...]
+    open_runs: tuple[str, ...]
+    log_without_charge: tuple[str, ...]
+    charge_without_log: tuple[str, ...]
+    neither: tuple[str, ...]
+    logs_do_not_count: Mapping[str, str]
+    no_joules: Mapping[str, str]
+    no_apexes: Mapping[str, str]
+    checks_not_made: tuple[str, ...]
+    inbox: int
+    analysis_undecided: bool
+    files_waiting: tuple[str, ...] = ()
+    verdicts_waiting: tuple[str, ...] = ()
+
+
+def to_do(detections: Detections, configuration: Configuration, day: str | None) -> ToDo:
+    """Compare the day's runs with what they should have; without `day`, today in the study's time zone."""
+    connection = detections.connection
+    date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
+    runs = [run for run in runs_of_day(connection, date.isoformat()) if run.state is not RunState.VOID]
+    charged = set(charges_of_runs(connection, [run.uid for run in runs]))
+    logs = {run.uid: signals for run in runs if (signals := signals_of_runs(connection, FileRole.LOG, run_uid=run.uid))}
+    made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
+
+    def names(has_log: bool, has_charge: bool) -> tuple[str, ...]:
+        return tuple(
+            run.name
+            for run in runs
+            if _needs_log(run) and ((run.uid in logs), (run.uid in charged)) == (has_log, has_charge)
+        )
+
+    jumped = [run for run in runs if _needs_log(run)]
+    evidence = gather_about(connection, configuration, jumped) if jumped else None
+    idle_uncharged = tuple(run.name for run in runs if run.kind is RunKind.IDLE and run.uid not in charged)
+    return ToDo(
+        day=date.isoformat(),
+        runs_done=tuple(run.name for run in runs),
+        planned_not_done=tuple(row.name for row in planned_runs(connection) if row.run_name is None),
+        open_runs=tuple(run.name for run in runs if run.state is RunState.OPEN),
+        log_without_charge=names(True, False),
+        charge_without_log=names(False, True),
+        neither=names(False, False) + idle_uncharged,
+        logs_do_not_count={
+            run.name: said
+            for run in runs
+            if run.uid in logs and _needs_log(run)
+            for said in [_why_not(run, logs[run.uid])]
+            if said is not None
+        },
+        no_joules={} if evidence is None else without_joules(evidence, jumped),
+        no_apexes={} if evidence is None else without_apexes(detections, evidence, jumped, logs),
+        checks_not_made=tuple(str(kind) for kind in CheckKind if kind not in made),
+        inbox=len(inbox(connection)),
+        files_waiting=tuple(file.reason for file in waiting_files(connection)),
+        verdicts_waiting=tuple(verdict.sentence for verdict in verdicts_waiting(connection)),
+        analysis_undecided=configuration.analysis is None and first_measurement(connection) is None,
+    )
+
+
+def to_do_lines(found: ToDo) -> list[str]:
+    """Say it line by line; what is in order is not mentioned."""
+    lines = [f"{found.day}: {len(found.runs_done)} runs."]
+    for what, names in (
+        ("planned, not done, of all plans and days", found.planned_not_done),
+        ("still open (duration or jumps missing)", found.open_runs),
+        ("log without charge", found.log_without_charge),
+        ("charge without log", found.charge_without_log),
+        ("neither log nor charge", found.neither),
+        ("checks not made", found.checks_not_made),
+    ):
+        if names:
+            lines.append(f"{what} ({len(names)}): {_listed(names)}")
+    lines += _by_reason("logs that do not count", found.logs_do_not_count, ())
+    uncharged, unlogged = {*found.log_without_charge, *found.neither}, {*found.charge_without_log, *found.neither}
+    lines += _by_reason("no joules", found.no_joules, uncharged)
+    lines += _by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
+    lines += [f"{reason}." for reason in found.files_waiting]
+    lines += found.verdicts_waiting
+    if found.inbox:
+        lines.append(f"in the inbox: {found.inbox} (`labbook runs inbox`)")
+    if found.analysis_undecided:
+        lines.append(f"nothing is decided about the analysis: {HOW_TO_DECIDE}")
+    return lines if len(lines) > 1 else [*lines, "nothing is missing."]
+
+
+def _by_reason(what: str, reasons: Mapping[str, str], named: Collection[str]) -> list[str]:
+    """Say it in a line for each reason; runs that a line above has `named` are left out."""
+    by_reason: dict[str, list[str]] = {}
+    for name, why in reasons.items():
+        if name not in named:
+            by_reason.setdefault(why, []).append(name)
+    return [f"{what} ({why}): {_listed(names)}" for why, names in by_reason.items()]
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+
+
+def _why_not(run: RunRow, logs: Sequence[SignalRow]) -> str | None:
+    heights = [log for log in logs if BODY_HEIGHT in log.channels]
+    usable = usable_logs(run, heights) if heights else None
+    return usable if isinstance(usable, str) else None
+
+
+def _needs_log(run: RunRow) -> bool:
+    return run.kind is RunKind.JUMPS
+
+
+def _date(text: str) -> datetime.date:
+    try:
+        return datetime.date.fromisoformat(text)
+    except ValueError:
+        raise UsageError(f"--day {text!r} is not a date: write it as 2021-06-01.") from None

@@ -1,0 +1,157 @@
+"""What `labbook compare` does: the predictions of a selection beside what was measured, without writing anything."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from data_schema.errors import UsageError
+from data_schema.vocabulary import Undefined
+from labbook.book.opening import Book
+from labbook.book.write_session import now_utc
+from labbook.presenting.report.making import make_report
+from reports.content import ReportContent
+from reports.numbers import Number, Value
+from reports.predicted import PredictedQuantity
+from reports.prediction_sentences import verdict_text
+from reports.tables.predictions import LEGEND, level_text_of, title_text
+from reports.tables.registry import TABLES
+from reports.tables.table import Table
+from reports.wording import list_text, sentence_start
+
+_TABLES = {
+    "predicted_joules": title_text(PredictedQuantity.JOULES),
+    "predicted_apex": title_text(PredictedQuantity.APEX),
+    "predicted_savings": title_text(PredictedQuantity.SAVINGS),
+    "predicted_inputs": None,
+}
+"""The tables in their order, and the title of each; None: its caption."""
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedPredictions:
+    """The content of the tables, and whether every prediction that can be told is met."""
+
+    content: ReportContent
+    met: bool
+
+
+def compare_predictions(book: Book, where: str | None, step: Callable[[str], None]) -> ComparedPredictions:
+    """Predict and compare; raises `UsageError` where there is nothing to predict or nothing to compare with."""
+    if book.configuration.simulation is None:
+        raise UsageError(
+            'labbook.toml names no scene to predict with: write scene = "bed" under [simulation], and which factor is '
+            "which parameter."
+        )
+    with book.reading() as connection:
+        made = make_report(connection, book.store, book.configuration, where=where, made_at=now_utc(), progress=step)
+    items = made.content.predictions.items
+    if not items:
+        raise UsageError(
+            f"no run of this selection ({where or 'all runs'}) has joules or an apex height to compare with: select "
+            "others, or ingest their logs and charges."
+        )
+    return ComparedPredictions(made.content, all(item.agrees is not False for item in items))
+
+
+def as_lines(compared: ComparedPredictions) -> list[str]:
+    """Return the tables for people, under their captions, and above them what is not simulated."""
+    lines = _not_simulated(compared.content)
+    for name, title in _TABLES.items():
+        table = TABLES[name].make(compared.content)
+        if table.rows:
+            lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
+    return [_plain(line) for line in (*lines, sentence_start(LEGEND), "", verdict_text(compared.content))]
+
+
+def _not_simulated(content: ReportContent) -> list[str]:
+    if not content.predictions.unmapped:
+        return []
+    factors = list_text(content.predictions.unmapped)
+    return [
+        f"Not simulated: {factors}, for which [simulation] of labbook.toml names no parameter. "
+        "Conditions that differ in nothing else have the same prediction, and savings between them are predicted as 0.",
+        "",
+    ]
+
+
+def as_data(compared: ComparedPredictions) -> dict[str, Any]:
+    """Return the same for programs, in stored units and unrounded."""
+    about = compared.content.predictions
+    return {
+        "met": compared.met,
+        "scene": about.scene,
+        "effects": about.effects,
+        "accuracy": about.accuracy,
+        "not_in_scene": about.unmapped,
+        "predictions": [
+            {
+                "quantity": str(item.quantity),
+                "group": dict(item.group),
+                "level": item.level,
+                "condition": level_text_of(compared.content, item).replace("\N{NO-BREAK SPACE}", " "),
+                "control": item.control,
+                "n": item.n,
+                "unit": item.measured.unit,
+                "measured": _number(item.measured),
+                "predicted": _number(item.predicted),
+                "difference": _value(item.difference.value),
+                "error_ratio": _value(item.error_ratio),
+                "agrees": item.agrees,
+            }
+            for item in about.items
+        ],
+        "assumed": [
+            {
+                "name": one.name,
+                "value": one.value,
+                "unit": one.unit,
+                "why": one.why,
+                "varied_by": one.varied_by,
+                "most_joules": _value(one.joules),
+                "most_apex_m": _value(one.apex),
+                "most_savings_percent": _value(one.savings),
+            }
+            for one in about.assumed
+        ],
+    }
+
+
+def _number(number: Number) -> dict[str, Any]:
+    found = {"value": _value(number.value), "se": _value(number.se)}
+    if number.ci_low is not None:
+        found |= {"ci_low": _value(number.ci_low), "ci_high": _value(number.ci_high), "ci_level": number.ci_level}
+    if isinstance(number.value, Undefined):
+        found["undefined"] = number.value.reason
+    return found
+
+
+def _value(value: Value | None) -> Any:
+    return None if isinstance(value, Undefined) else value
+
+
+def _table_lines(table: Table) -> list[str]:
+    """Set a table in columns, a group's rows under its name; provenance is the report's, and left out."""
+    shown = [place for place, column in enumerate(table.heads) if column.fields != ("provenance",)]
+    heads = [table.heads[place].head for place in shown]
+    cells = {id(row): [table.cells(row)[place] for place in shown] for row in table.rows}
+    texts = {key: [_noted(table, cell.text, cell.note) for cell in found] for key, found in cells.items()}
+    widths = [max(map(len, column)) for column in zip(heads, *texts.values(), strict=True)]
+    lines = [_line(heads, widths)]
+    for block, rows in table.blocks:
+        lines += [block] if block else []
+        lines += [_line(texts[id(row)], widths) for row in rows]
+    return [*lines, *(f"  {mark}: {reason}" for reason, mark in table.footnotes.items())]
+
+
+def _noted(table: Table, text: str, note: str) -> str:
+    return f"{text} ({table.footnotes[note]})" if note else text
+
+
+def _line(cells: Iterable[str], widths: Iterable[int]) -> str:
+    return "  ".join(f"{cell:<{width}}" for cell, width in zip(cells, widths, strict=True)).rstrip()
+
+
+def _plain(line: str) -> str:
+    return line.replace("\N{NO-BREAK SPACE}", " ")

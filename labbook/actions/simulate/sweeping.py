@@ -1,0 +1,94 @@
+"""What `labbook sim sweep` does: a scene, changed by words, simulated over a grid or a sample, to a file."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from data_schema.errors import UsageError
+from labbook.actions.simulate.enough_effects import Step, auto_of, with_enough
+from simulator.changes import changed_by_words
+from simulator.declared import readers
+from simulator.scene import Scene
+from simulator.scene_file import load_scene
+from simulator.sweep.cluster import connected
+from simulator.sweep.design import Design, grid, sobol
+from simulator.sweep.run import Finished, run_sweep
+from simulator.sweep.sweep import Sweep
+from simulator.sweep.threads import Threads
+from simulator.sweep.words import axes_of, ranges_of
+from simulator.worth.corners import Corners, compared_at_corners
+from simulator.worth.measure import Worth
+
+
+@dataclass(frozen=True, slots=True)
+class SweepRequest:
+    """A scene's name or file and the words that change it, what is swept, how accurately, and where to.
+
+    `sample`: rows of a Sobol sample, drawn with `seed`; without it a grid. `scheduler`: the address of a Dask cluster.
+    `within`: the tolerance, in words, for which `auto` among the effects finds the smallest set.
+    """
+
+    scene: str
+    over: tuple[str, ...]
+    out: Path
+    sets: tuple[str, ...] = ()
+    effects: str | None = None
+    accuracy: float = 1e-6
+    sample: int | None = None
+    seed: int | None = None
+    scheduler: str | None = None
+    within: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedSweep:
+    """A sweep that can be run; `worth` is that of the effects, where the smallest set of them was asked for.
+
+    `corners`: how far that set is off at the corners of what is swept, where it leaves anything out.
+    """
+
+    sweep: Sweep
+    worth: Worth | None
+    corners: Corners | None = None
+
+
+def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> PlannedSweep:
+    """Return the sweep that is asked for; `step` is told of each set of effects tried, and of each corner.
+
+    The smallest set of effects is that of the scene as it stands, before anything varies; effects that read a swept
+    parameter stay. It is compared with all effects at the corners of what is swept. Raises `UsageError` where the sweep
+    has no meaning or cannot be simulated.
+    """
+    given = load_scene(request.scene)
+    auto = auto_of(request.effects, request.within, request.accuracy)
+    scene = changed_by_words(given, request.sets, auto.words)
+    design = _design(request, scene)
+    for axis in design.axes:
+        if scene.values.get(axis.parameter) is not given.values.get(axis.parameter):
+            raise UsageError(f"{axis.parameter} is both set and swept: leave out one of --set and --over.")
+    sweep = Sweep(scene, design, request.accuracy, importlib.metadata.version("robot-labbook"))
+    worth = auto.worth(scene, step, frozenset(name for axis in design.axes for name in readers(axis.parameter)))
+    if worth is None or not worth.smallest.left_out.effects:
+        return PlannedSweep(sweep, worth)
+    chosen = with_enough(scene, worth)
+    corners = compared_at_corners(scene, chosen, design.axes, worth.accuracy, step)
+    return PlannedSweep(replace(sweep, scene=chosen), worth, corners)
+
+
+def _design(request: SweepRequest, scene: Scene) -> Design:
+    if request.sample is not None:
+        return sobol(ranges_of(request.over, scene.effects), request.sample, request.seed or 0)
+    if request.seed is not None:
+        raise UsageError("--seed draws a sample, and a grid has none: add --sobol COUNT, or leave --seed out.")
+    return grid(axes_of(request.over, scene.effects))
+
+
+def run_planned(planned: PlannedSweep, request: SweepRequest, advance: Callable[[int], None]) -> Finished:
+    """Run a sweep, here or on the cluster asked for; `advance` is told how many more jumps are done."""
+    if request.scheduler is None:
+        return run_sweep(planned.sweep, request.out, Threads(), advance)
+    with connected(request.scheduler) as cluster:
+        return run_sweep(planned.sweep, request.out, cluster, advance)

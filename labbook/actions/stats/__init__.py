@@ -1,0 +1,1 @@
+"""`labbook stats`: tests on a table or on the book."""

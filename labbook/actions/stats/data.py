@@ -1,0 +1,176 @@
+"""Where the values of `labbook stats` come from: a table that is named, or the book."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+
+from data_schema.errors import InputRefused, UsageError, unknown_name
+from ingest.tables.header_cells import parse_header
+from labbook.actions.stats.cells import MINUS, has_thousands, is_number_text, maybe_thousands
+from labbook.actions.stats.table import LongTable, numbers_of, read_table
+from labbook.actions.stats.where import WhereColumns, rows_where
+from labbook.analysis.comparison.controls import with_control
+from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
+from labbook.book.opening import opened
+from reports.numbers import Quantity
+from stats.checks import MISSING
+
+QUANTITIES = {"joules": Quantity.JOULES, "apex": Quantity.APEX}
+RUN = "run"
+"""What `--run-within-day` names in a book: its runs, whose jumps are then the values."""
+
+
+@dataclass(frozen=True, slots=True)
+class DataSource:
+    """What a person says about the values; without `file` they are the book's.
+
+    `value`, `by`, `day` and `run` name columns of a table, `by` a factor of the book; `text` is the table's.
+    """
+
+    file: Path | None = None
+    text: str = ""
+    value: str | None = None
+    by: str | None = None
+    control: str | None = None
+    where: str | None = None
+    missing: str = "refuse"
+    decimal: str | None = None
+    quantity: str | None = None
+    book: Path | None = None
+    day: str | None = None
+    run: str | None = None
+
+
+def observe(given: DataSource, step: Callable[[str], None]) -> Observations:
+    """Read the values that are asked for; raises `UsageError` for options that do not belong to their source."""
+    if given.missing not in MISSING:
+        raise unknown_name("way with missing values", given.missing, MISSING)
+    return _of_book(given, step) if given.file is None else _of_table(given, given.file)
+
+
+def _of_book(given: DataSource, step: Callable[[str], None]) -> Observations:
+    for option, value in (("--value", given.value), ("--decimal", given.decimal), ("--day", given.day)):
+        if value is not None:
+            raise UsageError(
+                f"{option} is about a table: name a CSV file first, or leave it out for the book's values."
+            )
+    if given.missing != "refuse":
+        raise UsageError(
+            "--missing is about a table: of a book, runs without a value are left out as in its report, and named."
+        )
+    quantity = given.quantity or "joules"
+    if quantity not in QUANTITIES:
+        raise unknown_name("quantity", quantity, QUANTITIES)
+    if given.run not in (None, RUN):
+        raise unknown_name("unit within the book's days (for --run-within-day)", str(given.run), [RUN])
+    asked = Asked(QUANTITIES[quantity], given.by, given.control, given.where, jumps=given.run is not None)
+    with opened(given.book) as book, book.reading() as connection:
+        return observations_of_book(connection, book.store, book.configuration, asked, step)
+
+
+def _of_table(given: DataSource, file: Path) -> Observations:
+    for option, value in (("--quantity", given.quantity), ("--book", given.book)):
+        if value is not None:
+            raise UsageError(f"{option} is about a book and {file} is a table: leave one of the two out.")
+    table = read_table(given.text, str(file))
+    if given.value is None or given.by is None:
+        columns = ", ".join(repr(name) for name in table.columns)
+        raise UsageError(f"a table needs --value and --by, the columns of values and of groups: {file} has {columns}.")
+    value, by = given.value, given.by
+    labels, days, runs = (
+        ("",) * len(table.lines) if name is None else table.cells(name, option)
+        for name, option in ((by, "--by"), (given.day, "--day"), (given.run, "--run-within-day"))
+    )
+    kept = _kept(table, given.where, given.decimal)
+    numbers = dict(zip(kept, numbers_of(table, value, "--value", given.decimal, kept), strict=True))
+    named = [cells for cells, name in ((labels, by), (days, given.day), (runs, given.run)) if name is not None]
+    lacking = [place for place in kept if numbers[place] is None or not all(cells[place] for cells in named)]
+    if lacking and given.missing == "refuse":
+        raise InputRefused(
+            f"{len(lacking)} of {len(kept)} rows of {file} lack a value or a label, the first in line "
+            f"{table.lines[lacking[0]]}: fill them in, or leave them out with --missing drop."
+        )
+    rows = tuple(
+        Observation(numbers[place], labels[place], days[place], runs[place])
+        for place in kept
+        if all(cells[place] for cells in named)
+    )
+    header = parse_header(value)
+    return Observations(
+        source=str(file),
+        quantity=header.suffix_base or header.base if header.unit or header.suffix_unit else value,
+        unit=header.unit or header.suffix_unit or "",
+        by=by,
+        control=with_control(given.control, by, list(dict.fromkeys(row.label for row in rows))),
+        rows=rows,
+        notes=(*_about(lacking, kept, given, rows), *_thousands(table, value, kept, given)),
+    )
+
+
+def _kept(table: LongTable, where: str | None, declared: str | None) -> list[int]:
+    places = range(len(table.lines))
+    if where is None:
+        return list(places)
+    chosen = rows_where(where, WhereColumns(table, declared), len(places))
+    return [place for place, kept in zip(places, chosen, strict=True) if kept]
+
+
+def _about(lacking: list[int], kept: list[int], given: DataSource, rows: tuple[Observation, ...]) -> list[str]:
+    notes = []
+    if lacking:
+        named = [name for name in (given.by, given.day, given.run) if name is not None]
+        notes.append(_lacking_text(len(lacking), len(kept), sum(row.value is None for row in rows), named))
+    if given.control is None and rows:
+        first = with_control(None, str(given.by), [row.label for row in rows])
+        notes.append(f"The control is taken to be {first!r}, the first in order: name another with --control.")
+    labels = {row.label for row in rows}
+    for same, what in (
+        (_one_number(labels), "are one number written in several ways"),
+        (_in_other_case(labels), "differ only in capital letters"),
+    ):
+        if same:
+            said = "; ".join(" and ".join(map(repr, group)) for group in same)
+            notes.append(f"Groups that {what} count as several: {said}.")
+    return notes
+
+
+def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[str]) -> str:
+    """Say how many rows are left out and for what, given the columns of labels; one that lacks both counts for these.
+
+    The sentences of results count the rows without a value, for the others belong to no group.
+    """
+    counts = ((without_value, "a value"), (left_out - without_value, f"a label in {' or '.join(map(repr, named))}"))
+    why = " and ".join(f"{count} lack{'s' if count == 1 else ''} {what}" for count, what in counts if count)
+    return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
+
+
+def _thousands(table: LongTable, value: str, kept: Sequence[int], given: DataSource) -> list[str]:
+    """Say that points are read as thousands, where they are, and where they could be and are not."""
+    cells = [table.columns[value][place] for place in kept]
+    grouped = [cell for cell in cells if has_thousands(cell, given.decimal)]
+    if grouped:
+        return [f"Points are read as thousands, as --decimal , says: {grouped[0]!r}."]
+    unclear = maybe_thousands(cells, table.delimiter, given.decimal)
+    if unclear is None:
+        return []
+    return [f"Points are read as decimals and could be thousands: {unclear!r}; --decimal , or --decimal . says which."]
+
+
+def _in_other_case(labels: set[str]) -> list[list[str]]:
+    """Return the labels that differ only in case, as AD and ad."""
+    found: dict[str, list[str]] = {}
+    for label in sorted(labels):
+        found.setdefault(label.casefold(), []).append(label)
+    return [same for same in found.values() if len(same) > 1]
+
+
+def _one_number(labels: set[str]) -> list[list[str]]:
+    """Return the labels that are the same number, as 0 and 0.0."""
+    found: dict[Decimal, list[str]] = {}
+    for label in sorted(labels):
+        if is_number_text(label):
+            found.setdefault(Decimal(label.replace(",", ".").replace(MINUS, "-")), []).append(label)
+    return [same for same in found.values() if len(same) > 1]

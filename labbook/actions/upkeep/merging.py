@@ -1,0 +1,370 @@
+"""`labbook merge`: what another book of the same study says beyond this one is added to it, all of it or nothing.
+
+The other book is only read. Its entries after the common beginning come in as one command, each with its own time and
+person and with its number and hash there as origin; no entry of this book changes. First they are applied on trial and
+taken back: that tells what this book has already, and what contradicts it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+import tomllib
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import sqlalchemy as sa
+
+from data_schema import journal
+from data_schema.errors import BookError, BookMissing, InputRefused, UnknownName, UsageError
+from data_schema.journal import GENESIS, Entry
+from data_schema.queries.charges import charges_by_run
+from data_schema.queries.facts import read_fact
+from data_schema.queries.imported_files import logs_by_run
+from data_schema.queries.people import config_in_force
+from data_schema.vocabulary import Action
+from ingest.store import Store
+from labbook.actions.upkeep.merge_agreement import second_charges, second_logs, verdicts_that_differ
+from labbook.actions.upkeep.merge_rules import (
+    CHANGES,
+    IN_USE,
+    Already,
+    Conflict,
+    Here,
+    how_read,
+    meets,
+)
+from labbook.book.backing_up import MARKER as OF_BACKUP
+from labbook.book.opening import CONFIGURATION, Book, open_book
+from labbook.book.write_session import DryRun, Statement, WriteSession, apply, new_uid
+from labbook.statements.apply_context import derived_uid
+from labbook.statements.ingesting import raw_path
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, slots=True)
+class Merged:
+    """What came of a merge: entries by what they are, how many this book had already, what stands in the way."""
+
+    other: str
+    common: int
+    entries: Mapping[str, int] = field(default_factory=dict)
+    there_already: int = 0
+    raw_copies: int = 0
+    conflicts: tuple[str, ...] = ()
+
+
+def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False) -> Merged:
+    """Bring in what the book in a folder says beyond this one; raises `InputRefused` with all contradictions at once.
+
+    A dry run returns them, and writes nothing.
+    """
+    with contextlib.suppress(DryRun), _opened(book, folder) as other, other.reading() as there:
+        with _said_of(folder):
+            theirs = list(other.mirror.entries())
+        with book.session(person) as session:
+            done = _Merging(book, other, session, there, theirs).done(dry_run=dry_run)
+            if dry_run:
+                raise DryRun
+    return done
+
+
+@contextlib.contextmanager
+def _opened(book: Book, folder: Path) -> Iterator[Book]:
+    if (folder / OF_BACKUP).is_file():
+        raise UsageError(
+            f"{folder} is a backup: make a book of it with `labbook restore {folder} DIR`, and merge that."
+        )
+    if not (folder / CONFIGURATION).is_file():
+        raise BookMissing(f"there is no book in {folder}: name the folder that holds the other book's labbook.toml.")
+    if folder.resolve() == book.folder.resolve():
+        raise UsageError(f"{folder} is the book that the other one is to be merged into: name the other one.")
+    with _said_of(folder):
+        other = open_book(folder)
+    try:
+        yield other
+    finally:
+        other.close()
+
+
+@contextlib.contextmanager
+def _said_of(folder: Path) -> Iterator[None]:
+    """Say of what is wrong in the other book that it is in that one."""
+    try:
+        yield
+    except BookError as error:
+        raise type(error)(f"in {folder}: {error}") from error
+
+
+@dataclass
+class _Merging:
+    """One merge: two books, the journal of the other, and which of its uids are others here."""
+
+    book: Book
+    other: Book
+    session: WriteSession
+    there: sa.Connection
+    theirs: Sequence[Entry]
+    uids: dict[str, str] = field(default_factory=dict)
+    taken: list[Entry] = field(default_factory=list)
+    had: int = 0
+    conflicts: list[str] = field(default_factory=list)
+
+    def done(self, *, dry_run: bool) -> Merged:
+        """Try it; unless that is all, state it."""
+        ours = list(journal.stored(self.session.connection))
+        common = _common(ours, self.theirs)
+        self._refuse_other_configuration()
+        known_till = self._merged_before(ours, common)
+        known = {_first_said(entry) for entry in ours} | {entry.hash for entry in ours}
+        fresh = [
+            entry
+            for entry in self.theirs[known_till:]
+            if _first_said(entry) not in known and entry.action is not Action.MERGE
+        ]
+        self._try(fresh, Here(self.session.connection, ours, _news(ours, self.theirs, common)))
+        copies = self._copies_to_take()
+        if not dry_run and self.conflicts:
+            several = f"{len(self.conflicts)} things stand" if len(self.conflicts) > 1 else "1 thing stands"
+            raise InputRefused(f"{several} in the way of the merge, and nothing was written:\n" + self._listed())
+        if not dry_run and self.taken:
+            for sha256 in copies:
+                path = raw_path(sha256)
+                self.book.store.put_raw(self.other.store.raw(path, sha256), sha256)
+            self._state()
+        return Merged(
+            str(self.other.folder),
+            common,
+            dict(Counter(_WORDS.get(entry.action, entry.entity_kind) for entry in self.taken)),
+            self.had,
+            len(copies),
+            tuple(self.conflicts),
+        )
+
+    def _listed(self) -> str:
+        return "\n".join(f"  {sentence}" for sentence in self.conflicts)
+
+    def _refuse_other_configuration(self) -> None:
+        """Raise `InputRefused` unless both books stand under the same labbook.toml, but for where they lie."""
+        in_force = config_in_force(self.session.connection)
+        texts = [(entry.new or {})["text"] for entry in self.theirs if entry.entity_kind == "config"]
+        if in_force is None or not texts:
+            raise InputRefused(f"{self.other.folder} describes no study yet: there is nothing to merge.")
+        now = (self.other.folder / CONFIGURATION).read_text(encoding="utf-8")
+        here, there = _described(in_force.text), _described(now)
+        names = [tables.get("study", {}).get("name") for tables in (here, there)]
+        if names[0] != names[1]:
+            raise InputRefused(
+                f"{self.other.folder} is the book of study {names[1]!r}, this is the one of {names[0]!r}: only books "
+                "of one study can be merged."
+            )
+        differing = sorted(name for name in here.keys() | there.keys() if here.get(name) != there.get(name))
+        if differing:
+            tables = ", ".join(f"[{name}]" for name in differing)
+            raise InputRefused(
+                f"labbook.toml of {self.other.folder} says otherwise than this book's under {tables}: write the same "
+                "in both, have each book take it over with any command that writes (`labbook check`, `labbook note`), "
+                "and merge again."
+            )
+        if _described(texts[-1]) != there:
+            raise InputRefused(
+                f"labbook.toml of {self.other.folder} was changed since that book was last written to: have it take "
+                "the change over with any command that writes there (`labbook check`, `labbook note`), and merge again."
+            )
+
+    def _merged_before(self, ours: Sequence[Entry], common: int) -> int:
+        """Return how many entries of the other book came in before; the uids they have here are known again."""
+        known_till = common
+        for entry in ours:
+            until = (entry.new or {})["until"] if entry.action is Action.MERGE else None
+            if until and until["seq"] <= len(self.theirs) and self.theirs[until["seq"] - 1].hash == until["hash"]:
+                known_till = max(known_till, until["seq"])
+                self.uids |= (entry.new or {})["uids"]
+        return known_till
+
+    def _try(self, fresh: Sequence[Entry], here: Here) -> None:
+        """Apply entries to this book, and take all of it back."""
+        connection = self.session.connection
+        charges, logs = charges_by_run(connection), logs_by_run(connection)
+        number = journal.head(connection)[0] + len(self.session.said)
+        verdicts, ends = [], _ends(fresh)
+        here.ends.update({uid: end for uid, end in ends.items() if isinstance(end, str)})
+        with self._scratch(fresh) as store:
+            trial = connection.begin_nested()
+            for entry in fresh:
+                ours = self._in_our_words(entry)
+                here.ends[ours.entity_uid] = _substituted(ends.get(entry.entity_uid, {}), self.uids)
+                found = meets(here, ours)
+                if found is not None:
+                    self._had(entry, found)
+                    continue
+                self.taken.append(ours)
+                verdicts += [ours] if ours.action is Action.DECIDE else []
+                self._apply(store, replace(ours, seq=number + len(self.taken), following=0, prev_hash=GENESIS), here)
+            self.conflicts += verdicts_that_differ(connection, here.news, verdicts)
+            there = self._of_our_runs(charges_by_run(self.there))
+            self.conflicts += second_charges(connection, charges, there, charges_by_run(connection))
+            self.conflicts += second_logs(
+                connection, logs, self._of_our_runs(logs_by_run(self.there)), logs_by_run(connection)
+            )
+            trial.rollback()
+
+    def _of_our_runs(self, by_run: Mapping[str, _T]) -> dict[str, _T]:
+        return {self.uids.get(uid, uid): found for uid, found in by_run.items()}
+
+    def _apply(self, store: Store, entry: Entry, here: Here) -> None:
+        """Let one entry take effect on trial, and stand in the journal for the next; a report changes nothing."""
+        connection = self.session.connection
+        try:
+            with connection.begin_nested():
+                if entry.action is not Action.REPORT:
+                    apply(connection, store, entry)
+                journal.insert(connection, entry)
+            here.heard(entry)
+        except (InputRefused, UsageError) as error:
+            seq = (entry.origin or {})["seq"]
+            self.conflicts.append(
+                f"entry {seq} there ({entry.action} {entry.entity_kind}, {entry.person}, {entry.at_utc[:10]}) has no "
+                f"place here ({error}): settle in one of the books what it is about."
+            )
+
+    def _had(self, entry: Entry, found: Already | Conflict) -> None:
+        """Let later entries speak of the thing of this book; what contradicts it is said."""
+        if isinstance(found, Conflict):
+            self.conflicts += [found.sentence] if found.sentence not in self.conflicts else []
+        else:
+            self.had += 1
+        if found.uid is None or found.uid == entry.entity_uid:
+            return
+        self.uids[entry.entity_uid] = found.uid
+        if entry.entity_kind == "plan":
+            for place in range(1, len((entry.new or {})["runs"]) + 1):
+                planned = [derived_uid("planned_run", uid, place) for uid in (entry.entity_uid, found.uid)]
+                self.uids[planned[0]] = planned[1]
+
+    def _in_our_words(self, entry: Entry) -> Entry:
+        """Return an entry of the other book with the uids that its things have here, and where it comes from."""
+        if entry.entity_kind == "run_file":
+            self._find_link(entry.entity_uid)
+        return replace(
+            entry,
+            entity_uid=self.uids.get(entry.entity_uid, entry.entity_uid),
+            old=_substituted(entry.old, self.uids),
+            new=_substituted(entry.new, self.uids),
+            origin=entry.origin or {"seq": entry.seq, "hash": entry.hash},
+        )
+
+    def _find_link(self, uid: str) -> None:
+        """A link's uid is made from those of its run and file: where the run's is another here, so is the link's."""
+        try:
+            link = read_fact(self.there, "run_file", uid, ["file", "part"])
+        except UnknownName:  # the file was taken off the run since
+            return
+        for there, here in list(self.uids.items()):
+            if derived_uid("run_file", there, link["file"], link["part"]) == uid:
+                self.uids[uid] = derived_uid("run_file", here, link["file"], link["part"])
+
+    def _copies_to_take(self) -> list[str]:
+        """Return the SHA-256 of the raw copies that only the other book has."""
+        return [sha256 for sha256 in _read_from(self.taken) if not (self.book.store.root / raw_path(sha256)).exists()]
+
+    @contextlib.contextmanager
+    def _scratch(self, fresh: Sequence[Entry]) -> Iterator[Store]:
+        """Make a store that nothing else reads, with the raw copies of both books that entries speak of."""
+        with tempfile.TemporaryDirectory(prefix="labbook-merge-") as name:
+            for sha256 in _read_from(fresh):
+                path = raw_path(sha256)
+                copy = self.book.store.root / path
+                if not copy.exists():
+                    copy = self.other.store.root / path
+                    with _said_of(self.other.folder):
+                        self.other.store.raw(path, sha256)
+                link = Path(name) / path
+                link.parent.mkdir(parents=True, exist_ok=True)
+                link.symlink_to(copy.resolve())
+            yield Store(Path(name))
+
+    def _state(self) -> None:
+        """Say that this book has the other one until its last entry, and add what is new."""
+        last = self.theirs[-1]
+        new = {
+            "other": self.other.folder.resolve().name,
+            "until": {"seq": last.seq, "hash": last.hash},
+            "uids": self.uids,
+        }
+        self.session.state(Statement(Action.MERGE, "book", new_uid(), new=new))
+        self.session.merge(self.taken)
+
+
+def _common(ours: Sequence[Entry], theirs: Sequence[Entry]) -> int:
+    """Return how many entries two journals begin with in common; as each holds the hash before it, all or none fit."""
+    pairs = zip(ours, theirs, strict=False)
+    return next((place for place, (one, two) in enumerate(pairs) if one.hash != two.hash), min(len(ours), len(theirs)))
+
+
+def _news(ours: Sequence[Entry], theirs: Sequence[Entry], common: int) -> list[Entry]:
+    """Return what the other book does not know of this one's journal."""
+    for entry in theirs:
+        until = (entry.new or {})["until"] if entry.action is Action.MERGE else None
+        if until and until["seq"] <= len(ours) and ours[until["seq"] - 1].hash == until["hash"]:
+            common = max(common, until["seq"])
+    known = {_first_said(entry) for entry in theirs}
+    return [entry for entry in ours[common:] if _first_said(entry) not in known]
+
+
+def _first_said(entry: Entry) -> str:
+    """Return the hash of an entry in the book where it was said."""
+    return entry.hash if entry.origin is None else str(entry.origin["hash"])
+
+
+def _read_from(entries: Sequence[Entry]) -> list[str]:
+    """Return the SHA-256 of the files that entries are read from."""
+    reading = (Action.INGEST, Action.READ)
+    return list(dict.fromkeys((entry.new or {})["sha256"] for entry in entries if entry.action in reading))
+
+
+def _ends(entries: Sequence[Entry]) -> dict[str, Any]:
+    """Return what columns of things, by uid, and readings of files, by SHA-256, come to."""
+    found: dict[str, Any] = {}
+    for entry in entries:
+        if entry.action is Action.READ:
+            found[(entry.new or {})["sha256"]] = how_read(entry)
+        elif entry.action in CHANGES:
+            end = found.setdefault(entry.entity_uid, {})
+            end.update(entry.new or {})
+            if entry.action in (Action.WITHDRAW, Action.RESTORE, Action.DISMISS):
+                end[IN_USE] = entry.action is Action.RESTORE
+    return found
+
+
+def _substituted(value: Any, uids: Mapping[str, str]) -> Any:
+    if isinstance(value, str):
+        return uids.get(value, value)
+    if isinstance(value, Mapping):
+        return {name: _substituted(item, uids) for name, item in value.items()}
+    return [_substituted(item, uids) for item in value] if isinstance(value, list | tuple) else value
+
+
+def _described(text: str) -> dict[str, Any]:
+    """Return what labbook.toml says, but for where the book's database and files lie."""
+    return {name: table for name, table in tomllib.loads(text).items() if name not in ("database", "store")}
+
+
+_WORDS: Mapping[Action, str] = {
+    Action.INGEST: "file",
+    Action.READ: "file read again",
+    Action.REFUSE: "refused file",
+    Action.CORRECT: "correction",
+    Action.VOID: "void run or plan",
+    Action.ASSIGN: "assignment",
+    Action.DECIDE: "verdict",
+    Action.REPORT: "report",
+    Action.WITHDRAW: "file withdrawn",
+    Action.RESTORE: "file or charge restored",
+    Action.DISMISS: "charge dismissed",
+}
+"""What entries are called that do not declare a thing of a kind."""

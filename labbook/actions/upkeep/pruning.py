@@ -1,0 +1,131 @@
+"""`labbook db prune`: what lies about in a book and nothing needs, listed, and removed where that is asked for.
+
+Never what a row or an entry of the journal speaks of. A file of the store is looked up, and removed, while nobody can
+write; an ingest that has put its files there and not yet its rows looks for them once more when it can (`statements`).
+Nothing is removed from a book that is not whole, for an old copy may be the only one that is.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import sqlalchemy as sa
+
+from data_schema import journal
+from data_schema.disk import alone_with
+from data_schema.engine import writing
+from data_schema.errors import BookDamaged, unknown_name
+from data_schema.queries.integrity import raw_copies, signal_files
+from data_schema.queries.unshown_results import remove_results, unshown_results
+from data_schema.vocabulary import Action
+from labbook.actions.upkeep.health import check_book
+from labbook.book.copying import Counted, raw_of
+from labbook.book.opening import DATABASE, JOURNAL, Book
+from labbook.book.rebuilding import REBUILDING
+from labbook.book.replacing_postgres import drop_old, old_schemas
+from labbook.statements.ingesting import raw_path
+
+QUIET_S = 3600.0
+"""A file that was written to less long ago may belong to a command that is at work."""
+RESULTS = "results"
+_OLD, _CUT_OFF, _ORPHAN = "an old database", "left by a command that was cut off", "a file of the store without a row"
+_SET_ASIDE = "set aside from the journal, removed only by its name"
+
+
+@dataclass(frozen=True, slots=True)
+class Leftover:
+    """What nothing needs: by which name it is removed, what it is, and its size where it has one.
+
+    `by_name_only`: a person may want it, so it is removed only where it is named.
+    """
+
+    name: str
+    what: str
+    n_bytes: int | None
+    by_name_only: bool = False
+    path: Path | None = None
+
+
+def leftovers(book: Book, connection: sa.Connection) -> list[Leftover]:
+    """List what nothing needs."""
+    found = [_file(book, path, what) for path, what in _files(book, connection)]
+    if connection.dialect.name == "postgresql":
+        found += [Leftover(name, _OLD, n_bytes) for name, n_bytes in old_schemas(connection)]
+    found += [_file(book, path, _SET_ASIDE, True) for path in _set_aside(book)]
+    count = len(unshown_results(connection))
+    if count:
+        found.append(Leftover(RESULTS, f"{count} that no report shows, computed again when they are wanted", None))
+    return found
+
+
+def prune(book: Book, names: Sequence[str], counted: Counted) -> list[Leftover]:
+    """Remove what nothing needs, or only what is named of it; returns what was removed."""
+    health = check_book(book.folder, counted)
+    if not health.whole:
+        raise BookDamaged(
+            f"the book is not whole ({health.problems[0]}), so nothing was removed: mend it first, `labbook db check` "
+            "names all that it lacks."
+        )
+    with alone_with(book.mirror.path, REBUILDING), writing(book.engine) as connection:
+        chosen = [one for one in named(leftovers(book, connection), names) if names or not one.by_name_only]
+        for one in chosen:
+            if one.path is None and one.name == RESULTS:
+                remove_results(connection, unshown_results(connection))
+            elif one.path is None:
+                drop_old(connection, one.name)
+        for one in chosen:  # after all that the database may refuse
+            if one.path is not None:
+                one.path.unlink()
+    return chosen
+
+
+def named(found: Sequence[Leftover], names: Sequence[str]) -> list[Leftover]:
+    """Return those of these names, all of them where none is given."""
+    by_name = {one.name: one for one in found}
+    for name in names:
+        if name not in by_name:
+            raise unknown_name("leftover", name, by_name, "`labbook db prune` lists them.")
+    return [one for one in found if not names or one.name in names]
+
+
+def _file(book: Book, path: Path, what: str, by_name_only: bool = False) -> Leftover:
+    name = str(path.relative_to(book.folder) if path.is_relative_to(book.folder) else path)
+    return Leftover(name, what, path.stat().st_size, by_name_only, path)
+
+
+def _files(book: Book, connection: sa.Connection) -> Iterator[tuple[Path, str]]:
+    for pattern in (f"{DATABASE}.before-rebuild.*", f"{DATABASE}.*.backup*"):
+        yield from ((path, _OLD) for path in sorted(book.folder.glob(pattern)))
+    begun = [*book.folder.glob(f".{DATABASE}.*"), *(book.folder / "reports").rglob(".*.part")]
+    begun += [*book.store.root.glob(f".{JOURNAL}.*"), *book.store.root.glob(".last-backup.json.*")]
+    yield from ((path, _CUT_OFF) for path in sorted(begun) if _is_quiet(path))
+    spoken_of, aside = _spoken_of(book, connection), b"".join(path.read_bytes() for path in _set_aside(book))
+    for folder in ("raw", "signals"):
+        for path in sorted((book.store.root / folder).rglob("*")):
+            wanted = str(path.relative_to(book.store.root)) in spoken_of or path.stem.encode() in aside
+            if path.is_file() and not wanted and _is_quiet(path):
+                yield path, _CUT_OFF if path.name.startswith(".") else _ORPHAN
+
+
+def _set_aside(book: Book) -> list[Path]:
+    """List pieces cut off the journal, and damaged journals; a raw copy that one of them names may be wanted again."""
+    patterns = (f"{JOURNAL}.cut-off.*", f"{JOURNAL}.before-rebuild.*")
+    return [path for pattern in patterns for path in sorted(book.store.root.glob(pattern))]
+
+
+def _is_quiet(path: Path) -> bool:
+    return time.time() - path.stat().st_mtime > QUIET_S
+
+
+def _spoken_of(book: Book, connection: sa.Connection) -> set[str]:
+    """Return the paths in the store that rows or the journal speak of; of its samples, those that have no rows yet."""
+    kept = {file.store_path for file in (*raw_copies(connection), *signal_files(connection))}
+    entries = list(book.mirror.entries())
+    kept |= {raw_path(sha256) for sha256 in raw_of(entries)}
+    for entry in entries[journal.head(connection)[0] :]:
+        if entry.action in (Action.INGEST, Action.READ):
+            kept |= {f"signals/{sha256[:2]}/{sha256}.parquet" for sha256 in (entry.new or {}).get("signals", ())}
+    return kept

@@ -1,0 +1,180 @@
+"""`labbook restore`: a book from a backup. Journal and raw copies are copied and checked, the database made from them.
+
+A restore that was cut off leaves a folder that says of which backup it is; the same command goes on there. It is done,
+and the folder a book like any other, when all that it holds has been checked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import sqlalchemy as sa
+
+from data_schema import journal
+from data_schema.disk import alone_with, sync, write_whole
+from data_schema.engine import postgres_engine, reading
+from data_schema.errors import BookDamaged, BookError, UsageError
+from data_schema.journal import Entry
+from data_schema.journal_file import JournalFile
+from ingest.store import Store
+from labbook.actions.upkeep.health import check_book
+from labbook.book.backing_up import MARKER as OF_BACKUP
+from labbook.book.copying import CopiedRaw, Counted, claim, copy_raw, put_journal, put_scene, raw_of
+from labbook.book.differing import Differences, differences
+from labbook.book.making import last_configuration
+from labbook.book.opening import (
+    CONFIGURATION,
+    JOURNAL,
+    UNFINISHED_RESTORE,
+    check_revision,
+    engine_of,
+    read_configuration,
+    shown,
+)
+from labbook.book.rebuilding import rebuild_database
+from labbook.config.moving import in_one_folder
+from labbook.config.parsing import parse_configuration
+
+MARKER = UNFINISHED_RESTORE
+"""In a folder whose restore is not complete: from where, and into which database."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the database of a restored book goes: a PostgreSQL database, or labbook.db in the book."""
+
+    url: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class Restored:
+    """What was restored and checked; `moved` where labbook.toml had to say another database or store than it did."""
+
+    folder: str
+    entries: int
+    raw: CopiedRaw
+    differences: Differences
+    moved: bool
+
+
+def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str], None], counted: Counted) -> Restored:
+    """Make the book of a backup in an empty folder, or go on with one that was cut off.
+
+    `place` None is labbook.db in the book; it must be given where the book was on PostgreSQL.
+    """
+    entries, text = _read(source)
+    original = parse_configuration(text, str(source / CONFIGURATION), source)
+    if place is None and original.database_url is not None:
+        was = sa.make_url(original.database_url).render_as_string(hide_password=True)
+        raise UsageError(
+            f"this book's database was {was}: say with --database URL into which empty one it is to be restored, or "
+            "--sqlite for a file in the book."
+        )
+    url = None if place is None else place.url
+    moved = original.store_path is not None or original.database_url != url
+    text = in_one_folder(text, url) if moved else text
+    marker = _claimed(source, folder, url, entries)
+    with alone_with(marker, f"another program is restoring to {folder}: wait until it has finished."):
+        raw = copy_raw(Store(source), Store(folder), raw_of(entries), counted)
+        if raw.problems:
+            raise BookDamaged(
+                f"{len(raw.problems)} of {raw.raw_copies} raw copies of {source} could not be restored "
+                f"({raw.problems[0]}): bring them there from another backup, or from the book itself, and try again."
+            )
+        put_scene(folder, original)
+        write_whole(folder / CONFIGURATION, text.encode())
+        put_journal(folder / JOURNAL, entries)
+        differences = _make_database(folder, entries[-1], step)
+        _check(folder, counted)
+        marker.unlink()
+        sync(folder)
+    return Restored(str(folder.resolve()), len(entries), raw, differences, moved)
+
+
+def _read(source: Path) -> tuple[list[Entry], str]:
+    """Return the journal and the configuration of a backup; a copy of a book's folder serves as one."""
+    if not (source / JOURNAL).is_file() and (source / OF_BACKUP).exists():
+        raise UsageError(
+            f"the backup {source} was never completed, it has no {JOURNAL}: give the `labbook backup` again that began "
+            "it, or name another one."
+        )
+    if not (source / JOURNAL).is_file():
+        raise UsageError(f"{source} is no backup, it has no {JOURNAL}: name a folder that `labbook backup` made.")
+    try:
+        entries = list(JournalFile(source / JOURNAL, "restore from another backup").entries())
+        text = last_configuration(entries)
+        if (source / CONFIGURATION).is_file():
+            text = (source / CONFIGURATION).read_bytes().decode("utf-8")
+    except BookDamaged as error:
+        raise BookDamaged(f"the backup {source} is damaged: {error}") from error
+    except UnicodeDecodeError as error:
+        raise UsageError(
+            f"{source / CONFIGURATION} is not UTF-8 text (byte {error.start}): save it as UTF-8."
+        ) from error
+    if not entries:
+        raise UsageError(f"{source / JOURNAL} holds no entry: there is nothing to restore.")
+    if text is None:
+        raise UsageError(f"{source} has no {CONFIGURATION}: put the book's there, or name another backup.")
+    return entries, text
+
+
+def _claimed(source: Path, folder: Path, url: str | None, entries: list[Entry]) -> Path:
+    """Make the folder that of this restore; a database on a server must be empty when the restore begins."""
+    if folder.resolve().is_relative_to(source.resolve()):
+        raise UsageError(f"{folder} lies in the backup itself: name a folder elsewhere.")
+    if url is not None and not (folder / MARKER).exists():
+        _refuse_filled(url)
+    return claim(
+        folder,
+        MARKER,
+        {"source": str(source.resolve()), "book": entries[0].hash, "database": url},
+        f"{folder} holds the unfinished restore of another backup, or into another database: finish that with the "
+        "command that began it, or name an empty folder.",
+        f"{folder} is not empty: name an empty folder, or one that is not there yet.",
+    )
+
+
+def _refuse_filled(url: str) -> None:
+    engine = postgres_engine(url)
+    try:
+        with reading(engine) as connection:
+            tables = sorted(sa.inspect(connection).get_table_names())
+        if tables:
+            raise UsageError(
+                f"the database {shown(engine)} is not empty (it holds {', '.join(tables[:3])}): give --database with "
+                "the address of an empty one."
+            )
+    finally:
+        engine.dispose()
+
+
+def _make_database(folder: Path, last: Entry, step: Callable[[str], None]) -> Differences:
+    """Make the database, unless one that was cut off while it was checked is there already."""
+    known = _made_before(folder, last)
+    return rebuild_database(folder, step).differences if known is None else known
+
+
+def _made_before(folder: Path, last: Entry) -> Differences | None:
+    """Return what differs in a database that goes as far as it has to; None where there is none that can be asked."""
+    try:
+        engine = engine_of(folder, read_configuration(folder))
+        try:
+            check_revision(engine)
+            with reading(engine) as connection:
+                reached = journal.head(connection) == (last.seq, last.hash)
+                return differences(connection, journal.stored(connection)) if reached else None
+        finally:
+            engine.dispose()
+    except BookError:
+        return None
+
+
+def _check(folder: Path, counted: Counted) -> None:
+    """Check all that was restored, as deeply as a book can be."""
+    found = check_book(folder, counted, deep=True)
+    if not found.whole:
+        raise BookDamaged(
+            f"the book restored in {folder} is not whole ({'; '.join(found.problems)}): restore from another backup."
+        )

@@ -1,0 +1,97 @@
+"""The whole content of a report, from an analysis and the course of the study."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from data_schema.queries.days import CheckRow
+from data_schema.queries.plans import PlannedRow
+from labbook.analysis.comparison import pairing
+from labbook.analysis.study import StudyAnalysis
+from labbook.presenting.numbers import Shown
+from labbook.presenting.report import comparisons, course, design, drain, methods, predicted, robots, stated
+from labbook.presenting.report.tests_used import known_errors
+from reports.content import Claim, Comparison, Quantity, ReportContent
+from reports.one_day_each import all_on_one_day_each, days_claim
+from reports.sentences import difference_claim, family_claim, savings_claim
+from stats.apexes.detectors import DETECTORS
+
+
+def build_content(
+    analysis: StudyAnalysis,
+    shown: Shown,
+    *,
+    made_at: str,
+    people: Sequence[str],
+    planned: Sequence[PlannedRow],
+    checks: Mapping[str, Sequence[CheckRow]],
+) -> ReportContent:
+    """Fill a report's content; `shown` collects the numbers that it shows."""
+    evidence = analysis.evidence
+    detector = evidence.configuration.protocol.detector
+    compared = comparisons.comparisons(analysis, shown)
+    bare = ReportContent(
+        title=f"Report on {evidence.study.name}",
+        study=evidence.study.name,
+        selection=evidence.selection,
+        made_at=made_at,
+        software_version=importlib.metadata.version("robot-labbook"),
+        configuration_hash=evidence.configuration.sha256[:12],
+        detector=f"{detector}, version {DETECTORS[detector].version}",
+        people=tuple(people),
+        days=course.days(analysis, checks),
+        flow=course.flow(analysis, planned),
+        factors=design.factors(analysis),
+        conditions=design.conditions(analysis, shown),
+        claims=(),
+        comparisons=compared,
+        anovas=comparisons.anovas(analysis, shown),
+        jump_comparisons=comparisons.jump_comparisons(analysis, shown),
+        drains=drain.drain_fits(analysis, shown),
+        order=course.order(analysis, shown, told=all_on_one_day_each(compared)),
+        methods=methods.methods(analysis),
+        known_errors=known_errors(analysis),
+        limitations=methods.limitations(analysis),
+        assumed=methods.assumed(analysis),
+        robots=robots.runs_by_robot(analysis),
+        predictions=predicted.predictions(analysis, shown),
+        decided=stated.decided(analysis),
+        departures=stated.departures(analysis, compared),
+        counted=str(analysis.planned.settings.unit_of_analysis),
+        no_equivalence=stated.no_equivalence(analysis),
+    )
+    bare = replace(bare, limitations=(*robots.limitations(analysis, bare), *bare.limitations))
+    budget, budget_note = drain.budget(analysis, shown, bare)
+    return replace(
+        bare,
+        budget=budget,
+        budget_note=budget_note,
+        sensitivity=comparisons.sensitivity(analysis, shown, bare),
+        claims=_claims(bare, compared),
+        provenance=tuple(shown.sources.values()),
+    )
+
+
+def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Claim, ...]:
+    """One sentence a pooled comparison, the largest savings first; then the heights.
+
+    Where another family was decided on, what that shows comes before all of them. What days leave untold is said in
+    full after the first claim that it is true of.
+    """
+    planned = [item for item in compared if item.family != pairing.POOLED and item.adjusted is not None]
+    pooled = [item for item in compared if item.family == pairing.POOLED]
+    joules = [item for item in pooled if item.quantity is Quantity.JOULES]
+    joules.sort(key=lambda item: not item.headline)
+    heights = [item for item in pooled if item.quantity is Quantity.APEX]
+    found = [
+        *([(family_claim(planned), planned)] if planned else []),
+        *((savings_claim(content, item), [item]) for item in joules),
+        *((difference_claim(content, item), [item]) for item in heights),
+    ]
+    claims = [claim for claim, _about in found]
+    marked = [place for place, (_, about) in enumerate(found, start=1) if any(item.one_day_each for item in about)]
+    if (untold := days_claim(content)) is not None:
+        claims.insert(min(marked, default=len(claims)), untold)
+    return tuple(claims)

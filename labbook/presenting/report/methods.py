@@ -1,0 +1,226 @@
+"""What a report says of its methods and their limits, written from what was done."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import ChargeMode, Undefined
+from labbook.analysis.outcomes.passive_drain import Drain, unused_idle
+from labbook.analysis.results.result_cache import number
+from labbook.analysis.study import StudyAnalysis
+from labbook.analysis.study_data import StudyData
+from labbook.config.model import UnitOfAnalysis
+from labbook.presenting.report import design
+from labbook.presenting.report.tests_used import saved, tests_used
+from reports.content import Assumed
+from reports.naming import swept_words
+from stats.apexes.detectors import DETECTORS
+from stats.compare.shared_error import ENOUGH_DEGREES
+
+LISTED = 8
+"""Runs that a sentence names before it goes on with an ellipsis."""
+
+
+def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
+    """Return the methods paragraphs."""
+    evidence = analysis.evidence
+    protocol = evidence.configuration.protocol
+    called = swept_words(next((factor for factor in design.factors(analysis) if factor.swept), None))
+    paragraphs = [
+        f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
+        "charge) divided by the jumps made. The passive charge is read at each run's own duration, power on to power "
+        "off, from the straight line fitted to all idle runs of its robot; the line's error is common to the robot's "
+        f"runs, {_shared_error(analysis)}",
+        f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
+        f"to the body height; {_rules(analysis)} A person's verdict on a jump comes before these rules.",
+        _unit(analysis),
+        tests_used(analysis, called),
+    ]
+    return tuple(paragraphs)
+
+
+def _shared_error(analysis: StudyAnalysis) -> str:
+    """Say what becomes of the error of the drain lines."""
+    joined = _joined(analysis)
+    if not saved(analysis):
+        return f"is stated apart{' and counts in the interval of a mean' if joined else ''}{joined}."
+    apart = (
+        "is stated apart, cancels in differences at equal durations and jumps and enters savings through the control."
+    )
+    return f"{apart} What is left of it in a mean or a difference counts in the interval{joined}." if joined else apart
+
+
+def _joined(analysis: StudyAnalysis) -> str:
+    """Say how intervals hold scatter and the lines' error (`compare.shared_error.joints`); nothing without a line.
+
+    The degrees of freedom of several lines' errors in one value lie between the least of theirs and their sum.
+    """
+    robots = dict.fromkeys(run.robot_uid for run in analysis.evidence.runs)
+    lines = [analysis.drains[robot].line for robot in robots if robot in analysis.drains]
+    dfs = [line.df for line in lines if not isinstance(line, Undefined)]
+    if not dfs:
+        return ""
+    few = "half widths in quadrature, each with the quantile of its own degrees of freedom"
+    enough = "one quantile for both, after Welch and Satterthwaite, and never narrower than the scatter alone"
+    if saved(analysis):
+        few += "; t shrinks in the same proportion"
+        enough += "; t and p follow it, and savings have the least interval that holds those with it and without it"
+    if sum(dfs) < ENOUGH_DEGREES:
+        return f" ({few})"
+    if min(dfs) >= ENOUGH_DEGREES:
+        return f" ({enough})"
+    behind = f"where the lines behind it have fewer than {ENOUGH_DEGREES:g} degrees of freedom"
+    return f" ({behind}, {few}; elsewhere, {enough})"
+
+
+def _unit(analysis: StudyAnalysis) -> str:
+    of_runs = "a run's joules, and the mean of a run's apex heights"
+    if analysis.planned.settings.unit_of_analysis is UnitOfAnalysis.RUN:
+        return f"Runs are the unit of analysis: {of_runs}."
+    return f"Days are the unit of analysis: comparisons rest on the mean of each day's runs ({of_runs})."
+
+
+def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
+    """Return what a reader should know before believing the numbers."""
+    notes = [
+        f"There is no passive-drain fit for robot {drain.robot} ({drain.line.reason}), so there are no joules a jump."
+        for drain in analysis.drains.values()
+        if isinstance(drain.line, Undefined)
+    ]
+    conflicting = _conflicting(analysis.evidence)
+    if conflicting:
+        notes.append(
+            f"{_count(len(conflicting), 'run has', 'runs have')} conflicting charges "
+            f"({_names(conflicting)}), which are left out: `labbook show RUN` shows them, and `labbook correct "
+            "charge:UID run=none --why ...` settles which one counts."
+        )
+    known = {run.uid for run in conflicting}
+    idle = {run.uid: reason for run, reason in unused_idle(analysis.evidence) if run.uid not in known}
+    for cause, names in _by_cause(idle, analysis.evidence.idle).items():
+        notes.append(
+            f"{_count(len(names), 'idle run is', 'idle runs are')} not in the drain fit: {cause} ({_names(names)})."
+        )
+    for what, missing in (("joules", analysis.energies.missing), ("apex heights", analysis.apexes.missing)):
+        left = {uid: cause for uid, cause in missing.items() if what != "joules" or uid not in known}
+        for cause, names in _by_cause(left, analysis.evidence.runs).items():
+            notes.append(f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {_have(names)} no {what}: {cause}.")
+    notes += _lost_fits(analysis)
+    mismatched = jumps_mismatched(analysis)
+    if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
+        notes.append(
+            f"In {_count(len(differing), 'run', 'runs')} the jumps found are not the jumps made "
+            f"({_listed(differing)}); joules are divided by the jumps made."
+        )
+    if unmade := [(run, found) for run, found in mismatched if not run.jumps_made]:
+        counts = [f"{run.name}: {found} found" for run, found in unmade]
+        notes.append(
+            f"{_count(len(unmade), 'run', 'runs')} ({_listed(counts)}) {_have([run for run, _ in unmade])} jumps in "
+            "the log though none is recorded as made: no joules, while the apexes found are analysed. `labbook correct "
+            "RUN jumps_made=N --why ...` records how many were made."
+        )
+    waiting = sum(len(judgement.waiting) for judgement in analysis.apexes.judgements.values())
+    if waiting:
+        notes.append(
+            f"{_count(waiting, 'verdict on a jump fits no jump', 'verdicts on jumps fit no jump')} any more and "
+            f"{'waits' if waiting == 1 else 'wait'} for review (`labbook jumps list RUN`)."
+        )
+    notes.append(
+        "The charger states what it put in; charge efficiency and the pack's voltage under load are not measured, so "
+        "joules are on the scale of the reference voltage."
+    )
+    return tuple(notes)
+
+
+def jumps_mismatched(analysis: StudyAnalysis) -> list[tuple[RunRow, int]]:
+    """Return the runs in which the jumps found are not the jumps made, and how many were found."""
+    found = []
+    for run in analysis.evidence.runs:
+        row = analysis.apexes.results.get(run.uid)
+        if row is not None:
+            count = number(row, "jumps_found").n or 0
+            if count != run.jumps_made:
+                found.append((run, count))
+    return found
+
+
+def assumed(analysis: StudyAnalysis) -> tuple[Assumed, ...]:
+    """Return the parameters that no source states."""
+    return (
+        Assumed(
+            "reference voltage",
+            f"{analysis.evidence.study.reference_voltage_v:g} V, without uncertainty",
+            "the protocol's storage voltage stands for the mean voltage of a discharge; it scales all joules alike and "
+            "cancels in savings",
+        ),
+    )
+
+
+def drain_sentence(drain: Drain) -> str:
+    """Return what a drain line gives at the run duration, and whether that is an extrapolation."""
+    duration_s = json.loads(drain.result.payload_json).get("run_duration_s")
+    return "" if duration_s is None or isinstance(drain.line, Undefined) else drain.line.sentence(duration_s)
+
+
+def _conflicting(evidence: StudyData) -> list[RunRow]:
+    """Return the jump and idle runs with several charges, of which nothing says which one counts."""
+    return [
+        run
+        for run in (*evidence.runs, *evidence.idle)
+        if sum(charge.mode == ChargeMode.CHARGE for charge in evidence.charges.get(run.uid, [])) > 1
+    ]
+
+
+def _lost_fits(analysis: StudyAnalysis) -> list[str]:
+    """Say which days' idle runs a drain line cannot do without."""
+    days_by_robots: dict[tuple[str, ...], list[str]] = {}
+    for day, robots in analysis.variations.fits_lost.items():
+        days_by_robots.setdefault(robots, []).append(day)
+    several = len(analysis.drains) > 1
+    return [
+        f"Without the idle runs of {' or of '.join(days)} there is no passive-drain fit"
+        + (
+            f" for {' and '.join(robots)}: savings without that day rest on the other robots' runs."
+            if several and len(robots) < len(analysis.drains)
+            else ", so the savings are not recomputed without that day."
+        )
+        for robots, days in days_by_robots.items()
+    ]
+
+
+def _by_cause(causes: Mapping[str, str], runs: Iterable[RunRow]) -> dict[str, list[RunRow]]:
+    found: dict[str, list[RunRow]] = {}
+    for run in runs:
+        if run.uid in causes:
+            found.setdefault(causes[run.uid], []).append(run)
+    return found
+
+
+def _count(count: int, one: str, several: str) -> str:
+    return f"{count} {one if count == 1 else several}"
+
+
+def _have(runs: Sequence[RunRow]) -> str:
+    return "has" if len(runs) == 1 else "have"
+
+
+def _names(runs: Iterable[RunRow]) -> str:
+    return _listed([run.name for run in runs])
+
+
+def _listed(items: list[str]) -> str:
+    return f"{', '.join(items[:LISTED])}{', ...' if len(items) > LISTED else ''}"
+
+
+def _rules(analysis: StudyAnalysis) -> str:
+    protocol = analysis.evidence.configuration.protocol
+    rules = []
+    if protocol.exclude_first_jumps:
+        rules.append(f"the first {protocol.exclude_first_jumps} jumps of a run are left out")
+    rules.append(
+        "jumps that touch a dropped packet are left out"
+        if protocol.exclude_gap_jumps
+        else "jumps that touch a dropped packet are kept"
+    )
+    return "; ".join(rules) + "."

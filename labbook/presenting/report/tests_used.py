@@ -1,0 +1,134 @@
+"""The paragraph on tests: it names every method that was used for this report, with how often, and no other."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Sequence
+
+from data_schema.queries.results import ResultRow
+from data_schema.rounding import level_text
+from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.family import members
+from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
+from labbook.analysis.preregistration.planned import FAMILY_OF
+from labbook.analysis.results.result_cache import number
+from labbook.analysis.study import StudyAnalysis
+from labbook.config.model import Bounds
+from labbook.presenting.numbers import values_as
+from labbook.presenting.report.error_rate_uses import uses
+from labbook.presenting.report.known_error_rates import known_error_rates
+from reports.display import general_text
+from reports.naming import SweptWords
+from reports.numbers import Quantity
+from reports.wording import count_text, list_text
+
+_BY_DAY = {MIXED_MODEL: f"{MIXED_MODEL} (REML, degrees of freedom after Satterthwaite)"}
+
+
+def tests_used(analysis: StudyAnalysis, called: SweptWords) -> str:
+    """Return what conditions were compared by, or why nothing was compared."""
+    if not analysis.compared:
+        none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
+        return f"Nothing is compared: {none}. Intervals are at 95 %."
+    sentences = [
+        _route(analysis),
+        _by_day(analysis.compared),
+        _holm(analysis),
+        _equivalence(analysis),
+        _savings(analysis, called),
+        "Levels of the treatment are compared by one-way analysis of variance." if analysis.anovas else "",
+        "The same t-tests over single jumps stand in a table, as the thesis has them." if analysis.jump_tests else "",
+        _levels(analysis),
+    ]
+    return " ".join(filter(None, sentences))
+
+
+def known_errors(analysis: StudyAnalysis) -> tuple[str, ...]:
+    """Return what is on record against the methods used: an introduction, and a sentence for each design."""
+    return known_error_rates(uses(analysis))
+
+
+def _route(analysis: StudyAnalysis) -> str:
+    """Name the F-test and the t-tests that it chose."""
+    found = [item.result for item in analysis.compared if _exists(item.result, "t")]
+    if not found:
+        return "No comparison has enough runs for a test."
+    chosen = Counter(str(json.loads(row.payload_json)["test"]) for row in found)
+    tests = list_text([f"{name}'s t-test in {count_text(count, 'comparison')}" for name, count in chosen.items()])
+    beside = " and Brown and Forsythe's" if any(_exists(row, "brown_forsythe") for row in found) else ""
+    return (
+        f"Each comparison is an F-test for equal variances at alpha = {analysis.planned.settings.alpha:g}, which chose "
+        f"{tests} (thesis 5.2.1). The p of claims and of tables is Welch's, which keeps its level where variances "
+        f"differ; the chosen test{beside} stand{'' if beside else 's'} in the table of all tests."
+    )
+
+
+def _by_day(compared: Sequence[Compared]) -> str:
+    found = [item.by_day for item in compared if item.by_day is not None]
+    tested = [row for row in found if _exists(row, "t")]
+    if not tested:
+        return "No comparison could be made by day." if found else ""
+    methods = Counter(values_as("run", json.loads(row.payload_json)["method"]) for row in tested)
+    said = [f"{count_text(count, 'comparison')} by the {_BY_DAY.get(name, name)}" for name, count in methods.items()]
+    untold = [f"{len(found) - len(tested)} could not be tested so"] if len(tested) < len(found) else []
+    rule = "" if set(methods) == {MIXED_MODEL} else " The exact test stands where the design is balanced."
+    return (
+        "Comparisons of each level, and of all pooled within a group, with its control were made again with the day as "
+        f"a random effect, y ~ condition + (1 | day): {'; '.join([*said, *untold])}.{rule}"
+    )
+
+
+def _holm(analysis: StudyAnalysis) -> str:
+    counts = []
+    for quantity in Quantity:
+        shown = [item.adjusted for item in analysis.compared if item.quantity is quantity and item.adjusted is not None]
+        if shown:
+            tests = len(members(shown[0]))
+            not_shown = f" ({tests - len(shown)} not in this selection)" if tests > len(shown) else ""
+            counts.append(f"{tests} of {quantity}{not_shown}")
+    if not counts:
+        return ""
+    family = FAMILY_OF[analysis.planned.settings.family]
+    return f"Welch's p is adjusted by Holm's method over the family, {family}: {list_text(counts)}."
+
+
+def _equivalence(analysis: StudyAnalysis) -> str:
+    bounds = analysis.planned.settings.apex_bounds
+    tested = [row for item in analysis.compared for row in [item.equivalent] if row is not None and _exists(row, "p")]
+    if bounds is None or not tested:
+        return ""
+    return (
+        f"Equality of apex heights within {_bounds(bounds)} is tested by two one-sided Welch tests (TOST) in "
+        f"{count_text(len(tested), 'comparison')}."
+        f"{' Their p are not adjusted for their number.' if len(tested) > 1 else ''}"
+    )
+
+
+def _bounds(bounds: Bounds) -> str:
+    factor, unit = (1.0, "% of the control's mean") if bounds.percent else (1000.0, "mm")
+    return f"{general_text(factor * bounds.low)} to {general_text(factor * bounds.high)} {unit}"
+
+
+def _savings(analysis: StudyAnalysis, called: SweptWords) -> str:
+    if not saved(analysis):
+        return ""
+    ratio = f"({called.control} - {called.treatment_short}) / {called.control}"
+    return f"Savings are the ratio of means {ratio} with Fieller's interval."
+
+
+def saved(analysis: StudyAnalysis) -> bool:
+    """Whether the report has savings."""
+    return any(item.quantity is Quantity.JOULES and item.pair.with_savings for item in analysis.compared)
+
+
+def _levels(analysis: StudyAnalysis) -> str:
+    alpha = analysis.planned.settings.alpha
+    comparisons = "" if alpha == 0.05 else f", those of comparisons at {level_text(1.0 - alpha)}"
+    equivalence = any(item.equivalent is not None for item in analysis.compared)
+    tost = f", those of tests of equivalence at {level_text(1.0 - 2.0 * alpha)}" if equivalence else ""
+    return f"Intervals are at 95 %{comparisons}{tost}."
+
+
+def _exists(row: ResultRow, name: str) -> bool:
+    return number(row, name).value is not None

@@ -1,0 +1,1 @@
+"""Simulations as lines, tables and data."""

@@ -1,0 +1,162 @@
+"""Published experiments beside their simulation: lines for a terminal, a document in Markdown, data for programs."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from labbook.presenting.simulation.simulated import assumed_texts
+from labbook.presenting.simulation.steady_tables import emulator_shown, plate_shown
+from labbook.presenting.simulation.thesis_claims import claims_rows, claims_table
+from labbook.presenting.simulation.work_precision import plain_number
+from reports.tables.as_markdown import markdown_text
+from reports.tables.table import Table
+from simulator.claims import Finding
+from simulator.scene import Scene
+from simulator.steady.published_numbers import Comparison
+from simulator.steady.tables import SteadyTables
+
+_WIDTH = 120
+_INTRODUCTION = (
+    "What one set of parameters gives for the experiments of the thesis in which jumps follow each other, beside what "
+    "the thesis says of them. Many of the parameters were never published; those that are assumed stand at the end. On "
+    "the emulator some were chosen so that the published apexes are approached, so that an apex that agrees proves "
+    "little; other sets approach them as well."
+)
+_CAPTION = (
+    "A number agrees where every simulated value lies within its limits. The text gives few limits, the others are "
+    "labbook's own: about a number is within a quarter of it, and an apex agrees within 7 mm, just under the bound "
+    "that the thesis gives for the scatter of its apexes."
+)
+_GAINS = (
+    "The leg's gains are taken as the fits of the emulator's leg say (2.56 N/m a unit of gain and 67.36 N/m; thesis "
+    "4.2.6, 5.1.1), active damping as 3.32 kg/m a unit of gain without the fit's offset, which is that leg's own "
+    "friction."
+)
+_NO_REASON = "no reason is known."
+
+
+def findings_of(compared: Sequence[Comparison]) -> tuple[Finding, ...]:
+    """Return the findings on the numbers that the simulation gives something for."""
+    return tuple(item.finding for item in compared if item.finding is not None)
+
+
+def reasons(compared: Sequence[Comparison]) -> dict[str, str]:
+    """Return why each number that is not matched is not, by its id."""
+    return {item.published.claim.id: item.published.reason or _NO_REASON for item in compared if not item.agrees}
+
+
+def score(compared: Sequence[Comparison]) -> str:
+    """Count the numbers that agree."""
+    judged = findings_of(compared)
+    agreeing, silent = sum(finding.agrees for finding in judged), len(compared) - len(judged)
+    return f"{agreeing} of {len(judged)} agree; for {silent} more the simulation gives nothing to compare."
+
+
+def terminal_tables(tables: SteadyTables, compared: Sequence[Comparison]) -> dict[str, list[list[str]]]:
+    """Return by title the tables of emulator, force plate and compared numbers: rows of texts, heads first."""
+    emulator, plate = (f"jump {scene.jumps} of {scene.jumps}" for scene in _scenes(tables))
+    return {
+        f"ground emulator, {emulator}, in brackets what the thesis says": _texts(emulator_shown(tables.emulator)),
+        f"force plate, {plate}": _texts(plate_shown(tables.force_plate)),
+        "what the thesis says, and what is simulated": claims_rows(findings_of(compared)),
+    }
+
+
+def notes(tables: SteadyTables, compared: Sequence[Comparison]) -> list[str]:
+    """Say for a terminal what cannot be matched and why, and what the numbers rest on."""
+    lines = [score(compared), "", "not matched, and why:"]
+    lines += [f"  {name}: {reason}" for name, reason in reasons(compared).items()]
+    lines += ["", _GAINS]
+    for scene in _scenes(tables):
+        lines += ["", f"{scene.name}, {scene.jumps} jumps, rests on assumed parameters:"]
+        lines += [f"  {text}" for text in assumed_texts(scene)]
+    return [*lines, "", f"simulated for a relative error of {plain_number(tables.accuracy)}."]
+
+
+def document(tables: SteadyTables, compared: Sequence[Comparison]) -> str:
+    """Write all of it as Markdown; the same on every machine."""
+    return "\n\n".join(part.rstrip("\n") for part in _parts(tables, compared)) + "\n"
+
+
+def _parts(tables: SteadyTables, compared: Sequence[Comparison]) -> Iterator[str]:
+    yield "# Published experiments, simulated"
+    yield _filled("Written by `labbook sim published --out docs/published.md`; do not edit.")
+    yield _filled(_INTRODUCTION)
+    for title, table in (
+        ("Ground emulator (thesis ch. 4)", emulator_shown(tables.emulator)),
+        ("Force plate (thesis 3.2.2)", plate_shown(tables.force_plate)),
+        ("What agrees", claims_table(findings_of(compared), f"{_CAPTION} {score(compared)}")),
+    ):
+        yield f"## {title}"
+        caption, rows = markdown_text(table).split("\n\n")
+        yield _filled(caption)
+        yield rows
+    yield "## What cannot be matched, and why"
+    statements = {item.published.claim.id: item.published.claim for item in compared}
+    for name, reason in reasons(compared).items():
+        yield _filled(f"**{name}** ({statements[name].where}): {statements[name].statement}. {reason}")
+    yield "## What it rests on"
+    yield _filled(f"Simulated for a relative error of {plain_number(tables.accuracy)}. {_GAINS}")
+    for scene in _scenes(tables):
+        yield _filled(f"Scene `{scene.name}`, {scene.jumps} jumps. {scene.description} Assumed:")
+        yield "\n".join(_filled(f"- {text}", "  ") for text in assumed_texts(scene))
+
+
+def as_data(tables: SteadyTables, compared: Sequence[Comparison]) -> dict[str, Any]:
+    """Return everything for JSON: SI units, shares as fractions."""
+    return {
+        "accuracy": tables.accuracy,
+        "emulator": {
+            **_scene_data(tables.emulator.scene),
+            "rows": [
+                {
+                    **asdict(row),
+                    "scaled_saving": row.scaled_saving,
+                    "constant_saving": row.constant_saving,
+                    "scaled_loss": row.scaled_loss,
+                    "constant_loss": row.constant_loss,
+                }
+                for row in tables.emulator.rows
+            ],
+        },
+        "force_plate": {
+            **_scene_data(tables.force_plate.scene),
+            "rows": [{**asdict(row), "battery_j": row.battery_j} for row in tables.force_plate.rows],
+        },
+        "published": [_published_data(item) for item in compared],
+        "agreeing": sum(item.agrees for item in compared),
+    }
+
+
+def _published_data(item: Comparison) -> dict[str, Any]:
+    found = {} if item.finding is None else asdict(item.finding)
+    found.pop("claim", None)
+    return {
+        **asdict(item.published.claim),
+        "gains": item.published.gains,
+        **found,
+        "compared": item.finding is not None,
+        "agrees": item.agrees,
+        "reason": "" if item.agrees else item.published.reason,
+    }
+
+
+def _scene_data(scene: Scene) -> dict[str, Any]:
+    assumed = {name: {"value": scene[name], "why": scene.values[name].why} for name in scene.assumed}
+    return {"scene": scene.name, "jumps": scene.jumps, "assumed": assumed}
+
+
+def _scenes(tables: SteadyTables) -> tuple[Scene, Scene]:
+    return tables.emulator.scene, tables.force_plate.scene
+
+
+def _texts(table: Table) -> list[list[str]]:
+    head = [column.head for column in table.heads]
+    return [head, *([cell.text for cell in table.cells(row)] for row in table.rows)]
+
+
+def _filled(text: str, indent: str = "") -> str:
+    return textwrap.fill(text, _WIDTH, break_long_words=False, break_on_hyphens=False, subsequent_indent=indent)

@@ -1,0 +1,222 @@
+"""A study of what accuracy costs: as a table, as sentences, as data, and as what its figure draws."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from labbook.presenting.durations import time_text
+from labbook.presenting.simulation.machine import processor
+from labbook.presenting.simulation.simulated import title_text
+from reports.wording import sentence_start
+from reports.work_precision import Curve, Mark, Panel, WorkPrecision
+from simulator.accuracy.advice import COST, GOALS, Need, needs
+from simulator.accuracy.methods import LABBOOK
+from simulator.accuracy.outputs import NAMES
+from simulator.accuracy.study import AccuracyStudy, Point, Series
+
+TITLES = {
+    "max_depth_m": "Deepest foot",
+    "liftoff_time_s": "Lift-off time",
+    "apex_height_m": "Apex height",
+    "cost_J": "Cost in joules",
+}
+SENSITIVE = 1e-9
+"""A floor above this is worth a sentence: the scene is sensitive to the last bits of its parameters."""
+
+
+def as_data(study: AccuracyStudy) -> dict[str, Any]:
+    """Return the whole study for JSON; an error that does not exist, or is infinite, is null."""
+    reference = study.reference
+    return {
+        "scene": study.scene.name,
+        "title": study.scene.title,
+        "effects": sorted(study.scene.effects),
+        "values": {name: study.scene[name] for name in study.scene.read},
+        "set_by_user": {name: study.scene[name] for name in study.scene.set_by_user},
+        "jumps": study.scene.jumps,
+        "reference": {
+            "source": reference.source,
+            "stored": reference.stored,
+            "outcome": reference.outcome,
+            **reference.values,
+            "round_off": dict(reference.round_off),
+            "doubt": {name: _finite(value) for name, value in reference.doubt.items()},
+            "floor": {name: _finite(value) for name, value in reference.floor.items()},
+        },
+        "methods": [
+            {
+                "method": series.method,
+                "setting": series.setting,
+                "unit": series.unit or None,
+                "why_not": series.why_not or None,
+                "points": [_point_data(point) for point in series.points],
+            }
+            for series in study.series
+        ],
+        "needs": [_need_data(need) for goal in GOALS for need in needs(study, goal)],
+    }
+
+
+def as_lines(study: AccuracyStudy) -> list[str]:
+    """Return what people read: against what, the table, and what 1 % and a millionth of the cost take."""
+    scene, reference = study.scene, study.reference
+    which = f", jump {scene.jumps} of {scene.jumps}" if scene.jumps > 1 else ""
+    return [
+        title_text(scene, "", reference.outcome),
+        f"errors are relative{which}, against: {reference.source}.",
+        _floor_line(study),
+        _times(),
+        "",
+        *_table(study),
+        "",
+        *(line for goal in GOALS for line in _advice(study, goal)),
+    ]
+
+
+def work_precision_of(study: AccuracyStudy) -> WorkPrecision:
+    """Return what the figure draws; what failed or is not covered goes to the notes."""
+    scene, floor = study.scene, study.reference.floor
+    panels = []
+    for name, title in TITLES.items():
+        lowest = floor[name]
+        if lowest is not None and math.isfinite(lowest):
+            curves = tuple(
+                Curve(series.method, series.setting, marks)
+                for series in study.series
+                if (marks := _marks(series, name))
+            )
+            panels.append(Panel(title, lowest, curves))
+    which = f", jump {scene.jumps}" if scene.jumps > 1 else ""
+    methods = tuple(series.method for series in study.series)
+    notes = (f"Errors are against: {study.reference.source}.", sentence_start(_times()), *_not_drawn(study))
+    return WorkPrecision(title_text(scene, which, study.reference.outcome), methods, tuple(panels), notes)
+
+
+def _times() -> str:
+    return f"times are of one run, on one core of: {processor()}."
+
+
+def _marks(series: Series, output: str) -> tuple[Mark, ...]:
+    found = ((point, (point.errors or {}).get(output)) for point in series.points if not point.failure)
+    return tuple(
+        Mark(plain_number(point.setting), point.seconds, error)
+        for point, error in found
+        if error is not None and math.isfinite(error) and error > 0.0
+    )
+
+
+def _not_drawn(study: AccuracyStudy) -> Iterator[str]:
+    for series in study.series:
+        if series.why_not:
+            yield f"{series.method}: {series.why_not}."
+        for point in series.points:
+            if point.failure:
+                yield f"{series.method} at {_setting(series, point)}: {point.failure}."
+
+
+def _floor_line(study: AccuracyStudy) -> str:
+    floors = {name: floor for name, floor in study.reference.floor.items() if floor is not None}
+    told = ", ".join(f"{TITLES[name].lower()} {floor:.1e}" for name, floor in floors.items())
+    line = f"nothing is claimed under: {told} (the last bit of every parameter moved; doubt of the reference)."
+    if max(floors.values(), default=0.0) > SENSITIVE:
+        line += (
+            " This scene hangs on the last bits of its parameters: no program that computes with doubles knows better."
+        )
+    return line
+
+
+def _table(study: AccuracyStudy) -> Iterator[str]:
+    rows = [("method", "setting", *(title.lower() for title in TITLES.values()), "evaluations", "time")]
+    for series in study.series:
+        if series.why_not:
+            rows.append((series.method, "-", *("-" for _ in TITLES), "-", series.why_not))
+        for point in series.points:
+            last = time_text(point.seconds) if not point.failure else point.failure
+            errors = (_error_text(study, point, name) for name in TITLES)
+            rows.append((series.method, _setting(series, point), *errors, str(point.evaluations), last))
+    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
+    for row in rows:
+        yield "  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip()
+
+
+def _error_text(study: AccuracyStudy, point: Point, name: str) -> str:
+    error, floor = (point.errors or {}).get(name), study.reference.floor[name]
+    if error is None or floor is None:
+        return "-"
+    if math.isinf(error):
+        return "not reached"
+    return f"{'<' if error <= floor else ''}{error:.1e}"
+
+
+def _advice(study: AccuracyStudy, goal: float) -> Iterator[str]:
+    found = needs(study, goal)
+    share = f"{100.0 * goal:g} %" if goal >= 1e-3 else plain_number(goal)
+    floor = study.reference.floor[COST]
+    if not found[-1].within_reach:
+        known = "nothing is known" if floor is None or math.isinf(floor) else f"{floor:.1e} is all that can be known"
+        yield f"for {share} of the cost in joules nobody can say what is needed: {known}."
+        return
+    own = next((need.point for need in found if need.series.method == LABBOOK), None)
+    for need in found:
+        yield f"for {share} of the cost in joules {_sentence(need, own)}"
+
+
+def _sentence(need: Need, own: Point | None) -> str:
+    method = need.series.method
+    if need.point is None:
+        if len(need.series.points) == 1:
+            return f"the one setting of {method} that was tried will not do{_best(need)}."
+        return f"no setting of {method} that was tried will do{_best(need)}."
+    paid = f"you need {_setting(need.series, need.point)} with {method}; you pay {time_text(need.point.seconds)}"
+    if own is None or method == LABBOOK:
+        return f"{paid}."
+    return f"{paid}, {need.point.seconds / own.seconds:.3g} times what labbook takes."
+
+
+def _best(need: Need) -> str:
+    """What the finest setting gives, where it gives something."""
+    finest = need.series.points[-1]
+    error = (finest.errors or {}).get(need.output)
+    if finest.failure or error is None:
+        return ""
+    return f": {_setting(need.series, finest)} is off by {error:.1e}, after {time_text(finest.seconds)}"
+
+
+def _setting(series: Series, point: Point) -> str:
+    return f"{series.setting} {plain_number(point.setting)} {series.unit}".rstrip()
+
+
+def plain_number(value: float) -> str:
+    """Return a number as text, powers of ten in their shortest form."""
+    mantissa, exponent = f"{value:e}".split("e")
+    short = f"{float(mantissa):g}e{int(exponent)}"
+    return short if len(short) <= len(f"{value:g}") else f"{value:g}"
+
+
+def _point_data(point: Point) -> dict[str, Any]:
+    errors = point.errors or {}
+    return {
+        "setting": point.setting,
+        "outcome": point.outcome or None,
+        "errors": {name: _finite(errors.get(name)) for name in NAMES},
+        "evaluations": point.evaluations,
+        "seconds": point.seconds,
+        "failure": point.failure or None,
+    }
+
+
+def _need_data(need: Need) -> dict[str, Any]:
+    return {
+        "method": need.series.method,
+        "output": need.output,
+        "goal": need.goal,
+        "within_reach": need.within_reach,
+        "setting": None if need.point is None else need.point.setting,
+        "seconds": None if need.point is None else need.point.seconds,
+    }
+
+
+def _finite(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None

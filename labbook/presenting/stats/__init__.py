@@ -1,0 +1,1 @@
+"""What `labbook stats` says and draws."""

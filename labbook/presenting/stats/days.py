@@ -1,0 +1,145 @@
+"""What days leave unknown of groups that share few or none: what differs from day to day passes for their difference.
+
+Where two groups had one day each and not the same, nothing is claimed of them; where they share days in part it is said
+how often Welch's test errs, by the record.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from labbook.analysis.observations import Observations
+from labbook.presenting.report.day_layout import SHARED, WHOSE, without_days
+from labbook.presenting.report.joined_days import joined_by_others
+from labbook.presenting.report.one_day_each import one_day_each
+from labbook.presenting.report.spreads import spreads_text
+from stats.planning.recorded import Recorded, weak_points
+
+_MOST_NAMED = 3
+_LITTLE_KNOWN = "only days that are shared tell the groups from their days, so that little is known here."
+_KNOWN_BY_OTHERS = (
+    "days of other groups join theirs, so that their difference rests on the values of those groups as well."
+)
+_DAY_LEFT_OUT = (
+    "Tests here take values for independent, whatever their days; `labbook stats blocked` has the day in its model."
+)
+
+_Runs = Mapping[str, Counter[str]]
+"""Values of each day, by label of the group."""
+
+
+def days_untold(observed: Observations, labels: Sequence[str] | None = None) -> str:
+    """Say what a p on these groups, or on pairs of all, cannot tell for days; "" where there is nothing to say."""
+    runs = _runs(observed)
+    alone = {label: runs[label] for label in labels or runs if label in runs and len(runs[label]) == 1}
+    return one_day_each({observed.name(label): days for label, days in alone.items()})
+
+
+def with_days_said(sentence: str, untold: str) -> str:
+    """Return the sentence, followed by one on what its p cannot tell where there is any."""
+    return f"{sentence} {untold}." if untold else sentence
+
+
+def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
+    """Name the groups that share fewer than half of the days of whichever has fewer, with the control.
+
+    `by_day` where the analysis has the day in it; otherwise those are named, too, that share more days and for which
+    Welch's test errs by the record; how often is said, and what helps. With `by_day` a single day is told, too.
+    """
+    runs = _runs(observed)
+    if by_day and len(set().union(*runs.values())) == 1:
+        return [
+            "All values are of one day, so that no day is in the model: nothing tells how much days differ, and what "
+            "is found holds for that day."
+        ]
+    control = runs.get(observed.control, Counter())
+    few = {
+        label: [] if by_day else _errs(days, control)
+        for label, days in runs.items()
+        if label != observed.control
+        and (2 * len({*days} & {*control}) < min(len(days), len(control)) or (not by_day and _errs(days, control)))
+    }
+    if not few:
+        return []
+    if by_day:
+        joined = {label: joined_by_others(label, observed.control, runs) for label in few}
+        return [
+            f"{_shared(observed, runs, labels)}: {known}"
+            for others, known in ((False, _LITTLE_KNOWN), (True, _KNOWN_BY_OTHERS))
+            if (labels := [label for label in few if joined[label] == others])
+        ]
+    return [
+        f"{_shared(observed, runs, [*few])}: what differs from day to day passes for a difference of the groups here."
+        f"{_simulated(few, observed)} {_what_helps(runs)}"
+    ]
+
+
+def day_left_out(observed: Observations, given: str | None) -> list[str]:
+    """Say that tests leave the days out that a table's column (`given`) holds, where `day_notes` says nothing."""
+    runs = _runs(observed)
+    tested = given is not None and observed.control in runs and len(set().union(*runs.values())) > 1
+    return [_DAY_LEFT_OUT] if tested and not day_notes(observed) else []
+
+
+def _shared(observed: Observations, runs: _Runs, labels: Sequence[str]) -> str:
+    """Say how many days each of these groups shares with the control, of many the first."""
+    name, control = observed.name(observed.control), runs[observed.control]
+    shared = [
+        f"{observed.name(label)} and {name} "
+        + (
+            "hold the days that they share in unequal parts"
+            if {*runs[label]} == {*control}
+            else f"share {len({*runs[label]} & {*control})} of {len({*runs[label]} | {*control})} days"
+        )
+        for label in labels[:_MOST_NAMED]
+    ]
+    more = f"; so few are shared by {len(labels) - _MOST_NAMED} more groups" if len(labels) > _MOST_NAMED else ""
+    return f"{'; '.join(shared)}{more}"
+
+
+def _runs(observed: Observations) -> _Runs:
+    """Return every group's values by day; nothing where days are not known, or are themselves the groups."""
+    known = observed.known()
+    of_days = observed.by == "day" or all(row.day == row.label for row in known.rows)
+    if of_days or not all(row.day for row in known.rows):
+        return {}
+    return {label: Counter(row.day for row in known.rows if row.label == label) for label in known.labels}
+
+
+def _errs(days: Counter[str], control: Counter[str]) -> list[Recorded]:
+    """Return the sizes on record of Welch's test where groups share their days as these do, if they are too large."""
+    if not control:  # all of its values are missing
+        return []
+    n, count, layout = without_days("welch", [days, control])
+    if layout == SHARED:
+        return []
+    return [row for row in weak_points("welch", n, count, layout=layout) if row.kind == "size"]
+
+
+def _simulated(few: Mapping[str, Sequence[Recorded]], observed: Observations) -> str:
+    """Say how often Welch's test errs at the worst of these groups, and of several which that is."""
+    found = [(row, label) for label, rows in few.items() for row in rows]
+    if not found:
+        return ""
+    worst, label = max(found, key=lambda each: each[0].value)
+    days = "a day" if worst.days == 1 else f"{worst.days} days"
+    sizes = " and ".join(map(str, worst.n))
+    as_much = "as much as" if worst.day_sd == 1.0 else f"{worst.day_sd:g} times as much as"
+    # The record gives what days differ by in standard deviations of the second group.
+    of = "within a group" if worst.sd_ratio == 1.0 else "of the second group"
+    at_worst = f" At worst, for {observed.name(label)}: simulated" if len(few) > 1 else " Simulated"
+    return (
+        f"{at_worst} with {sizes} values{spreads_text(worst)}, each group on {days} {WHOSE[worst.layout]}, days "
+        f"differing {as_much} values {of}, Welch's test at alpha = {worst.nominal:g} found a difference that is not "
+        f"there in {100 * worst.value:.0f} % of studies (docs/statistics.md)."
+    )
+
+
+def _what_helps(runs: _Runs) -> str:
+    if all(len(days) == 1 for days in runs.values()):
+        return (
+            "Measuring the groups on shared days is what helps: with one day each `labbook stats blocked` gives no p "
+            "either."
+        )
+    return "`labbook stats blocked` has the day in its model."

@@ -1,0 +1,130 @@
+"""The figures of `labbook stats`: estimation plot, normal quantiles, residuals, from values and the results on them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from data_schema.vocabulary import Undefined
+from labbook.analysis.observations import Observations
+from labbook.analysis.results.result_cache import ends_of
+from labbook.presenting.stats.names import drawn_axis, drawn_name, sentence_case
+from labbook.presenting.stats.scale import Scale, scale_of
+from reports.figures.estimation import Estimation, EstimationGroup
+from reports.figures.quantiles import Quantiles
+from reports.figures.residuals import Against, ResidualPlot
+from reports.numbers import Number
+from stats.groups.normal_quantiles import normal_quantiles
+from stats.groups.residuals import Residuals, additive_residuals, residuals_of_groups
+
+
+def number_of(value: float | Undefined, interval: tuple[float, float] | Undefined, level: float, unit: str) -> Number:
+    """Return a difference with its interval as figures take it."""
+    low, high = ends_of(interval)
+    return Number(value, unit, ci_low=low, ci_high=high, ci_level=level)
+
+
+def estimation_of(
+    observed: Observations,
+    differences: Mapping[str, Number],
+    bounds: Sequence[float | Undefined] = (),
+    difference: str = "",
+    interval: str = "",
+) -> Estimation:
+    """Return an estimation plot of all groups; `differences` from the control by a group's label.
+
+    `difference` begins what these are called, `interval` says which method their intervals are of.
+    """
+    known = observed.known()
+    labels = observed.labels
+    scale = scale_of([row.value for row in known.rows if row.value is not None])
+    numbers = {label: _scaled(number, observed.unit, scale) for label, number in differences.items()}
+    same_unit = all(number.unit == observed.unit for number in differences.values())
+    groups = tuple(
+        EstimationGroup(
+            drawn_name(observed, label),
+            tuple(scale.drawn(row.value) for row in known.rows if row.label == label and row.value is not None),
+            tuple(row.day for row in known.rows if row.label == label) if any(row.day for row in known.rows) else (),
+        )
+        for label in labels
+    )
+    return Estimation(
+        quantity=scale.quantity(sentence_case(observed.quantity), observed.unit),
+        unit=scale.unit(observed.unit),
+        groups=groups,
+        reference=0,
+        differences=tuple(numbers.get(label) for label in labels),
+        bounds=tuple(
+            scale.difference(bound) if same_unit else bound for bound in bounds if not isinstance(bound, Undefined)
+        ),
+        difference=f"{difference} {drawn_name(observed, observed.control)}" if difference else "",
+        interval=interval,
+    )
+
+
+def _scaled(number: Number, unit: str, scale: Scale) -> Number:
+    """Return a difference in the values' unit as it is drawn; one in percent stays."""
+    if number.unit != unit:
+        return number
+
+    def drawn(value: float | Undefined | None) -> float | Undefined | None:
+        return scale.difference(value) if isinstance(value, int | float) else value
+
+    value = number.value if isinstance(number.value, Undefined) else scale.difference(number.value)
+    return replace(
+        number, value=value, unit=scale.unit(unit), ci_low=drawn(number.ci_low), ci_high=drawn(number.ci_high)
+    )
+
+
+def as_drawn(observed: Observations) -> Observations:
+    """Return observations whose residuals an axis can show: values far from zero less an exact number, tiny and huge
+    ones in powers of ten. Ordinary values stay as they are.
+    """
+    scale = scale_of([row.value for row in observed.rows if row.value is not None])
+    if scale == Scale():
+        return observed
+    rows = tuple(row if row.value is None else replace(row, value=scale.drawn(row.value)) for row in observed.rows)
+    return replace(observed, rows=rows, unit=scale.unit(observed.unit))
+
+
+def residuals_of(observed: Observations, *, by_day: bool = False) -> Residuals:
+    """Return values less their group's mean, or less what group and day add up to; in the order of `in_groups`."""
+    rows = in_groups(observed).rows
+    if by_day:
+        values = [float(row.value) for row in rows if row.value is not None]
+        return additive_residuals(values, [row.label for row in rows], [row.day for row in rows])
+    ordered = in_groups(observed)
+    return residuals_of_groups({label: ordered.values(label) for label in ordered.labels})
+
+
+def in_groups(observed: Observations) -> Observations:
+    """Return the known observations, group after group."""
+    known = observed.known()
+    place = {label: number for number, label in enumerate(known.labels)}
+    return replace(known, rows=tuple(sorted(known.rows, key=lambda row: place[row.label])))
+
+
+def quantiles_of(observed: Observations, residuals: Residuals, level: float) -> Quantiles:
+    """Return residuals beside normal quantiles, each with its group."""
+    found = normal_quantiles(residuals, level)
+    order = sorted(range(len(residuals.values)), key=residuals.values.__getitem__)
+    labels = [row.label for row in in_groups(observed).rows]
+    names = {label: drawn_name(observed, label) for label in observed.labels}
+    return Quantiles(
+        sentence_case(observed.quantity),
+        observed.unit,
+        found,
+        tuple(names[labels[place]] for place in order),
+        tuple(names.values()),
+    )
+
+
+def residual_plot_of(observed: Observations, residuals: Residuals) -> ResidualPlot:
+    """Return residuals against groups, and against days where these are known."""
+    rows = in_groups(observed).rows
+    names = {label: drawn_name(observed, label) for label in observed.labels}
+    against = [Against(drawn_axis(observed), tuple(names[row.label] for row in rows), means=False)]
+    days = tuple(row.day for row in rows)
+    if len(set(days)) > 1:
+        against.append(Against("Day", days, order=tuple(sorted(set(days)))))
+    return ResidualPlot(sentence_case(observed.quantity), observed.unit, residuals.values, tuple(against))

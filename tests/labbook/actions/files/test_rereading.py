@@ -1,0 +1,262 @@
+"""A file's bytes are kept for good; how they are read is a statement, and can be made again."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from data_schema.errors import UsageError
+from data_schema.queries.imported_files import find_files, links_of_file
+from data_schema.queries.readings import last_reading, parts_of_reading, readings_of
+from data_schema.queries.signals import signals_of_runs
+from data_schema.queries.waiting import inbox
+from data_schema.vocabulary import Action, IngestStatus
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
+from labbook.actions.files.kept_files import files_to_reread, reread_named
+from labbook.actions.files.known_files import reread_lines
+from labbook.actions.files.rereading import RereadRequest
+from labbook.actions.report_command import state_report
+from labbook.actions.upkeep.tracing import NumberTrace, trace
+from labbook.book.opening import Book
+from labbook.book.rebuilding import rebuild_database
+from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.databases import all_rows_by_name
+from tests.helpers.statements import said_alike
+
+MM = {"columns": {"z": {"channel": "body_height", "unit": "mm"}}}
+
+
+def home_made(small: SmallBook, run: str = "r001") -> bytes:
+    """The log of a run as a home-made logger would write it: its own column names, no unit of the height."""
+    lines = small.log(run).read_text().splitlines()
+    height = lines[0].split(",").index("body_height [m]")
+    rows = [(line.split(",")[0], float(line.split(",")[height])) for line in lines[1:]]
+    return "".join(["t [ms],z\n", *(f"{t},{1000 * z:.4f}\n" for t, z in rows)]).encode()
+
+
+def take(book: Book, path: Path, options: object = None, run: str | None = None, **more: object) -> FileOutcome:
+    return ingest_file(book, path, IngestRequest(run=run, options=options, person=ADA, **more))  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def home(tmp_path: Path) -> tuple[SmallBook, Path]:
+    """A book with runs, and a log that its reader reads without knowing what the column is."""
+    small = small_book(tmp_path, ingested=False)
+    path = tmp_path / "LOG001.csv"
+    path.write_bytes(home_made(small))
+    return small, path
+
+
+def rebuilt_alike(small: SmallBook) -> None:
+    with small.open() as book:
+        before = all_rows_by_name(book.engine)
+    rebuild_database(small.folder, lambda _step: None)
+    with small.open() as book:
+        assert all_rows_by_name(book.engine) == before
+
+
+def test_a_log_that_came_in_with_nothing_declared_is_mended_in_its_book(home: tuple[SmallBook, Path]) -> None:
+    """The old answer: "imported before", the flags ignored, exit 0, and a new book as the only way out."""
+    small, path = home
+    with small.open() as book:
+        first = take(book, path, run="r001")
+        assert first.read is not None
+        assert [channel.name for channel in first.read.parts[0].channels] == ["z"]
+        again = take(book, path, MM)
+        assert again.status is IngestStatus.DUPLICATE
+        assert again.changes is not None
+        assert any("channel body_height [m] is new" in text for text in again.changes)
+        assert any("3 jumps found" in text for text in again.changes)
+        with book.reading() as connection:
+            row = last_reading(connection, first.sha256)
+            assert row is not None
+            (part,) = parts_of_reading(connection, row.uid)
+            assert part.channels == (("body_height", "m"),)
+        assert take(book, path, MM).changes is None, "the same declared again is no other reading"
+        assert take(book, path).changes is None, "nothing declared changes nothing"
+        entries = [entry for entry in said_alike(book) if entry.action is Action.READ]
+        assert [entry.new["settings"]["declared"]["columns"]["z"]["unit"] for entry in entries if entry.new] == ["mm"]
+    rebuilt_alike(small)
+
+
+def test_a_reading_needs_no_labbook_toml(home: tuple[SmallBook, Path]) -> None:
+    """The profile that read a file stands in the journal, whatever becomes of labbook.toml."""
+    small, path = home
+    toml = small.toml.read_text()
+    profile = '\n[profiles.bench]\nrecognise = ["t", "z"]\ncolumns = { z = { channel = "body_height", unit = "mm" } }\n'
+    small.toml.write_text(toml + profile)
+    with small.open() as book:
+        first = take(book, path, run="r001")
+    small.toml.write_text(toml + profile.replace('"mm"', '"mm", sign = -1'))
+    with small.open() as book:
+        (line,) = take(book, path).said
+        assert "labbook files reread LOG001.csv" in line
+        (row,) = files_to_reread(book, lambda _name: None)
+        mended = reread_named(book, row.name, RereadRequest({}, ADA, "it hangs upside down"), keep_options=True)
+        assert mended.changes == ("values differ", "0 jumps found, were 3")
+        assert files_to_reread(book, lambda _name: None) == []
+        assert take(book, path, MM).changes is not None
+    small.toml.write_text(toml)
+    with small.open() as book, book.reading() as connection:
+        kept = json.loads(readings_of(connection, first.sha256)[0].settings_json or "")
+        (used,) = kept["declared"]["profiles"]
+        assert used["columns"]["z"]["unit"] == "mm"
+    rebuilt_alike(small)
+
+
+def test_a_new_reading_that_is_refused_changes_nothing(home: tuple[SmallBook, Path]) -> None:
+    small, path = home
+    with small.open() as book:
+        take(book, path, MM, run="r001")
+        before = all_rows_by_name(book.engine)
+        wrong = {"columns": {"z": {"channel": "body_height", "unit": "parsec-ish"}}}
+        outcome = take(book, path, wrong)
+        assert outcome.status is IngestStatus.REFUSED
+        after = all_rows_by_name(book.engine)
+        for table in ("signal", "channel", "run_file", "charge", "jump"):
+            assert after[table] == before[table]
+        with book.reading() as connection:
+            row = last_reading(connection, outcome.sha256)
+            assert row is not None
+            assert json.loads(row.options_json) == MM
+    rebuilt_alike(small)
+
+
+def test_a_refused_reading_says_what_is_wrong_with_the_rows(home: tuple[SmallBook, Path]) -> None:
+    small, path = home
+    with small.open() as book:
+        take(book, path, MM)
+        metres = {"columns": {"z": {"channel": "body_height", "unit": "m"}}}
+        refused = reread_named(book, path.name, RereadRequest(metres, ADA), keep_options=False)
+    lines = "\n".join(reread_lines(refused, dry_run=False))
+    assert '"z=body_height:mm"' in lines
+    assert "out_of_range (line 2 and " in lines
+
+
+def test_numbers_of_an_earlier_reading_become_stale_and_their_ids_still_answer(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    with small.open() as book:
+        shown = state_report(book, None, ADA, lambda _step: None).shown
+        columns = {"body_height [m]": {"channel": "body_height", "unit": "m", "sign": -1}}
+        again = take(book, small.log("r001"), {"columns": columns})
+        assert again.changes is not None
+        assert any("stale" in line for line in again.said)
+        with book.reading() as connection:
+            traces = [trace(connection, uid) for uid in sorted(shown)]
+        assert all(isinstance(found, NumberTrace) for found in traces)
+        assert any(found.trace.stale for found in traces if isinstance(found, NumberTrace))
+    rebuilt_alike(small)
+
+
+def test_a_reading_that_gives_the_same_makes_nothing_stale(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    sheet = next((small.instruments / "charger").glob("*.csv"))
+    with small.open() as book:
+        state_report(book, None, ADA, lambda _step: None)
+        for path, column in ((small.log("r001"), "body_height [m]"), (sheet, "mAh")):
+            said = {"channel": "charge", "unit": "mAh"} if column == "mAh" else {"channel": "body_height", "unit": "m"}
+            again = take(book, path, {"columns": {column: said}})
+            assert again.changes == ("nothing comes out otherwise",)
+        query = "SELECT count(*) FROM result WHERE stale = 1"
+        with book.reading() as connection:
+            assert connection.exec_driver_sql(query).scalar() == 0
+
+
+def test_in_a_batch_what_is_declared_is_for_new_files(home: tuple[SmallBook, Path]) -> None:
+    small, path = home
+    with small.open() as book:
+        take(book, path)
+        outcome = take(book, path, MM, batch="b1")
+        assert outcome.changes is None
+        assert "--again" in outcome.said[0]
+        assert take(book, path, MM, batch="b2", again=True).changes is not None
+
+
+def test_a_dry_run_says_what_would_change_and_changes_nothing(home: tuple[SmallBook, Path]) -> None:
+    small, path = home
+    with small.open() as book:
+        take(book, path, run="r001")
+        before, kept = all_rows_by_name(book.engine), sorted(small.folder.rglob("*.parquet"))
+        outcome = take(book, path, MM, dry_run=True)
+        assert any("body_height" in text for text in outcome.changes or ())
+        assert all_rows_by_name(book.engine) == before
+        assert sorted(small.folder.rglob("*.parquet")) == kept
+
+
+def test_a_run_is_given_to_known_bytes_that_have_none(home: tuple[SmallBook, Path]) -> None:
+    small, path = home
+    with small.open() as book:
+        take(book, path)
+        assert take(book, path, run="r002").said == ("it belongs to run r002 now.",)
+        (line,) = take(book, path, run="r003").said
+        assert "labbook assign LOG001.csv r003 --why" in line
+    rebuilt_alike(small)
+
+
+def test_parts_of_a_file_are_given_to_runs_one_by_one(tmp_path: Path) -> None:
+    """A logger that was started twice without a new file: the clock begins again, and each part is another run's."""
+    small = small_book(tmp_path, ingested=False)
+    first, second = (small.log(run).read_bytes() for run in ("r001", "r002"))
+    path = tmp_path / "both.csv"
+    path.write_bytes(first + second.split(b"\n", 1)[1])
+    with small.open() as book:
+        take(book, path)
+        with book.reading() as connection:
+            row = last_reading(connection, find_files(connection, "both.csv")[0].sha256)
+            assert row is not None
+            names = [part.part for part in parts_of_reading(connection, row.uid)]
+        assert len(names) == 2
+        for part, run in zip(names, ("r001", "r002"), strict=True):
+            with book.session(ADA) as session:
+                assign(session, f"both.csv#{part}", run, None)
+            with book.reading() as connection:
+                loose = [item.name for item in inbox(connection)]
+            assert loose == ([f"both.csv#{names[1]}"] if run == "r001" else [])
+        with book.reading() as connection:
+            assert {item.run_name: item.n_samples for item in signals_of_runs(connection)} == {
+                "r001": first.count(b"\n") - 1,
+                "r002": second.count(b"\n") - 1,
+            }
+        with book.session(ADA) as session, pytest.raises(UsageError, match="add --why to move it"):
+            assign(session, f"both.csv#{names[0]}", "r003", None)
+        with book.session(ADA) as session:
+            assert "moved to run r003" in assign(session, f"both.csv#{names[0]}", "r003", "it was the third")
+        with book.session(ADA) as session, pytest.raises(UsageError, match="not a known part of"):
+            assign(session, "both.csv#nothing", "r003", None)
+    rebuilt_alike(small)
+
+
+def test_a_part_taken_off_its_run_stays_off_in_another_reading(tmp_path: Path) -> None:
+    """It came back to the run of the other parts, and its jumps with it."""
+    small = small_book(tmp_path, ingested=False)
+    header, *rows = small.log("r001").read_text().splitlines(keepends=True)
+    log = tmp_path / "both.csv"
+    log.write_text("".join([header, *rows, *rows]))
+    with small.open() as book:
+        first = ingest_file(book, log, IngestRequest(run="r001", person=ADA))
+        with book.session(ADA) as session:
+            assign(session, "both.csv#log_segment_2", "none", "a rehearsal")
+        again = ingest_file(book, log, IngestRequest(options={"decimal_sign": "."}, person=ADA))
+        assert again.read is not None
+        assert first.read is not None
+        assert "jumps_found_not_made" in {finding.rule for finding in first.read.findings}
+        assert "jumps_found_not_made" not in {finding.rule for finding in again.read.findings}
+        with book.reading() as connection:
+            (file,) = find_files(connection, "both.csv")
+            assert [link.part for link in links_of_file(connection, file.uid)] == ["log"]
+
+
+def test_a_column_that_the_file_lacks_is_refused_when_named_and_noted_in_a_batch(home: tuple[SmallBook, Path]) -> None:
+    small, path = home
+    absent = {"columns": {**MM["columns"], "nosuch": {"channel": "leg_length", "unit": "mm"}}}
+    with small.open() as book:
+        take(book, path, MM)
+        refused = reread_named(book, path.name, RereadRequest(absent, ADA), keep_options=False)
+        assert refused.read.refused
+        in_batch = reread_named(book, path.name, RereadRequest(absent, ADA, batch="b"), keep_options=False)
+        assert not in_batch.read.refused
+        again = reread_named(book, path.name, RereadRequest({}, ADA), keep_options=True)
+    assert not again.read.refused

@@ -1,0 +1,282 @@
+"""How many runs a study needs: R's numbers through the whole command, and what is taken from the book's own runs."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from data_schema.errors import UsageError
+from data_schema.vocabulary import Undefined
+from labbook.actions.planning.power import Needed, StudyPower, study_power
+from labbook.actions.planning.power_lines import power_foot, power_head, power_table
+from labbook.actions.planning.power_request import PowerRequest
+from labbook.actions.planning.power_tests import Assumed
+from labbook.actions.planning.runs import PlanRequest, make_plan
+from labbook.demo.truth import Condition
+from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
+from stats.planning.power import power_equivalence
+from stats.wording import number_text
+from tests.helpers.books import ADA, TRUTH, SmallBook, small_book, small_runs
+from tests.helpers.statements import said_alike
+
+R = Path(__file__).parents[2] / "stats" / "r" / "power.csv"
+EACH = '\n[analysis]\nfamily = "each"\nalpha = {alpha:g}\n'
+
+
+def asked(**given: float | int | None) -> PowerRequest:
+    values: dict[str, float | int | None] = {
+        "saving_percent": None, "difference": None, "sd": None, "mean": None, "apex_sd_m": None, "apex_mean_m": None,
+        "target": 0.8, "n": 10, "per_day": 16,
+    }  # fmt: skip
+    return PowerRequest(**{**values, **given}, method="randomised", idle=True)  # type: ignore[arg-type]
+
+
+def power_of(made: SmallBook, analysis: str = "", gains: str = "[0, 100]", **given: float | int | None) -> StudyPower:
+    text = made.toml.read_text().split("\n[analysis]")[0].replace("levels = [0, 100]", f"levels = {gains}")
+    made.toml.write_text(text + analysis)
+    with made.open() as book:
+        before = len(said_alike(book))
+        found = study_power(book, asked(**given))
+        assert len(said_alike(book)) == before
+    return found
+
+
+def joules_drawn() -> dict[Condition, list[float]]:
+    """Joules a jump of the small book's runs by condition, from what the charger showed."""
+    idle = [run for run in small_runs() if run.condition is None]
+    drain = fit_passive_drain([run.duration_s for run in idle], [run.charge_mah for run in idle])
+    assert isinstance(drain, PassiveDrain)
+    found: dict[Condition, list[float]] = {}
+    for run in small_runs():
+        if run.condition is not None:
+            active_mah = run.charge_mah - drain.at(run.duration_s).charge_mah
+            found.setdefault(run.condition, []).append(3.6 * TRUTH.reference_voltage_v * active_mah / run.jumps_made)
+    return found
+
+
+def smallest(difference: float, sd: float, times: int) -> tuple[int, int]:
+    """The smallest sizes n and `times` n at which Student's t finds a difference four times in five."""
+    for n in range(2, 1000):
+        df, ncp = n * (1 + times) - 2, difference / sd / math.sqrt(1.0 / n + 1.0 / (times * n))
+        critical = stats.t.isf(0.025, df)
+        if stats.nct.sf(critical, df, ncp) + stats.nct.cdf(-critical, df, ncp) >= 0.8:
+            return n, times * n
+    raise AssertionError
+
+
+def row(found: StudyPower, begin: str) -> Needed:
+    (item,) = [item for item in found.needed if item.test.startswith(begin)]
+    return item
+
+
+@pytest.fixture
+def fresh(tmp_path: Path) -> SmallBook:
+    return small_book(tmp_path, runs=False, ingested=False)
+
+
+@pytest.mark.parametrize(
+    ("difference", "sd", "target", "n"),
+    [
+        (1.0, 1.0, 0.9, 23),  # R: power.t.test(power = .90, delta = 1), n = 22.02110
+        (0.5, 1.0, 0.8, 64),  # Cohen 1988, table 2.4.1
+        (0.8, 1.0, 0.8, 26),
+        (-0.8, 1.0, 0.8, 26),
+    ],
+)
+def test_t_needs_what_r_and_cohen_say(fresh: SmallBook, difference: float, sd: float, target: float, n: int) -> None:
+    found = power_of(fresh, EACH.format(alpha=0.05), difference=difference, sd=sd, target=target)
+    assert row(found, "Student").n == n
+
+
+@pytest.mark.parametrize("name", ["t", "welch"])
+def test_the_chance_at_n_is_rs(fresh: SmallBook, name: str) -> None:
+    with R.open() as file:
+        rows = [item for item in csv.DictReader(file) if item["test"] == name and item["n_a"] == item["n_b"]]
+    title = {"t": "Student", "welch": "Welch's t"}[name]
+    tried = 0
+    for item in rows:
+        if item["alpha"] != "0.05" or int(item["n_a"]) not in (4, 5, 12, 25):
+            continue
+        difference, sd, alpha = (float(item[key]) for key in ("difference", "sd", "alpha"))
+        analysis, given = EACH.format(alpha=alpha), {"difference": difference, "sd": sd}
+        if difference == 0.0 or item["sides"] == "1" or (name == "welch" and item["sd"] != item["sd_b"]):
+            continue
+        found = power_of(fresh, analysis, n=int(item["n_a"]), **given)
+        exactly = next(needed for needed in found.needed if needed.test.startswith(title))
+        assert exactly.powers[int(item["n_a"])] == pytest.approx(float(item["power"]), abs=1e-7), item
+        tried += 1
+    assert tried >= 2
+
+
+def test_equal_apexes_are_planned_for_the_test_that_the_report_makes(fresh: SmallBook) -> None:
+    """Welch's: at n = 3 Student's would show 63 % of such equal apexes, Welch's 55 % (simulated in tests/stats)."""
+    analysis = EACH.format(alpha=0.05) + "apex_bounds_m = [-0.01, 0.01]\n"
+    found = power_of(fresh, analysis, n=3, difference=1.0, sd=1.0, apex_sd_m=0.004, apex_mean_m=1.0)
+    equal = row(found, "no loss")
+    assert equal.powers[3] == power_equivalence(0.0, 0.004, -0.01, 0.01, 3, 3, route="welch").power
+    assert equal.powers[3] == pytest.approx(0.5465, abs=0.001)
+    assert "Welch's equivalence test (TOST)" in equal.sentence
+
+
+def test_anova_over_the_treated_levels_needs_what_r_says(fresh: SmallBook) -> None:
+    """R: power.anova.test(groups = 4, between.var = 1, within.var = 3): n = 11.92613 for 0.80, 0.3535594 at n = 5."""
+    gains = "[0, 50, 100, 150, 200]"
+    found = power_of(fresh, "", gains, difference=math.sqrt(6.0), sd=math.sqrt(3.0), n=5)
+    assert row(found, "ANOVA over 4").n == 12
+    assert row(found, "ANOVA over 4").powers[5] == pytest.approx(0.3535594, abs=1e-7)
+
+
+def test_two_treated_levels_get_no_anova_where_it_would_be_students_test_again(fresh: SmallBook) -> None:
+    each = power_of(fresh, EACH.format(alpha=0.05), "[0, 50, 100]", difference=1.0, sd=1.0)
+    assert not [item for item in each.needed if item.test.startswith("ANOVA")]
+    by_day = power_of(fresh, '\n[analysis]\nunit_of_analysis = "day"\n', "[0, 50, 100]", difference=1.0, sd=1.0)
+    assert not [item for item in by_day.needed if item.test.startswith("ANOVA")]
+    pooled = power_of(fresh, "", "[0, 50, 100]", difference=1.0, sd=1.0)
+    student, anova = row(pooled, "Student"), row(pooled, "ANOVA over 2")
+    assert anova.powers[10] != pytest.approx(student.powers[10], rel=0.01)  # the treated count twice in Student's
+
+
+def test_sentences_have_the_digits_of_other_sentences_and_the_data_all(fresh: SmallBook) -> None:
+    gains, analysis = "[0, 50, 100, 150]", EACH.format(alpha=0.05) + "apex_bounds_percent = [-3, 3]\n"
+    found = power_of(
+        fresh, analysis, gains, difference=4.268321, sd=0.3247491, apex_sd_m=0.0123456, apex_mean_m=0.3210987
+    )
+    assert (found.difference, found.primary.sd) == (4.268321, 0.3247491)
+    said = {item.test.partition(",")[0]: item.sentence for item in found.needed}
+    assert "a difference of 4.268 at sd 0.3247 (two-sided)" in said["Student's t"]
+    assert "a difference of 4.268 at sd 0.3247 and 0.3247 (two-sided) at alpha = 0.008333 has" in said["Welch's t"]
+    assert "for means -2.134, 2.134, 0 at sd 0.3247" in said["ANOVA over 3 levels"]
+    assert "and 0.3211 in truth, for a difference of 0 at sd 0.01235 at alpha" in row(found, "no loss").sentence
+
+
+def test_pooled_levels_count_together_and_holm_costs_runs(fresh: SmallBook) -> None:
+    gains = "[0, 50, 100, 150, 200]"
+    pooled = power_of(fresh, "", gains, difference=1.0, sd=1.0, n=7)
+    sizes = smallest(1.0, 1.0, 4)
+    assert f"With n = {sizes[0]} and {sizes[1]}, Student's t-test" in row(pooled, "Student").sentence
+    assert row(pooled, "Welch's t, Holm over 2").alpha == 0.025
+    each = power_of(fresh, EACH.format(alpha=0.05), gains, difference=1.0, sd=1.0, n=7)
+    assert "With n = 17 and 17, Student's t-test" in row(each, "Student").sentence
+    strict, loose = row(each, "Welch's t, Holm over 8"), each.needed[1]
+    assert strict.alpha == 0.05 / 8
+    assert isinstance(strict.n, int)
+    assert isinstance(loose.n, int)
+    assert strict.n > loose.n
+
+
+def test_runs_and_days_are_those_of_a_plan_that_is_drawn(fresh: SmallBook) -> None:
+    found = power_of(fresh, difference=1.0, sd=1.0, per_day=8)
+    needed = row(found, "Student")
+    assert isinstance(needed.n, int)
+    with fresh.open() as book:
+        sheet = fresh.folder / "runs.csv"
+        drawn = make_plan(book, PlanRequest(5, needed.n, 8, "randomised", "2021-06-01", True, sheet, False), ADA)
+    assert (needed.runs, needed.days) == (drawn.runs, drawn.days)
+    again = power_of(fresh, difference=1.0, sd=1.0, n=4)
+    assert again.n_of_plan == needed.n
+    assert sorted(row(again, "Student").powers) == [4, needed.n]
+    assert row(again, "Student").powers[needed.n] == pytest.approx(0.8, abs=0.05)
+
+
+def test_the_scatter_is_that_of_the_runs_so_far(tmp_path: Path) -> None:
+    made = small_book(tmp_path)
+    found = power_of(made, "\n[analysis]\napex_bounds_percent = [-3, 3]\n", saving_percent=10.0)
+    joules = joules_drawn()
+    squares = sum(float(np.var(values)) * len(values) for values in joules.values())
+    df = sum(len(values) - 1 for values in joules.values())
+    spread = found.primary.spread
+    assert spread is not None
+    assert (spread.n, spread.df, spread.control_n) == (12, df, 6)
+    assert found.primary.sd == pytest.approx(math.sqrt(squares / df), rel=1e-12)
+    low, high = (math.sqrt(squares / stats.chi2.ppf(p, df)) for p in (0.975, 0.025))
+    assert (spread.sd_low, spread.sd_high) == pytest.approx((low, high), rel=1e-12)
+    control = np.mean([value for condition, values in joules.items() if condition.is_control for value in values])
+    assert found.difference == pytest.approx(0.1 * control, rel=1e-12)
+    student = row(found, "Student")
+    assert student.n_over_sd is not None
+    assert isinstance(student.n, int)
+    assert list(student.n_over_sd) == sorted(student.n_over_sd)  # type: ignore[type-var]
+    equal = row(found, "no loss")
+    assert isinstance(found.apex, Assumed)
+    assert not isinstance(found.apex.mean, Undefined)
+    mean = number_text(found.apex.mean, within=found.apex.sd)
+    assert f"between -3 and 3 % of the control's mean, itself estimated and {mean} in truth" in equal.sentence
+    assert "the mean that the percent are of is estimated in the study" in equal.note
+    assert equal.n_over_sd is not None
+
+
+def test_the_day_as_unit_counts_days(tmp_path: Path) -> None:
+    made = small_book(tmp_path)
+    found = power_of(made, '\n[analysis]\nunit_of_analysis = "day"\n', saving_percent=10.0)
+    days = {(run.condition, run.date) for run in small_runs() if run.condition}
+    conditions = {run.condition for run in small_runs() if run.condition}
+    assert found.primary.spread is not None
+    assert (found.primary.spread.n, found.primary.spread.df) == (len(days), len(days) - len(conditions))
+    student = row(found, "Student")
+    assert isinstance(student.n, int)
+    assert student.days == Undefined("the day is the unit of analysis: n counts days")
+    assert power_foot(found)[0].startswith("n counts days of each condition")
+
+
+def test_apexes_as_the_primary_outcome_are_planned_in_metres(tmp_path: Path) -> None:
+    made = small_book(tmp_path)
+    analysis = '\n[analysis]\nprimary_outcome = "apex"\napex_bounds_m = [-0.005, 0.005]\n'
+    found = power_of(made, analysis, difference=0.003)
+    assert found.apex is found.primary
+    assert found.unit == "m"
+    assert 0.001 < found.primary.sd < 0.005
+    with pytest.raises(UsageError, match="--saving is of joules"):
+        power_of(made, analysis, saving_percent=10.0)
+
+
+def test_what_cannot_be_known_is_said(fresh: SmallBook) -> None:
+    bounds = "\n[analysis]\napex_bounds_percent = [-3, 3]\n"
+    found = power_of(fresh, bounds, saving_percent=10.0, sd=4.0, mean=42.0)
+    equal = row(found, "no loss")
+    assert isinstance(equal.n, Undefined)
+    assert "no condition has two runs with apex height" in equal.sentence
+    assert any(line.startswith("no loss of apex height (TOST): No power") for line in power_foot(found))
+    assert power_table(found)[1][-1][2:] == ("-", "", "-", "-", "-")
+    no_mean = power_of(fresh, bounds, saving_percent=10.0, sd=4.0, mean=42.0, apex_sd_m=0.002)
+    assert "no control has apex height yet: give --apex-mean" in row(no_mean, "no loss").sentence
+    with pytest.raises(UsageError, match=r"yet: give the expected standard deviation with --sd\."):
+        power_of(fresh, difference=4.0)
+    with pytest.raises(UsageError, match="give --mean, or the effect in joules with --difference"):
+        power_of(fresh, saving_percent=10.0, sd=4.0)
+
+
+def test_whose_decision_it_is_is_said(fresh: SmallBook) -> None:
+    given = {"saving_percent": 10.0, "sd": 4.0, "mean": 42.0}
+    assert power_head(power_of(fresh, **given))[-1].endswith("by default, for [analysis] decided nothing.")
+    assert power_head(power_of(fresh, EACH.format(alpha=0.01), **given))[-1].endswith(
+        "alpha 0.01, as [analysis] decides."
+    )
+    assert power_head(power_of(fresh, **given))[:2] == [
+        "To be found: a difference of 4.2 J in joules a jump, 10 % of the control's 42 J.",
+        "Scatter of joules a jump: standard deviation 4 J, as stated.",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({}, "needs one effect"),
+        ({"saving_percent": 10.0, "difference": 4.0}, "needs one effect"),
+        ({"saving_percent": 100.0}, "--saving 100 is no saving"),
+        ({"difference": 0.0}, "--difference 0 is none"),
+        ({"difference": math.inf}, "--difference inf is none"),
+        ({"difference": 4.0, "sd": 0.0}, "--sd 0 is not possible"),
+        ({"difference": 4.0, "sd": math.nan}, "--sd nan is not possible"),
+        ({"difference": 4.0, "sd": 1.0, "target": 1.0}, "--target 1 is no chance"),
+        ({"difference": 4.0, "sd": 1.0, "n": 1}, "--n 1 has no scatter"),
+        ({"difference": 4.0, "sd": 1.0, "per_day": 0}, "0 runs a day is too few"),
+    ],
+)
+def test_what_no_study_has_is_refused(fresh: SmallBook, given: dict[str, float], said: str) -> None:
+    with pytest.raises(UsageError, match=said):
+        power_of(fresh, **given)

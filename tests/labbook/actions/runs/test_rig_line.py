@@ -1,0 +1,102 @@
+"""What the person at the rig reads of a run: flights are jumps, a last landing is none, and held samples are gaps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from data_schema.queries.detections import jumps_found
+from data_schema.queries.readings import readings_of
+from data_schema.queries.run_results import standing_number
+from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
+from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.jump_review import review, without_apex
+from labbook.actions.runs.run_view import run_view, view_lines
+from labbook.analysis.outcomes.detections import Detections
+from labbook.book.opening import Book
+from labbook.cli.ingest_lines import rig_lines_of
+from tests.helpers.books import ADA, small_book
+from tests.helpers.hopping_log import apex_s, hopping_log, landing_s
+
+RUN = "r001"
+
+
+@pytest.fixture
+def book(tmp_path: Path) -> Iterator[Book]:
+    with small_book(tmp_path, ingested=False).open() as book:
+        with book.session(ADA) as session:
+            correct(book, session, RUN, ["jumps_made=10"], "the run of this test")
+        yield book
+
+
+def ingest(book: Book, folder: Path, content: bytes) -> tuple[FileOutcome, str]:
+    path = folder / "log.csv"
+    path.write_bytes(content)
+    outcome = ingest_file(book, path, IngestRequest(run=RUN, person=ADA))
+    assert outcome.status == "imported", outcome
+    ((line,),) = rig_lines_of(book, [outcome])
+    return outcome, line.text
+
+
+def found_not_made(outcome: FileOutcome) -> list[str]:
+    assert outcome.read is not None
+    return [finding.message for finding in outcome.read.findings if finding.rule == "jumps_found_not_made"]
+
+
+def shown(book: Book) -> str:
+    with book.reading() as connection:
+        return "\n".join(view_lines(run_view(Detections(connection, book.store), book.configuration, RUN)))
+
+
+def test_the_last_landing_is_no_jump(book: Book, tmp_path: Path) -> None:
+    """It was: "11 of 10 jumps found (1 too many)"."""
+    outcome, line = ingest(book, tmp_path, hopping_log(10))
+    assert "10 of 10 jumps found," in line
+    assert found_not_made(outcome) == []
+    assert "10 jumps made, 10 found" in shown(book)
+    with book.reading() as connection:
+        assert len(review(book, connection, RUN).jumps) == 11
+
+
+def test_what_a_new_reading_found_is_counted_as_what_was_made(book: Book, tmp_path: Path) -> None:
+    """It was "20 jumps found" beside "10 of 10 jumps found": each stance without a flight counted too."""
+    path = tmp_path / "log.csv"
+    path.write_bytes(hopping_log(10))
+    outcome = ingest_file(book, path, IngestRequest(run=RUN, person=ADA))
+    with book.reading() as connection:
+        (row,) = readings_of(connection, outcome.sha256)
+        assert list(jumps_found(connection, row.uid, None).values()) == [10]
+        found = review(book, connection, RUN)
+    (last,) = without_apex(found, [1, 11])
+    assert last.startswith("11 of run r001 has no apex (")
+
+
+def test_a_jump_whose_apex_is_lost_is_missing(book: Book, tmp_path: Path) -> None:
+    """It was "10 of 10 jumps found": the last landing stood in for it."""
+    content = hopping_log(10, lost_s=[(apex_s(4) - 0.1, apex_s(4) + 0.1)])
+    outcome, line = ingest(book, tmp_path, content)
+    assert "9 of 10 jumps found (1 missing), 1 gap (" in line
+    (message,) = found_not_made(outcome)
+    assert message.startswith("9 jumps were found")
+    assert "10 jumps made, 9 found" in shown(book)
+    state_report(book, None, ADA, lambda _step: None)
+    with book.reading() as connection:
+        scope = (
+            '{"detector":"robust","exclude_first_jumps":0,"exclude_gap_jumps":true,"heed_decisions":true,"run":"r001"}'
+        )
+        number = standing_number(connection, "run_apexes", scope, "jumps_found")
+    assert number is not None
+    assert number[0] == 9
+
+
+def test_held_samples_are_gaps_and_one_while_standing_costs_no_jump(book: Book, tmp_path: Path) -> None:
+    """It was "no gaps", and the jump out of a stance with a gap was left out of the mean."""
+    held = [(landing_s(3) + 0.05, landing_s(3) + 0.09), (apex_s(6) - 0.01, apex_s(6) + 0.03)]
+    _, line = ingest(book, tmp_path, hopping_log(10, held_s=held, lost_s=[(landing_s(8) + 0.05, landing_s(8) + 0.07)]))
+    assert "10 of 10 jumps found, 3 gaps (28 samples, 22 of them held)," in line
+    with book.reading() as connection:
+        jumps = review(book, connection, RUN).jumps
+    assert [item.jump.number for item in jumps if item.excluded == "touches a gap"] == [6]

@@ -1,0 +1,544 @@
+"""Two books of one study become one: nothing lost, nothing twice, nothing overwritten, or nothing at all."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from data_schema.errors import BookDamaged, BookMissing, BookVersion, InputRefused, UsageError
+from data_schema.queries.detections import jump_decisions
+from data_schema.queries.readings import last_reading
+from data_schema.queries.runs import list_runs
+from data_schema.queries.signals import signals_of_runs
+from data_schema.vocabulary import Action, PlanMethod
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.kept_files import dismiss, list_files, restore, restore_item, show_file, withdraw
+from labbook.actions.files.rereading import RereadRequest, reread
+from labbook.actions.planning.runs import PlannedEntry, state_plan
+from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct, unvoid, void
+from labbook.actions.runs.jump_review import decide
+from labbook.actions.runs.run_view import run_view
+from labbook.actions.runs.runs_importing import import_runs
+from labbook.actions.runs.to_do import to_do, to_do_lines
+from labbook.actions.runs.typed_charge import state_charge
+from labbook.actions.upkeep.health import check_book
+from labbook.actions.upkeep.merging import Merged, merge
+from labbook.actions.upkeep.tracing import trace, trace_lines
+from labbook.analysis.outcomes.detections import Detections
+from labbook.book.making import make_book
+from labbook.book.opening import Book, opened
+from labbook.book.rebuilding import rebuild_database
+from labbook.statements.ingesting import raw_path
+from tests.cli.shell import contents
+from tests.helpers.books import ADA, BEN, SmallBook, instrument_files, small_book, small_toml
+from tests.helpers.databases import all_rows_by_name
+from tests.helpers.old_book import unpack
+from tests.helpers.statements import in_table, note, said_alike
+
+HEAD, *ROWS = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
+FIRST_DAY, SECOND_DAY = ROWS[:8], ROWS[8:]
+
+Work = Callable[[Book, SmallBook], object]
+
+
+def state_runs(book: Book, rows: list[str], person: str = ADA) -> None:
+    with book.session(person) as session:
+        import_runs(book, session, HEAD + "".join(rows), "runs.csv")
+
+
+def take(book: Book, path: Path, person: str = ADA, run: str | None = None) -> None:
+    ingest_file(book, path, IngestRequest(person=person, run=run))
+
+
+def reject(book: Book, run: str, jump: int, reason: str = "touched_by_hand", person: str = ADA) -> None:
+    with book.session(person) as session:
+        decide(book, session, run, [jump], "reject", reason, None)
+
+
+def change(book: Book, run: str, *said: str, person: str = ADA) -> None:
+    with book.session(person) as session:
+        correct(book, session, run, list(said), "misread")
+
+
+def charge(book: Book, run: str, mah: float, person: str = ADA) -> str:
+    with book.session(person) as session:
+        return state_charge(session, book.configuration, run, mah, None, None)
+
+
+@pytest.fixture
+def lab(tmp_path: Path) -> SmallBook:
+    """A book with the runs of the first day and two logs."""
+    book = small_book(tmp_path / "lab", runs=False, ingested=False, two_people=True)
+    with book.open() as opened_book:
+        state_runs(opened_book, FIRST_DAY)
+        for run in ("r001", "r002"):
+            take(opened_book, book.log(run))
+    return book
+
+
+@pytest.fixture
+def laptop(lab: SmallBook, tmp_path: Path) -> SmallBook:
+    """A copy of it, taken to the field."""
+    shutil.copytree(lab.folder, tmp_path / "laptop" / "book")
+    return SmallBook(tmp_path / "laptop" / "book", lab.instruments)
+
+
+def at_the_lab(book: Book, files: SmallBook) -> None:
+    take(book, files.log("r003"))
+    take(book, files.instruments / "charger" / "2021-06-14.csv")
+    reject(book, "r001", 1)
+    with book.session(ADA) as session:
+        note(session, "the lab's remark", "r002")
+        void(session, "r005", "foot came loose")
+
+
+def in_the_field(book: Book, files: SmallBook) -> None:
+    state_runs(book, SECOND_DAY, BEN)
+    for run in ("r009", "r010", "r011"):
+        take(book, files.log(run), BEN)
+    take(book, files.instruments / "charger" / "2021-06-16.csv", BEN)
+    reject(book, "r010", 2, person=BEN)
+    reject(book, "r002", 1, person=BEN)
+    change(book, "r004", "duration_s=700", person=BEN)
+    with book.session(BEN) as session:
+        note(session, "mud on the foot", "r009")
+        assign(session, "r011.csv", "none", "not sure")
+        assign(session, "r011.csv", "r011", None)
+    with book.reading() as connection:
+        row = last_reading(connection, show_file(connection, "r009.csv").sha256)
+    assert row is not None
+    reread(book, row, RereadRequest({"columns": {"k_gain": {"channel": "aux"}}}, BEN))
+    with book.session(BEN) as session:
+        withdraw(session, "r002.csv", "of another robot")
+
+
+def go_on(lab: SmallBook, laptop: SmallBook, here: Work = at_the_lab, there: Work = in_the_field) -> None:
+    with lab.open() as book:
+        here(book, lab)
+    with laptop.open() as book:
+        there(book, laptop)
+
+
+def merged(into: SmallBook, other: SmallBook, *, dry_run: bool = False) -> Merged:
+    with into.open() as book:
+        return merge(book, other.folder, ADA, dry_run=dry_run)
+
+
+def is_whole(folder: Path) -> None:
+    """Every row is what raw copies and journal give; and so again after a rebuild."""
+    found = check_book(folder, lambda _total: contextlib.nullcontext(lambda _step: None), deep=True)
+    assert found.problems == ()
+    assert found.whole
+    with opened(folder) as book:
+        rows = all_rows_by_name(book.engine)
+    rebuild_database(folder, lambda _step: None)
+    with opened(folder) as book:
+        assert all_rows_by_name(book.engine) == rows
+
+
+def test_what_the_laptop_says_comes_home(lab: SmallBook, laptop: SmallBook) -> None:
+    go_on(lab, laptop)
+    with lab.open() as book:
+        before = in_table(book)
+    with laptop.open() as book:
+        theirs = in_table(book)
+    there = contents(laptop.folder)
+    done = merged(lab, laptop)
+    assert contents(laptop.folder) == there
+    with lab.open() as book, book.reading() as connection:
+        entries = said_alike(book)
+        statement, *came = entries[len(before) :]
+        assert entries[: len(before)] == before
+        assert (statement.action, statement.person, statement.following) == (Action.MERGE, ADA, len(came))
+        assert [(one.origin, one.at_utc, one.person, one.action) for one in came] == [
+            ({"seq": one.seq, "hash": one.hash}, one.at_utc, one.person, one.action) for one in theirs[done.common :]
+        ]
+        detections = Detections(connection, book.store)
+        found = run_view(detections, book.configuration, "r009")
+        assert "mud on the foot" in [said.text for said in found.notes]
+        assert run_view(detections, book.configuration, "r004").run.duration_s == 700
+        assert len(show_file(connection, "r009.csv").readings) == 2
+        assert any(
+            "withdrawn by Ben Ode" in item.remark for item in list_files(connection) if item.reading.name == "r002.csv"
+        )
+        assert "r012" in " ".join(to_do_lines(to_do(detections, book.configuration, "2021-06-16")))
+        logs = [signal.sha256 for signal in signals_of_runs(connection)]
+        assert {
+            (said.person, str(said.verdict)) for some in jump_decisions(connection, logs).values() for said in some
+        } == {
+            (ADA, "reject"),
+            (BEN, "reject"),
+        }
+    is_whole(lab.folder)
+
+
+def test_numbers_of_merged_runs_lead_to_their_bytes(lab: SmallBook, laptop: SmallBook) -> None:
+    def there(book: Book, files: SmallBook) -> None:
+        in_the_field(book, files)
+        state_report(book, None, BEN, lambda _step: None)
+
+    go_on(lab, laptop, there=there)
+    merged(lab, laptop)
+    with lab.open() as book:
+        made = state_report(book, None, ADA, lambda _step: None)
+        with book.reading() as connection:
+            said = " ".join(" ".join(trace_lines(trace(connection, uid))) for uid in sorted(made.shown)[:20])
+    assert "r010.csv" in said or "2021-06-16.csv" in said
+    is_whole(lab.folder)
+
+
+def test_a_second_merge_adds_only_what_is_new(lab: SmallBook, laptop: SmallBook) -> None:
+    go_on(lab, laptop)
+    first = merged(lab, laptop)
+    before = contents(lab.folder)
+    again = merged(lab, laptop)
+    assert (sum(first.entries.values()) > 20, again.entries, again.conflicts) == (True, {}, ())
+    assert contents(lab.folder) == before
+    with lab.open() as book:
+        change(book, "r004", "duration_s=720")
+        change(book, "r009", "duration_s=500")
+    with laptop.open() as book, book.session(BEN) as session:
+        note(session, "later", "r009")
+    assert merged(lab, laptop).entries == {"note": 1}
+    is_whole(lab.folder)
+
+
+def test_two_books_that_merge_each_other_say_the_same(lab: SmallBook, laptop: SmallBook) -> None:
+    go_on(lab, laptop)
+    merged(lab, laptop)
+    back = merged(laptop, lab)
+    assert back.entries["file"] == 2
+    assert (merged(lab, laptop).entries, merged(laptop, lab).entries) == ({}, {})
+    with lab.open() as one, laptop.open() as two:
+        runs = [{row[1:] for row in all_rows_by_name(book.engine)["charge"] if row} for book in (one, two)]
+        assert len(runs[0]) == len(runs[1])
+    is_whole(laptop.folder)
+
+
+def test_a_dry_run_says_what_would_come_and_writes_nothing(lab: SmallBook, laptop: SmallBook) -> None:
+    go_on(lab, laptop)
+    before = contents(lab.folder)
+    shown = merged(lab, laptop, dry_run=True)
+    assert contents(lab.folder) == before
+    assert (shown.entries["run"], shown.entries["file"], shown.raw_copies) == (8, 4, 4)
+    assert merged(lab, laptop) == shown
+
+
+# --- what stands in the way
+
+
+def plan_in(book: Book, seed: int) -> None:
+    with book.session(ADA) as session:
+        entries = [PlannedEntry(f"r0{number}", 1, "", None) for number in range(40, 43)]
+        state_plan(session, book.configuration, seed, PlanMethod.RANDOMISED, entries)
+
+
+def declared_otherwise(book: Book, name: str, channel: str) -> None:
+    with book.reading() as connection:
+        row = last_reading(connection, show_file(connection, name).sha256)
+    assert row is not None
+    reread(book, row, RereadRequest({"columns": {"k_gain": {"channel": channel}}}, ADA))
+
+
+def moved(book: Book, name: str, run: str) -> None:
+    with book.session(ADA) as session:
+        assign(session, name, run, "misnamed")
+
+
+def take_inbox(book: Book, files: SmallBook, run: str | None) -> None:
+    """Ingest a charge of a run that is not stated yet, and say that it is another's, or nobody's."""
+    path = files.folder.parent / "sheet.csv"
+    lines = (files.instruments / "charger" / "2021-06-16.csv").read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:2]))
+    take(book, path)
+    with book.session(ADA) as session:
+        if run is None:
+            dismiss(session, "sheet.csv#1", "nobody's")
+        else:
+            assign(session, "sheet.csv#1", run, None)
+
+
+def other_row(changed: str) -> list[str]:
+    """The runs of the second day, the first of which lasted longer."""
+    return [SECOND_DAY[0].replace(",720,", f",{changed},"), *SECOND_DAY[1:]]
+
+
+AGAINST: dict[str, tuple[Work, Work, tuple[str, ...]]] = {
+    "a run in both": (
+        lambda book, _files: state_runs(book, SECOND_DAY),
+        lambda book, _files: state_runs(book, other_row("700")),
+        ("r009", "720", "700"),
+    ),
+    "a verdict against another": (
+        lambda book, _files: reject(book, "r001", 1),
+        lambda book, _files: accept(book, "r001", 1),
+        ("r001", "reject", "accept"),
+    ),
+    "a correction against another": (
+        lambda book, _files: change(book, "r004", "duration_s=710"),
+        lambda book, _files: change(book, "r004", "duration_s=730"),
+        ("r004", "710", "730"),
+    ),
+    "a file read otherwise": (
+        lambda book, files: take(book, files.log("r003")),
+        lambda book, files: ingest_file(
+            book, files.log("r003"), IngestRequest(person=ADA, options={"columns": {"k_gain": {"channel": "aux"}}})
+        ),
+        ("r003.csv", "reread"),
+    ),
+    "a file of two runs": (
+        lambda book, files: take(book, files.log("r003"), run="r003"),
+        lambda book, files: take(book, files.log("r003"), run="r004"),
+        ("r003.csv", "r004"),
+    ),
+    "a file read again otherwise": (
+        lambda book, _files: declared_otherwise(book, "r001.csv", "aux"),
+        lambda book, _files: declared_otherwise(book, "r001.csv", "sync"),
+        ("r001.csv", "reread"),
+    ),
+    "a file moved to two runs": (
+        lambda book, _files: moved(book, "r001.csv", "r004"),
+        lambda book, _files: moved(book, "r001.csv", "r005"),
+        ("r004", "r005"),
+    ),
+    "two charges of a run": (
+        lambda book, _files: charge(book, "r001", 812),
+        lambda book, _files: charge(book, "r001", 790),
+        ("r001", "812", "790"),
+    ),
+    "two logs of a run": (
+        lambda book, files: take(book, files.log("r003"), run="r003"),
+        lambda book, files: take(book, files.log("r004"), run="r003"),
+        ("run r003", "r003.csv here", "r004.csv there", "assign FILE none"),
+    ),
+    "a file that is off its run": (
+        lambda book, _files: moved(book, "r001.csv", "none"),
+        lambda book, _files: moved(book, "r001.csv", "r004"),
+        ("correct run_file", "has no place here"),
+    ),
+    "a charge that is dismissed": (
+        lambda book, files: take_inbox(book, files, "r004"),
+        lambda book, files: take_inbox(book, files, None),
+        ("of run r004", "out of use"),
+    ),
+    "two plans of the same runs": (
+        lambda book, _files: plan_in(book, 7),
+        lambda book, _files: plan_in(book, 8),
+        ("r040", "r042", "--withdraw"),
+    ),
+}
+
+
+def accept(book: Book, run: str, jump: int) -> None:
+    with book.session(ADA) as session:
+        decide(book, session, run, [jump], "accept", "looks_right", None)
+
+
+def test_a_run_started_twice_keeps_both_logs_where_this_book_has_both(lab: SmallBook, laptop: SmallBook) -> None:
+    def here(book: Book, files: SmallBook) -> None:
+        take(book, files.log("r003"), run="r003")
+        take(book, files.log("r004"), run="r003")
+
+    go_on(lab, laptop, here, lambda book, files: take(book, files.log("r004"), run="r003"))
+    assert merged(lab, laptop).conflicts == ()
+    is_whole(lab.folder)
+
+
+@pytest.mark.parametrize("case", AGAINST)
+def test_a_contradiction_is_named_and_nothing_is_written(lab: SmallBook, laptop: SmallBook, case: str) -> None:
+    here, there, words = AGAINST[case]
+    go_on(lab, laptop, here, there)
+    before = contents(lab.folder)
+    (sentence,) = merged(lab, laptop, dry_run=True).conflicts
+    assert [word for word in words if word not in sentence] == []
+    with pytest.raises(InputRefused) as refused:
+        merged(lab, laptop)
+    assert sentence in str(refused.value)
+    assert contents(lab.folder) == before
+
+
+def test_contradictions_are_listed_all_at_once(lab: SmallBook, laptop: SmallBook) -> None:
+    cases = [AGAINST[name] for name in ("a run in both", "a verdict against another", "two charges of a run")]
+    for here, there, _words in cases:
+        go_on(lab, laptop, here, there)
+    assert len(merged(lab, laptop, dry_run=True).conflicts) == 3
+
+
+def test_what_both_say_alike_is_said_once(lab: SmallBook, laptop: SmallBook) -> None:
+    def both(book: Book, files: SmallBook) -> None:
+        state_runs(book, SECOND_DAY)
+        take(book, files.log("r009"))
+        take(book, files.instruments / "charger" / "2021-06-16.csv")
+        change(book, "r004", "duration_s=710")
+        declared_otherwise(book, "r001.csv", "aux")
+        charge(book, "r001", 812)
+        plan_in(book, 7)
+        with book.session(ADA) as session:
+            void(session, "r005", "foot came loose")
+            withdraw(session, "r002.csv", "of another robot")
+
+    go_on(lab, laptop, both, both)
+    with laptop.open() as book:
+        take(book, laptop.log("r010"))
+        moved(book, "r009.csv", "r012")
+        charge(book, "r002", 600)
+    assert merged(lab, laptop).entries == {"file": 1, "correction": 1, "charge": 1}
+    with lab.open() as book, book.reading() as connection:
+        assert show_file(connection, "r009.csv").runs == ("r012",)
+    is_whole(lab.folder)
+
+
+def test_who_came_to_the_same_end_by_another_way_agrees(lab: SmallBook, laptop: SmallBook) -> None:
+    def there(book: Book, files: SmallBook) -> None:
+        change(book, "r004", "duration_s=710")
+        change(book, "r004", "duration_s=730")
+        declared_otherwise(book, "r001.csv", "aux")
+        declared_otherwise(book, "r001.csv", "sync")
+
+    def here(book: Book, files: SmallBook) -> None:
+        change(book, "r004", "duration_s=730")
+        declared_otherwise(book, "r001.csv", "sync")
+
+    go_on(lab, laptop, here, there)
+    assert merged(lab, laptop).entries == {}
+
+
+def test_what_was_taken_back_there_is_taken_back_here(lab: SmallBook, laptop: SmallBook) -> None:
+    def there(book: Book, files: SmallBook) -> None:
+        take_inbox(book, files, None)
+        with book.session(BEN) as session:
+            withdraw(session, "r001.csv", "whose?")
+            void(session, "r005", "foot came loose")
+        with book.session(BEN) as session:
+            restore(session, "r001.csv", "mine")
+            restore_item(session, "sheet.csv#1", "r009's")
+            unvoid(session, "r005", "it was r006")
+
+    def here(book: Book, _files: SmallBook) -> None:
+        with book.session(ADA) as session:
+            withdraw(session, "r001.csv", "of another robot")
+            void(session, "r005", "foot came loose")
+
+    go_on(lab, laptop, here, there)
+    assert len(merged(lab, laptop, dry_run=True).conflicts) == 2
+    with lab.open() as book, book.session(ADA) as session:
+        restore(session, "r001.csv", "as Ben says")
+        unvoid(session, "r005", "as Ben says")
+    assert merged(lab, laptop).entries == {"file": 1, "charge dismissed": 1, "file or charge restored": 1}
+    is_whole(lab.folder)
+
+
+def test_runs_of_one_name_can_both_stay_when_one_is_renamed(lab: SmallBook, laptop: SmallBook) -> None:
+    here, there, _words = AGAINST["a run in both"]
+    go_on(lab, laptop, here, there)
+    with lab.open() as book:
+        change(book, "r009", "name=r009b")
+    assert merged(lab, laptop).entries == {"run": 1, "note": 1}
+
+
+# --- no common beginning
+
+
+@pytest.fixture
+def stranger(lab: SmallBook, tmp_path: Path) -> SmallBook:
+    """A book of the same study, described on another machine."""
+    (tmp_path / "stranger").mkdir()
+    made = SmallBook(tmp_path / "stranger", lab.instruments)
+    made.toml.write_text(small_toml(two_people=True), encoding="utf-8")
+    make_book(made.folder, BEN)
+    return made
+
+
+def test_books_without_a_common_beginning_are_matched_by_names(lab: SmallBook, stranger: SmallBook) -> None:
+    with stranger.open() as book:
+        state_runs(book, [*FIRST_DAY, *SECOND_DAY], BEN)
+        take(book, lab.log("r001"), BEN)
+        moved(book, "r001.csv", "r002")
+        in_the_first_condition = [lab.log("r009"), lab.log("r003")]
+        for path in in_the_first_condition:
+            take(book, path, BEN)
+    done = merged(lab, stranger)
+    assert (done.common, done.entries["run"], done.entries["file"]) == (0, 8, 2)
+    with lab.open() as book, book.reading() as connection:
+        assert show_file(connection, "r001.csv").runs == ("r002",)
+        assert len(list_runs(connection)) == 16
+    assert merged(lab, stranger).entries == {}
+    is_whole(lab.folder)
+
+
+def test_the_book_of_another_study_is_refused(lab: SmallBook, stranger: SmallBook) -> None:
+    text = small_toml(two_people=True)
+    name = tomllib.loads(text)["study"]["name"]
+    shutil.rmtree(stranger.folder)
+    stranger.folder.mkdir()
+    stranger.toml.write_text(text.replace(f'"{name}"', '"swimming"', 1), encoding="utf-8")
+    make_book(stranger.folder, BEN)
+    with pytest.raises(InputRefused, match="swimming"):
+        merged(lab, stranger)
+
+
+def test_another_configuration_is_refused_until_both_say_the_same(lab: SmallBook, laptop: SmallBook) -> None:
+    text = laptop.toml.read_text().replace('"Ben Ode" = "BO"', '"Ben Ode" = "BO"\n"Cy Dee" = "CD"')
+    laptop.toml.write_text(text)
+    with laptop.open() as book, book.session("CD") as session:
+        note(session, "by a third")
+    with pytest.raises(InputRefused, match=r"\[people\]"):
+        merged(lab, laptop)
+    lab.toml.write_text(text)
+    assert merged(lab, laptop).entries == {"note": 1}
+    is_whole(lab.folder)
+
+
+# --- other books
+
+
+def test_a_raw_copy_that_is_lost_or_changed_there_is_named(lab: SmallBook, laptop: SmallBook) -> None:
+    go_on(lab, laptop)
+    before = contents(lab.folder)
+    with laptop.open() as book, book.reading() as connection:
+        path = book.store.root / raw_path(show_file(connection, "r009.csv").sha256)
+    path.chmod(0o644)
+    path.write_bytes(b"something else")
+    with pytest.raises(BookDamaged, match="laptop"):
+        merged(lab, laptop)
+    path.unlink()
+    with pytest.raises(BookDamaged, match="laptop"):
+        merged(lab, laptop)
+    assert contents(lab.folder) == before
+
+
+def test_a_book_of_an_earlier_labbook_is_refused(lab: SmallBook, tmp_path: Path) -> None:
+    unpack(tmp_path / "old", None)
+    with pytest.raises(BookVersion, match=r"old: .*labbook db upgrade"):
+        merged(lab, SmallBook(tmp_path / "old", lab.instruments))
+
+
+def test_what_is_no_other_book_is_refused(lab: SmallBook, tmp_path: Path) -> None:
+    with lab.open() as book:
+        with pytest.raises(UsageError):
+            merge(book, lab.folder, ADA)
+        with pytest.raises(BookMissing):
+            merge(book, tmp_path, ADA)
+
+
+def test_a_book_on_postgresql_takes_in_one_on_sqlite(tmp_path: Path, postgres_url: str) -> None:
+    lab = small_book(tmp_path / "lab", runs=False, ingested=False, two_people=True, database_url=postgres_url)
+    with lab.open() as book:
+        state_runs(book, FIRST_DAY)
+        for run in ("r001", "r002"):
+            take(book, lab.log(run))
+    laptop = SmallBook(tmp_path / "laptop", lab.instruments)
+    shutil.copytree(lab.folder, laptop.folder)
+    laptop.toml.write_text(small_toml(two_people=True))
+    rebuild_database(laptop.folder, lambda _step: None)
+    go_on(lab, laptop)
+    assert merged(lab, laptop).entries["run"] == 8
+    assert merged(lab, laptop).entries == {}
+    is_whole(lab.folder)

@@ -1,0 +1,241 @@
+"""What nothing needs is removed, and all that a book needs stays: real leftovers, of real commands that were killed."""
+
+from __future__ import annotations
+
+import os
+import random
+import shutil
+import time
+from pathlib import Path
+
+import pytest
+
+from data_schema.engine import writing
+from data_schema.errors import BookBusy, BookDamaged, UnknownName, UsageError
+from labbook.actions.files import ingesting
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.upkeep.health import Health, check_book
+from labbook.actions.upkeep.pruning import Leftover, leftovers, prune
+from labbook.book.copying_database import copy_database
+from labbook.book.opening import Book
+from labbook.book.rebuilding import rebuild_database
+from labbook.cli.common import progress
+from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.commands import KILLED, Commands
+from tests.helpers.databases import all_rows, all_rows_by_name
+from tests.helpers.folders import contents
+from tests.helpers.whole_book import copy_of_whole_book
+
+TEMPORARY = "raw/ab/.abc.zst.12345678"
+
+
+def listed(book: Book) -> dict[str, Leftover]:
+    with book.reading() as connection:
+        return {one.name: one for one in leftovers(book, connection)}
+
+
+def pruned(book: Book, *names: str) -> set[str]:
+    return {one.name for one in prune(book, names, lambda total: progress("", total, shown=False))}
+
+
+def check(book: SmallBook) -> Health:
+    return check_book(book.folder, lambda total: progress("", total, shown=False))
+
+
+def rebuild(book: SmallBook) -> str:
+    old = rebuild_database(book.folder, lambda _step: None).old
+    assert old is not None
+    return old
+
+
+def lay(book: SmallBook, name: str, age_s: float = 7200) -> Path:
+    """Put a file where a command that was killed left one, so long ago."""
+    path = book.folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(b"half a file")
+    os.utime(path, (time.time() - age_s,) * 2)
+    return path
+
+
+def test_old_databases_and_what_was_cut_off_go_and_the_book_stays(book: SmallBook) -> None:
+    with book.open() as standing:
+        assert listed(standing) == {}
+        rows = all_rows_by_name(standing.engine)
+        old = {rebuild(book)}
+        left = {
+            TEMPORARY,
+            ".labbook.db.rebuild.0123abcd",
+            "reports/20210601/.report.html.x1.part",
+            "signals/ab/ab.parquet",
+        }
+        aside = {"journal.jsonl.cut-off.20210601T000000000000Z", "journal.jsonl.before-rebuild.20210601T000000000000Z"}
+        for name in left | aside:
+            lay(book, name)
+        lay(book, "raw/cd/.cd.zst.87654321", age_s=60)  # of a command at work
+        mine = {lay(book, name) for name in ("raw.txt", "labbook.db.mine", "reports/2021/.mine", ".notes")}
+        before = contents(book.folder)
+        assert set(listed(standing)) == old | left | aside
+        assert contents(book.folder) == before
+        assert pruned(standing) == old | left
+        assert set(listed(standing)) == aside
+        assert all(path.exists() for path in mine)
+        assert check(book).problems == ()
+        assert all_rows_by_name(standing.engine) == rows
+        assert pruned(standing, *aside) == aside
+        assert listed(standing) == {}
+
+
+def test_only_what_is_named_goes(book: SmallBook) -> None:
+    old = rebuild(book)
+    lay(book, TEMPORARY)
+    with book.open() as standing:
+        with pytest.raises(UnknownName, match=r"'labbook\.toml' is not a known leftover"):
+            pruned(standing, "labbook.toml")
+        with pytest.raises(UnknownName, match=r"'labbook\.db' is not a known leftover"):
+            pruned(standing, old, "labbook.db")
+        assert set(listed(standing)) == {old, TEMPORARY}
+        assert pruned(standing, TEMPORARY) == {TEMPORARY}
+        assert set(listed(standing)) == {old}
+
+
+def test_results_that_no_report_shows_go_and_come_again(tmp_path: Path, database_url: str | None) -> None:
+    book = copy_of_whole_book(tmp_path)
+    if database_url is not None:
+        copy_database(str(book.folder), database_url, lambda _step: None)
+        book.toml.write_text(f'{book.toml.read_text()}\n[database]\nurl = "{database_url}"\n')
+    with book.open() as standing:
+        before = all_rows(standing.engine)
+        assert pruned(standing) == {"results"}
+        assert listed(standing) == {}
+        after = all_rows(standing.engine)
+        fewer = {name for name in before if len(after[name]) < len(before[name])}
+        assert fewer == {"result", "result_number", "result_input", "row_hash"}
+        assert all(set(after[name]) <= set(before[name]) for name in before)
+        assert {row[2] for row in after["report_item"]} == {row[2] for row in before["report_item"]}
+    if database_url is None:
+        rebuild_database(book.folder, lambda _step: None)
+        with book.open() as standing:
+            assert all_rows(standing.engine) == before
+
+
+def test_of_a_book_that_is_not_whole_nothing_goes(tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    old = rebuild(book)
+    min(book.folder.glob("raw/*/*.zst")).unlink()
+    with book.open() as standing:
+        with pytest.raises(BookDamaged, match=r"not whole .*nothing was removed: mend it first"):
+            pruned(standing)
+        assert set(listed(standing)) == {old}
+
+
+def test_what_the_journal_speaks_of_stays_also_without_a_row(tmp_path: Path, commands: Commands) -> None:
+    """An ingest cut off between journal and commit: its files belong to no row yet."""
+    book = small_book(tmp_path, ingested=False)
+    words = ["ingest", book.log("r001"), "--book", book.folder]
+    code, _said = commands.run(*words, die_after_sync=1, of="journal.jsonl")
+    assert code == KILLED
+    lay(book, TEMPORARY)
+    for path in book.folder.rglob("*"):
+        os.utime(path, (1e9, 1e9))
+    with book.open() as standing:
+        assert len(check(book).orphans) == 3
+        assert pruned(standing) == {TEMPORARY}
+        with standing.session(ADA):
+            pass
+    assert check(book).orphans == ()
+    assert check(book).problems == ()
+
+
+def test_what_a_journal_that_was_set_aside_speaks_of_stays_until_that_is_removed(tmp_path: Path) -> None:
+    book = small_book(tmp_path, ingested=False)
+    raw = "raw/ab/ab12.zst"
+    lay(book, raw)
+    aside = lay(book, "journal.jsonl.cut-off.20210601T000000000000Z")
+    aside.write_bytes(b'{"action":"ingest","new":{"sha256":"ab12"')
+    with book.open() as standing:
+        assert pruned(standing) == set()
+        assert pruned(standing, aside.name) == {aside.name}
+        assert pruned(standing) == {raw}
+
+
+def test_an_ingest_whose_files_are_removed_before_its_rows_are_there_is_not_half_done(
+    book: SmallBook, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The orphan of a killed ingest is taken in again, and pruned at that very moment."""
+    log = tmp_path / "again.csv"
+    log.write_bytes(book.log("r001").read_bytes() + b"\n")
+    with book.open() as standing:
+        real = ingesting.read_and_store
+
+        def then_pruned(*given: object, **named: object) -> object:
+            done = real(*given, **named)  # type: ignore[arg-type]
+            for path in book.folder.rglob("*"):
+                os.utime(path, (1e9, 1e9))
+            assert len(pruned(standing)) >= 1
+            return done
+
+        monkeypatch.setattr(ingesting, "read_and_store", then_pruned)
+        with pytest.raises(BookBusy, match=r"raw/.* was removed from the store .*give the command again"):
+            ingest_file(standing, log, IngestRequest(person=ADA))
+        monkeypatch.undo()
+        assert check(book).problems == ()
+        assert ingest_file(standing, log, IngestRequest(person=ADA)).status == "imported"
+    assert check(book).problems == ()
+
+
+def test_pruning_while_others_ingest_takes_nothing_from_them(
+    tmp_path: Path, database_url: str | None, commands: Commands
+) -> None:
+    book = small_book(tmp_path, ingested=False, database_url=database_url)
+    logs = sorted((book.instruments / "logs").iterdir())[:4]
+    chance = random.Random(7)
+    for log in logs:  # killed, so that old orphans are there for those who come after
+        running = commands.start("ingest", log, "--book", book.folder)
+        time.sleep(chance.uniform(0, 0.2))
+        running.kill()
+        running.wait()
+    for path in (book.folder / "raw").rglob("*"):
+        os.utime(path, (1e9, 1e9))
+    running_now = [commands.start("ingest", log, "--book", book.folder) for log in logs]
+    for _ in range(2):
+        code, said = commands.run("db", "prune", "--yes", "--book", book.folder)
+        assert code == 0, said
+    for running in running_now:
+        code = running.wait()
+        assert code == 0 or "give the command again" in running.output.read_text(), running.output.read_text()
+    assert check(book).problems == ()
+    code, said = commands.run("ingest", *logs, "--book", book.folder)
+    assert code == 0, said
+    assert (check(book).problems, check(book).raw_copies) == ((), len(logs))
+
+
+def test_old_tables_on_which_a_lab_built_something_stay(tmp_path: Path, postgres_url: str) -> None:
+    book = small_book(tmp_path, ingested=False, database_url=postgres_url)
+    old = rebuild(book)
+    with book.open() as standing:
+        with writing(standing.engine) as connection:
+            connection.exec_driver_sql(f"CREATE VIEW as_it_was AS SELECT text FROM {old}.note")
+        with pytest.raises(UsageError, match=rf"as_it_was stands on the old tables in {old}.*nothing was removed"):
+            pruned(standing)
+        assert set(listed(standing)) == {old}
+        with writing(standing.engine) as connection:
+            connection.exec_driver_sql("DROP VIEW as_it_was")
+        assert pruned(standing) == {old}
+
+
+def test_a_prune_that_is_killed_leaves_a_whole_book(tmp_path: Path, commands: Commands) -> None:
+    book = small_book(tmp_path)
+    chance = random.Random(8)
+    for number in range(4):
+        for name in (TEMPORARY, "signals/ab/ab.parquet", f"labbook.db.before-rebuild.{number}"):
+            lay(book, name)
+        running = commands.start("db", "prune", "--yes", "--book", book.folder)
+        time.sleep(chance.uniform(0, 0.3))
+        running.kill()
+        assert running.wait() in (0, KILLED), running.output.read_text()
+        assert check(book).problems == ()
+    code, said = commands.run("db", "prune", "--yes", "--book", book.folder)
+    assert code == 0, said
+    with book.open() as standing:
+        assert listed(standing) == {}
+    shutil.rmtree(book.folder)

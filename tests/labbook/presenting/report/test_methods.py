@@ -1,0 +1,92 @@
+"""Methods say what was done with the drain line's error; limitations name the runs that they are about."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from data_schema.vocabulary import Undefined
+from labbook.analysis.study import StudyAnalysis
+from labbook.presenting.report.methods import limitations, methods
+from stats.lines.passive_drain import PassiveDrain
+from tests.labbook.presenting.conftest import Told
+
+
+@pytest.fixture
+def analysis(without_control: Told) -> StudyAnalysis:
+    return without_control.made.analysis
+
+
+def made_jumps(analysis: StudyAnalysis, name: str, jumps: int) -> StudyAnalysis:
+    runs = tuple(replace(run, jumps_made=jumps) if run.name == name else run for run in analysis.evidence.runs)
+    return replace(analysis, evidence=replace(analysis.evidence, runs=runs))
+
+
+def with_lines(analysis: StudyAnalysis, *dfs: int | None) -> str:
+    """The first paragraph where the robots' lines have these degrees of freedom; None stands for no line."""
+    drains = {}
+    for (uid, drain), df in zip(analysis.drains.items(), dfs, strict=True):
+        assert isinstance(drain.line, PassiveDrain)
+        line = Undefined("there are no idle runs") if df is None else replace(drain.line, df=df, n=df + 2)
+        drains[uid] = replace(drain, line=line)
+    return methods(replace(analysis, drains=drains))[0]
+
+
+IN_QUADRATURE = "half widths in quadrature, each with the quantile of its own degrees of freedom"
+ONE_QUANTILE = "one quantile for both, after Welch and Satterthwaite, and never narrower than the scatter alone"
+
+
+@pytest.mark.parametrize(
+    ("dfs", "rules"),
+    [
+        ((1, 1), (IN_QUADRATURE,)),
+        ((1, 2), (IN_QUADRATURE,)),
+        ((4, 4), (ONE_QUANTILE,)),
+        ((4, 20), (ONE_QUANTILE,)),
+        ((3, 3), (IN_QUADRATURE, ONE_QUANTILE)),  # both lines' errors in one value: up to 6 degrees of freedom
+        ((2, 6), (IN_QUADRATURE, ONE_QUANTILE)),
+        ((None, 3), (IN_QUADRATURE,)),
+        ((6, None), (ONE_QUANTILE,)),
+        ((None, None), ()),
+    ],
+)
+def test_how_the_drain_lines_error_joins_the_scatter_is_what_their_degrees_of_freedom_decide(
+    surfaces: Told, dfs: tuple[int | None, int | None], rules: tuple[str, ...]
+) -> None:
+    text = with_lines(surfaces.made.analysis, *dfs)
+    assert tuple(rule for rule in (IN_QUADRATURE, ONE_QUANTILE) if rule in text) == rules
+    assert ("t shrinks in the same proportion" in text) == (IN_QUADRATURE in rules)
+    assert ("savings have the least interval that holds" in text) == (ONE_QUANTILE in rules)
+    assert ("fewer than 4 degrees of freedom" in text) == (len(rules) == 2)
+    assert ("What is left of it in a mean or a difference" in text) == bool(rules)
+
+
+@pytest.mark.parametrize(("df", "rule"), [(2, IN_QUADRATURE), (3, IN_QUADRATURE), (4, ONE_QUANTILE)])
+def test_without_a_control_the_drain_lines_error_counts_in_means(analysis: StudyAnalysis, df: int, rule: str) -> None:
+    assert with_lines(analysis, df).endswith(f"is stated apart and counts in the interval of a mean ({rule}).")
+    assert with_lines(analysis, None).endswith("is stated apart.")
+
+
+def test_runs_without_apexes_are_named(analysis: StudyAnalysis) -> None:
+    by_name = {run.name: run.uid for run in analysis.evidence.runs}
+    for names, start in ((("r005",), "1 run (r005) has"), (("r002", "r005"), "2 runs (r002, r005) have")):
+        missing = {by_name[name]: "no log with a body height" for name in names}
+        notes = limitations(replace(analysis, apexes=replace(analysis.apexes, missing=missing)))
+        assert f"{start} no apex heights: no log with a body height." in notes
+
+
+def test_jumps_found_beside_other_jumps_made(analysis: StudyAnalysis) -> None:
+    assert not any("jumps found" in note for note in limitations(analysis))
+    (note,) = [note for note in limitations(made_jumps(analysis, "r002", 5)) if "jumps found" in note]
+    assert (
+        note == "In 1 run the jumps found are not the jumps made (r002: 3 of 5); joules are divided by the jumps made."
+    )
+
+
+def test_a_log_of_a_run_without_jumps_made(analysis: StudyAnalysis) -> None:
+    notes = limitations(made_jumps(analysis, "r002", 0))
+    assert not any("divided by the jumps made" in note for note in notes)
+    (note,) = [note for note in notes if "recorded as made" in note]
+    assert note.startswith("1 run (r002: 3 found) has jumps in the log though none is recorded as made: no joules")
+    assert "`labbook correct RUN jumps_made=N --why ...`" in note

@@ -1,0 +1,113 @@
+"""Where groups had one day each no p over runs is left to stand for evidence: a sentence beside it says so."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from data_schema.vocabulary import Undefined
+from labbook.actions.report_command import state_report
+from labbook.presenting.report.course import confounded_with_day
+from labbook.presenting.report.making import MadeReport
+from labbook.presenting.report.one_day_each import one_day_each
+from reports.content import Quantity
+from reports.one_day_each import FOOTNOTE
+from reports.tables.as_csv import csv_bytes
+from reports.tables.registry import TABLES
+from tests.helpers.books import ADA, DAYS, ingest_all, small_book
+from tests.helpers.pages import quick_page
+
+FIRST, SECOND = DAYS
+APART = f"b_ad_gain == 0 and day == {FIRST} or b_ad_gain == 100 and day == {SECOND}"
+SAID = (
+    "the treatment and the control were measured on one day each, and not the same one, so that a p or an interval "
+    "that counts runs cannot tell a difference between them from a difference between their days"
+)
+
+
+@pytest.mark.parametrize(
+    ("days", "said"),
+    [
+        ({"b": {"mon"}, "a": {"tue"}}, "b and a were measured on one day each, and not the same one, so that a p"),
+        ({"b": {"mon"}, "a": {"mon"}}, ""),  # one day for all: runs differ as runs do
+        ({"b": {"mon", "tue"}, "a": {"wed"}}, ""),  # how days differ is measured, if badly
+        ({"b": {"mon"}, "a": {"mon", "tue"}}, ""),
+        ({"a": {"mon"}}, ""),
+        ({}, ""),
+        ({"c": {"mon"}, "b": {"tue"}, "a": {"tue"}}, "c, b and a were measured on one day each, and not all the same"),
+    ],
+)
+def test_only_days_that_nothing_measures_are_said(days: dict[str, set[str]], said: str) -> None:
+    assert bool(one_day_each(days)) == bool(said)
+    assert one_day_each(days).startswith(said)
+
+
+@pytest.fixture(scope="module")
+def confounded(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
+    """A report in which the control had one day and active damping the other; the large foot has a run a side."""
+    book = small_book(tmp_path_factory.mktemp("confounded"))
+    book.toml.write_text(f"{book.toml.read_text()}\n[analysis]\napex_bounds_m = [-0.03, 0.03]\n")
+    with book.open() as opened:
+        return state_report(opened, APART, ADA, lambda _step: None)
+
+
+def test_every_test_on_runs_says_that_it_cannot_tell_the_treatment_from_the_day(confounded: MadeReport) -> None:
+    content = confounded.content
+    tested = [c for c in (*content.comparisons, *content.jump_comparisons) if not isinstance(c.test.p, Undefined)]
+    assert {c.quantity for c in tested} == set(Quantity)
+    assert {c.one_day_each for c in tested} == {SAID}
+    assert {c.one_day_each for c in content.comparisons if isinstance(c.test.p, Undefined)} == {""}
+    assert all(isinstance(c.test.statistic, float) for c in tested)  # the thesis's own route is there to be compared
+
+
+def test_claims_of_the_page_do_not_take_days_for_the_treatment(confounded: MadeReport) -> None:
+    saved, _in_full, _of_one_run, height, _of_one_run_too = (claim.text for claim in confounded.content.claims)
+    assert saved.startswith("No saving with the small foot")
+    assert ", which cannot be told from a difference between days (" in height
+    assert "cannot be told from a difference between days (90" in height
+    for text in (saved, height):
+        assert "measured on one day each" not in text
+
+
+def test_what_days_leave_untold_is_said_once_after_the_first_claim(confounded: MadeReport) -> None:
+    content, in_full = confounded.content, "the groups were measured on one day each, and not all on the same one"
+    second = content.claims[1].text.replace("\u00a0", " ")
+    assert second.startswith(f"In 5 comparisons and 2 tests over single jumps {in_full}, so that a p or an interval ")
+    page = quick_page(content)
+    assert page.count("measured on one day each") == 1
+    assert "Conditions and days are confounded" not in page
+    assert content.order.sentences == ()
+    tables = [kind.make(content) for kind in TABLES.values()]
+    marked = {table.name for table in tables if FOOTNOTE in table.footnotes}
+    over_runs = {"headlines", "comparisons_joules", "comparisons_apex", "equivalence", "tests_joules", "tests_apex"}
+    assert marked == over_runs | {"tests_jumps", "by_day_joules", "by_day_apex"}
+    assert FOOTNOTE in page
+    assert f"undefined: {FOOTNOTE}" not in "".join(TABLES["headlines"].make(content).explained.values())
+    assert f'"{SAID}"' in csv_bytes(TABLES["comparisons_joules"].make(content)).decode()
+
+
+def test_a_family_of_levels_says_how_many_cannot_be_told_from_days(tmp_path: Path) -> None:
+    book = small_book(tmp_path, ingested=False)
+    book.toml.write_text(f'{book.toml.read_text()}\n[analysis]\nfamily = "each"\n')
+    with book.open() as opened:
+        ingest_all(opened, book.instruments)
+        content = state_report(opened, APART, ADA, lambda _step: None).content
+    family = content.claims[0].text.replace("\u00a0", " ")
+    assert "none of 2 comparisons of joules a jump (1 cannot be told from a difference between days) and " in family
+    assert "the groups were measured on one day each" in content.claims[1].text
+
+
+def test_a_factor_is_confounded_with_days_where_no_claim_says_so(confounded: MadeReport) -> None:
+    (sentence,) = confounded_with_day(confounded.analysis)
+    assert "all runs had one level of the active-damping coefficient" in sentence
+    assert confounded_with_day(confounded.analysis, told=True) == []
+
+
+def test_on_shared_days_nothing_of_that_is_said(tmp_path: Path) -> None:
+    with small_book(tmp_path).open() as opened:
+        content = state_report(opened, None, ADA, lambda _step: None).content
+    assert {c.one_day_each for c in (*content.comparisons, *content.jump_comparisons)} == {""}
+    with small_book(tmp_path / "one").open() as opened:
+        content = state_report(opened, f"day == {FIRST}", ADA, lambda _step: None).content
+    assert {c.one_day_each for c in content.comparisons} == {""}

@@ -1,0 +1,92 @@
+"""What departs from the plan stands once on the page, with all that is exploratory for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct, void
+from labbook.actions.runs.jump_review import decide
+from labbook.analysis.comparison.pairing import POOLED
+from labbook.analysis.preregistration.planned import AS_A_WHOLE
+from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+from tests.helpers.decided import decided_book
+
+
+@pytest.fixture
+def honest(tmp_path: Path) -> SmallBook:
+    """A book whose analysis was decided before everything was ingested."""
+    return decided_book(tmp_path)
+
+
+def departures(made: SmallBook, where: str | None) -> tuple[str, ...]:
+    """What a report lists, once it was looked at that each departure stands in one line."""
+    with made.open() as book:
+        report = state_report(book, where, ADA, lambda _step: None)
+    said = report.content.departures
+    for departure in report.analysis.planned.departures:
+        assert [departure in line for line in said].count(True) == 1
+        assert "\n".join(said).count(departure) == 1
+    return said
+
+
+def test_a_departure_that_comparisons_share_is_told_once(honest: SmallBook) -> None:
+    """Joules rest on the run that the selection leaves out; heights rest on that and on the changed rule."""
+    honest.toml.write_text(honest.toml.read_text().replace("exclude_gap_jumps = true", "exclude_gap_jumps = false"))
+    rule, parted, *others = departures(honest, "run!=r002")
+    assert "exclude_gap_jumps" in rule
+    assert rule.endswith(f". Exploratory for it: {POOLED} (equivalence of apex height).")
+    assert "leaves out run r002 of the condition" in parted
+    assert parted.endswith(f". Exploratory for it: {POOLED} (joules a jump), {POOLED} (equivalence of apex height).")
+    assert others
+    assert all(line.startswith("Exploratory, because the ") for line in others)
+
+
+def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook) -> None:
+    with honest.open() as book, book.session(ADA) as session:
+        void(session, "r006", "foot came loose")
+        decide(book, session, "r004", [1], "reject", "touched_by_hand", None)
+    run, jumps, whole, *_others = departures(honest, None)
+    assert run.startswith("Departure: run r006 is void (foot came loose), which was not allowed. Exploratory for it: ")
+    assert f"{POOLED} (joules a jump)" in run
+    assert f"{POOLED} (equivalence of apex height)" in run
+    assert jumps.endswith(f", which was not allowed. Exploratory for it: {POOLED} (equivalence of apex height).")
+    assert whole[1:] == f"{AS_A_WHOLE}."[1:]
+
+
+def test_a_departure_that_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None:
+    with honest.open() as book, book.session(ADA) as session:
+        correct(book, session, "r002", ["jumps_made=4"], "miscounted")
+    said, *_others = departures(honest, None)
+    assert said.startswith("Departure: ")
+    assert "r002" in said
+    assert "Exploratory" not in said
+
+
+def test_a_selection_of_a_part_of_the_family_is_told_and_counts_the_rest_of_it(honest: SmallBook) -> None:
+    said, *_others = departures(honest, "foot=small")
+    assert said.startswith("Departure: the selection leaves out 2 conditions whole, whose comparisons belong to the pl")
+    assert "Exploratory" not in said
+
+
+def test_a_family_is_said_to_count_as_a_whole_only_where_what_was_not_allowed_concerns_it(tmp_path: Path) -> None:
+    """Joules do not rest on a rejected jump, and no heights are tested against bounds; run r002 concerns joules."""
+    made = small_book(tmp_path, ingested=False)
+    made.toml.write_text(made.toml.read_text() + '\n[analysis]\nprimary_outcome = "joules"\nexclusions = ["misfire"]\n')
+    with made.open() as book:
+        ingest_all(book, made.instruments)
+        with book.session(ADA) as session:
+            decide(book, session, "r004", [1], "reject", "touched_by_hand", None)
+    said = departures(made, "run!=r002")
+    assert any("r004" in line and "Exploratory" not in line for line in said)
+    assert any(f"Exploratory for it: {POOLED} (joules a jump)." in line for line in said)
+    assert not any(AS_A_WHOLE[1:] in line for line in said)
+
+
+def test_that_runs_are_older_than_the_decision_is_told_once(honest: SmallBook) -> None:
+    with honest.open() as book:
+        content = state_report(book, None, ADA, lambda _step: None).content
+    told = "nothing shows that it was made before the data were seen"
+    assert [told in line for line in (*content.decided, *content.limitations)].count(True) == 1

@@ -1,0 +1,87 @@
+"""What scenes are made of, as it is shown: nothing is left out, and docs/scenes.md says the same."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from labbook.presenting.simulation.scene_parts import (
+    WORDS,
+    part_data,
+    part_lines,
+    parts_data,
+    parts_markdown,
+    parts_tables,
+)
+from simulator import changes
+from simulator.changes import changed_by_words
+from simulator.declared import all_parameters, readers
+from simulator.effects.registry import EFFECTS
+from simulator.jump import simulate
+from simulator.scene_file import load_scene, parse_scene, shipped_scenes
+
+DOCUMENT = (Path(__file__).parents[3] / "docs" / "scenes.md").read_text(encoding="utf-8")
+NAMES = [*EFFECTS, *all_parameters(), *WORDS]
+
+
+def test_every_effect_parameter_and_word_is_listed_once() -> None:
+    tables = parts_tables()
+    listed = {name: [row.cells[0].text for row in table.rows] for name, table in tables.items()}
+    assert listed["effects"] == list(EFFECTS)
+    assert sorted(listed["parameters"]) == sorted(all_parameters())
+    assert listed["words"] == list(WORDS)
+    assert set(WORDS) == set(changes.WORDS)
+    assert {name: list(part) for name, part in parts_data().items()} == {
+        "effects": list(EFFECTS), "parameters": list(all_parameters()), "words": list(WORDS),
+    }  # fmt: skip
+
+
+def test_parameters_stand_by_table_with_unit_and_range() -> None:
+    rows = [[cell.text for cell in row.cells] for row in parts_tables()["parameters"].rows]
+    tables = ["robot", "leg", "controller", "ground", "drive", "start"]
+    assert [row[1] for row in rows] == sorted((row[1] for row in rows), key=tables.index)
+    assert ["k_sh", "ground", "N/m", "0", "1e+08", "penetration stiffness", "hydrostatic_stiffness"] in rows
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_one_of_them_is_told_in_words_and_for_programs(name: str) -> None:
+    data, lines = part_data(name), part_lines(name)
+    assert lines[0] == f"{name} ({data['kind']}): {data['meaning']}."
+    text = " ".join(lines)
+    if data["kind"] == "effect":
+        assert all(f"not with {other}: {why}." in text for other, why in EFFECTS[name].excludes.items())
+        assert all(item.name in text for item in EFFECTS[name].parameters)
+        assert all(other in text for alternatives in EFFECTS[name].needs for other in alternatives)
+    if data["kind"] == "parameter":
+        assert all(effect in text for effect in readers(name))
+        for scene in map(load_scene, shipped_scenes()):
+            assert any(line.startswith(f"{scene.name}: ") for line in lines) == (name in scene.read)
+
+
+@pytest.mark.parametrize(("word", "value"), [("gain", 300.0), ("damping_gain", 0.0), ("damping_gain", 150.0)])
+def test_what_a_word_is_said_to_set_is_what_it_sets(word: str, value: float) -> None:
+    for scene in ("bed", "emulator"):
+        given = load_scene(scene)
+        effects = "+active_damping,-scaled_active_damping"
+        found = changed_by_words(given, [f"{word}={value}"], effects)
+        slope, offset = map(float, re.findall(r"([\d.]+) gain \+ ([\d.]+)", WORDS[word])[0])
+        if word == "damping_gain":
+            offset = 0.0 if value == 0.0 or scene == "emulator" else offset
+        assert found["k_extension" if word == "gain" else "b_ad"] == pytest.approx(slope * value + offset)
+
+
+def test_the_document_has_these_tables() -> None:
+    """`labbook sim parts --markdown` prints them anew."""
+    for part in parts_markdown().split("\n\n"):
+        assert part.strip() in DOCUMENT
+
+
+def test_the_scene_of_the_document_can_be_simulated() -> None:
+    (text,) = re.findall(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL)
+    scene = parse_scene(text, "own")
+    assert set(scene.values) == set(scene.read), "neither more nor less than is needed"
+    assert scene.effects == load_scene("force_plate").effects, "whose kernel other tests compile"
+    result = simulate(scene)
+    assert [jump.outcome for jump in result.jumps] == ["touchdown", "touchdown"]

@@ -1,0 +1,76 @@
+"""From simulated data to the drawings of ch. 3's figures, and its claims as a table."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+
+import numpy as np
+import pytest
+
+from labbook.presenting.simulation.thesis_claims import claims_data, claims_markdown, claims_rows, claims_table
+from labbook.presenting.simulation.thesis_figures import THESIS_FIGURES
+from reports.tables.as_csv import csv_bytes
+from simulator.claims import Claim, Finding, judged
+from tests.helpers.thesis import thesis_figures
+
+SAVING = Claim("own.saving", "3.2.3", ("3.8",), "it saves", "a | b", "1", published=0.2, at_least=0.15, at_most=0.25)
+JOULES = Claim("own.joules", "3.3.1", ("3.13",), "it is small", "spread", "J", at_most=5.0)
+FINDINGS: tuple[Finding, ...] = (judged(SAVING, np.array([0.16, 0.2])), judged(JOULES, np.array([1 / 3, 4.0, 9.5])))
+
+
+@pytest.mark.parametrize("number", THESIS_FIGURES)
+def test_every_figure_is_drawn_from_what_was_simulated(number: str) -> None:
+    figure = THESIS_FIGURES[number]
+    drawn = figure.draw(thesis_figures())
+    assert any(axes.get_xlabel() for axes in drawn.axes)
+    caption = figure.full_caption(thesis_figures())
+    assert caption.startswith(figure.caption)
+    assert ("jumps are ill-conditioned" in caption) == (number in ("3.8", "3.9", "3.11", "3.12", "3.13"))
+
+
+def test_the_drawn_cost_is_the_simulated_one() -> None:
+    figures = thesis_figures()
+    ce, ad = THESIS_FIGURES["3.8"].draw(figures).axes[0].get_lines()
+    assert ce.get_ydata() == pytest.approx(figures.over_velocity.jumps.ce.cost_j)
+    assert ad.get_ydata() == pytest.approx(figures.over_velocity.jumps.ad.cost_j)
+    assert ce.get_xdata() == pytest.approx(figures.over_velocity.touchdown_speed_m_s)
+
+
+def test_files_names_are_the_figures() -> None:
+    names = [figure.name for figure in THESIS_FIGURES.values()]
+    assert len(set(names)) == len(names)
+    assert list(THESIS_FIGURES) == ["3.2", "3.4", "3.5", "3.6", "3.8", "3.9", "3.11", "3.12", "3.13"]
+
+
+def test_the_table_says_what_was_found_and_the_csv_all_digits() -> None:
+    head, saving, joules = claims_rows(FINDINGS)
+    assert head == ["claim", "thesis", "simulated", "holds if", "within", "verdict"]
+    assert saving == ["own.saving", "0.2", "0.16 to 0.2 (median 0.18)", "0.15 to 0.25", "2 of 2", "agrees"]
+    assert [cell.replace("\u00a0", " ") for cell in joules] == [
+        "own.joules",
+        "–",
+        "0.333 to 9.5 J (median 4)",
+        "at most 5 J",
+        "2 of 3",
+        "does not agree",
+    ]
+    rows = list(csv.DictReader(io.StringIO(csv_bytes(claims_table(FINDINGS)).decode())))
+    assert float(rows[1]["lowest"]) == 1 / 3
+    assert (rows[1]["at_least"], rows[1]["at_most"], rows[1]["n_within"]) == ("", "5.0", "2")
+
+
+def test_markdown_has_a_row_a_claim_and_marks_what_does_not_agree() -> None:
+    text = claims_markdown(FINDINGS)
+    rows = [line for line in text.splitlines() if line.startswith("| own.")]
+    assert [row.endswith("| **does not agree** |") for row in rows] == [False, True]
+    assert "a \\| b" in rows[0]
+
+
+def test_data_is_json_with_every_field() -> None:
+    saving, joules = json.loads(json.dumps(claims_data(FINDINGS), allow_nan=False))
+    assert (saving["agrees"], joules["agrees"], joules["verdict"]) == (True, False, "does not agree")
+    assert saving["figures"] == ["3.8"]
+    assert joules["highest"] == 9.5
+    assert joules["published"] is None
