@@ -57,7 +57,7 @@ ELSEWHERE = {
     "runs dismiss": "tests/cli/test_files.py",
     "runs restore": "tests/cli/test_files.py",
     "merge": "tests/cli/test_merge.py",
-    "compare": "tests/labbook/analysis/test_predicting.py",
+    "compare": "tests/labbook/analysis/prediction/test_predicting.py",
     "demo": "makes a whole campaign: `make demo` runs it",
     "sim run": "tests/cli/test_sim_run.py",
     "sim sweep": "tests/cli/test_sim_sweep.py",
