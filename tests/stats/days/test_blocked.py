@@ -17,7 +17,7 @@ from stats.days.blocked import blocked_by_day
 from stats.days.blocked_result import BlockedByDay, ExactTest
 from tests.helpers.shared_days import crossed
 
-R = Path(__file__).parent / "r"
+R = Path(__file__).parents[1] / "r"
 
 
 def read(name: str) -> dict[str, list[dict[str, str]]]:

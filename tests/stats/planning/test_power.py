@@ -18,7 +18,7 @@ from stats.exact.noncentral import f_tails, t_tails
 from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch
 from stats.planning.sample_size import sample_size
 
-with (Path(__file__).parent / "r" / "power.csv").open() as file:
+with (Path(__file__).parents[1] / "r" / "power.csv").open() as file:
     ROWS = list(csv.DictReader(file))
 
 

@@ -24,7 +24,7 @@ from stats.wording import number_text
 from tests.helpers.books import ADA, TRUTH, SmallBook, small_book, small_runs
 from tests.helpers.statements import said_alike
 
-R = Path(__file__).parents[2] / "stats" / "r" / "power.csv"
+R = Path(__file__).parents[3] / "stats" / "r" / "power.csv"
 EACH = '\n[analysis]\nfamily = "each"\nalpha = {alpha:g}\n'
 
 

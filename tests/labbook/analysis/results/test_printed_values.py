@@ -40,6 +40,6 @@ def test_tracing_a_stored_number_loads_nothing_that_computes() -> None:
     code = "import sys, labbook.actions.upkeep.tracing, labbook.book.opening\n"
     code += f"print([name for name in {HEAVY!r} if name in sys.modules])"
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=Path(__file__).parents[3], capture_output=True, text=True, check=True
+        [sys.executable, "-c", code], cwd=Path(__file__).parents[4], capture_output=True, text=True, check=True
     )
     assert done.stdout == "[]\n"

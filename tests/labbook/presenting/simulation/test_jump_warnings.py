@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from tests.labbook.presenting.test_simulated import JUMP, result
-
 from labbook.presenting.simulation.jump_warnings import warnings
 from labbook.presenting.simulation.simulated import as_lines
 from simulator.result import JumpResult
 from tests.helpers.scenes import is_sentence
+from tests.labbook.presenting.simulation.test_simulated import JUMP, result
 
 
 def warned(jump: JumpResult, accuracy: float = 1e-6) -> str:

@@ -22,7 +22,7 @@ from simulator.effects.registry import EFFECTS
 from simulator.jump import simulate
 from simulator.scene_file import load_scene, parse_scene, shipped_scenes
 
-DOCUMENT = (Path(__file__).parents[3] / "docs" / "scenes.md").read_text(encoding="utf-8")
+DOCUMENT = (Path(__file__).parents[4] / "docs" / "scenes.md").read_text(encoding="utf-8")
 NAMES = [*EFFECTS, *all_parameters(), *WORDS]
 
 
