@@ -49,42 +49,25 @@ GARBAGE_AFTER = 100_000
 """New objects between two passes of the garbage collector. With Python's own 700 a tenth of a command's time goes into
 looking again and again at all that was imported."""
 
-COMMANDS = (
-    init,
-    ingest,
-    channels,
-    formats,
-    report,
-    compare,
-    plan,
-    analysis,
-    today,
-    show,
-    plot,
-    note,
-    charge,
-    check,
-    correct,
-    void,
-    assign,
-    why,
-    demo,
-    rebuild,
-    backup,
-    restore,
-    merge,
-)
-"""The commands, in the order in which help lists them; a new one is a file and a line here."""
+RIG, JUDGE, REPORT, SIMULATE, BOOK = "Day at the rig", "Look and judge", "Report", "Simulate", "The book"
+
+COMMANDS = {
+    RIG: (ingest, today, note, charge, check, correct, void, assign, channels, formats),
+    JUDGE: (show, plot),
+    REPORT: (report, compare, plan, analysis, why),
+    BOOK: (init, demo, backup, restore, merge, rebuild),
+}
+"""The commands under the headings of help, in its order; a new one is a file and a name here."""
 
 GROUPS = {
-    "runs": "Runs: list them, import a run sheet, see what has no run yet.",
-    "files": "Files of the instruments: how they were read, reading them again, taking them out of use.",
-    "jumps": "Jumps of a run: list, reject, accept, clear.",
-    "sim": "Simulate jumps: one scene, from robot to ground.",
-    "stats": "Statistics on a table or on the book: tests, savings, equivalence, power.",
-    "db": "The database: its revision, whether the book is whole, upgrading, copying, clearing up.",
+    "runs": (RIG, "Runs: list them, import a run sheet, see what has no run yet."),
+    "files": (RIG, "Files of the instruments: how they were read, reading them again, taking them out of use."),
+    "jumps": (JUDGE, "Jumps of a run: list, reject, accept, clear."),
+    "stats": (REPORT, "Statistics on a table or on the book: tests, savings, equivalence, power."),
+    "sim": (SIMULATE, "Simulate jumps: one scene, from robot to ground."),
+    "db": (BOOK, "The database: its revision, whether the book is whole, upgrading, copying, clearing up."),
 }
-"""Groups of commands, each a module of its name, and what they are for."""
+"""Groups of commands, each a module of its name, under which heading they stand, and what they are for."""
 
 
 def application(words: Collection[str]) -> typer.Typer:
@@ -100,11 +83,13 @@ def application(words: Collection[str]) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
         epilog="Every command takes --debug, which shows where an error arose.",
     )
-    for module in COMMANDS:
-        module.register(app)
-    for name, purpose in GROUPS.items():
+    for heading, modules in COMMANDS.items():
+        for module in modules:
+            module.register(app)
+            app.registered_commands[-1].rich_help_panel = heading
+    for name, (heading, purpose) in GROUPS.items():
         group = importlib.import_module(f"labbook.cli.{name}").app if name in words else typer.Typer()
-        app.add_typer(group, name=name, help=purpose)
+        app.add_typer(group, name=name, help=purpose, rich_help_panel=heading)
     return app
 
 

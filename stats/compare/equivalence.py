@@ -122,9 +122,9 @@ class Equivalence(Result):
 def equivalence(
     a: ArrayLike,
     b: ArrayLike,
+    *,
     low: float | None = None,
     high: float | None = None,
-    *,
     bounds: Bounds = "raw",
     route: EquivalenceRoute = "welch",
     alpha: float = 0.05,

@@ -81,12 +81,16 @@ def test_json_holds_the_results_of_stats_unrounded(data: Path) -> None:
     (saved,) = run(data, "savings", *BY)["savings"]
     assert saved == {"treated": "AD", "control": "CE", **found(percent_savings(ce, ad, names=("CE", "AD")))}
     (equal,) = run(data, "equivalence", *BY, "--low", "-3", "--high", "2.5", "--route", "student")["equivalence"]
-    assert equal == {"a": "AD", "b": "CE", **found(equivalence(ad, ce, -3, 2.5, route="student", names=("AD", "CE")))}
+    assert equal == {
+        "a": "AD",
+        "b": "CE",
+        **found(equivalence(ad, ce, low=-3, high=2.5, route="student", names=("AD", "CE"))),
+    }
     (above,) = run(data, "equivalence", *BY, "--low", "-20", "--percent")["equivalence"]
     assert above == {
         "a": "AD",
         "b": "CE",
-        **found(equivalence(ad, ce, -20, None, bounds="percent", names=("AD", "CE"))),
+        **found(equivalence(ad, ce, low=-20, high=None, bounds="percent", names=("AD", "CE"))),
     }
     by_day = run(data, "blocked", *BY, "--day", "date")["blocked"]
     assert by_day == found(blocked_by_day(ce + ad, ["CE"] * 5 + ["AD"] * 5, DAYS * 2, control="CE"))  # type: ignore[arg-type]

@@ -174,7 +174,7 @@ def _by_day(maker, unit, label, control, treated):
 
 
 def _equivalence(maker, label, control, treated):
-    found = equivalence(treated, control, -0.005, 0.005)
+    found = equivalence(treated, control, low=-0.005, high=0.005)
     low, high = found.estimate_ci
     estimate = Number(found.estimate, "m", ci_low=low, ci_high=high, ci_level=0.9, n=found.n_a + found.n_b,
                       provenance=maker.id(f"equivalence, {label}", found.n_a + found.n_b))  # fmt: skip

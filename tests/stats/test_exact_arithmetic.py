@@ -137,11 +137,11 @@ def test_several_groups(groups):
 def test_bounds_and_savings(groups):
     a, b = exact(groups[0]), exact(groups[1])
     of_a, of_b = variance(a) / len(a), variance(b) / len(b)
-    found = equivalence(groups[0], groups[1], -1.5, 2.0)
+    found = equivalence(groups[0], groups[1], low=-1.5, high=2.0)
     difference = mean(a) - mean(b)
     assert same(found.welch.t_low, (difference + Fraction(3, 2)) / root(of_a + of_b), rel=1e-13)
     assert same(found.welch.t_high, (difference - 2) / root(of_a + of_b), rel=1e-13)
-    percent = equivalence(groups[0], [x + 50.0 for x in groups[1]], -5.0, 5.0, bounds="percent").welch
+    percent = equivalence(groups[0], [x + 50.0 for x in groups[1]], low=-5.0, high=5.0, bounds="percent").welch
     control = mean(exact([x + 50.0 for x in groups[1]]))
     low = Fraction(-5.0 * 0.01)
     of_control = variance(exact([x + 50.0 for x in groups[1]])) / len(b)

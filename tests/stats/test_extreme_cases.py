@@ -72,10 +72,10 @@ def test_a_difference_beyond_the_doubles_is_one_field_of_many():
     assert "too large for a double" in against.difference.reason
     assert against.p == pytest.approx(near.p, rel=1e-12)
     assert "undefined" in stats.dunnett(bottom, {"a": top}).sentence()
-    both = stats.equivalence(top, bottom, -1.0, 1.0)
+    both = stats.equivalence(top, bottom, low=-1.0, high=1.0)
     assert isinstance(both.estimate, Undefined)
     low, high = math.ldexp(-1.0, -9), math.ldexp(1.0, -9)
-    assert both.p == stats.equivalence(np.ldexp(top, -9), np.ldexp(bottom, -9), low, high).p
+    assert both.p == stats.equivalence(np.ldexp(top, -9), np.ldexp(bottom, -9), low=low, high=high).p
 
 
 def test_a_one_sided_comparison_far_on_the_other_side():
@@ -121,7 +121,7 @@ def test_savings_beyond_the_doubles_and_just_within():
 def test_the_percent_interval_where_values_scatter_by_their_last_digit():
     """The search for its ends began at an estimate that was itself a rounding away."""
     a, b = [3.0, 3.0 + 2**-51, 3.0 + 2**-50], [1.0, 1.0 + 2**-52, 1.0 + 2**-51]
-    found = stats.equivalence(a, b, -50.0, 500.0, bounds="percent", route="student")
+    found = stats.equivalence(a, b, low=-50.0, high=500.0, bounds="percent", route="student")
     squared = Fraction(t_quantile(0.9, 4)) ** 2 * (error(a) + error(b)) / 2
     of_a, of_b = mean(a), mean(b)
     quadratic = of_b**2 - squared
@@ -192,7 +192,7 @@ def test_what_is_whole_or_nothing_is_refused_with_a_sentence(call):
 def test_an_end_of_a_percent_interval_thirty_decades_from_its_first_guess_is_found():
     """At this level the quantile falls by as much between the degrees of freedom of one bound and of the next."""
     a, b, alpha = [0.5, 1.0], [2.0**52 * 1.5] * 3 + [2.0**52 * 1.5 + 1.0], 9e-44
-    found = stats.equivalence(a, b, -5.0, 5.0, bounds="percent", alpha=alpha).welch
+    found = stats.equivalence(a, b, low=-5.0, high=5.0, bounds="percent", alpha=alpha).welch
     assert not isinstance(found.estimate_ci, Undefined)
     variances, dfs = [error(a), error(b)], (1, 3)
     for end, sign in zip(found.estimate_ci, (1, -1), strict=True):

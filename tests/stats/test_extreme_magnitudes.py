@@ -57,10 +57,12 @@ OF_GROUPS: dict[str, Callable[[Three], Any]] = {
     "dunnett": lambda three: stats.dunnett(three[0], {"b": three[1], "c": three[2]}),
     "dunnett greater": lambda three: stats.dunnett(three[0], {"b": three[1]}, alternative="greater"),
     "dunnett less": lambda three: stats.dunnett(three[0], {"b": three[1]}, alternative="less"),
-    "equivalence": lambda three: stats.equivalence(three[0], three[1], *bounds(three)),
-    "equivalence student": lambda three: stats.equivalence(three[0], three[1], *bounds(three), route="student"),
-    "equivalence above": lambda three: stats.equivalence(three[0], three[1], three[2][0], None),
-    "equivalence percent": lambda three: stats.equivalence(three[0], positive(three[1]), -5.0, 5.0, bounds="percent"),
+    "equivalence": lambda three: stats.equivalence(three[0], three[1], **bounds(three)),
+    "equivalence student": lambda three: stats.equivalence(three[0], three[1], **bounds(three), route="student"),
+    "equivalence above": lambda three: stats.equivalence(three[0], three[1], low=three[2][0], high=None),
+    "equivalence percent": lambda three: stats.equivalence(
+        three[0], positive(three[1]), low=-5.0, high=5.0, bounds="percent"
+    ),
     "percent_savings": lambda three: stats.percent_savings(positive(three[0]), three[1]),
     "percent_savings shared": lambda three: stats.percent_savings(
         positive(three[0]), three[1], shared_in_control=shared(three), shared_in_treated=shared(three[::-1])
@@ -71,7 +73,7 @@ OF_GROUPS: dict[str, Callable[[Three], Any]] = {
     "permutation_test drawn": lambda three: stats.permutation_test(three[0], three[1], exact_limit=1, resamples=50),
     "bootstrap_difference": lambda three: stats.bootstrap_difference(three[0], three[1], resamples=100),
     "residuals_of_groups": lambda three: stats.residuals_of_groups(named(three)),
-    "normal_quantiles": lambda three: stats.groups.normal_quantiles(stats.residuals_of_groups(named(three))),
+    "normal_quantiles": lambda three: stats.normal_quantiles(stats.residuals_of_groups(named(three))),
     "autocorrelation": lambda three: stats.autocorrelation(three[0]),
 }
 """Functions of groups that need not be of one size."""
@@ -107,9 +109,9 @@ OF_ROWS: dict[str, Callable[[Three], Any]] = {
 DAYS = ["mon", "mon", "mon", "tue", "tue", "tue"]
 
 
-def bounds(three: Three) -> tuple[float, float]:
+def bounds(three: Three) -> dict[str, float]:
     low, high = min(three[2]), max(three[2])
-    return (low, high) if low < high else (-1.0, 1.0)
+    return {"low": low, "high": high} if low < high else {"low": -1.0, "high": 1.0}
 
 
 def difference_with_shared(three: Three, level: float = 0.95, df: float = 3.0) -> Any:
@@ -188,9 +190,9 @@ AT_LEVELS: dict[str, Callable[[Three, float, float], Any]] = {
     "dunnett greater": lambda three, level, _df: stats.dunnett(
         three[0], {"b": three[1]}, alternative="greater", level=level
     ),
-    "equivalence": lambda three, level, _df: stats.equivalence(three[0], three[1], *bounds(three), alpha=level),
+    "equivalence": lambda three, level, _df: stats.equivalence(three[0], three[1], **bounds(three), alpha=level),
     "equivalence percent": lambda three, level, _df: stats.equivalence(
-        three[0], positive(three[1]), -5.0, 5.0, bounds="percent", alpha=level
+        three[0], positive(three[1]), low=-5.0, high=5.0, bounds="percent", alpha=level
     ),
     "percent_savings": lambda three, level, df: stats.percent_savings(
         positive(three[0]),
@@ -204,7 +206,7 @@ AT_LEVELS: dict[str, Callable[[Three, float, float], Any]] = {
     "bootstrap_difference": lambda three, level, _df: stats.bootstrap_difference(
         three[0], three[1], level=level, resamples=100
     ),
-    "normal_quantiles": lambda three, level, _df: stats.groups.normal_quantiles(
+    "normal_quantiles": lambda three, level, _df: stats.normal_quantiles(
         stats.residuals_of_groups(named(three)), level
     ),
     "holm": lambda _three, level, df: stats.holm({"one": level, "two": 0.01}, "runs", alpha=min(level, df / (1 + df))),

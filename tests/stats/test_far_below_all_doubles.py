@@ -72,7 +72,7 @@ LOGS: dict[str, Callable[[], tuple[Any, float, mpmath.mpf]]] = {
     ),
     "dunnett": lambda: (r := dunnett(A, {"b": B}), r.comparisons[0].log10_p, of_t(r.comparisons[0].t, r.df)),
     "equivalence": lambda: (
-        r := equivalence(A, B, -7000.0, None),
+        r := equivalence(A, B, low=-7000.0, high=None),
         r.log10_p,
         of_t(r.welch.t_low, r.welch.df_low) - mpmath.log10(2),
     ),

@@ -97,7 +97,7 @@ MOVABLE: dict[str, Callable[[Groups, str, float], Found]] = {
     "tukey": lambda groups, names, _unit: pairs(groups, names, "equal"),
     "games-howell": lambda groups, names, _unit: pairs(groups, names, "unequal"),
     "dunnett": against_control,
-    "equivalence": lambda groups, _names, unit: [equivalence(groups[0], groups[1], -8.0 * unit, 4.0 * unit).p],
+    "equivalence": lambda groups, _names, unit: [equivalence(groups[0], groups[1], low=-8.0 * unit, high=4.0 * unit).p],
     "by day": lambda groups, names, _unit: by_day(groups, names, uneven=False),
     "by day, uneven": lambda groups, names, _unit: by_day(groups, names, uneven=True),
     "permutation": lambda groups, _names, _unit: [permutation_test(groups[0][:5], groups[1][:5]).p],
@@ -113,7 +113,7 @@ MOVABLE: dict[str, Callable[[Groups, str, float], Found]] = {
 """What each function says of three groups of eight values, in numbers that no offset and no unit may change."""
 FIXED: dict[str, Callable[[Groups, str, float], Found]] = {
     "equivalence in percent": lambda groups, _names, _unit: [
-        equivalence(groups[0], groups[1], -5.0, 4.0, bounds="percent").p
+        equivalence(groups[0], groups[1], low=-5.0, high=4.0, bounds="percent").p
     ],
     "savings": lambda groups, _names, _unit: savings(groups),
 }

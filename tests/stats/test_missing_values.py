@@ -53,7 +53,7 @@ TWO: dict[str, Call] = {
     "welch_anova": lambda a, b, **policy: welch_anova({"a": a, "b": b}, **policy),
     "compare_all_pairs": lambda a, b, **policy: compare_all_pairs({"a": a, "b": b}, **policy),
     "dunnett": lambda a, b, **policy: dunnett(a, {"b": b}, **policy),
-    "equivalence": lambda a, b, **policy: equivalence(a, b, -9.0, 9.0, **policy),
+    "equivalence": lambda a, b, **policy: equivalence(a, b, low=-9.0, high=9.0, **policy),
     "percent_savings": percent_savings,
     "describe_shared": lambda a, _b, **policy: describe_shared(a, SharedError(), **policy),
     "permutation_test": permutation_test,

@@ -18,7 +18,7 @@ NAMES = ("gain 400", "gain 0")
 TESTS: dict[str, Callable[[Any, Any], Result]] = {
     "compare_two": lambda a, b: compare_two(a, b, names=NAMES),
     "f_test": lambda a, b: f_test(a, b, names=NAMES),
-    "equivalence": lambda a, b: equivalence(a, b, -1.0, 1.0, names=NAMES),
+    "equivalence": lambda a, b: equivalence(a, b, low=-1.0, high=1.0, names=NAMES),
     "percent_savings": lambda a, b: percent_savings(a, b, names=NAMES),
 }
 
@@ -40,7 +40,11 @@ def test_a_constant_group_is_named():
     found = compare_two([1.0, 2.0], [3.0, 3.0], names=NAMES)
     assert found.f.reason == "group gain 0 is constant, so that the ratio divides by 0"
     assert found.sentence().startswith("gain 400 (mean 1.5, n = 2) minus gain 0 (mean 3")
-    assert equivalence([1.0, 2.0], [3.0, 4.0], -1.0, 1.0, names=NAMES).sentence().startswith("gain 400 (n = 2) minus")
+    assert (
+        equivalence([1.0, 2.0], [3.0, 4.0], low=-1.0, high=1.0, names=NAMES)
+        .sentence()
+        .startswith("gain 400 (n = 2) minus")
+    )
     assert f_test([1.0, 2.0], [3.0, 4.0], names=NAMES).groups == NAMES
 
 
@@ -51,7 +55,7 @@ def test_refusals_name_the_group_and_the_way_out(test):
 
 
 def test_one_name_for_both_groups_is_refused():
-    for test in (compare_two, percent_savings, lambda a, b, names: equivalence(a, b, -1.0, 1.0, names=names)):
+    for test in (compare_two, percent_savings, lambda a, b, names: equivalence(a, b, low=-1.0, high=1.0, names=names)):
         with pytest.raises(InputRefused, match="both groups are called 'x': give each a name of its own"):
             test([1.0, 2.0], [3.0, 5.0], names=("x", "x"))
 

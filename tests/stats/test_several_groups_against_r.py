@@ -105,7 +105,7 @@ def test_dunnett(case, alternative):
 @EACH
 def test_two_one_sided_tests(case):
     b, a = list(CASES[case].values())[:2]
-    found = equivalence(a, b, -4.0, 4.0)
+    found = equivalence(a, b, low=-4.0, high=4.0)
     for name, test in (("welch", found.welch), ("student", found.student)):
         assert test.p_low == pytest.approx(R[case, "tost_low"][name], rel=1e-9)
         assert test.p_high == pytest.approx(R[case, "tost_high"][name], rel=1e-9)

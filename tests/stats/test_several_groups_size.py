@@ -65,8 +65,8 @@ def loss_is_overlooked(route: str, bounds: str) -> Callable:
     def overlooked(groups):
         a, b = 10.0 + groups[0], 10.0 + groups[1]
         if bounds == "raw":
-            return equivalence(a, b, -90.0, 0.0, route=route).equivalent
-        return equivalence(0.9 * 10.0 + groups[0], b, -10.0, 90.0, bounds=bounds, route=route).equivalent
+            return equivalence(a, b, low=-90.0, high=0.0, route=route).equivalent
+        return equivalence(0.9 * 10.0 + groups[0], b, low=-10.0, high=90.0, bounds=bounds, route=route).equivalent
 
     return overlooked
 

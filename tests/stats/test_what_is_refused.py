@@ -79,13 +79,13 @@ def test_no_p_values(p):
         lambda: stats.levene("abc"),
         lambda: stats.bartlett(None),
         lambda: stats.describe_shared(Y, 0.1),
-        lambda: stats.planning.sample_size(5),
+        lambda: stats.sample_size(5),
         *(
             lambda test=test, names=names: test(Y, Y, names=names)
             for test in (stats.compare_two, stats.f_test, stats.percent_savings)
             for names in (("CE",), ("a", "b", "c"), "CE", (1, 2))
         ),
-        lambda: stats.equivalence(Y, Y, -1, 1, names=("CE",)),
+        lambda: stats.equivalence(Y, Y, low=-1, high=1, names=("CE",)),
     ],
 )
 def test_other_arguments_that_are_none(call):
@@ -121,7 +121,8 @@ def test_treatments_without_names_are_counted():
 def test_treated_runs_that_are_all_0_have_a_reason_that_is_true():
     assert stats.percent_savings(Y, [0.0] * 5).percent_ci.reason.startswith("all treated runs are 0")
     assert (
-        "a share of 0 does not scatter" in stats.equivalence([0.0] * 5, Y, -3, 3, bounds="percent").estimate_ci.reason
+        "a share of 0 does not scatter"
+        in stats.equivalence([0.0] * 5, Y, low=-3, high=3, bounds="percent").estimate_ci.reason
     )
     assert stats.percent_savings([2.0] * 3, [1.0] * 3).percent_ci.reason == "neither group has any scatter"
 

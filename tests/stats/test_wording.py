@@ -142,7 +142,7 @@ def test_degrees_of_freedom_read_the_same_in_every_sentence():
     a, b, c = [1.0, 2.0, 4.0, 3.5], [2.0, 2.5, 3.0], [5.0, 9.0, 5.5, 6.0, 5.1]
     texts = [
         compare_two(a, c, route="welch").sentence(),
-        equivalence(a, c, -1.0, 1.0).sentence(),
+        equivalence(a, c, low=-1.0, high=1.0).sentence(),
         welch_anova({"a": a, "b": b, "c": c}).sentence(),
         compare_all_pairs({"a": a, "b": b, "c": c}, variances="unequal").sentence(),
     ]

@@ -36,7 +36,7 @@ def _raw(route: EquivalenceRoute) -> Method:
         "size",
         (*pairs(), *by_layout(2)),
         # One bound alone, or the other one far away: nearer bounds only make the tests err less.
-        lambda groups, _: of_one_p(equivalence(groups[0].ravel(), groups[1].ravel(), None, 0.0, route=route).p),
+        lambda groups, _: of_one_p(equivalence(groups[0].ravel(), groups[1].ravel(), high=0.0, route=route).p),
         lambda groups, _: of_p(over_arrays(*map(arrays.flat, groups)).p_below_zero),
         alike if route == "student" else never,
     )
@@ -54,7 +54,7 @@ def _percent(route: EquivalenceRoute) -> tuple[Method, Method]:
 
     def one(groups: Groups, _design: Design) -> tuple[float, bool]:
         treated, control = map(np.ravel, _in_percent(groups))
-        return of_one_p(equivalence(treated, control, None, LOSS_PERCENT, bounds="percent", route=route).p)
+        return of_one_p(equivalence(treated, control, low=None, high=LOSS_PERCENT, bounds="percent", route=route).p)
 
     def many(groups: Groups, _design: Design) -> Floats:
         treated, control = map(arrays.flat, _in_percent(groups))
@@ -62,7 +62,7 @@ def _percent(route: EquivalenceRoute) -> tuple[Method, Method]:
 
     def interval_one(groups: Groups, _design: Design) -> tuple[float, bool]:
         treated, control = map(np.ravel, _in_percent(groups))
-        found = equivalence(treated, control, None, LOSS_PERCENT, bounds="percent", route=route, alpha=alpha)
+        found = equivalence(treated, control, low=None, high=LOSS_PERCENT, bounds="percent", route=route, alpha=alpha)
         at_truth = found.welch if route == "welch" else found.student
         return number(at_truth.t_high), of_one_interval(found.estimate_ci, LOSS_PERCENT)[-1]
 

@@ -130,7 +130,7 @@ CASES = (
     ),
     Case(
         "equivalence",
-        lambda it: lambda: equivalence(it.a, it.b, -BOUND, BOUND),
+        lambda it: lambda: equivalence(it.a, it.b, low=-BOUND, high=BOUND),
         (
             Peer(
                 SCIPY, "ttest_ind three times, by Student and by Welch, intervals", lambda it: lambda: _equivalent(it)

@@ -70,8 +70,8 @@ def _answer(
         label: equivalence(
             observed.values(label),
             observed.values(observed.control),
-            low,
-            high,
+            low=low,
+            high=high,
             bounds="percent" if percent else "raw",
             route=cast(EquivalenceRoute, request.route),
             alpha=alpha,

@@ -37,7 +37,7 @@ def within_bounds(
 
 def _tested(pair: Pair, bounds: Bounds, alpha: float) -> Computed:
     found = equivalence(
-        values_of(pair.b), values_of(pair.a), bounds.low, bounds.high,
+        values_of(pair.b), values_of(pair.a), low=bounds.low, high=bounds.high,
         bounds="percent" if bounds.percent else "raw", alpha=alpha,
     )  # fmt: skip
     welch, n = found.welch, found.n_a + found.n_b

@@ -34,7 +34,7 @@ def test_the_test_itself_finds_as_much(
     found = 0
     for _study in range(studies):
         a, b = random.normal(mean + difference, sd, n_a), random.normal(mean, sd, n_b)
-        found += equivalence(a, b, low, high, bounds="percent").equivalent is True
+        found += equivalence(a, b, low=low, high=high, bounds="percent").equivalent is True
     power = power_percent_equivalence(difference, mean, sd, low, high, n_a, n_b).power
     assert isinstance(power, float)
     assert abs(found / studies - power) < 3.5 * math.sqrt(power * (1.0 - power) / studies)

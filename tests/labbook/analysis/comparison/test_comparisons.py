@@ -209,7 +209,7 @@ def test_heights_are_tested_against_the_bounds_that_were_decided(
     for item in compared(made, Quantity.APEX):
         assert item.equivalent is not None
         expected = equivalence(
-            values(item.pair.b), values(item.pair.a), low, high, bounds="raw" if unit == "m" else "percent"
+            values(item.pair.b), values(item.pair.a), low=low, high=high, bounds="raw" if unit == "m" else "percent"
         )
         estimate = number(item.equivalent, "estimate")
         assert (estimate.value, estimate.unit, estimate.ci_level) == (expected.estimate, unit, 0.9)
@@ -309,7 +309,7 @@ def test_with_the_day_as_the_unit_comparisons_are_of_day_means(reports: Reports)
         if item.quantity is Quantity.APEX:
             assert number(item.result, "welch_p").value == pytest.approx(expected.welch_p)
             assert item.equivalent is not None
-            assert number(item.equivalent, "p").value == pytest.approx(equivalence(b, a, -0.01, 0.01).p)
+            assert number(item.equivalent, "p").value == pytest.approx(equivalence(b, a, low=-0.01, high=0.01).p)
         elif item.pair.with_savings:
             assert number(item.result, "savings").value == pytest.approx(percent_savings(a, b).percent)
         if item.by_day is not None:
