@@ -460,14 +460,14 @@ def test_books_without_a_common_beginning_are_matched_by_names(lab: SmallBook, s
     with stranger.open() as book:
         state_runs(book, [*FIRST_DAY, *SECOND_DAY], BEN)
         take(book, lab.log("r001"), BEN)
-        moved(book, "r001.csv", "r002")
+        moved(book, "r001.csv", "r004")
         in_the_first_condition = [lab.log("r009"), lab.log("r003")]
         for path in in_the_first_condition:
             take(book, path, BEN)
     done = merged(lab, stranger)
     assert (done.common, done.entries["run"], done.entries["file"]) == (0, 8, 2)
     with lab.open() as book, book.reading() as connection:
-        assert show_file(connection, "r001.csv").runs == ("r002",)
+        assert show_file(connection, "r001.csv").runs == ("r004",)
         assert len(list_runs(connection)) == 16
     assert merged(lab, stranger).entries == {}
     is_whole(lab.folder)
