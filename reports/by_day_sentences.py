@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from reports.content import Comparison, Quantity, ReportContent
+from data_schema.outcomes import Outcome
+from reports.content import Comparison, ReportContent
 from reports.naming import level_of, levels_name
 from reports.wording import count_text
 
@@ -10,7 +11,7 @@ _LISTED = 4
 """Comparisons that a sentence names before it only counts them."""
 
 
-def by_day_sentences(content: ReportContent, quantity: Quantity) -> list[str]:
+def by_day_sentences(content: ReportContent, quantity: Outcome) -> list[str]:
     """Return what is confounded with days, or left out of the model, and in which comparisons."""
     blocked = [c for c in content.comparisons if c.quantity is quantity and c.by_day is not None]
     said: dict[str, list[Comparison]] = {}

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from data_schema.outcomes import Outcome
 from reports.evidence import (
     Anova,
     BudgetItem,
@@ -21,7 +22,7 @@ from reports.evidence import (
     Sensitivity,
     Variant,
 )
-from reports.numbers import Number, Quantity, SignificanceTest, Value
+from reports.numbers import Number, SignificanceTest, Value
 from reports.predicted import Predictions
 
 __all__ = [
@@ -39,10 +40,10 @@ __all__ = [
     "Level",
     "Number",
     "Order",
+    "Outcome",
     "PackMean",
     "Predictions",
     "Provenance",
-    "Quantity",
     "ReportContent",
     "RunPoint",
     "RunValue",
@@ -122,9 +123,9 @@ class Condition:
         """Return this condition's level of the factor, None where the factor is not part of it."""
         return next((level for level in self.levels if level.factor == factor), None)
 
-    def summary(self, quantity: Quantity) -> Summary | None:
+    def summary(self, quantity: Outcome) -> Summary | None:
         """Return what was measured of the quantity, None where it was not."""
-        return self.joules if quantity is Quantity.JOULES else self.apex
+        return self.joules if quantity is Outcome.JOULES else self.apex
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,8 +142,8 @@ class Flow:
     runs_void: int
     runs_idle: int
     runs_other: Mapping[str, int]
-    runs_with: Mapping[Quantity, int]
-    runs_without: Mapping[Quantity, Mapping[str, int]]
+    runs_with: Mapping[Outcome, int]
+    runs_without: Mapping[Outcome, Mapping[str, int]]
     jumps_made: int
     jumps_detected: int
     jumps_excluded: Mapping[str, int]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from data_schema.outcomes import Outcome
 from reports.inference import ByDay, Equivalence, Side
-from reports.numbers import Number, Quantity, SignificanceTest, Value
+from reports.numbers import Number, SignificanceTest, Value
 
 POOLED = "pooled"
 """The level of a comparison that sets all treated levels together against the control."""
@@ -28,7 +29,7 @@ class Comparison:
     """
 
     label: str
-    quantity: Quantity
+    quantity: Outcome
     group: Mapping[str, str]
     level: str
     n_control: int
@@ -66,7 +67,7 @@ class Anova:
     """
 
     label: str
-    quantity: Quantity
+    quantity: Outcome
     group: Mapping[str, str]
     test: SignificanceTest
     n: int

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from data_schema.outcomes import Outcome
 from reports.content import Flow
-from reports.numbers import Quantity
 
-_WITH: Mapping[Quantity, str] = {Quantity.JOULES: "runs with joules", Quantity.APEX: "runs with heights"}
+_WITH: Mapping[Outcome, str] = {Outcome.JOULES: "runs with joules", Outcome.APEX: "runs with heights"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,17 +20,17 @@ class Step:
     leaving: tuple[str, ...] = ()
 
 
-def flow_lines(flow: Flow) -> dict[Quantity, tuple[Step, ...]]:
+def flow_lines(flow: Flow) -> dict[Outcome, tuple[Step, ...]]:
     """Return a line of boxes a quantity: that of joules begins with the plan, that of apex heights ends with jumps."""
     planned = () if flow.runs_planned is None else (Step("runs planned", flow.runs_planned),)
-    jumps = _jump_steps(flow) if flow.runs_with[Quantity.APEX] else ()
+    jumps = _jump_steps(flow) if flow.runs_with[Outcome.APEX] else ()
     return {
-        Quantity.JOULES: (*planned, *_run_steps(flow, Quantity.JOULES)),
-        Quantity.APEX: (*_run_steps(flow, Quantity.APEX), *jumps),
+        Outcome.JOULES: (*planned, *_run_steps(flow, Outcome.JOULES)),
+        Outcome.APEX: (*_run_steps(flow, Outcome.APEX), *jumps),
     }
 
 
-def _run_steps(flow: Flow, quantity: Quantity) -> tuple[Step, ...]:
+def _run_steps(flow: Flow, quantity: Outcome) -> tuple[Step, ...]:
     leaving = []
     if flow.runs_void:
         leaving.append(f"{flow.runs_void} void")

@@ -3,20 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import TypeAlias
 
 from data_schema.vocabulary import Undefined
 
 Value: TypeAlias = float | Undefined
 """A number, or the reason why there is none."""
-
-
-class Quantity(StrEnum):
-    """The two measured quantities of a jumping study."""
-
-    JOULES = "joules a jump"
-    APEX = "apex height"
 
 
 @dataclass(frozen=True, slots=True)

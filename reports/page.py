@@ -14,7 +14,8 @@ from typing import Any
 import jinja2
 
 from data_schema.errors import UsageError
-from reports.content import Quantity, ReportContent
+from data_schema.outcomes import Outcome
+from reports.content import ReportContent
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -135,7 +136,7 @@ def _facts(content: ReportContent) -> list[tuple[str, str]]:
         dates = first if first == last else f"{first} to {last}"
         facts.append(("Measured", f"{dates}, {count_text(len(content.days), 'day')}"))
     used = content.flow.runs_with
-    runs = f"joules from {used[Quantity.JOULES]}, apex heights from {used[Quantity.APEX]}"
+    runs = f"joules from {used[Outcome.JOULES]}, apex heights from {used[Outcome.APEX]}"
     facts.append(("Runs", f"{content.flow.runs_done}, {runs}"))
     if content.people:
         facts.append(("People", list_text(content.people)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from data_schema.outcomes import Outcome
 from reports.by_day_sentences import by_day_sentences
 from reports.content import Anova, Condition, ReportContent
 from reports.display import significance_text
@@ -16,7 +17,6 @@ from reports.naming import (
     swept_words,
     title_of,
 )
-from reports.numbers import Quantity
 from reports.one_day_each import NOT_FROM_DAYS
 from reports.prediction_sentences import prediction_sentences
 from reports.wording import count_text, list_text
@@ -124,10 +124,10 @@ def _energy(content: ReportContent) -> Section:
     parts: tuple[Part, ...] = (
         FigureHere("joules_by_damping"),
         TableHere("joules_by_condition"),
-        *_anova_paragraph(content, Quantity.JOULES),
+        *_anova_paragraph(content, Outcome.JOULES),
         FigureHere("estimation_joules"),
         TableHere("comparisons_joules"),
-        *map(Paragraph, by_day_sentences(content, Quantity.JOULES)),
+        *map(Paragraph, by_day_sentences(content, Outcome.JOULES)),
         TableHere("by_day_joules"),
     )
     return Section("energy", "Energy of a jump", parts)
@@ -137,10 +137,10 @@ def _apex(content: ReportContent) -> Section:
     parts: tuple[Part, ...] = (
         FigureHere("apex_heights"),
         TableHere("apex_by_condition"),
-        *_anova_paragraph(content, Quantity.APEX),
+        *_anova_paragraph(content, Outcome.APEX),
         FigureHere("estimation_apex"),
         TableHere("comparisons_apex"),
-        *map(Paragraph, by_day_sentences(content, Quantity.APEX)),
+        *map(Paragraph, by_day_sentences(content, Outcome.APEX)),
         TableHere("by_day_apex"),
         *map(Paragraph, filter(None, (content.no_equivalence,))),
         TableHere("equivalence"),
@@ -148,7 +148,7 @@ def _apex(content: ReportContent) -> Section:
     return Section("apex", "Apex height", parts)
 
 
-def _anova_paragraph(content: ReportContent, quantity: Quantity) -> tuple[Paragraph, ...]:
+def _anova_paragraph(content: ReportContent, quantity: Outcome) -> tuple[Paragraph, ...]:
     anovas = [anova for anova in content.anovas if anova.quantity is quantity]
     if not anovas:
         return ()
@@ -199,12 +199,12 @@ def _measured(content: ReportContent) -> Section:
     if flow.runs_done:
         days = f" on {count_text(len(content.days), 'day')}" if content.days else ""
         who = f" People of the book: {list_text(content.people)}." if content.people else ""
-        made, heights = ("was" if flow.runs_done == 1 else "were"), flow.runs_with[Quantity.APEX]
+        made, heights = ("was" if flow.runs_done == 1 else "were"), flow.runs_with[Outcome.APEX]
         jumps = f" with {count_text(flow.jumps_analysed, 'jump')} of {flow.jumps_made} made" if heights else ""
         parts.append(
             Paragraph(
                 f"{count_text(flow.runs_done, 'run')} of this selection {made} made{days}; "
-                f"joules come from {flow.runs_with[Quantity.JOULES]}, apex heights from {heights}{jumps}.{who}"
+                f"joules come from {flow.runs_with[Outcome.JOULES]}, apex heights from {heights}{jumps}.{who}"
             )
         )
     if len(content.robots) > 1:

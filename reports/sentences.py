@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Comparison, ReportContent
 from reports.display import (
@@ -22,7 +23,6 @@ from reports.display import (
 )
 from reports.inference import Equivalence
 from reports.naming import control_name, level_names, swept_factor, swept_words, treatment_name
-from reports.numbers import Quantity
 from reports.one_day_each import NOT_FROM_DAYS
 from reports.wording import count_text, list_text, sentence_start
 
@@ -161,7 +161,7 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say how a quantity differed between control and treatment, and whether zero lies in the interval."""
     difference = as_shown(comparison.welch_difference)
     where = _where(content, comparison)
-    what = "The apex" if comparison.quantity is Quantity.APEX else "The energy of a jump"
+    what = "The apex" if comparison.quantity is Outcome.APEX else "The energy of a jump"
     if isinstance(difference.value, Undefined):
         return Claim(f"{what}{where}: the difference is {value_text(difference.value)}.", (difference.provenance,))
     comparative = "higher" if difference.value >= 0 else "lower"
@@ -188,7 +188,7 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
 def family_claim(planned: Sequence[Comparison]) -> Claim:
     """Say how many comparisons of the family that was decided on are shown, where the claims are not of that family."""
     told, ids = [], []
-    for quantity in Quantity:
+    for quantity in Outcome:
         family = [item for item in planned if item.quantity is quantity]
         shown = sum(item.adjusted_rejected is True and not item.one_day_each for item in family)
         if family:

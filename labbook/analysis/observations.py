@@ -11,13 +11,14 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
+from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import FileRole
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.controls import sort_key, with_control
 from labbook.analysis.observed_notes import beside_plan, left_out, pooled_over
-from labbook.analysis.outcomes.conditions import NUMBER_OF, RunNumber, run_numbers
+from labbook.analysis.outcomes.conditions import RunNumber, run_numbers
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.passive_drain import passive_drains
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
@@ -27,7 +28,6 @@ from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData, gather
 from labbook.config.model import AnalysisSettings
 from labbook.config.parsing import Configuration
-from reports.numbers import Quantity
 from stats.compare.shared_error import SharedError, shared_of_mean
 
 OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
@@ -36,8 +36,6 @@ OF_A_RUN: Mapping[str, Callable[[RunRow], str]] = {
     "battery": lambda run: run.battery,
 }
 """What runs can be grouped by beside the study's factors."""
-
-_AXIS = {Quantity.JOULES: "Energy of a jump", Quantity.APEX: "Apex height"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +65,7 @@ class Observations:
     """What was left out, pooled or taken for granted."""
     plan: Planned | None = None
     """What rules the analysis of the book's values; None for a table."""
-    measured: Quantity = Quantity.JOULES
+    measured: Outcome = Outcome.JOULES
     """Which of the book's quantities the values are."""
     beside_plan: str = ""
     """Why no family of the plan has this question, where none has it."""
@@ -149,7 +147,7 @@ class Observations:
 class Asked:
     """What is asked of a book: `by` and `control` None for the study's own; `jumps` for single jumps, not run means."""
 
-    quantity: Quantity = Quantity.JOULES
+    quantity: Outcome = Outcome.JOULES
     by: str | None = None
     control: str | None = None
     where: str | None = None
@@ -177,7 +175,7 @@ def observations_of_book(
     names = [*configuration.factors, *OF_A_RUN]
     if by not in names:
         raise unknown_name("factor or column of runs", by, names)
-    if asked.jumps and asked.quantity is not Quantity.APEX:
+    if asked.jumps and asked.quantity is not Outcome.APEX:
         raise UsageError(
             "a run has one number of joules: single jumps, within their run, are there with --quantity apex."
         )
@@ -191,8 +189,8 @@ def observations_of_book(
     control = with_control(asked.control, by, list({row.label for row in rows}), factor.control if factor else None)
     return Observations(
         source="book",
-        quantity=_AXIS[asked.quantity],
-        unit=NUMBER_OF[asked.quantity][1],
+        quantity=asked.quantity.heading,
+        unit=asked.quantity.unit,
         by=by,
         control=control,
         rows=rows,
@@ -208,11 +206,11 @@ def _numbers(
     connection: sa.Connection,
     store: Store,
     evidence: StudyData,
-    quantity: Quantity,
+    quantity: Outcome,
     step: Callable[[str], None],
 ) -> tuple[list[RunNumber], Mapping[str, str]]:
     cache = ResultCache(connection)
-    if quantity is Quantity.JOULES:
+    if quantity is Outcome.JOULES:
         energies = run_energies(cache, evidence, passive_drains(cache, evidence))
         return run_numbers(evidence.runs, energies.results, quantity), evidence.reasons(
             energies.missing, FileRole.CHARGE

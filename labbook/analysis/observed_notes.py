@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.study_data import StudyData
 from labbook.config.parsing import Configuration
-from reports.numbers import Quantity
 
 _MOST_NAMED = 5
 
 
 def left_out(
-    evidence: StudyData, numbers: Sequence[RunNumber], missing: Mapping[str, str], quantity: Quantity
+    evidence: StudyData, numbers: Sequence[RunNumber], missing: Mapping[str, str], quantity: Outcome
 ) -> list[str]:
     """Say which runs have no number, and why."""
     used = {item.run.uid for item in numbers}
@@ -23,7 +23,7 @@ def left_out(
         return []
     reasons = [f"{run.name} ({missing.get(run.uid, 'undefined')})" for run in left[:_MOST_NAMED]]
     more = ", ..." if len(left) > _MOST_NAMED else ""
-    what = "joules" if quantity is Quantity.JOULES else "apex height"
+    what = "joules" if quantity is Outcome.JOULES else "apex height"
     return [f"{len(left)} of {len(evidence.runs)} runs have no {what} and are left out: {', '.join(reasons)}{more}."]
 
 

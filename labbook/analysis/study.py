@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import FileRole
 from labbook.analysis.comparison import pairing
@@ -26,7 +27,6 @@ from labbook.analysis.prediction.predicting import Predicted, predictions
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
-from reports.numbers import Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class VarianceAnalysed:
 
     label: str
     group: dict[str, str]
-    quantity: Quantity
+    quantity: Outcome
     result: ResultRow
 
 
@@ -62,7 +62,7 @@ class StudyAnalysis:
 
     def levels_of(self, item: VarianceAnalysed) -> list[ConditionValues]:
         """Return the treated conditions of an analysis of variance with their runs."""
-        conditions = self.joules if item.quantity is Quantity.JOULES else self.apex_heights
+        conditions = self.joules if item.quantity is Outcome.JOULES else self.apex_heights
         return [
             treated
             for group, items in pairing.groups(conditions, self.swept or "")
@@ -86,17 +86,17 @@ def analyse(
     progress("comparisons")
     scope = {"selection": evidence.selection}
     joules = condition_values(
-        cache, run_numbers(evidence.runs, energies.results, Quantity.JOULES), Quantity.JOULES, scope
+        cache, run_numbers(evidence.runs, energies.results, Outcome.JOULES), Outcome.JOULES, scope
     )
-    heights = condition_values(cache, run_numbers(evidence.runs, apexes.results, Quantity.APEX), Quantity.APEX, scope)
+    heights = condition_values(cache, run_numbers(evidence.runs, apexes.results, Outcome.APEX), Outcome.APEX, scope)
     swept = pairing.swept_factor(evidence.configuration)
     packs = pack_deviations(cache, joules, scope)
     of_a_joule = budget(cache, evidence, joules, scope)
     measured = list(dict.fromkeys(item.key for item in (*joules, *heights)))
     predicted = predictions(cache, evidence, measured, progress)
     checked = [
-        *check_conditions(cache, joules, predicted, Quantity.JOULES, swept, scope),
-        *check_conditions(cache, heights, predicted, Quantity.APEX, swept, scope),
+        *check_conditions(cache, joules, predicted, Outcome.JOULES, swept, scope),
+        *check_conditions(cache, heights, predicted, Outcome.APEX, swept, scope),
     ]
     analysis = StudyAnalysis(
         evidence, planned, drains, energies, apexes, swept, joules, heights, [], [], Variations(), [], packs,
@@ -110,7 +110,7 @@ def analyse(
     of_unit = unit_scope(scope, settings.unit_of_analysis)
     anovas = [
         VarianceAnalysed(label, group, quantity, analyse_variance(cache, label, levels, swept, quantity, of_unit))
-        for quantity, conditions in ((Quantity.JOULES, joules), (Quantity.APEX, heights))
+        for quantity, conditions in ((Outcome.JOULES, joules), (Outcome.APEX, heights))
         for group, items in pairing.groups(conditions, swept)
         for treated, _control in [pairing.treated_and_control(items)]
         for label in [pairing.group_label(group)]
@@ -119,12 +119,12 @@ def analyse(
     ]
     pooled = pairing.pairs_pooled(heights, swept)
     jump_tests = [
-        Compared(pair, Quantity.APEX, row)
+        Compared(pair, Outcome.APEX, row)
         for pair, row in zip(pooled, compare_jumps(cache, pooled, scope, settings.alpha), strict=True)
     ]
     progress("what the headlines depend on")
     variations = vary(cache, detections, evidence, drains, apexes, swept, settings)
-    of_savings = [(item.pair, item.result) for item in compared if item.quantity is Quantity.JOULES]
+    of_savings = [(item.pair, item.result) for item in compared if item.quantity is Outcome.JOULES]
     return replace(
         analysis,
         compared=compared,

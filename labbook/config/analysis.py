@@ -6,7 +6,7 @@ import tomllib
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import ReasonCode
-from labbook.config.model import AnalysisSettings, Bounds, Detector, Family, Outcome, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings, Bounds, Detector, Family, PrimaryOutcome, UnitOfAnalysis
 from labbook.config.tables import TableReader, as_number
 
 
@@ -16,7 +16,7 @@ def read_analysis(top: TableReader) -> AnalysisSettings | None:
         return None
     table, default = top.table("analysis"), AnalysisSettings()
     settings = AnalysisSettings(
-        primary_outcome=table.word("primary_outcome", Outcome, default.primary_outcome),
+        primary_outcome=table.word("primary_outcome", PrimaryOutcome, default.primary_outcome),
         family=table.word("family", Family, default.family),
         alpha=_alpha(table, default.alpha),
         apex_bounds=_apex_bounds(table),

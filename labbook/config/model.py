@@ -175,7 +175,7 @@ class SimulationSettings:
     levels: Mapping[str, Mapping[str, Mapping[str, float]]]
 
 
-class Outcome(StrEnum):
+class PrimaryOutcome(StrEnum):
     """The quantity that a study was made for."""
 
     JOULES = "joules"
@@ -213,7 +213,7 @@ class AnalysisSettings:
     were set.
     """
 
-    primary_outcome: Outcome = Outcome.JOULES
+    primary_outcome: PrimaryOutcome = PrimaryOutcome.JOULES
     family: Family = Family.POOLED
     alpha: float = 0.05
     apex_bounds: Bounds | None = None

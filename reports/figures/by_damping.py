@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.display import shown_unit
 from reports.figures.series import Axis, Series, axis_of, series_lie_apart, series_of
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure
-from reports.numbers import Quantity
 
 _GOLDEN_STEP = (math.sqrt(5.0) - 1.0) / 2.0
 
@@ -31,7 +31,7 @@ class _Marks:
         return min(values), max(values)
 
 
-def draw_by_damping(content: ReportContent, quantity: Quantity, y_label: str, unit: str, width_in: float) -> Figure:
+def draw_by_damping(content: ReportContent, quantity: Outcome, y_label: str, unit: str, width_in: float) -> Figure:
     """Draw one quantity: x is the damping coefficient with CE at 0, y the quantity in the unit it is shown in.
 
     All series share one panel, side by side, as in the thesis; where they lie so far apart that no difference
@@ -59,7 +59,7 @@ def draw_by_damping(content: ReportContent, quantity: Quantity, y_label: str, un
     return figure
 
 
-def _marks(series: Series, axis: Axis, quantity: Quantity, unit: str) -> _Marks:
+def _marks(series: Series, axis: Axis, quantity: Outcome, unit: str) -> _Marks:
     factor = shown_unit(unit)[1]
     means: list[tuple[float, float, float]] = []
     runs: list[tuple[float, float]] = []

@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
+from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.display import general_text, shown_unit
 from reports.figures.series import axis_of, drawn_factor, series_lie_apart, series_of
 from reports.naming import swept_factor, swept_words
-from reports.numbers import Quantity
 from reports.sentences import absence_text
 from reports.wording import count_text
 
 
-def has_quantity(content: ReportContent, quantity: Quantity) -> bool:
+def has_quantity(content: ReportContent, quantity: Outcome) -> bool:
     """Whether any condition has a mean of the quantity."""
     summaries = (condition.summary(quantity) for condition in content.conditions)
     return any(summary is not None and isinstance(summary.mean.value, int | float) for summary in summaries)
 
 
-def absent_quantity(content: ReportContent, quantity: Quantity, what: str) -> str | None:
+def absent_quantity(content: ReportContent, quantity: Outcome, what: str) -> str | None:
     """Give the reason why there is nothing of the quantity to draw, None where there is; `what` is its plural."""
     if has_quantity(content, quantity):
         return None
@@ -31,7 +31,7 @@ def coefficient_of(content: ReportContent) -> str:
     return swept_words(drawn_factor(content)).coefficient
 
 
-def points_text(content: ReportContent, quantity: Quantity) -> str:
+def points_text(content: ReportContent, quantity: Outcome) -> str:
     """Say what the marks are: means, SE, single runs and how many there are, and what the bars leave out."""
     found = [(c, summary) for c in content.conditions if (summary := c.summary(quantity)) is not None]
     counts = [summary.mean.n for _, summary in found if summary.mean.n is not None]
@@ -63,10 +63,9 @@ def _control_text(content: ReportContent) -> str:
     return f"{name} stands {f'at {general_text(axis.control_position)}' if axis.continuous else 'first'}."
 
 
-def range_text(content: ReportContent, quantity: Quantity) -> str:
+def range_text(content: ReportContent, quantity: Outcome) -> str:
     """Say in words between which values the condition means lie, for a reader who cannot see the plot."""
-    stored = "J" if quantity is Quantity.JOULES else "m"
-    unit, factor = shown_unit(stored)
+    unit, factor = shown_unit(quantity.unit)
     sentences = []
     swept = swept_factor(content)
     called = swept_words(swept)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import as_shown, common_places, interval_text, level_text, shown_unit, value_text, with_unit
@@ -24,17 +25,15 @@ from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.inference import Side
 from reports.naming import levels_name, swept_factor, swept_words
-from reports.numbers import Number, Quantity
+from reports.numbers import Number
 from reports.sentences import absence_text
-from reports.tables.table import STORED_UNITS
 
 _ROW_IN = 3.0
 _THIN, _THICK = 1.0, 5.0
 """Widths in points of the interval of a difference and of the one that is held against bounds."""
-_TITLES = {Quantity.JOULES: "Energy of a jump", Quantity.APEX: "Apex height"}
 
 
-def pooled(content: ReportContent, quantity: Quantity) -> list[Comparison]:
+def pooled(content: ReportContent, quantity: Outcome) -> list[Comparison]:
     """Return the comparisons that are drawn: all treated levels of a group against its control."""
     factors = max((len(comparison.group) for comparison in content.comparisons), default=0)
     return [
@@ -47,7 +46,7 @@ def pooled(content: ReportContent, quantity: Quantity) -> list[Comparison]:
 def _sides(content: ReportContent, comparison: Comparison) -> tuple[DrawnGroup, DrawnGroup]:
     """Return the runs of control and treatment with their mean and SD, in the unit that is shown."""
     called = swept_words(swept_factor(content))
-    factor = shown_unit(STORED_UNITS[comparison.quantity])[1]
+    factor = shown_unit(comparison.quantity.unit)[1]
     names = (called.control, called.treatment_short)
     values: tuple[list[float], list[float]] = ([], [])
     for condition in content.conditions:
@@ -76,7 +75,7 @@ class _Tested:
     ends: tuple[float, float] | None = None
 
 
-def _draw(content: ReportContent, width_in: float, quantity: Quantity) -> Figure:
+def _draw(content: ReportContent, width_in: float, quantity: Outcome) -> Figure:
     """Draw a pair of panels a group, values above and difference below.
 
     Differences share their axis, and so do joules. Heights do not: groups lie further apart than their runs scatter.
@@ -104,7 +103,7 @@ def _draw(content: ReportContent, width_in: float, quantity: Quantity) -> Figure
             axes.set_xlim(-0.6, 1.6)
             light_grid(axes)
         own_values = [value for group in groups for value in group.values]
-        set_limits(upper, all_values if quantity is Quantity.JOULES else own_values)
+        set_limits(upper, all_values if quantity is Outcome.JOULES else own_values)
         set_limits(lower, below)
         upper.set_xticks([])
         upper.set_title(levels_name(content, comparison.group).replace(", ", "\n") or "all runs", fontsize=7)
@@ -115,7 +114,7 @@ def _draw(content: ReportContent, width_in: float, quantity: Quantity) -> Figure
         _draw_difference(lower, difference, tested[place].ends)
         if column == 0:
             unit = difference.unit
-            upper.set_ylabel(named_with_unit(_TITLES[quantity], unit))
+            upper.set_ylabel(named_with_unit(quantity.heading, unit))
             lower.set_ylabel(f"Mean\n{named_with_unit('difference', unit)}\n({level_text(difference)})")
         uppers.append(upper)
     figure.align_ylabels()
@@ -152,7 +151,7 @@ def _tested(comparison: Comparison, control_mean: float | None) -> _Tested:
     return _Tested((factor * item.low, factor * item.high), ends)
 
 
-def _caption(content: ReportContent, quantity: Quantity) -> str:
+def _caption(content: ReportContent, quantity: Outcome) -> str:
     chosen = pooled(content, quantity)
     called = swept_words(swept_factor(content))
     level = level_text(chosen[0].welch_difference) if chosen else "confidence interval"
@@ -165,18 +164,18 @@ def _caption(content: ReportContent, quantity: Quantity) -> str:
     )
     axes = (
         "all upper panels share one vertical axis, and all lower ones another"
-        if quantity is Quantity.JOULES
+        if quantity is Outcome.JOULES
         else "the lower panels share their vertical axis, each upper one has its own"
     )
     of_days = " Means, standard deviations and differences are those of day means." if content.counted == "day" else ""
     return (
-        f"{_TITLES[quantity]}, every run of {called.control_long} and of {called.treatment} (all levels of the "
+        f"{quantity.heading}, every run of {called.control_long} and of {called.treatment} (all levels of the "
         f"{called.coefficient} together), group by group. Beside the points: mean (gap) and standard deviation (line). "
         f"Below: treatment less control (stroke) with its {level} by Welch (line); {axes}.{dashed}{of_days}"
     )
 
 
-def _alternative(content: ReportContent, quantity: Quantity) -> str:
+def _alternative(content: ReportContent, quantity: Outcome) -> str:
     parts = []
     for comparison in pooled(content, quantity):
         number = as_shown(comparison.welch_difference)
@@ -188,19 +187,19 @@ def _alternative(content: ReportContent, quantity: Quantity) -> str:
     return f"Single runs and the difference of {quantity}, treatment less control. {'; '.join(parts)}."
 
 
-def _absent(content: ReportContent, quantity: Quantity) -> str | None:
+def _absent(content: ReportContent, quantity: Outcome) -> str | None:
     if pooled(content, quantity):
         return None
     return absence_text(content, f"is no group with {quantity} of both a control and a treatment")
 
 
-def _kind(quantity: Quantity, name: str) -> FigureKind:
-    def of(function: Callable[[ReportContent, Quantity], str]) -> Callable[[ReportContent], str]:
+def _kind(quantity: Outcome, name: str) -> FigureKind:
+    def of(function: Callable[[ReportContent, Outcome], str]) -> Callable[[ReportContent], str]:
         return lambda content: function(content, quantity)
 
     return FigureKind(
         name,
-        f"{_TITLES[quantity]}: every run, and the difference",
+        f"{quantity.heading}: every run, and the difference",
         lambda content, width_in: _draw(content, width_in, quantity),
         of(_caption),
         of(_alternative),
@@ -208,5 +207,5 @@ def _kind(quantity: Quantity, name: str) -> FigureKind:
     )
 
 
-ESTIMATION_JOULES = _kind(Quantity.JOULES, "estimation_joules")
-ESTIMATION_APEX = _kind(Quantity.APEX, "estimation_apex")
+ESTIMATION_JOULES = _kind(Outcome.JOULES, "estimation_joules")
+ESTIMATION_APEX = _kind(Outcome.APEX, "estimation_apex")

@@ -6,11 +6,11 @@ import itertools
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from data_schema.outcomes import Outcome
 from reports.content import Condition, Factor, ReportContent
 from reports.display import general_text
 from reports.figures.style import SERIES_COLOURS
 from reports.naming import group_name, is_number, swept_factor, swept_words, title_of
-from reports.numbers import Quantity
 from reports.wording import sentence_start
 
 LineStyle: TypeAlias = Literal["-", "--", ":", "-."]
@@ -125,7 +125,7 @@ def _series(
     )
 
 
-def series_lie_apart(content: ReportContent, quantity: Quantity) -> bool:
+def series_lie_apart(content: ReportContent, quantity: Outcome) -> bool:
     """Whether the series lie so much further apart than each spreads that one scale would hide what is in them.
 
     Without a control no difference inside a series is looked for, and one scale shows the series beside each other.

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import common_places, shown_unit
 from reports.inference import ByDay
-from reports.numbers import Quantity
 from reports.tables.placing import COMPARISON, EXPLORATORY, dash_of_one_day_each, exploratory_note, placed
 from reports.tables.table import (
     PROVENANCE,
-    STORED_UNITS,
     Cell,
     Column,
     Row,
@@ -29,7 +28,7 @@ from reports.tables.table import (
 )
 
 
-def blocked(content: ReportContent, quantity: Quantity) -> list[tuple[Comparison, ByDay]]:
+def blocked(content: ReportContent, quantity: Outcome) -> list[tuple[Comparison, ByDay]]:
     """Return the comparisons of a quantity that were made by day."""
     return [
         (comparison, comparison.by_day)
@@ -38,10 +37,10 @@ def blocked(content: ReportContent, quantity: Quantity) -> list[tuple[Comparison
     ]
 
 
-def _table(content: ReportContent, quantity: Quantity, name: str) -> Table:
+def _table(content: ReportContent, quantity: Outcome, name: str) -> Table:
     found = blocked(content, quantity)
     of = {id(comparison): by_day for comparison, by_day in found}
-    unit = STORED_UNITS[quantity]
+    unit = quantity.unit
     slug, shown = unit_slug(unit), shown_unit(unit)[0]
     differences = [by_day.difference for _, by_day in found]
     places = common_places(differences)
@@ -88,9 +87,9 @@ def _table(content: ReportContent, quantity: Quantity, name: str) -> Table:
     return Table(name, caption, columns, rows)
 
 
-def _of(quantity: Quantity, name: str) -> Callable[[ReportContent], Table]:
+def _of(quantity: Outcome, name: str) -> Callable[[ReportContent], Table]:
     return lambda content: _table(content, quantity, name)
 
 
-BY_DAY_JOULES = TableKind("by_day_joules", _of(Quantity.JOULES, "by_day_joules"))
-BY_DAY_APEX = TableKind("by_day_apex", _of(Quantity.APEX, "by_day_apex"))
+BY_DAY_JOULES = TableKind("by_day_joules", _of(Outcome.JOULES, "by_day_joules"))
+BY_DAY_APEX = TableKind("by_day_apex", _of(Outcome.APEX, "by_day_apex"))

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, common_places, shown_unit
 from reports.naming import control_name, treatment_name
-from reports.numbers import Number, Quantity
+from reports.numbers import Number
 from reports.tables.placing import COMPARISON, EXPLORATORY, ONE_DAY_EACH, exploratory_note, on_one_day_each, placed
 from reports.tables.table import (
     PROVENANCE,
-    STORED_UNITS,
     Cell,
     Column,
     Row,
@@ -94,7 +94,7 @@ def _adjusted_cell(adjusted: Number | None) -> Cell:
 
 def headlines(content: ReportContent) -> Table:
     """Make the table that opens the page: energy under all treated levels together against the control."""
-    chosen = [c for c in content.comparisons if c.opens and c.quantity is Quantity.JOULES]
+    chosen = [c for c in content.comparisons if c.opens and c.quantity is Outcome.JOULES]
     treatment = treatment_name(content, {})
     legend = _LEGEND.format(rows="", counted=content.counted)
     caption = f"Energy of a jump with {treatment} against {control_name(content)}. {legend}"
@@ -102,17 +102,17 @@ def headlines(content: ReportContent) -> Table:
     return replace(table, rows=tuple(replace(row, strong=False) for row in table.rows))
 
 
-def _effects_of(quantity: Quantity, name: str) -> Callable[[ReportContent], Table]:
+def _effects_of(quantity: Outcome, name: str) -> Callable[[ReportContent], Table]:
     def make(content: ReportContent) -> Table:
         chosen = [comparison for comparison in content.comparisons if comparison.quantity is quantity]
-        others = any(comparison.savings is None for comparison in chosen) and quantity is Quantity.JOULES
+        others = any(comparison.savings is None for comparison in chosen) and quantity.has_savings
         rows = ", or what the row says" if others else ""
         caption = f"Every comparison of {quantity}. {_LEGEND.format(rows=rows, counted=content.counted)}"
-        return _effects(content, chosen, name, caption, STORED_UNITS[quantity])
+        return _effects(content, chosen, name, caption, quantity.unit)
 
     return make
 
 
 HEADLINES = TableKind("headlines", headlines)
-COMPARISONS_JOULES = TableKind("comparisons_joules", _effects_of(Quantity.JOULES, "comparisons_joules"))
-COMPARISONS_APEX = TableKind("comparisons_apex", _effects_of(Quantity.APEX, "comparisons_apex"))
+COMPARISONS_JOULES = TableKind("comparisons_joules", _effects_of(Outcome.JOULES, "comparisons_joules"))
+COMPARISONS_APEX = TableKind("comparisons_apex", _effects_of(Outcome.APEX, "comparisons_apex"))

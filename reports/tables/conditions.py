@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from data_schema.outcomes import Outcome
 from reports.content import Condition, Factor, ReportContent, Summary
 from reports.display import DASH, common_places, general_text, level_text, shown_unit
 from reports.naming import formula_text, group_name, is_number, swept_factor, swept_words
-from reports.numbers import Quantity
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -97,7 +97,7 @@ _SHARED_NOTE = (
 )
 
 
-def _make(content: ReportContent, quantity: Quantity, name: str, stored: str, title: str) -> Table:
+def _make(content: ReportContent, quantity: Outcome, name: str, stored: str, title: str) -> Table:
     found = [(block, condition, condition.summary(quantity)) for block, condition in by_group(content)]
     summaries = [(block, condition, summary) for block, condition, summary in found if summary is not None]
     places = common_places([summary.mean for _, _, summary in summaries])
@@ -148,12 +148,12 @@ def _numbers(summary: Summary, places: int, factor: float) -> tuple[Cell, ...]:
 
 def joules(content: ReportContent) -> Table:
     """Make the table of joules a jump by condition."""
-    return _make(content, Quantity.JOULES, "joules_by_condition", "J", "Energy of a jump")
+    return _make(content, Outcome.JOULES, "joules_by_condition", "J", "Energy of a jump")
 
 
 def apex(content: ReportContent) -> Table:
     """Make the table of apex heights by condition."""
-    return _make(content, Quantity.APEX, "apex_by_condition", "m", "Apex height")
+    return _make(content, Outcome.APEX, "apex_by_condition", "m", "Apex height")
 
 
 def run_values(content: ReportContent) -> Table:
@@ -175,7 +175,7 @@ def run_values(content: ReportContent) -> Table:
             block=block,
         )
         for block, condition in by_group(content)
-        for quantity, unit in ((Quantity.JOULES, "J"), (Quantity.APEX, "m"))
+        for quantity, unit in ((Outcome.JOULES, "J"), (Outcome.APEX, "m"))
         if (summary := condition.summary(quantity)) is not None
         for run in summary.runs
     )

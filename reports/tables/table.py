@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
 from reports.display import DASH, as_shown, decimal_text, degrees_text, interval_text, level_text, p_text, value_text
-from reports.numbers import Number, Quantity, SignificanceTest, Value
+from reports.numbers import Number, SignificanceTest, Value
 
 Raw = str | int | float | Undefined | None
 """One field of CSV: unrounded, in the stored unit."""
@@ -181,10 +181,6 @@ def statistic_cells(test: SignificanceTest | None, degrees: int = 1) -> tuple[Ce
 
 PROVENANCE = Column("id", ("provenance",), numeric=False)
 """The column that says where a row's numbers came from."""
-
-
-STORED_UNITS = {Quantity.JOULES: "J", Quantity.APEX: "m"}
-"""The unit that a quantity is stored in."""
 
 
 def unit_slug(unit: str) -> str:

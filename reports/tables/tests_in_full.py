@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.naming import levels_name, swept_factor, swept_words
-from reports.numbers import Quantity, SignificanceTest
+from reports.numbers import SignificanceTest
 from reports.tables.placing import (
     COMPARISON,
     EXPLORATORY,
@@ -19,7 +20,6 @@ from reports.tables.placing import (
 )
 from reports.tables.table import (
     PROVENANCE,
-    STORED_UNITS,
     Cell,
     Column,
     Row,
@@ -35,9 +35,9 @@ from reports.tables.table import (
 )
 
 
-def _tests(content: ReportContent, quantity: Quantity, name: str) -> Table:
+def _tests(content: ReportContent, quantity: Outcome, name: str) -> Table:
     comparisons = [c for c in content.comparisons if c.quantity is quantity]
-    slug = unit_slug(STORED_UNITS[quantity])
+    slug = unit_slug(quantity.unit)
     spread, spread_p = statistic_columns("Brown-Forsythe F", "brown_forsythe", 2)
     spread_tested = any(comparison.brown_forsythe is not None for comparison in comparisons)
     columns = (
@@ -147,11 +147,11 @@ def _anovas(content: ReportContent) -> Table:
     return Table("anovas", caption, columns, rows)
 
 
-def _tests_of(quantity: Quantity, name: str) -> Callable[[ReportContent], Table]:
+def _tests_of(quantity: Outcome, name: str) -> Callable[[ReportContent], Table]:
     return lambda content: _tests(content, quantity, name)
 
 
-TESTS_JOULES = TableKind("tests_joules", _tests_of(Quantity.JOULES, "tests_joules"))
-TESTS_APEX = TableKind("tests_apex", _tests_of(Quantity.APEX, "tests_apex"))
+TESTS_JOULES = TableKind("tests_joules", _tests_of(Outcome.JOULES, "tests_joules"))
+TESTS_APEX = TableKind("tests_apex", _tests_of(Outcome.APEX, "tests_apex"))
 TESTS_JUMPS = TableKind("tests_jumps", _jump_tests)
 ANOVAS = TableKind("anovas", _anovas)

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.preregistration.planned import NOTHING_DECIDED
 from labbook.book.opening import opened
 from labbook.presenting.report.making import make_report
-from reports.content import Comparison, Quantity, ReportContent
+from reports.content import Comparison, ReportContent
 from reports.numbers import Number
 from stats.days.blocked import blocked_by_day
 from tests.cli.shell import good, labbook, refused, unchanged
@@ -31,7 +32,7 @@ class Reported:
     book: SmallBook
     content: ReportContent
 
-    def comparison(self, quantity: Quantity, family: str) -> Comparison:
+    def comparison(self, quantity: Outcome, family: str) -> Comparison:
         (found,) = [item for item in self.content.comparisons if (item.quantity, item.family) == (quantity, family)]
         return found
 
@@ -57,10 +58,10 @@ def ends(number: Number | None) -> list[Any]:
     return [number.ci_low, number.ci_high]
 
 
-@pytest.mark.parametrize(("name", "quantity"), [("joules", Quantity.JOULES), ("apex", Quantity.APEX)])
+@pytest.mark.parametrize(("name", "quantity"), [("joules", Outcome.JOULES), ("apex", Outcome.APEX)])
 @pytest.mark.parametrize("pooled", [(), ("--pooled",)], ids=["each", "pooled"])
 def test_compare_gives_the_numbers_of_the_report(
-    reported: Reported, name: str, quantity: Quantity, pooled: tuple[str, ...]
+    reported: Reported, name: str, quantity: Outcome, pooled: tuple[str, ...]
 ) -> None:
     found = reported.stats("compare", "--quantity", name, *pooled)
     (mine,) = found["comparisons"]
@@ -86,7 +87,7 @@ def test_compare_gives_the_numbers_of_the_report(
 
 def test_savings_are_those_of_the_report(reported: Reported) -> None:
     (mine,) = reported.stats("savings", "--pooled")["savings"]
-    theirs = reported.comparison(Quantity.JOULES, pairing.POOLED).savings
+    theirs = reported.comparison(Outcome.JOULES, pairing.POOLED).savings
     assert theirs is not None
     assert mine["percent"] == theirs.value
     assert mine["percent_ci"] == ends(theirs)
@@ -118,7 +119,7 @@ def test_values_days_and_controls_are_the_books(reported: Reported) -> None:
 
 def test_joules_over_days_carry_the_drains_error(reported: Reported) -> None:
     by_day = reported.stats("blocked")["blocked"]
-    compared = reported.comparison(Quantity.JOULES, pairing.POOLED)
+    compared = reported.comparison(Outcome.JOULES, pairing.POOLED)
     (contrast,) = by_day["contrasts"]
     assert contrast["difference"] == pytest.approx(compared.difference.value)
     half = (contrast["interval"][1] - contrast["interval"][0]) / 2

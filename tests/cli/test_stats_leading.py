@@ -7,9 +7,10 @@ from typing import Any
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from labbook.book.opening import opened
 from labbook.presenting.report.making import make_report
-from reports.content import Comparison, Quantity, ReportContent
+from reports.content import Comparison, ReportContent
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.pages import quick_page
@@ -27,7 +28,7 @@ class Asked:
 
     @property
     def joules(self) -> Comparison:
-        (found,) = [c for c in self.content.comparisons if c.quantity is Quantity.JOULES and c.level != "pooled"]
+        (found,) = [c for c in self.content.comparisons if c.quantity is Outcome.JOULES and c.level != "pooled"]
         return found
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats as scipy_stats
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import (
     Anova,
@@ -26,7 +27,6 @@ from reports.content import (
     Order,
     PackMean,
     Provenance,
-    Quantity,
     ReportContent,
     RunPoint,
     RunValue,
@@ -112,13 +112,13 @@ def _condition(maker, foot, k_gain, ad_gain):
 
 
 def _values(condition, quantity):
-    summary = condition.joules if quantity is Quantity.JOULES else condition.apex
+    summary = condition.joules if quantity is Outcome.JOULES else condition.apex
     return [run.value for run in summary.runs]
 
 
 def _comparison(maker, quantity, group, level, control, treated, family, headline=False):
     difference, sums = np.mean(treated) - np.mean(control), (len(control), len(treated))
-    unit = "J" if quantity is Quantity.JOULES else "m"
+    unit = "J" if quantity is Outcome.JOULES else "m"
     f = np.var(control, ddof=1) / np.var(treated, ddof=1)
     f_p = 2 * min(scipy_stats.f.sf(f, sums[0] - 1, sums[1] - 1), scipy_stats.f.cdf(f, sums[0] - 1, sums[1] - 1))
     results = [scipy_stats.ttest_ind(treated, control, equal_var=equal) for equal in (True, False)]
@@ -134,7 +134,7 @@ def _comparison(maker, quantity, group, level, control, treated, family, headlin
         )  # fmt: skip
     chosen = 1 if f_p < 0.05 else 0
     savings = None
-    if quantity is Quantity.JOULES:
+    if quantity is Outcome.JOULES:
         scale = -100 / np.mean(control)
         savings = Number(
             float(difference * scale), "%", se=float(abs(differences[1].se * scale)),
@@ -187,7 +187,7 @@ def _equivalence(maker, label, control, treated):
 
 def _comparisons(maker, conditions):
     made, anovas = [], []
-    for quantity in Quantity:
+    for quantity in Outcome:
         for foot, k_gain in CE_J:
             of_group = [c for c in conditions if (c.levels[0].label, c.levels[1].label) == (foot, str(k_gain))]
             group = {"foot": foot, "k_gain": str(k_gain)}
@@ -338,12 +338,12 @@ def make_content(seed=5):
         title="Active damping on a granular bed", study="granular bed", selection="k_gain in (300, 400)",
         made_at="2021-07-30 14:05", software_version="0.1.0", configuration_hash="9c41f2e07ab3",
         detector="robust", people=("Ada Nwosu (AN)", "Li Wei (LW)"), days=days,
-        flow=Flow(280, 272, 4, 12, {}, {Quantity.JOULES: 253, Quantity.APEX: 255},
-                  {Quantity.JOULES: {"no charge record": 2, "pack swapped during the run": 1},
-                   Quantity.APEX: {"no log with a body height": 1}}, 6375, 6361,
+        flow=Flow(280, 272, 4, 12, {}, {Outcome.JOULES: 253, Outcome.APEX: 255},
+                  {Outcome.JOULES: {"no charge record": 2, "pack swapped during the run": 1},
+                   Outcome.APEX: {"no log with a body height": 1}}, 6375, 6361,
                   {"first jumps of a run": 506, "touches a dropped packet": 83, "rejected on review": 21}, 5751),
         factors=FACTORS, conditions=conditions, claims=(), comparisons=comparisons, anovas=anovas,
-        jump_comparisons=tuple(c for c in comparisons if c.quantity is Quantity.APEX and c.level == "pooled"),
+        jump_comparisons=tuple(c for c in comparisons if c.quantity is Outcome.APEX and c.level == "pooled"),
         drains=(_drain(maker),),
         budget=(
             BudgetItem("scatter between runs", 1.3, 0.41, False),
@@ -373,7 +373,7 @@ def make_minimal():
     return ReportContent(
         title="One condition", study="granular bed", selection="", made_at="2021-07-30 14:05",
         software_version="0.1.0", configuration_hash="9c41f2e07ab3", detector="published", people=(), days=(),
-        flow=Flow(None, 10, 0, 0, {}, dict.fromkeys(Quantity, 10), {key: {} for key in Quantity}, 250, 250, {}, 250),
+        flow=Flow(None, 10, 0, 0, {}, dict.fromkeys(Outcome, 10), {key: {} for key in Outcome}, 250, 250, {}, 250),
         factors=FACTORS, conditions=(condition,),
         claims=(Claim("Nothing is claimed from one condition."),),
     )  # fmt: skip

@@ -1,15 +1,15 @@
 import subprocess
 import sys
 
-from reports.numbers import Quantity
+from data_schema.outcomes import Outcome
 
 
 def test_a_condition_finds_its_levels_and_summaries(content):
     condition = content.conditions[0]
     assert condition.level("foot").label == "small"
     assert condition.level("weather") is None
-    assert condition.summary(Quantity.JOULES) is condition.joules
-    assert condition.summary(Quantity.APEX) is condition.apex
+    assert condition.summary(Outcome.JOULES) is condition.joules
+    assert condition.summary(Outcome.APEX) is condition.apex
 
 
 def test_a_report_is_written_without_a_database():

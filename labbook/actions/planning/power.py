@@ -10,22 +10,21 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
+from data_schema.outcomes import Outcome
 from data_schema.queries.plans import planned_runs
 from data_schema.vocabulary import PlanMethod, Undefined
 from labbook.actions.planning.power_request import PowerRequest, refuse_impossible
 from labbook.actions.planning.power_tests import TESTS, Assumed, Design, PlannedTest
 from labbook.actions.runs.runs_importing import plan_factors
-from labbook.analysis.outcomes.conditions import NUMBER_OF
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.run_spread import Spread, run_spread
 from labbook.analysis.preregistration.planned import QUANTITY_OF, Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
-from labbook.config.model import Outcome, UnitOfAnalysis
+from labbook.config.model import PrimaryOutcome, UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import LARGEST_PLAN, draw_plan
-from reports.numbers import Quantity
 from stats.planning.sample_size import SampleSize, sample_size
 
 
@@ -56,7 +55,7 @@ class StudyPower:
     `difference` is in `unit`, as are the numbers of `primary`; those of `apex` are in m.
     """
 
-    outcome: Quantity
+    outcome: Outcome
     unit: str
     unit_of_analysis: UnitOfAnalysis
     target: float
@@ -82,17 +81,17 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         cache, detections = ResultCache(connection), Detections(connection, book.store)
         evidence = gather(connection, configuration, None)
 
-        def spread(of: Quantity) -> Spread | Undefined:
+        def spread(of: Outcome) -> Spread | Undefined:
             return run_spread(cache, detections, evidence, of, settings.unit_of_analysis)
 
         primary = _assumed(request.sd, request.mean, spread, quantity, ("--sd", "--mean"))
-        if quantity is Quantity.APEX and request.apex_sd_m is None and request.apex_mean_m is None:
+        if quantity is Outcome.APEX and request.apex_sd_m is None and request.apex_mean_m is None:
             apex = primary
         elif settings.apex_bounds is None:
             apex = Undefined("[analysis] sets no bounds of apex height")
         else:
             given = request.apex_sd_m, request.apex_mean_m
-            apex = _assumed(*given, spread, Quantity.APEX, ("--apex-sd", "--apex-mean"))
+            apex = _assumed(*given, spread, Outcome.APEX, ("--apex-sd", "--apex-mean"))
         n_of_plan = _n_of_plan(connection, settings.unit_of_analysis)
     if isinstance(primary, Undefined):
         raise UsageError(f"{primary.reason}: give the expected standard deviation with --sd.")
@@ -102,7 +101,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
     ns = sorted({request.n, *([] if n_of_plan is None else [n_of_plan])})
     return StudyPower(
         outcome=quantity,
-        unit=NUMBER_OF[quantity][1],
+        unit=quantity.unit,
         unit_of_analysis=settings.unit_of_analysis,
         target=request.target,
         difference=difference,
@@ -120,8 +119,8 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
 def _assumed(
     sd: float | None,
     mean: float | None,
-    spread: Callable[[Quantity], Spread | Undefined],
-    quantity: Quantity,
+    spread: Callable[[Outcome], Spread | Undefined],
+    quantity: Outcome,
     options: tuple[str, str],
 ) -> Assumed | Undefined:
     """Take what was given, and the rest from the book's own runs."""
@@ -136,11 +135,11 @@ def _assumed(
     return found if isinstance(found, Undefined) else Assumed(found.sd, known, found)
 
 
-def _difference(request: PowerRequest, outcome: Outcome, primary: Assumed) -> float:
+def _difference(request: PowerRequest, outcome: PrimaryOutcome, primary: Assumed) -> float:
     if request.difference is not None:
         return request.difference
     assert request.saving_percent is not None  # noqa: S101 - `refuse_impossible` has asked
-    if outcome is not Outcome.JOULES:
+    if outcome is not PrimaryOutcome.JOULES:
         raise UsageError("--saving is of joules, and the primary outcome is apex height: give --difference in m.")
     if isinstance(primary.mean, Undefined):
         raise UsageError(f"{primary.mean.reason}, or the effect in joules with --difference.")

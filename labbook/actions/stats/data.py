@@ -8,6 +8,7 @@ from decimal import Decimal
 from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
+from data_schema.outcomes import Outcome
 from ingest.tables.header_cells import parse_header
 from labbook.actions.stats.cells import MINUS, has_thousands, is_number_text, maybe_thousands
 from labbook.actions.stats.table import LongTable, numbers_of, read_table
@@ -15,10 +16,9 @@ from labbook.actions.stats.where import WhereColumns, rows_where
 from labbook.analysis.comparison.controls import with_control
 from labbook.analysis.observations import Asked, Observation, Observations, observations_of_book
 from labbook.book.opening import opened
-from reports.numbers import Quantity
 from stats.checks import MISSING
 
-QUANTITIES = {"joules": Quantity.JOULES, "apex": Quantity.APEX}
+QUANTITIES = {outcome.key: outcome for outcome in Outcome}
 RUN = "run"
 """What `--run-within-day` names in a book: its runs, whose jumps are then the values."""
 

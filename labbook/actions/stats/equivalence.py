@@ -7,19 +7,18 @@ from dataclasses import dataclass, replace
 from typing import cast
 
 from data_schema.errors import UsageError
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats.anova import SHARED_NOTE
 from labbook.actions.stats.data import DataSource, observe
 from labbook.actions.stats.output import CommandOutput, alpha_of, output_of
 from labbook.actions.stats.pictures import Pictures
 from labbook.analysis.observations import Observations
-from labbook.analysis.outcomes.conditions import NUMBER_OF
 from labbook.config.model import Bounds
 from labbook.presenting.report.one_day_each import FROM_DAYS
 from labbook.presenting.stats.days import day_notes, days_untold, with_days_said
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import Bounded, bounds_notes
-from reports.numbers import Quantity
 from stats.checks import Missing
 from stats.compare.equivalence import Equivalence, EquivalenceRoute, equivalence
 from stats.results import as_dict
@@ -129,7 +128,7 @@ def _bounds(request: EquivalenceRequest, observed: Observations) -> tuple[float 
         _refuse_millimetres(request, observed)
         return request.low, request.high, request.percent
     planned: Bounds | None = None
-    if observed.settings is not None and observed.unit == NUMBER_OF[Quantity.APEX][1]:
+    if observed.settings is not None and observed.unit == Outcome.APEX.unit:
         planned = observed.settings.apex_bounds
     if planned is None:
         raise UsageError(
@@ -141,7 +140,7 @@ def _bounds(request: EquivalenceRequest, observed: Observations) -> tuple[float 
 
 def _refuse_millimetres(request: EquivalenceRequest, observed: Observations) -> None:
     """Raise `UsageError` for bounds of heights that no height lies beyond: they are metres, whatever is printed."""
-    of_heights = observed.plan is not None and observed.measured is Quantity.APEX and not request.percent
+    of_heights = observed.plan is not None and observed.measured is Outcome.APEX and not request.percent
     heights = [abs(float(row.value)) for row in observed.rows if row.value is not None]
     for option, bound in (("--low", request.low), ("--high", request.high)):
         if of_heights and bound is not None and heights and abs(bound) > max(heights):

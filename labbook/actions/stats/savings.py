@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import cast
 
+from data_schema.outcomes import Outcome
 from labbook.actions.stats.data import DataSource, observe
 from labbook.actions.stats.output import CommandOutput, alpha_of, output_of
 from labbook.actions.stats.pictures import Pictures
@@ -13,7 +14,6 @@ from labbook.presenting.report.one_day_each import FROM_DAYS
 from labbook.presenting.stats.days import day_notes, days_untold, with_days_said
 from labbook.presenting.stats.figures import estimation_of, number_of
 from labbook.presenting.stats.plan import plan_notes
-from reports.numbers import Quantity
 from stats.checks import Missing
 from stats.compare.savings import percent_savings
 from stats.results import as_dict
@@ -80,7 +80,7 @@ def _answer(observed: Observations, given: DataSource, alpha: float, pooled: boo
         level,
     )
     notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed)]
-    if observed.plan is not None and observed.measured is Quantity.APEX:
+    if observed.plan is not None and observed.measured is Outcome.APEX:
         notes.insert(0, NOT_CONSUMED)
     if len(found) > 1:
         notes.append(NOT_CORRECTED)

@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow, ResultRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.conditions import NUMBER_OF, ConditionValues
+from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import (
     Algorithm,
     Computed,
@@ -18,7 +19,6 @@ from labbook.analysis.results.result_cache import (
     ends_of,
     result_fingerprint,
 )
-from reports.numbers import Quantity
 from stats.compare.savings import Savings, percent_savings
 from stats.compare.shared_error import SharedError, shared_of_mean
 from stats.compare.shared_error_test import difference_with_shared
@@ -48,7 +48,7 @@ class Pair:
 
 
 def compare(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any], alpha: float = 0.05
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float = 0.05
 ) -> list[ResultRow]:
     """Ensure the comparison of every pair, in order; the F-test decides at alpha, intervals have level 1 - alpha.
 
@@ -74,7 +74,7 @@ def analyse_variance(
     label: str,
     conditions: Sequence[ConditionValues],
     swept: str,
-    quantity: Quantity,
+    quantity: Outcome,
     scope: Mapping[str, Any],
 ) -> ResultRow:
     """Ensure the one-way analysis of variance over the levels of the swept factor."""
@@ -106,14 +106,14 @@ def shared_by(side: Sequence[ConditionValues]) -> SharedError:
     return shared_of_mean([item.shared for condition in side for item in condition.runs])
 
 
-def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Computed:
+def _compared(pair: Pair, quantity: Outcome, alpha: float) -> Computed:
     a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - alpha
-    unit = NUMBER_OF[quantity][1]
+    unit = quantity.unit
     test, spreads = compare_two(b, a, alpha=alpha), brown_forsythe({"a": b, "b": a})
     shared = shared_by(pair.b).minus(shared_by(pair.a))
     chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, level)
     welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, level)
-    shown_se = shared.se if quantity is Quantity.JOULES else None
+    shown_se = shared.se if quantity.shares_error else None
     total = len(a) + len(b)
     numbers = [
         NewNumber("f", test.f, "1", n=total),
@@ -148,8 +148,8 @@ def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Computed:
     return Computed(tuple(numbers), payload)
 
 
-def _has_savings(pair: Pair, quantity: Quantity) -> bool:
-    return pair.with_savings and quantity is Quantity.JOULES
+def _has_savings(pair: Pair, quantity: Outcome) -> bool:
+    return pair.with_savings and quantity.has_savings
 
 
 def _savings(saved: Savings) -> NewNumber:

@@ -6,14 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow, ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair, fingerprints_of_sides
 from labbook.analysis.comparison.day_weights import day_ratio, shared_by_day
 from labbook.analysis.comparison.leading_by_day import leading
-from labbook.analysis.outcomes.conditions import NUMBER_OF
 from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
-from reports.numbers import Quantity
 from stats.compare.shared_error_test import difference_with_shared
 from stats.days.blocked import blocked_by_day
 
@@ -23,7 +22,7 @@ CONTROL, TREATED = "the control", "the treatment"
 
 
 def compare_by_day(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Quantity, scope: Mapping[str, Any], alpha: float
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
 ) -> list[ResultRow]:
     """Ensure y ~ condition + (1 | day) over the runs of every pair, in order; intervals have level 1 - alpha.
 
@@ -50,16 +49,16 @@ def _days(pair: Pair) -> list[InputRow]:
     return [fingerprint("day", "run", run.uid, run.day) for run in runs.values()]
 
 
-def _compared(pair: Pair, quantity: Quantity, alpha: float) -> Computed:
+def _compared(pair: Pair, quantity: Outcome, alpha: float) -> Computed:
     sides = ((CONTROL, pair.a), (TREATED, pair.b))
     rows = [(item, name) for name, side in sides for condition in side for item in condition.runs]
     names, days = [name for _item, name in rows], [item.run.day for item, _name in rows]
     found = blocked_by_day([item.value for item, _name in rows], names, days, control=CONTROL, level=1.0 - alpha)
     lead = leading(found)
     (contrast,) = lead.contrasts
-    unit, n = NUMBER_OF[quantity][1], found.n
+    unit, n = quantity.unit, found.n
     shared = shared_by_day(contrast, day_ratio(found, lead.exact), names, days, [item.shared for item, _name in rows])
-    shared_se = shared.se if quantity is Quantity.JOULES else None
+    shared_se = shared.se if quantity.shares_error else None
     test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, shared, found.level)
     return Computed(
         (

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import Pair, compare
@@ -18,7 +19,6 @@ from labbook.analysis.outcomes.day_means import pairs_in_units, unit_scope
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.config.model import AnalysisSettings
-from reports.numbers import Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class Compared:
     """
 
     pair: Pair
-    quantity: Quantity
+    quantity: Outcome
     result: ResultRow
     by_day: ResultRow | None = None
     adjusted: ResultRow | None = None
@@ -49,7 +49,7 @@ def compare_all(
     swept: str,
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
-    beside: Mapping[Quantity, Sequence[ConditionValues]],
+    beside: Mapping[Outcome, Sequence[ConditionValues]],
 ) -> list[Compared]:
     """Ensure every comparison of the study, those of joules first.
 
@@ -57,9 +57,9 @@ def compare_all(
     """
     further = [*pairing.pairs_across(joules, swept), *pairing.pairs_between(joules, swept)]
     return [
-        *_with_control(cache, joules, beside.get(Quantity.JOULES, ()), Quantity.JOULES, swept, settings, scope),
-        *_tested(cache, further, Quantity.JOULES, settings, scope),
-        *_with_control(cache, heights, beside.get(Quantity.APEX, ()), Quantity.APEX, swept, settings, scope),
+        *_with_control(cache, joules, beside.get(Outcome.JOULES, ()), Outcome.JOULES, swept, settings, scope),
+        *_tested(cache, further, Outcome.JOULES, settings, scope),
+        *_with_control(cache, heights, beside.get(Outcome.APEX, ()), Outcome.APEX, swept, settings, scope),
     ]
 
 
@@ -67,7 +67,7 @@ def _with_control(
     cache: ResultCache,
     conditions: Sequence[ConditionValues],
     beside: Sequence[ConditionValues],
-    quantity: Quantity,
+    quantity: Outcome,
     swept: str,
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
@@ -95,14 +95,14 @@ def _with_control(
 
 
 def _tested(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Quantity, settings: AnalysisSettings, scope: Mapping[str, Any]
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, scope: Mapping[str, Any]
 ) -> list[Compared]:
     """Test pairs on units of analysis; heights for equality too, where bounds were stated."""
     unit = settings.unit_of_analysis
     units, of_unit = pairs_in_units(cache, pairs, quantity, unit, scope), unit_scope(scope, unit)
     rows = compare(cache, units, quantity, of_unit, settings.alpha)
     found = [Compared(pair, quantity, row) for pair, row in zip(pairs, rows, strict=True)]
-    if quantity is not Quantity.APEX or settings.apex_bounds is None:
+    if not quantity.has_equivalence or settings.apex_bounds is None:
         return found
     tests = within_bounds(cache, units, settings.apex_bounds, settings.alpha, of_unit)
     return [replace(item, equivalent=row) for item, row in zip(found, tests, strict=True)]

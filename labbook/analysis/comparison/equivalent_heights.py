@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair, fingerprints_of_sides, values_of
 from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, ends_of
 from labbook.config.model import Bounds
-from reports.numbers import Quantity
 from stats.compare.equivalence import equivalence
 
 ALGORITHM = Algorithm("equivalence", 9)
@@ -25,7 +25,7 @@ def within_bounds(
         [
             Request(
                 ALGORITHM,
-                {"quantity": str(Quantity.APEX), "family": pair.family, "label": pair.label, **scope},
+                {"quantity": str(Outcome.APEX), "family": pair.family, "label": pair.label, **scope},
                 fingerprints_of_sides(pair),
                 {"alpha": alpha, "bounds": asdict(bounds)},
                 lambda pair=pair: _tested(pair, bounds, alpha),  # type: ignore[misc]

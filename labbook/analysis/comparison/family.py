@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair
@@ -18,7 +19,6 @@ from labbook.analysis.results.result_cache import (
     number,
     result_fingerprint,
 )
-from reports.numbers import Quantity
 from stats.exact.tails import t_two_sided
 from stats.groups.multiple import holm
 
@@ -29,7 +29,7 @@ def adjust(
     cache: ResultCache,
     tested: Sequence[tuple[Pair, ResultRow]],
     family: str,
-    quantity: Quantity,
+    quantity: Outcome,
     scope: Mapping[str, Any],
     alpha: float = 0.05,
 ) -> ResultRow:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
@@ -18,7 +19,6 @@ from labbook.analysis.outcomes.run_energy import run_energies
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
-from reports.numbers import Quantity
 from stats.apexes.detectors import DETECTORS
 
 WITHOUT_EXCLUSIONS = "without exclusions"
@@ -30,7 +30,7 @@ class Varied:
 
     headline: str
     variant: str
-    quantity: Quantity
+    quantity: Outcome
     result: ResultRow
 
 
@@ -55,7 +55,7 @@ def vary(
     found: list[Varied] = []
     everything = with_void(evidence)
     _drains, joules = _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
-    found += _compared(cache, WITHOUT_EXCLUSIONS, everything, Quantity.JOULES, joules, swept, settings)
+    found += _compared(cache, WITHOUT_EXCLUSIONS, everything, Outcome.JOULES, joules, swept, settings)
     protocol = as_protocol(evidence)
     variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
     variants += [
@@ -65,14 +65,14 @@ def vary(
     ]
     for label, varied, variant in variants:
         heights = run_apexes(cache, detections, varied, variant).results
-        found += _compared(cache, label, varied, Quantity.APEX, heights, swept, settings)
+        found += _compared(cache, label, varied, Outcome.APEX, heights, swept, settings)
     fits_lost: dict[str, tuple[str, ...]] = {}
     for day in sorted({run.day for run in (*evidence.runs, *evidence.idle)}):
         label, rest = f"without {day}", without_day(evidence, day)
         left, joules = _joules_of(cache, rest, evidence, drains, label)
-        found += _compared(cache, label, rest, Quantity.JOULES, joules, swept, settings)
+        found += _compared(cache, label, rest, Outcome.JOULES, joules, swept, settings)
         if len(rest.runs) < len(evidence.runs):
-            found += _compared(cache, label, rest, Quantity.APEX, apexes.results, swept, settings)
+            found += _compared(cache, label, rest, Outcome.APEX, apexes.results, swept, settings)
         lost = _fitted(drains) - _fitted(left)
         if lost:
             fits_lost[day] = tuple(sorted(lost))
@@ -116,7 +116,7 @@ def _compared(
     cache: ResultCache,
     label: str,
     evidence: StudyData,
-    quantity: Quantity,
+    quantity: Outcome,
     results: Mapping[str, ResultRow],
     swept: str,
     settings: AnalysisSettings,

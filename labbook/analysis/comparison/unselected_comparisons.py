@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, run_numbers
@@ -18,23 +19,22 @@ from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import run_energies
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
-from reports.numbers import Quantity
 
 
 def unselected_conditions_of(
     cache: ResultCache, detections: Detections, evidence: StudyData, scope: Mapping[str, Any]
-) -> dict[Quantity, list[ConditionValues]]:
+) -> dict[Outcome, list[ConditionValues]]:
     """Ensure the numbers of the conditions of which the selection takes no run."""
     if not evidence.beside:
         return {}
     other = replace(evidence, runs=evidence.beside)
     results = {
-        Quantity.JOULES: run_energies(cache, other, passive_drains(cache, other)).results,
-        Quantity.APEX: run_apexes(cache, detections, other, as_protocol(other)).results,
+        Outcome.JOULES: run_energies(cache, other, passive_drains(cache, other)).results,
+        Outcome.APEX: run_apexes(cache, detections, other, as_protocol(other)).results,
     }
     return {
         quantity: condition_values(cache, run_numbers(other.runs, results[quantity], quantity), quantity, scope)
-        for quantity in Quantity
+        for quantity in Outcome
     }
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from labbook.analysis.outcomes.run_energy import shared_error
@@ -19,16 +20,9 @@ from labbook.analysis.results.result_cache import (
     number,
     result_fingerprint,
 )
-from reports.numbers import Quantity
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 
 ALGORITHM = Algorithm("condition_summary", 14)
-
-NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
-    Quantity.JOULES: ("joules_per_jump", "J"),
-    Quantity.APEX: ("apex_height", "m"),
-}
-"""The number of a run that a quantity is, and its unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,23 +51,22 @@ class ConditionValues:
         return [item.value for item in self.runs]
 
 
-def run_numbers(runs: Sequence[RunRow], results: Mapping[str, ResultRow], quantity: Quantity) -> list[RunNumber]:
+def run_numbers(runs: Sequence[RunRow], results: Mapping[str, ResultRow], quantity: Outcome) -> list[RunNumber]:
     """Return the runs that have the quantity."""
-    name, _unit = NUMBER_OF[quantity]
     found = []
     for run in runs:
         row = results.get(run.uid)
         if row is None:
             continue
-        item = number(row, name)
+        item = number(row, quantity.number_name)
         if item.value is not None:
-            shared = shared_error(row) if quantity is Quantity.JOULES else SharedError()
+            shared = shared_error(row) if quantity.shares_error else SharedError()
             found.append(RunNumber(run, item.value, shared, row))
     return found
 
 
 def condition_values(
-    cache: ResultCache, numbers: Sequence[RunNumber], quantity: Quantity, scope: Mapping[str, Any]
+    cache: ResultCache, numbers: Sequence[RunNumber], quantity: Outcome, scope: Mapping[str, Any]
 ) -> list[ConditionValues]:
     """Ensure the summary of every condition that occurs among the runs, in order of first occurrence."""
     by_condition: dict[str, list[RunNumber]] = {}
@@ -96,8 +89,8 @@ def condition_values(
     ]
 
 
-def _outcome(items: Sequence[RunNumber], quantity: Quantity) -> Computed:
-    _name, unit = NUMBER_OF[quantity]
+def _outcome(items: Sequence[RunNumber], quantity: Outcome) -> Computed:
+    unit = quantity.unit
     mean = describe_shared([item.value for item in items], shared_of_mean([item.shared for item in items]))
     about = mean.scatter
     return Computed(
@@ -107,7 +100,7 @@ def _outcome(items: Sequence[RunNumber], quantity: Quantity) -> Computed:
                 about.mean,
                 unit,
                 about.se,
-                mean.shared_se if quantity is Quantity.JOULES else None,
+                mean.shared_se if quantity.shares_error else None,
                 mean.ci_low,
                 mean.ci_high,
                 mean.level,

@@ -7,9 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from labbook.analysis.comparison.comparing import Pair
-from labbook.analysis.outcomes.conditions import NUMBER_OF, ConditionValues, RunNumber
+from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.results.result_cache import (
     Algorithm,
     Computed,
@@ -20,7 +21,6 @@ from labbook.analysis.results.result_cache import (
     result_fingerprint,
 )
 from labbook.config.model import UnitOfAnalysis
-from reports.numbers import Quantity
 from stats.compare.shared_error import shared_of_mean
 
 ALGORITHM = Algorithm("day_means", 6)
@@ -29,7 +29,7 @@ _Days = Mapping[str, Sequence[RunNumber]]
 
 
 def pairs_in_units(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Quantity, unit: UnitOfAnalysis, scope: Mapping[str, Any]
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, unit: UnitOfAnalysis, scope: Mapping[str, Any]
 ) -> list[Pair]:
     """Return the pairs with one number a unit of analysis: as they are, or a mean of each day's runs on each side.
 
@@ -45,7 +45,7 @@ def pairs_in_units(
 def in_units(
     cache: ResultCache,
     conditions: Sequence[ConditionValues],
-    quantity: Quantity,
+    quantity: Outcome,
     unit: UnitOfAnalysis,
     scope: Mapping[str, Any],
 ) -> list[ConditionValues]:
@@ -56,7 +56,7 @@ def in_units(
 
 
 def by_day(
-    cache: ResultCache, sides: Sequence[Sequence[ConditionValues]], quantity: Quantity, scope: Mapping[str, Any]
+    cache: ResultCache, sides: Sequence[Sequence[ConditionValues]], quantity: Outcome, scope: Mapping[str, Any]
 ) -> list[ConditionValues]:
     """Ensure the means of each side's runs by day, in order: one set of values a side, under its first condition."""
     days = [days_of(item for condition in side for item in condition.runs) for side in sides]
@@ -70,7 +70,7 @@ def by_day(
                     *(fingerprint("day", "run", item.run.uid, item.run.day) for one in side for item in one.runs),
                 ),
                 {},
-                lambda of_day=of_day: _means(of_day, NUMBER_OF[quantity][1]),  # type: ignore[misc]
+                lambda of_day=of_day: _means(of_day, quantity.unit),  # type: ignore[misc]
             )
             for side, of_day in zip(sides, days, strict=True)
         ]

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 
 from scipy import special
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.conditions import NUMBER_OF, RunNumber, run_numbers
+from labbook.analysis.outcomes.conditions import RunNumber, run_numbers
 from labbook.analysis.outcomes.day_means import days_of, mean_of
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.passive_drain import passive_drains
@@ -18,7 +19,6 @@ from labbook.analysis.outcomes.run_energy import run_energies
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
-from reports.numbers import Quantity
 from stats.compare.summary import describe
 
 LEVEL = 0.95
@@ -42,13 +42,13 @@ class Spread:
 
 
 def run_spread(
-    cache: ResultCache, detections: Detections, evidence: StudyData, quantity: Quantity, unit: UnitOfAnalysis
+    cache: ResultCache, detections: Detections, evidence: StudyData, quantity: Outcome, unit: UnitOfAnalysis
 ) -> Spread | Undefined:
     """Pool the scatter of the runs so far within their conditions; nothing is stored.
 
     The interval is that of a normal variance, by chi-squared.
     """
-    if quantity is Quantity.JOULES:
+    if quantity is Outcome.JOULES:
         results = run_energies(cache, evidence, passive_drains(cache, evidence)).results
     else:
         results = run_apexes(cache, detections, evidence, as_protocol(evidence)).results
@@ -59,7 +59,7 @@ def run_spread(
     values = {key: _values(items, unit) for key, items in samples.items()}
     controls = [value for (_key, is_control), several in values.items() if is_control for value in several]
     df = sum(len(several) - 1 for several in values.values())
-    unit_text = NUMBER_OF[quantity][1]
+    unit_text = quantity.unit
     if df < 1:
         return Undefined(f"no condition has two {unit}s with {quantity} ({unit_text}) yet")
     sd = math.sqrt(sum(_squares(several) for several in values.values()) / df)

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow, NumberRow, ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
@@ -25,7 +26,6 @@ from labbook.analysis.results.result_cache import (
     number,
     result_fingerprint,
 )
-from reports.numbers import Quantity
 from reports.predicted import PredictedQuantity
 
 ALGORITHM = Algorithm("prediction_check", 8)
@@ -39,7 +39,7 @@ AllPredicted = Mapping[tuple[str, str], Predicted]
 Side = Sequence[tuple[Predicted, int]]
 """Predictions with the number of runs that each stands for."""
 
-_PREDICTED = {Quantity.JOULES: PredictedQuantity.JOULES, Quantity.APEX: PredictedQuantity.APEX}
+_PREDICTED = {Outcome.JOULES: PredictedQuantity.JOULES, Outcome.APEX: PredictedQuantity.APEX}
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ def check_conditions(
     cache: ResultCache,
     conditions: Sequence[ConditionValues],
     predicted: AllPredicted,
-    quantity: Quantity,
+    quantity: Outcome,
     swept: str | None,
     scope: Mapping[str, Any],
 ) -> list[Checked]:
@@ -149,7 +149,7 @@ def _inputs(role: str, side: Side) -> Iterator[InputRow]:
     return (result_fingerprint(role, one.result) for one, _runs in side)
 
 
-def _mean_outcome(measured: ResultRow, side: Side, quantity: Quantity) -> Computed:
+def _mean_outcome(measured: ResultRow, side: Side, quantity: Outcome) -> Computed:
     """Predict the mean of a condition's runs, and hold the measured mean against it."""
     value = _mean(_values(side, quantity))
     accuracy_part = 0.0 if value is None else _accuracy([side]) * abs(value)
@@ -160,10 +160,10 @@ def _mean_outcome(measured: ResultRow, side: Side, quantity: Quantity) -> Comput
 def _savings_outcome(measured: ResultRow, control: Side, treated: Side) -> Computed:
     """Predict the savings of the runs as they were made: joules of each side are the mean over its runs."""
     sides = [control, treated]
-    value = _percent([_mean(_values(side, Quantity.JOULES)) for side in sides])
+    value = _percent([_mean(_values(side, Outcome.JOULES)) for side in sides])
     # a relative error in both sides, as it comes out in a ratio of the two
     accuracy_part = 0.0 if value is None else math.sqrt(2.0) * _accuracy(sides) * abs(100.0 - value)
-    otherwise = _varied(sides, Quantity.JOULES, _percent)
+    otherwise = _varied(sides, Outcome.JOULES, _percent)
     return _outcome(number(measured, "savings"), value, accuracy_part, otherwise, sides)
 
 
@@ -176,7 +176,7 @@ def _outcome(
 ) -> Computed:
     """Put the prediction with its error and its parts beside what was measured."""
     if value is None:
-        ends = sorted({one.ends for side in sides for one, _runs in side if one.value(Quantity.JOULES) is None})
+        ends = sorted({one.ends for side in sides for one, _runs in side if one.value(Outcome.JOULES) is None})
         reason = f"the simulated jump ends otherwise: {', '.join(ends)}" if ends else "the simulated control is free"
         none = Undefined(reason)
         return Computed((NewNumber(PREDICTED, none, measured.unit), *agreement(measured, none, none)))
@@ -188,7 +188,7 @@ def _outcome(
 
 
 def _varied(
-    sides: Sequence[Side], quantity: Quantity, of_means: Callable[[list[float | None]], float | None]
+    sides: Sequence[Side], quantity: Outcome, of_means: Callable[[list[float | None]], float | None]
 ) -> dict[str, list[float | None]]:
     """Return the value under each variation: a parameter has one value in all conditions, so all sides change."""
     sources = dict.fromkeys(source for side in sides for one, _runs in side for source in one.payload["otherwise"])
@@ -202,7 +202,7 @@ def _varied(
     }
 
 
-def _values(side: Side, quantity: Quantity, source: str = "", place: int = 0) -> list[tuple[float | None, int]]:
+def _values(side: Side, quantity: Outcome, source: str = "", place: int = 0) -> list[tuple[float | None, int]]:
     """Return each prediction's value, varied where the source of an error is named and it has one, with its runs."""
     found = []
     for one, runs in side:

@@ -17,6 +17,7 @@ import sqlalchemy as sa
 
 from data_schema.errors import unknown_name
 from data_schema.journal import canonical
+from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
 from data_schema.queries.predictions import PredictionRow, add_predictions
 from data_schema.queries.results import ResultRow
@@ -29,18 +30,11 @@ from labbook.analysis.results.facts import condition_input
 from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
-from reports.numbers import Quantity
 
 if TYPE_CHECKING:
     from simulator.scene import Scene
 
 ALGORITHM = Algorithm("prediction", 17)
-
-NUMBER_OF: Mapping[Quantity, tuple[str, str]] = {
-    Quantity.JOULES: ("predicted_joules_per_jump", "J"),
-    Quantity.APEX: ("predicted_apex_height", "m"),
-}
-"""The number of a prediction that a quantity is, and its unit."""
 
 BRANCH = "other branch"
 """The part of an error that is due to a decision on a knife's edge, beside the assumed parameters."""
@@ -53,12 +47,12 @@ class Predicted:
     result: ResultRow
     payload: Mapping[str, Any]
 
-    def value(self, quantity: Quantity) -> float | None:
+    def value(self, quantity: Outcome) -> float | None:
         """Return the predicted value."""
         found: float | None = self.payload["values"][quantity]
         return found
 
-    def otherwise(self, quantity: Quantity) -> dict[str, list[float | None]]:
+    def otherwise(self, quantity: Outcome) -> dict[str, list[float | None]]:
         """Return, by what was varied, the values that came of it."""
         return {source: [one[quantity] for one in several] for source, several in self.payload["otherwise"].items()}
 
@@ -164,7 +158,8 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
     if found.branch is not None:
         otherwise[BRANCH] = [found.branch]
     numbers: list[NewNumber] = []
-    for quantity, (name, unit) in NUMBER_OF.items():
+    for quantity in Outcome:
+        name, unit = f"predicted_{quantity.number_name}", quantity.unit
         value = found.values[quantity]
         if value is None:
             numbers.append(NewNumber(name, Undefined(f"the simulated jump ends otherwise: {found.outcome}"), unit))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from data_schema.errors import LabbookError
-from reports.numbers import Quantity
+from data_schema.outcomes import Outcome
 
 if TYPE_CHECKING:
     from simulator.result import JumpResult
@@ -38,7 +38,7 @@ def varied(scene: Scene, name: str, factor: float, accuracy: float) -> Mapping[s
     try:
         changed = scene.changed({name: scene[name] * factor})
     except LabbookError:
-        return dict.fromkeys(map(str, Quantity))
+        return dict.fromkeys(map(str, Outcome))
     return simulated(changed, accuracy).values
 
 
@@ -67,6 +67,6 @@ def simulated(scene: Scene, accuracy: float) -> Simulated:
 def _means(jumps: Sequence[JumpResult]) -> dict[str, float | None]:
     heights = [jump.apex_height_m for jump in jumps if jump.apex_height_m is not None]
     if len(heights) < len(jumps):
-        return dict.fromkeys(map(str, Quantity))
+        return dict.fromkeys(map(str, Outcome))
     joules = math.fsum(jump.cost_J for jump in jumps)
-    return {str(Quantity.JOULES): joules / len(jumps), str(Quantity.APEX): math.fsum(heights) / len(jumps)}
+    return {str(Outcome.JOULES): joules / len(jumps), str(Outcome.APEX): math.fsum(heights) / len(jumps)}

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.first_measurement import StatedConfiguration
 from labbook.analysis.preregistration.departures import Departure
 from labbook.config.analysis import kept_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration
-from reports.numbers import Quantity
 
 History = Sequence[tuple[StatedConfiguration, AnalysisSettings | None]]
 """Every labbook.toml that the journal keeps, with what its [analysis] said."""
@@ -36,7 +36,7 @@ def changed_jump_rules(text: str, configuration: Configuration) -> list[Departur
         Departure(
             f"{name} of [protocol] was {_shown(was)} before the first run was ingested and is {_shown(value)} in "
             "labbook.toml: it is used, and apex heights are exploratory",
-            (Quantity.APEX,),
+            (Outcome.APEX,),
         )
         for name, was, value in zip(_JUMP_RULES, kept_jump_rules(text), values, strict=True)
         if was != value

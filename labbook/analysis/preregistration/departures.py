@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun, charges_by_run
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.signals import SignalRow, signals_of_runs
@@ -20,7 +21,6 @@ from labbook.analysis.outcomes.passive_drain import recharge_of
 from labbook.analysis.outcomes.run_apexes import usable_logs
 from labbook.analysis.outcomes.run_energy import usable_charge
 from labbook.config.model import Configuration
-from reports.numbers import Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,10 +32,10 @@ class Departure:
     """
 
     sentence: str
-    quantities: tuple[Quantity, ...] = ()
+    quantities: tuple[Outcome, ...] = ()
     conditions: tuple[str, ...] | None = None
 
-    def touches(self, quantity: Quantity, conditions: Collection[str] | None) -> bool:
+    def touches(self, quantity: Outcome, conditions: Collection[str] | None) -> bool:
         """Tell whether a comparison of these conditions rests on it; None stands for any conditions."""
         about_them = conditions is None or self.conditions is None or not set(self.conditions).isdisjoint(conditions)
         return quantity in self.quantities and about_them
@@ -49,16 +49,16 @@ class Analysable:
     charges: dict[str, list[ChargeOfRun]]
     logs: dict[str, list[SignalRow]] = field(default_factory=dict)
 
-    def given(self, run: RunRow) -> frozenset[Quantity]:
+    def given(self, run: RunRow) -> frozenset[Outcome]:
         """Return the quantities that have a number from this run; an idle run gives to all joules."""
         if run.state is RunState.VOID:
             return frozenset()
         charges = self.charges.get(run.uid, [])
         if run.kind is RunKind.IDLE:
-            return frozenset({Quantity.JOULES} if not isinstance(recharge_of(run, charges), str) else ())
+            return frozenset({Outcome.JOULES} if not isinstance(recharge_of(run, charges), str) else ())
         found = {
-            Quantity.JOULES: usable_charge(run, charges),
-            Quantity.APEX: usable_logs(run, self.logs.get(run.uid, [])),
+            Outcome.JOULES: usable_charge(run, charges),
+            Outcome.APEX: usable_logs(run, self.logs.get(run.uid, [])),
         }
         return frozenset(quantity for quantity, usable in found.items() if not isinstance(usable, str))
 
@@ -92,8 +92,8 @@ def parted_conditions(every: Analysable, configuration: Configuration, selected:
     ]
 
 
-def _parted(every: Analysable, runs: Sequence[RunRow], selected: set[str]) -> tuple[tuple[Quantity, ...], list[str]]:
+def _parted(every: Analysable, runs: Sequence[RunRow], selected: set[str]) -> tuple[tuple[Outcome, ...], list[str]]:
     taken = {quantity for run in runs if run.uid in selected for quantity in every.given(run)}
     left = {run.name: every.given(run) & taken for run in runs if run.uid not in selected}
-    quantities = tuple(item for item in Quantity if any(item in given for given in left.values()))
+    quantities = tuple(item for item in Outcome if any(item in given for given in left.values()))
     return quantities, [name for name, given in left.items() if given]

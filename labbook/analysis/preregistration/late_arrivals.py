@@ -13,13 +13,13 @@ from collections.abc import Sequence
 
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome, Source
 from data_schema.queries.arrivals import Arrival
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.preregistration.departures import Analysable, Departure
 from labbook.analysis.preregistration.late_replacements import replacements
-from labbook.analysis.preregistration.study_history import WHAT, StudyHistory
-from reports.numbers import Quantity
+from labbook.analysis.preregistration.study_history import StudyHistory
 
 
 def late_arrivals(_connection: sa.Connection, study_history: StudyHistory, now: Analysable) -> list[Departure]:
@@ -36,15 +36,15 @@ def late_arrivals(_connection: sa.Connection, study_history: StudyHistory, now: 
     return found
 
 
-def _further(now: Analysable, run: RunRow, quantity: Quantity, several: Sequence[Arrival]) -> list[Departure]:
+def _further(now: Analysable, run: RunRow, quantity: Outcome, several: Sequence[Arrival]) -> list[Departure]:
     """Tell what came when the run had all that it can have, and took its number away."""
-    most = max(run.starts, 1) if quantity is Quantity.APEX else 1
+    most = max(run.starts, 1) if quantity.source is Source.LOG else 1
     if len(several) <= most or quantity in now.given(run) or quantity not in _with_only(now, run, several[:most]):
         return []
     had, taken = several[most - 1], f"which leaves run {run.name} without {quantity}"
     return [
         Departure(
-            f"{_named(item, quantity)} came to run {run.name} when it had its {WHAT[quantity]} ({item.person}, "
+            f"{_named(item, quantity)} came to run {run.name} when it had its {quantity.source} ({item.person}, "
             f"{item.at_utc[:10]}), {taken}",
             (quantity,),
             None if run.kind is RunKind.IDLE else (run.condition_key,),
@@ -55,7 +55,7 @@ def _further(now: Analysable, run: RunRow, quantity: Quantity, several: Sequence
     ]
 
 
-def _with_only(now: Analysable, run: RunRow, few: Sequence[Arrival]) -> frozenset[Quantity]:
+def _with_only(now: Analysable, run: RunRow, few: Sequence[Arrival]) -> frozenset[Outcome]:
     """Return what the run gives where it has nothing but these."""
     uids, files = {item.uid for item in few}, {item.file_sha256 for item in few}
     charges = [item for item in now.charges.get(run.uid, []) if item.uid in uids]
@@ -63,21 +63,21 @@ def _with_only(now: Analysable, run: RunRow, few: Sequence[Arrival]) -> frozense
     return Analysable((run,), {run.uid: charges}, {run.uid: logs}).given(run)
 
 
-def _named(item: Arrival, quantity: Quantity) -> str:
-    if quantity is Quantity.APEX:
+def _named(item: Arrival, quantity: Outcome) -> str:
+    if quantity.source is Source.LOG:
         return str(item.name)
     return "a further charge" if item.name is None else f"a further charge of {item.name}"
 
 
 def _taken_in(
-    now: Analysable, run: RunRow, quantity: Quantity, several: Sequence[Arrival], reports: Sequence[int]
+    now: Analysable, run: RunRow, quantity: Outcome, several: Sequence[Arrival], reports: Sequence[int]
 ) -> list[Departure]:
     """Tell what was read before a report and given to its run after it."""
     if quantity not in now.given(run):
         return []
     return [
         Departure(
-            f"the {WHAT[quantity]} of run {run.name} was in the book when a report was made, and was given to it only "
+            f"the {quantity.source} of run {run.name} was in the book when a report was made, and was given to it only "
             f"afterwards ({item.person}, {item.at_utc[:10]})"
         )
         for item in several

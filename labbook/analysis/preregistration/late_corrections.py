@@ -13,6 +13,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.changes import Change, words_by_uid
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.conditions import conditions_by_key
@@ -23,7 +24,6 @@ from labbook.analysis.preregistration.late_replacements import replacements
 from labbook.analysis.preregistration.moved_runs import conditions_at_reports
 from labbook.analysis.preregistration.study_history import StudyHistory
 from labbook.analysis.preregistration.unassigned_logs import UnassignedLog, unassigned_logs
-from reports.numbers import Quantity
 
 _WATCHED: Mapping[str, tuple[str, ...]] = {
     "run": ("kind", "condition", "jumps_made", "starts", "duration_s", "day", "robot", "battery"),
@@ -87,7 +87,7 @@ def late_corrections(connection: sa.Connection, study_history: StudyHistory, now
             continue
         given = "" if gone.to is None else f" and given to run {names.shown('run', gone.to)}"
         words = f"{gone.name} was taken off run {names.shown('run', gone.run)}{given}"
-        heights = {uid: tuple(item for item in lost[uid] if item is Quantity.APEX) for uid in lost}
+        heights = {uid: tuple(item for item in lost[uid] if item is Outcome.APEX) for uid in lost}
         owners = [gone.run] if gone.to is None else [gone.run, gone.to]
         departure = _departure(words, gone.change, owners, heights, old_keys, now)
         if (gone.file_uid, gone.run) in seen:
@@ -100,7 +100,7 @@ def _of_fewer_logs(told: Departure, gone: UnassignedLog, now: Analysable) -> Dep
     """Make exploratory what rests on a run that keeps some of the logs that it had when a report was made."""
     (run,) = [run for run in now.runs if run.uid == gone.run]
     said = f"{told.sentence}, after a report had been made: run {run.name} keeps its other logs"
-    return Departure(said, (Quantity.APEX,), (*(told.conditions or ()), run.condition_key))
+    return Departure(said, (Outcome.APEX,), (*(told.conditions or ()), run.condition_key))
 
 
 def _names(connection: sa.Connection, changed: Sequence[_Changed], now: Analysable) -> _Names:
@@ -177,24 +177,24 @@ def _run_before(run: RunRow, old: Mapping[str, Any], names: _Names) -> RunRow:
     return replace(run, **values)
 
 
-def _lost(now: Analysable, before: Analysable, without_log: set[str]) -> dict[str, tuple[Quantity, ...]]:
+def _lost(now: Analysable, before: Analysable, without_log: set[str]) -> dict[str, tuple[Outcome, ...]]:
     """Return what runs that count would give as they were before and do not give now, by the run's uid."""
     found = {}
     for run, was in zip(now.runs, before.runs, strict=True):
         if run.state is RunState.VOID:
             continue  # told as what was left out
-        had = before.given(was) | ({Quantity.APEX} if run.uid in without_log and was.kind is RunKind.JUMPS else set())
+        had = before.given(was) | ({Outcome.APEX} if run.uid in without_log and was.kind is RunKind.JUMPS else set())
         has = now.given(run) if run.kind is was.kind else frozenset()
-        found[run.uid] = tuple(item for item in Quantity if item in had - has)
+        found[run.uid] = tuple(item for item in Outcome if item in had - has)
     return found
 
 
-def _taken(item: _Changed, lost: Mapping[str, tuple[Quantity, ...]]) -> dict[str, tuple[Quantity, ...]]:
+def _taken(item: _Changed, lost: Mapping[str, tuple[Outcome, ...]]) -> dict[str, tuple[Outcome, ...]]:
     """Return of what runs lost the part that a change of this column can have taken."""
     joules_gone = item.column in ("run", "mode") or (item.column in ("jumps_made", "duration_s") and not item.now)
     can = {
-        Quantity.JOULES: joules_gone or item.column == "kind",
-        Quantity.APEX: item.column in ("kind", "starts"),
+        Outcome.JOULES: joules_gone or item.column == "kind",
+        Outcome.APEX: item.column in ("kind", "starts"),
     }
     return {uid: tuple(quantity for quantity in quantities if can[quantity]) for uid, quantities in lost.items()}
 
@@ -203,7 +203,7 @@ def _departure(
     words: str,
     last: Change,
     owners: Sequence[str],
-    lost: Mapping[str, tuple[Quantity, ...]],
+    lost: Mapping[str, tuple[Outcome, ...]],
     old_keys: Mapping[str, str],
     now: Analysable,
 ) -> Departure:
@@ -212,7 +212,7 @@ def _departure(
     out = [run for run in now.runs if run.uid in owners and lost.get(run.uid)]
     if not out:
         return Departure(said)
-    quantities = tuple(item for item in Quantity if any(item in lost[run.uid] for run in out))
+    quantities = tuple(item for item in Outcome if any(item in lost[run.uid] for run in out))
     listed = " and ".join(map(str, quantities))
     keys = tuple(old_keys[run.uid] for run in out)
     return Departure(

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome, Source
 from data_schema.queries.arrivals import Arrival
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.preregistration.departures import Analysable, Departure
-from labbook.analysis.preregistration.study_history import WHAT, StudyHistory
-from reports.numbers import Quantity
+from labbook.analysis.preregistration.study_history import StudyHistory
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,7 @@ class Replaced:
     """What a run's number rested on when a report was made and does not now, and what it rests on instead, if any."""
 
     run: RunRow
-    quantity: Quantity
+    quantity: Outcome
     gone: tuple[Arrival, ...]
     came: tuple[Arrival, ...]
 
@@ -38,7 +38,7 @@ def late_replacements(_connection: sa.Connection, study_history: StudyHistory, n
         found.append(
             Departure(
                 f"{_named(item.came, item.quantity)} replaced {_named(item.gone, item.quantity)} as the "
-                f"{WHAT[item.quantity]} of run {item.run.name} after a report had been made ({last.person}, "
+                f"{item.quantity.source} of run {item.run.name} after a report had been made ({last.person}, "
                 f"{last.at_utc[:10]})",
                 (item.quantity,),
                 None if item.run.kind is RunKind.IDLE else (item.run.condition_key,),
@@ -60,9 +60,9 @@ def replacements(study_history: StudyHistory, now: Analysable) -> list[Replaced]
 
 
 def _exchanged(
-    study_history: StudyHistory, run: RunRow, quantity: Quantity
+    study_history: StudyHistory, run: RunRow, quantity: Outcome
 ) -> tuple[tuple[Arrival, ...], tuple[Arrival, ...]]:
-    most = max(run.starts, 1) if quantity is Quantity.APEX else 1
+    most = max(run.starts, 1) if quantity.source is Source.LOG else 1
     has = study_history.that_count(quantity, run.uid)
     gone: dict[Arrival, None] = {}
     came: dict[Arrival, None] = {}
@@ -89,7 +89,7 @@ def _without(
     return [item for item in some if item.uid not in uids and study_history.content(item, seq) - known]
 
 
-def _named(items: Sequence[Arrival], quantity: Quantity) -> str:
-    if quantity is Quantity.APEX:
+def _named(items: Sequence[Arrival], quantity: Outcome) -> str:
+    if quantity.source is Source.LOG:
         return " and ".join(str(item.name) for item in items)
     return " and ".join("a typed charge" if item.name is None else f"a charge of {item.name}" for item in items)

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.conditions import conditions_by_key
 from data_schema.vocabulary import RunKind
 from labbook.analysis.preregistration.departures import Analysable, Departure
 from labbook.analysis.preregistration.study_history import StudyHistory
-from reports.numbers import Quantity
 
 
 def moved_runs(connection: sa.Connection, study_history: StudyHistory, now: Analysable) -> list[Departure]:
@@ -28,7 +28,7 @@ def moved_runs(connection: sa.Connection, study_history: StudyHistory, now: Anal
                 Departure(
                     f"the condition of run {run.name} was corrected after a report had been made: it was "
                     f"{' and '.join(were)} and is {run.condition_key} ({last.person}, {last.at_utc[:10]})",
-                    tuple(item for item in Quantity if item in now.given(run)),
+                    tuple(item for item in Outcome if item in now.given(run)),
                     (*were, run.condition_key),
                 )
             )

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome, Source
 from data_schema.queries.first_measurement import StatedConfiguration, first_measurement, stated_configurations
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.vocabulary import RunState
@@ -27,11 +28,10 @@ from labbook.analysis.preregistration.moved_runs import moved_runs
 from labbook.analysis.preregistration.study_history import StudyHistory, read_study_history
 from labbook.analysis.preregistration.unselected_conditions import unselected_conditions
 from labbook.config.analysis import kept_analysis
-from labbook.config.model import AnalysisSettings, Configuration, Family, Outcome
-from reports.numbers import Quantity
+from labbook.config.model import AnalysisSettings, Configuration, Family, PrimaryOutcome
 
-QUANTITY_OF: Mapping[Outcome, Quantity] = {Outcome.JOULES: Quantity.JOULES, Outcome.APEX: Quantity.APEX}
-"""The measured quantity that an outcome is."""
+QUANTITY_OF: Mapping[PrimaryOutcome, Outcome] = {PrimaryOutcome(outcome.key): outcome for outcome in Outcome}
+"""The outcome that labbook.toml names."""
 FAMILY_OF: Mapping[Family, str] = {Family.EACH: pairing.EACH, Family.POOLED: pairing.POOLED}
 """The family of comparisons that a setting means."""
 NOTHING_DECIDED = "nothing was decided before the first run was ingested"
@@ -70,7 +70,7 @@ class Planned:
     further: tuple[Departure, ...] = ()
     run_before: str | None = None
 
-    def exploratory(self, quantity: Quantity, family: str, conditions: Collection[str] | None = None) -> str | None:
+    def exploratory(self, quantity: Outcome, family: str, conditions: Collection[str] | None = None) -> str | None:
         """Say why a comparison of a family (a name of `pairing`) is exploratory; None where it is the planned one.
 
         `conditions` are the keys of those compared; without them it may be any.
@@ -78,7 +78,7 @@ class Planned:
         reason = self.reason(quantity, family, conditions)
         return None if reason is None else reason.text
 
-    def reason(self, quantity: Quantity, family: str, conditions: Collection[str] | None = None) -> Reason | None:
+    def reason(self, quantity: Outcome, family: str, conditions: Collection[str] | None = None) -> Reason | None:
         """Return why a comparison is exploratory, as `exploratory`."""
         planned = QUANTITY_OF[self.settings.primary_outcome]
         if not self.stated:
@@ -98,7 +98,7 @@ class Planned:
             return Reason(NOTHING_DECIDED)
         if not self.bounds_stated:
             return Reason("no bounds of apex height were stated before the first run was ingested")
-        return self._beside_the_plan(Quantity.APEX, family, conditions)
+        return self._beside_the_plan(Outcome.APEX, family, conditions)
 
     def exploratory_anova(self) -> str:
         """Say why an analysis of variance is exploratory: no family that can be decided on has one."""
@@ -109,11 +109,11 @@ class Planned:
         unit = self.settings.unit_of_analysis
         return f"the unit of analysis decided on is the {unit}, not the jump" if self.stated else NOTHING_DECIDED
 
-    def _beside_the_plan(self, quantity: Quantity, family: str, conditions: Collection[str] | None) -> Reason | None:
+    def _beside_the_plan(self, quantity: Outcome, family: str, conditions: Collection[str] | None) -> Reason | None:
         planned = FAMILY_OF[self.settings.family]
         if family != planned:
             return Reason(f"the family decided on is {planned}")
-        touching = [item for item in self.disallowed_exclusions if item.jumps is None or quantity is Quantity.APEX]
+        touching = [item for item in self.disallowed_exclusions if item.jumps is None or quantity.source is Source.LOG]
         rests_on = [item.sentence for item in self.further if item.touches(quantity, conditions)]
         departures = (*map(not_allowed, touching), *rests_on)
         if touching:

@@ -8,15 +8,14 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome, Source
 from data_schema.queries.arrivals import Arrival, charge_arrivals, log_arrivals, reports_made, samples_of_files
 from data_schema.queries.changes import Change, changes_after
 from data_schema.queries.charges import ChargeOfRun, every_charge
 from data_schema.vocabulary import ChargeMode
 from labbook.analysis.outcomes.detecting import BODY_HEIGHT
-from reports.numbers import Quantity
 
-WHAT: Mapping[Quantity, str] = {Quantity.JOULES: "charge", Quantity.APEX: "log"}
-"""What a run's number of a quantity comes from."""
+_ARRIVALS = {Source.CHARGE: charge_arrivals, Source.LOG: log_arrivals}
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +24,7 @@ class StudyHistory:
 
     reports: Sequence[int]
     changes: Sequence[Change]
-    arrivals: Mapping[Quantity, Mapping[str, Sequence[Arrival]]]
+    arrivals: Mapping[Outcome, Mapping[str, Sequence[Arrival]]]
     charges: Mapping[str, ChargeOfRun]
     heights: Mapping[str, frozenset[str]]
 
@@ -34,14 +33,14 @@ class StudyHistory:
         later = (item.old[column] for item in self.changes if item.uid == uid and item.seq > seq and column in item.old)
         return next(later, now)
 
-    def that_count(self, quantity: Quantity, run_uid: str, seq: int | None = None) -> list[Arrival]:
+    def that_count(self, quantity: Outcome, run_uid: str, seq: int | None = None) -> list[Arrival]:
         """Return the charges that charged, or the logs with a body height, of a run at an entry; now, without one.
 
         Contents that others have too are left out.
         """
         items = self.arrivals[quantity].get(run_uid, ())
         there = [item for item in items if (item.stayed if seq is None else item.belonged(seq))]
-        if quantity is Quantity.JOULES:
+        if quantity.source is Source.CHARGE:
             return [item for item in there if self._mode(item, seq) == ChargeMode.CHARGE]
         known: set[str] = set()
         found = []
@@ -66,10 +65,10 @@ class StudyHistory:
 def read_study_history(connection: sa.Connection, first_seq: int) -> StudyHistory:
     """Read what happened after the entry of the first measurement."""
     reports = reports_made(connection)
-    found: dict[Quantity, dict[str, list[Arrival]]] = {}
-    for quantity, read in ((Quantity.JOULES, charge_arrivals), (Quantity.APEX, log_arrivals)):
+    found: dict[Outcome, dict[str, list[Arrival]]] = {}
+    for quantity in Outcome:
         of_runs = found.setdefault(quantity, {})
-        for arrival in read(connection, reports):
+        for arrival in _ARRIVALS[quantity.source](connection, reports):
             of_runs.setdefault(arrival.run_uid, []).append(arrival)
     return StudyHistory(
         reports,

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.changes import Change, file_links, roles_and_names_of_files
 from data_schema.vocabulary import FileRole
 from labbook.analysis.preregistration.study_history import StudyHistory
-from reports.numbers import Quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ def _runs_before(change: Change) -> list[str]:
 
 def _seen_there(study_history: StudyHistory, file_uid: str, run_uid: str) -> bool:
     """Tell whether a report was made while a run had a log."""
-    of_run = study_history.arrivals[Quantity.APEX].get(run_uid, ())
+    of_run = study_history.arrivals[Outcome.APEX].get(run_uid, ())
     return any(item.uid == file_uid and item.belonged(made) for item in of_run for made in study_history.reports)
 
 

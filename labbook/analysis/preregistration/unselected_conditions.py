@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.condition_order import place_configured
 from labbook.analysis.preregistration.departures import Analysable, Departure
 from labbook.config.model import Configuration
-from reports.numbers import Quantity
 
 _MOST_NAMED = 4
 
@@ -55,7 +55,7 @@ def _of_group(every: Analysable, conditions: Mapping[str, Sequence[RunRow]], lef
     given = {quantity for key in left for run in conditions[key] for quantity in every.given(run)}
     return Departure(
         f"the selection compares some levels of a group and leaves out {_counted(left)} of it whole: {_listed(left)}",
-        tuple(quantity for quantity in Quantity if quantity in given),
+        tuple(quantity for quantity in Outcome if quantity in given),
         tuple(conditions),
     )
 

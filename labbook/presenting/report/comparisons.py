@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
@@ -16,7 +17,7 @@ from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown, side_names, values_as
 from labbook.presenting.report.design import factor_title
 from labbook.presenting.report.one_day_each import one_day_each
-from reports.content import Anova, Comparison, Quantity, ReportContent, Sensitivity, Variant
+from reports.content import Anova, Comparison, ReportContent, Sensitivity, Variant
 from reports.inference import ByDay, Equivalence, Side
 from reports.naming import levels_name
 from reports.numbers import SignificanceTest
@@ -50,7 +51,7 @@ def headline(analysis: StudyAnalysis) -> Compared | None:
     pooled = [
         item
         for item in analysis.compared
-        if item.pair.family == pairing.POOLED and item.quantity is Quantity.JOULES and _savings(item) is not None
+        if item.pair.family == pairing.POOLED and item.quantity is Outcome.JOULES and _savings(item) is not None
     ]
     return max(pooled, key=lambda item: _savings(item) or 0.0, default=None)
 
@@ -79,7 +80,7 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
         name = _headline_number(item.quantity)
         found.append(
             Sensitivity(
-                f"{'savings' if item.quantity is Quantity.JOULES else 'difference of apex height'}, "
+                f"{'savings' if item.quantity.has_savings else 'difference of apex height'}, "
                 f"{levels_name(content, item.pair.group)}",
                 shown.number(item.result, name),
                 tuple(
@@ -92,9 +93,9 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
     return tuple(found)
 
 
-def _headline_number(quantity: Quantity) -> str:
+def _headline_number(quantity: Outcome) -> str:
     """Name the number that the claim states, with the test and the interval it states."""
-    return "savings" if quantity is Quantity.JOULES else "welch_difference"
+    return "savings" if quantity.has_savings else "welch_difference"
 
 
 def _savings(item: Compared) -> float | None:
@@ -109,9 +110,7 @@ def _comparison(analysis: StudyAnalysis, item: Compared, shown: Shown, family: s
     df = (1.0, float(sum(n) - 2))
     return replace(
         plain,
-        savings=shown.number(item.result, "savings")
-        if item.pair.with_savings and item.quantity is Quantity.JOULES
-        else None,
+        savings=shown.number(item.result, "savings") if item.pair.with_savings and item.quantity.has_savings else None,
         brown_forsythe=shown.test(item.result, "Brown-Forsythe", "brown_forsythe", "brown_forsythe_p", df),
         headline=headline,
         sides=(_side(item, shown, "a"), _side(item, shown, "b")),

@@ -6,6 +6,7 @@ import importlib.metadata
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.days import CheckRow
 from data_schema.queries.plans import PlannedRow
 from labbook.analysis.comparison import pairing
@@ -13,7 +14,7 @@ from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report import comparisons, course, design, drain, methods, predicted, robots, stated
 from labbook.presenting.report.tests_used import known_errors
-from reports.content import Claim, Comparison, Quantity, ReportContent
+from reports.content import Claim, Comparison, ReportContent
 from reports.one_day_each import all_on_one_day_each, days_claim
 from reports.sentences import difference_claim, family_claim, savings_claim
 from stats.apexes.detectors import DETECTORS
@@ -82,9 +83,9 @@ def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Cla
     """
     planned = [item for item in compared if item.family != pairing.POOLED and item.adjusted is not None]
     pooled = [item for item in compared if item.family == pairing.POOLED]
-    joules = [item for item in pooled if item.quantity is Quantity.JOULES]
+    joules = [item for item in pooled if item.quantity is Outcome.JOULES]
     joules.sort(key=lambda item: not item.headline)
-    heights = [item for item in pooled if item.quantity is Quantity.APEX]
+    heights = [item for item in pooled if item.quantity is Outcome.APEX]
     found = [
         *([(family_claim(planned), planned)] if planned else []),
         *((savings_claim(content, item), [item]) for item in joules),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.days import CheckRow
 from data_schema.queries.plans import PlannedRow
 from data_schema.queries.runs import RunRow
@@ -13,11 +14,11 @@ from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.numbers import Shown
 from labbook.presenting.report.design import factor_title
-from reports.content import Day, Flow, Order, PackMean, Quantity, RunPoint
+from reports.content import Day, Flow, Order, PackMean, RunPoint
 
-_NO_NUMBER: Mapping[Quantity, str] = {
-    Quantity.JOULES: "joules are undefined",
-    Quantity.APEX: "none of its jumps counts",
+_NO_NUMBER: Mapping[Outcome, str] = {
+    Outcome.JOULES: "joules are undefined",
+    Outcome.APEX: "none of its jumps counts",
 }
 """Why a run has no number though it has what that comes from."""
 
@@ -49,10 +50,10 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
     jump_runs = analysis.evidence.runs
     used = {
         quantity: {one.run.uid for condition in conditions for one in condition.runs}
-        for quantity, conditions in ((Quantity.JOULES, analysis.joules), (Quantity.APEX, analysis.apex_heights))
+        for quantity, conditions in ((Outcome.JOULES, analysis.joules), (Outcome.APEX, analysis.apex_heights))
     }
-    missing = {Quantity.JOULES: analysis.energies.missing, Quantity.APEX: analysis.apexes.missing}
-    with_heights = [run for run in jump_runs if run.uid in used[Quantity.APEX]]
+    missing = {Outcome.JOULES: analysis.energies.missing, Outcome.APEX: analysis.apexes.missing}
+    with_heights = [run for run in jump_runs if run.uid in used[Outcome.APEX]]
     judged = [item for run in with_heights for item in analysis.apexes.judgements[run.uid].jumps]
     jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
     return Flow(

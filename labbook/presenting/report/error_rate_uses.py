@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
@@ -15,7 +16,6 @@ from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report.day_layout import MOSTLY, OWN, PARTLY, Runs, with_days, without_days
-from reports.numbers import Quantity
 from stats.planning.recorded import WITH_LINE, Recorded, weak_points
 
 _WITH_LINE = ("f_then_t", "difference_ci_f_then_t", "welch", "difference_ci_welch", "fieller")
@@ -77,7 +77,7 @@ def _of_comparisons(analysis: StudyAnalysis) -> Iterator[Use]:
 
 def _idle_runs(analysis: StudyAnalysis, item: Compared, method: str) -> int:
     """Return the idle runs of the line whose error is left in what a method says, the fewest of its robots'; or 0."""
-    if item.quantity is not Quantity.JOULES:
+    if item.quantity is not Outcome.JOULES:
         return 0
     if not number(item.result, "savings" if method == "fieller" else "difference").shared_se:
         return 0
@@ -113,11 +113,7 @@ def _methods(analysis: StudyAnalysis, item: Compared) -> Iterator[str]:
     bounds = analysis.planned.settings.apex_bounds
     if bounds is not None and item.equivalent is not None and number(item.equivalent, "p").value is not None:
         yield "equivalence_percent" if bounds.percent else "equivalence"
-    if (
-        item.quantity is Quantity.JOULES
-        and item.pair.with_savings
-        and number(item.result, "savings").ci_low is not None
-    ):
+    if item.quantity.has_savings and item.pair.with_savings and number(item.result, "savings").ci_low is not None:
         yield "fieller"
 
 

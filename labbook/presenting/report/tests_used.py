@@ -6,6 +6,7 @@ import json
 from collections import Counter
 from collections.abc import Sequence
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from data_schema.rounding import level_text
 from labbook.analysis.comparison.comparisons import Compared
@@ -20,7 +21,6 @@ from labbook.presenting.report.error_rate_uses import uses
 from labbook.presenting.report.known_error_rates import known_error_rates
 from reports.display import general_text
 from reports.naming import SweptWords
-from reports.numbers import Quantity
 from reports.wording import count_text, list_text
 
 _BY_DAY = {MIXED_MODEL: f"{MIXED_MODEL} (REML, degrees of freedom after Satterthwaite)"}
@@ -81,7 +81,7 @@ def _by_day(compared: Sequence[Compared]) -> str:
 
 def _holm(analysis: StudyAnalysis) -> str:
     counts = []
-    for quantity in Quantity:
+    for quantity in Outcome:
         shown = [item.adjusted for item in analysis.compared if item.quantity is quantity and item.adjusted is not None]
         if shown:
             tests = len(members(shown[0]))
@@ -119,7 +119,7 @@ def _savings(analysis: StudyAnalysis, called: SweptWords) -> str:
 
 def saved(analysis: StudyAnalysis) -> bool:
     """Whether the report has savings."""
-    return any(item.quantity is Quantity.JOULES and item.pair.with_savings for item in analysis.compared)
+    return any(item.quantity.has_savings and item.pair.with_savings for item in analysis.compared)
 
 
 def _levels(analysis: StudyAnalysis) -> str:

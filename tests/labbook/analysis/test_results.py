@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from data_schema.journal import canonical
+from data_schema.outcomes import Outcome
 from data_schema.queries.facts import find_uid
 from data_schema.queries.results import ResultRow, results_by_key
 from labbook.actions.files.assigning import assign
@@ -27,7 +28,6 @@ from labbook.analysis.results.result_cache import (
 )
 from labbook.book.opening import Book
 from labbook.book.write_session import WriteSession
-from reports.numbers import Quantity
 from tests.helpers.books import ADA, SmallBook, small_book
 
 Stale = list[tuple[str, dict[str, Any]]]
@@ -107,7 +107,7 @@ def test_rejecting_one_jump_computes_its_run_again_and_what_rests_on_it(book: Bo
     compared = {"condition_summary", "comparison", "comparison_by_day", "family"}
     assert {row.kind for row in computed} == {"run_apexes", "jump_comparison", *compared}
     quantities = {scope(row)["quantity"] for row in computed if row.kind in compared}
-    assert quantities == {Quantity.APEX}
+    assert quantities == {Outcome.APEX}
     small_control = "foot=small k_gain=400 b_ad_gain=0"
     assert {scope(row)["condition"] for row in computed if row.kind == "condition_summary"} == {small_control}
     assert len(computed) + len(reused) == len(before)
@@ -156,7 +156,7 @@ def test_correcting_the_foot_names_both_conditions_and_their_comparisons(book: B
     of_runs = [about["run"] for kind, about in stale if kind.startswith("run_")]
     assert set(of_runs) == {"r004"}
     old, new = "foot=small k_gain=400 b_ad_gain=100", "foot=large k_gain=400 b_ad_gain=100"
-    for quantity in Quantity:
+    for quantity in Outcome:
         summaries = [about for kind, about in stale if kind == "condition_summary" and about["quantity"] == quantity]
         assert {about["condition"] for about in summaries} == {old, new}
         labels = [about["label"] for kind, about in stale if kind == "comparison" and about["quantity"] == quantity]
@@ -197,7 +197,7 @@ def test_a_corrected_charge_touches_the_joules_of_its_run_only(book: Book) -> No
         "run_energy", "condition_summary", "comparison", "comparison_by_day", "family", "pack_deviation",
         "energy_budget",
     }  # fmt: skip
-    assert {scope(row).get("quantity", Quantity.JOULES) for row in computed} == {Quantity.JOULES}
+    assert {scope(row).get("quantity", Outcome.JOULES) for row in computed} == {Outcome.JOULES}
 
 
 def test_a_corrected_idle_charge_touches_the_drain_and_all_joules_but_no_apex(book: Book) -> None:
@@ -207,7 +207,7 @@ def test_a_corrected_idle_charge_touches_the_drain_and_all_joules_but_no_apex(bo
     computed, reused = report(book)
     assert len([row for row in computed if row.kind == "run_energy"]) == 12
     assert {row.kind for row in computed} & {"run_apexes"} == set()
-    assert {scope(row).get("quantity", Quantity.JOULES) for row in computed} == {Quantity.JOULES}
+    assert {scope(row).get("quantity", Outcome.JOULES) for row in computed} == {Outcome.JOULES}
     assert {row.kind for row in reused} >= {"run_apexes", "condition_summary", "comparison"}
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from scipy import stats as scipy_stats
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.plans import PlannedRow
 from data_schema.queries.results import NumberRow
 from labbook.actions.report_command import state_report
@@ -26,7 +27,6 @@ from labbook.analysis.study_data import StudyData
 from labbook.presenting.report.course import flow
 from labbook.presenting.report.making import MadeReport
 from labbook.presenting.report.methods import limitations
-from reports.numbers import Quantity
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain
 from tests.helpers.books import ADA, small_book
@@ -47,7 +47,7 @@ def analysis(made: MadeReport) -> StudyAnalysis:
 def test_only_comparisons_of_joules_have_savings(analysis: StudyAnalysis) -> None:
     for item in analysis.compared:
         has = any(number.name == "savings" for number in item.result.numbers)
-        assert has == (item.pair.with_savings and item.quantity is Quantity.JOULES)
+        assert has == (item.pair.with_savings and item.quantity is Outcome.JOULES)
 
 
 def test_sensitivity_as_reported_is_the_number_claimed(made: MadeReport) -> None:
@@ -60,7 +60,7 @@ def test_a_shared_error_that_differs_between_the_sides_widens_the_difference(ana
     for item in analysis.compared:
         numbers = {number.name: number for number in item.result.numbers}
         difference, p = numbers["welch_difference"], numbers["welch_p"].value
-        assert (difference.shared_se is None) == (item.quantity is Quantity.APEX)
+        assert (difference.shared_se is None) == (item.quantity is Outcome.APEX)
         assert numbers["difference"].shared_se == difference.shared_se
         if p is not None and difference.ci_low is not None and difference.ci_high is not None:
             assert (p < 0.05) == (not difference.ci_low <= 0.0 <= difference.ci_high)
@@ -77,14 +77,14 @@ def test_what_remains_of_the_shared_error_joins_the_scatter_by_the_fits_degrees_
     tmp_path: Path, analysis: StudyAnalysis, fit_df: float
 ) -> None:
     """Below four in quadrature, each with its own quantile; else one quantile after Welch and Satterthwaite."""
-    pair = next(item.pair for item in analysis.compared if item.quantity is Quantity.JOULES)
+    pair = next(item.pair for item in analysis.compared if item.quantity is Outcome.JOULES)
     a, b = pair.a[0], pair.b[0]
     pairs = [
         replace(pair, label=f"{errors_j}", a=side(a, fit_df, 1.0, 1.0), b=side(b, fit_df, *errors_j))
         for errors_j in ((1.0, 1.0), (1.0 + 1e-15, 1.0), (31.0, 1.0), (1.0, -29.0))
     ]
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        rows = compare(ResultCache(connection), pairs, Quantity.JOULES, {})
+        rows = compare(ResultCache(connection), pairs, Outcome.JOULES, {})
     equal, rounded, unequal, opposite = [number(row, "welch_difference") for row in rows]
     assert equal.shared_se == rounded.shared_se == 0.0
     assert (equal.ci_low, equal.ci_high) == (rounded.ci_low, rounded.ci_high)
@@ -136,11 +136,11 @@ def test_without_exclusions_void_runs_are_back(tmp_path: Path) -> None:
         after = state_report(book, None, ADA, lambda _step: None).analysis
     as_first = {(item.pair.label, item.quantity): item.result for item in before.compared}
     without = [item for item in after.variations.varied if item.variant == WITHOUT_EXCLUSIONS]
-    assert {item.quantity for item in without} == set(Quantity)
+    assert {item.quantity for item in without} == set(Outcome)
     for item in without:
         first = as_first[item.headline, item.quantity]
         assert [row.n for row in item.result.numbers] == [row.n for row in first.numbers]
-        if item.quantity is Quantity.JOULES:
+        if item.quantity is Outcome.JOULES:
             values = [row.value for row in item.result.numbers]
             assert values == pytest.approx([row.value for row in first.numbers])
 
@@ -237,7 +237,7 @@ def test_a_day_that_the_drain_line_cannot_do_without_is_said(analysis: StudyAnal
     (note,) = [note for note in limitations(analysis) if note.startswith("Without the idle runs")]
     assert all(day in note for day in days)
     assert {item.quantity for item in analysis.variations.varied if item.variant == f"without {days[0]}"} == {
-        Quantity.APEX
+        Outcome.APEX
     }
 
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome
 from data_schema.tables.results import result_number
 from data_schema.vocabulary import RunKind
 from labbook.actions.upkeep.recomputing import recompute
@@ -23,7 +24,6 @@ from labbook.demo.records import Campaign
 from labbook.demo.running import Stopwatch, make_demo_book, run_demo
 from labbook.demo.truth import Condition
 from labbook.presenting.report.making import MadeReport, make_report
-from reports.numbers import Quantity
 from stats.energy import joules_per_jump
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
@@ -124,7 +124,7 @@ def test_the_demonstration_reports_and_remembers_its_correction(tmp_path: Path) 
     assert planned.stated
     (told,) = planned.departures  # the typing error in the run sheet is found after the files came in
     assert told.startswith(f"corrected after the first measurement: condition of run {correction.run} was ")
-    assert planned.exploratory(Quantity.JOULES, POOLED) is None
+    assert planned.exploratory(Outcome.JOULES, POOLED) is None
     assert planned.exploratory_equivalence(POOLED) is None
     assert planned.settings.apex_bounds == Bounds(-3.0, 3.0, percent=True)
 

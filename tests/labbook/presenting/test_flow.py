@@ -8,12 +8,12 @@ import re
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.jump_review import decide
 from labbook.presenting.report.making import MadeReport
 from reports.figures.registry import FIGURES
-from reports.numbers import Quantity
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, JUMPS, small_book
@@ -36,12 +36,12 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
 
 def test_runs_count_where_their_number_was_used_and_the_others_have_a_reason(made: MadeReport) -> None:
     flow = made.content.flow
-    assert flow.runs_with == {Quantity.JOULES: RUNS - 1, Quantity.APEX: RUNS - 2}
+    assert flow.runs_with == {Outcome.JOULES: RUNS - 1, Outcome.APEX: RUNS - 2}
     assert flow.runs_without == {
-        Quantity.JOULES: {"no charge recorded": 1},
-        Quantity.APEX: {"no log with a body height": 1, "none of its jumps counts": 1},
+        Outcome.JOULES: {"no charge recorded": 1},
+        Outcome.APEX: {"no log with a body height": 1, "none of its jumps counts": 1},
     }
-    for quantity in Quantity:
+    for quantity in Outcome:
         assert flow.runs_with[quantity] + sum(flow.runs_without[quantity].values()) == RUNS
         summaries = [condition.summary(quantity) for condition in made.content.conditions]
         assert flow.runs_with[quantity] == sum(len(summary.runs) for summary in summaries if summary is not None)

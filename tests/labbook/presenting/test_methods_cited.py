@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from labbook.analysis.results.result_cache import number
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report import tests_used as paragraph
@@ -17,7 +18,6 @@ from labbook.presenting.report.error_rate_uses import Use, uses
 from labbook.presenting.report.known_error_rates import known_error_rates
 from reports.content import Comparison
 from reports.naming import SweptWords
-from reports.numbers import Quantity
 from stats.lines.passive_drain import PassiveDrain
 from stats.planning.recorded import weak_points
 from tests.helpers.pages import quick_page
@@ -110,7 +110,7 @@ def test_joules_whose_difference_keeps_the_lines_error_are_looked_up_by_the_idle
     found = uses(replace(analysis, drains={robot: drain, "a robot that compares nothing": other}))
     of_savings = {use.idle_runs for use in found if use.method == "fieller"}
     assert of_savings == {drain.line.n}  # what is left in the denominator
-    joules = [item for item in analysis.compared if item.quantity is Quantity.JOULES]
+    joules = [item for item in analysis.compared if item.quantity is Outcome.JOULES]
     left = any(number(item.result, "difference").shared_se for item in joules)
     assert {use.idle_runs for use in found if use.method == "welch"} == ({0, drain.line.n} if left else {0})
     assert {use.idle_runs for use in found if use.method == "brown_forsythe"} <= {0}

@@ -2,10 +2,10 @@ import dataclasses
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from reports.numbers import Quantity
 
 
 def panels(name, content, width_in=TWO_COLUMNS_IN):
@@ -29,7 +29,7 @@ def intervals(axes):
 
 @pytest.mark.parametrize(
     ("name", "quantity", "factor"),
-    [("estimation_joules", Quantity.JOULES, 1.0), ("estimation_apex", Quantity.APEX, 1000.0)],
+    [("estimation_joules", Outcome.JOULES, 1.0), ("estimation_apex", Outcome.APEX, 1000.0)],
 )
 def test_every_run_of_control_and_treatment_is_drawn(content, name, quantity, factor):
     uppers, lowers = panels(name, content)
@@ -54,10 +54,10 @@ def test_every_run_of_control_and_treatment_is_drawn(content, name, quantity, fa
         assert points(axes) == []
         assert intervals(axes)[0] == pytest.approx([factor * difference.ci_low, factor * difference.ci_high])
     assert len({axes.get_ylim() for axes in lowers}) == 1
-    assert len({axes.get_ylim() for axes in uppers}) == (1 if quantity is Quantity.JOULES else 4)
+    assert len({axes.get_ylim() for axes in uppers}) == (1 if quantity is Outcome.JOULES else 4)
     said = FIGURES[name].caption(content)
-    assert ("all upper panels share one" in said) == (quantity is Quantity.JOULES)
-    assert ("each upper one has its own" in said) == (quantity is Quantity.APEX)
+    assert ("all upper panels share one" in said) == (quantity is Outcome.JOULES)
+    assert ("each upper one has its own" in said) == (quantity is Outcome.APEX)
 
 
 def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
@@ -78,7 +78,7 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
         for c in content.comparisons
     )
     changed = dataclasses.replace(content, comparisons=percent)
-    means_m = [c.sides[0].mean for c in percent if c.headline and c.quantity is Quantity.APEX]
+    means_m = [c.sides[0].mean for c in percent if c.headline and c.quantity is Outcome.APEX]
     for found, mean_m in zip(dashed(panels("estimation_apex", changed)[1]), means_m, strict=True):
         assert found == pytest.approx([-30.0 * mean_m, 30.0 * mean_m])
     caption = FIGURES["estimation_apex"].caption(content).replace("\u00a0", " ")
@@ -88,7 +88,7 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content):
 
 
 def test_the_interval_of_the_test_lies_thick_behind_that_of_the_difference(content):
-    pooled = [c for c in content.comparisons if c.headline and c.quantity is Quantity.APEX]
+    pooled = [c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX]
     for axes, comparison in zip(panels("estimation_apex", content)[1], pooled, strict=True):
         estimate = comparison.equivalence.estimate
         thin, thick = intervals(axes)

@@ -6,9 +6,9 @@ import io
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.by_day_sentences import by_day_sentences
-from reports.numbers import Quantity
 from reports.one_day_each import FOOTNOTE
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
@@ -23,7 +23,7 @@ def changed(content, change, which=lambda _comparison: True):
     return dataclasses.replace(content, comparisons=tuple(change(c) if which(c) else c for c in content.comparisons))
 
 
-@pytest.mark.parametrize(("quantity", "slug"), [(Quantity.JOULES, "j"), (Quantity.APEX, "m")])
+@pytest.mark.parametrize(("quantity", "slug"), [(Outcome.JOULES, "j"), (Outcome.APEX, "m")])
 def test_holms_p_stands_beside_the_p_of_its_family_and_a_dash_beside_others(content, quantity, slug):
     name = f"comparisons_{'joules' if slug == 'j' else 'apex'}"
     chosen = [c for c in content.comparisons if c.quantity is quantity]
@@ -38,7 +38,7 @@ def test_holms_p_stands_beside_the_p_of_its_family_and_a_dash_beside_others(cont
     assert "Holm" not in TABLES[name].make(without).caption
 
 
-@pytest.mark.parametrize(("quantity", "slug"), [(Quantity.JOULES, "j"), (Quantity.APEX, "m")])
+@pytest.mark.parametrize(("quantity", "slug"), [(Outcome.JOULES, "j"), (Outcome.APEX, "m")])
 def test_by_day_has_difference_interval_test_and_spreads_unrounded(content, quantity, slug):
     name = f"by_day_{'joules' if slug == 'j' else 'apex'}"
     chosen = [c.by_day for c in content.comparisons if c.quantity is quantity]
@@ -53,7 +53,7 @@ def test_by_day_has_difference_interval_test_and_spreads_unrounded(content, quan
 
 def test_the_table_by_day_names_the_test_of_every_row(content):
     on_runs = "exact test on runs, day held fixed"
-    joules = [c for c in content.comparisons if c.quantity is Quantity.JOULES]
+    joules = [c for c in content.comparisons if c.quantity is Outcome.JOULES]
     exact = changed(
         content,
         lambda c: dataclasses.replace(c, by_day=dataclasses.replace(c.by_day, method=on_runs)),
@@ -75,19 +75,19 @@ def confounded(comparison):
 
 
 def test_confounded_days_are_said_once_with_the_comparisons_that_it_is_true_of(content):
-    joules = [c for c in content.comparisons if c.quantity is Quantity.JOULES]
-    assert by_day_sentences(content, Quantity.JOULES) == []
+    joules = [c for c in content.comparisons if c.quantity is Outcome.JOULES]
+    assert by_day_sentences(content, Outcome.JOULES) == []
     every = changed(content, confounded)
-    assert by_day_sentences(every, Quantity.JOULES) == [
+    assert by_day_sentences(every, Outcome.JOULES) == [
         "No day joins them. This holds for all 24\u00a0comparisons by day."
     ]
     assert "No day joins them." in quick_page(every)
     one = changed(content, confounded, lambda c: c is joules[0])
-    (sentence,) = by_day_sentences(one, Quantity.JOULES)
+    (sentence,) = by_day_sentences(one, Outcome.JOULES)
     assert sentence.replace("\u00a0", " ") == "No day joins them. This holds for: small foot, k = 835.4 N/m, pooled."
-    assert by_day_sentences(one, Quantity.APEX) == []
+    assert by_day_sentences(one, Outcome.APEX) == []
     pooled = changed(content, confounded, lambda c: c.level != "pooled")
-    assert by_day_sentences(pooled, Quantity.JOULES) == [
+    assert by_day_sentences(pooled, Outcome.JOULES) == [
         "No day joins them. This holds for 20 of 24\u00a0comparisons by day."
     ]
     table = TABLES["by_day_joules"].make(one)
@@ -96,7 +96,7 @@ def test_confounded_days_are_said_once_with_the_comparisons_that_it_is_true_of(c
     marked = changed(
         one, lambda c: dataclasses.replace(c, one_day_each="one day each"), lambda c: c.by_day.confounding != ""
     )
-    assert by_day_sentences(marked, Quantity.JOULES) == []  # said among the claims
+    assert by_day_sentences(marked, Outcome.JOULES) == []  # said among the claims
     assert TABLES["by_day_joules"].make(marked).explained == {"a": f"undefined: {FOOTNOTE}"}
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
 from labbook.analysis.comparison.comparing import compare
 from labbook.analysis.comparison.comparing_by_day import CONTROL, TREATED, compare_by_day
@@ -24,7 +25,6 @@ from labbook.presenting.numbers import Shown
 from labbook.presenting.report.comparisons import comparisons
 from labbook.presenting.report.making import MadeReport
 from labbook.presenting.report.stated import departures
-from reports.numbers import Quantity
 from reports.sentences import difference_claim
 from stats.compare.equivalence import equivalence
 from stats.compare.savings import percent_savings
@@ -52,13 +52,13 @@ def days(side: tuple[ConditionValues, ...]) -> list[str]:
     return [item.run.day for condition in side for item in condition.runs]
 
 
-def compared(made: MadeReport, quantity: Quantity) -> list[Compared]:
+def compared(made: MadeReport, quantity: Outcome) -> list[Compared]:
     found = [item for item in made.analysis.compared if item.quantity is quantity]
     assert found
     return found
 
 
-def with_control(made: MadeReport, quantity: Quantity) -> list[tuple[Compared, ResultRow]]:
+def with_control(made: MadeReport, quantity: Outcome) -> list[tuple[Compared, ResultRow]]:
     """The comparisons by day: those of every level and of all levels with the control."""
     found = [(item, item.by_day) for item in compared(made, quantity) if item.by_day is not None]
     assert {item.pair.family for item, _row in found} == {EACH, POOLED}
@@ -66,7 +66,7 @@ def with_control(made: MadeReport, quantity: Quantity) -> list[tuple[Compared, R
 
 
 def test_by_day_is_the_comparison_of_the_runs_with_their_days(reports: Reports) -> None:
-    for item, row in with_control(reports(), Quantity.APEX):
+    for item, row in with_control(reports(), Outcome.APEX):
         control, treated = values(item.pair.a), values(item.pair.b)
         sides = [CONTROL] * len(control) + [TREATED] * len(treated)
         of_days = [*days(item.pair.a), *days(item.pair.b)]
@@ -81,7 +81,7 @@ def test_by_day_is_the_comparison_of_the_runs_with_their_days(reports: Reports) 
 
 def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(reports: Reports, cache: ResultCache) -> None:
     made = reports()
-    item, _row = with_control(made, Quantity.JOULES)[0]
+    item, _row = with_control(made, Outcome.JOULES)[0]
 
     def times(factor: float, one: ConditionValues) -> ConditionValues:
         return replace(one, runs=tuple(replace(run, shared=run.shared.times(factor)) for run in one.runs))
@@ -91,7 +91,7 @@ def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(report
         for factor in (1.0, 2.0)
     ]
     equal, unequal = (
-        number(row, "difference") for row in compare_by_day(cache, pairs, Quantity.JOULES, {"trial": 1}, 0.05)
+        number(row, "difference") for row in compare_by_day(cache, pairs, Outcome.JOULES, {"trial": 1}, 0.05)
     )
     assert equal.value == unequal.value
     assert equal.shared_se == pytest.approx(0.0, abs=1e-9)
@@ -101,7 +101,7 @@ def test_by_day_what_is_left_of_the_drain_lines_error_widens_the_interval(report
 
 def test_conditions_of_one_day_each_get_no_p_and_the_page_says_why(reports: Reports) -> None:
     made = reports(where=CONFOUNDED)
-    for quantity in Quantity:
+    for quantity in Outcome:
         for item, row in with_control(made, quantity):
             p = number(row, "p")
             assert p.value is None
@@ -118,11 +118,11 @@ def test_conditions_of_one_day_each_get_no_p_and_the_page_says_why(reports: Repo
 
 def test_a_day_that_was_corrected_is_another_result(reports: Reports, cache: ResultCache) -> None:
     made = reports()
-    item, row = with_control(made, Quantity.APEX)[0]
+    item, row = with_control(made, Outcome.APEX)[0]
     first = item.pair.a[0]
     moved = replace(first.runs[0], run=replace(first.runs[0].run, day="2030-01-01"))
     pair = replace(item.pair, a=(replace(first, runs=(moved, *first.runs[1:])),))
-    same, other = compare_by_day(cache, [item.pair, pair], Quantity.APEX, json.loads(row.scope_json), 0.05)
+    same, other = compare_by_day(cache, [item.pair, pair], Outcome.APEX, json.loads(row.scope_json), 0.05)
     assert same.numbers == row.numbers
     assert other.key != same.key
 
@@ -132,7 +132,7 @@ def test_holm_adjusts_the_welch_tests_of_the_family_that_was_decided_and_no_othe
     reports: Reports, family: str, named: str
 ) -> None:
     made = reports(f'family = "{family}"')
-    for quantity in Quantity:
+    for quantity in Outcome:
         members = [item for item in compared(made, quantity) if item.pair.family == named]
         p = {item.pair.label: number(item.result, "welch_p").value for item in members}
         expected = holm({label: value for label, value in p.items() if value is not None}, named)
@@ -148,14 +148,14 @@ def test_holm_adjusts_the_welch_tests_of_the_family_that_was_decided_and_no_othe
 
 def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports, cache: ResultCache) -> None:
     made = reports()
-    members = [item for item in compared(made, Quantity.APEX) if item.pair.family == POOLED]
+    members = [item for item in compared(made, Outcome.APEX) if item.pair.family == POOLED]
     tiny = [
         (item.pair, replace(item.result, numbers=tuple(
             replace(one, value={"welch_t": -t, "welch_p": 0.0}[one.name], df=800.0)
             if one.name in ("welch_t", "welch_p") else one for one in item.result.numbers)))
         for item, t in zip(members, (80.0, 90.0), strict=True)
     ]  # fmt: skip
-    row = adjust(cache, tiny, POOLED, Quantity.APEX, {"trial": 2}, alpha=1e-13)
+    row = adjust(cache, tiny, POOLED, Outcome.APEX, {"trial": 2}, alpha=1e-13)
     assert [item.value for item in row.numbers] == [0.0, 0.0]
     assert all(rejected(row, pair.label) for pair, _result in tiny)
 
@@ -163,7 +163,7 @@ def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports,
 def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(reports: Reports, cache: ResultCache) -> None:
     """One rule, p <= alpha, for a single test and for Holm's p, in the family of a command and in a report."""
     made = reports()
-    members = [item for item in compared(made, Quantity.APEX) if item.pair.family == POOLED]
+    members = [item for item in compared(made, Outcome.APEX) if item.pair.family == POOLED]
     item, tested = members[0], [(one.pair, one.result) for one in members]
     label, p = item.pair.label, {pair.label: number(row, "welch_p").value or 0.0 for pair, row in tested}
 
@@ -174,15 +174,15 @@ def test_a_p_that_is_exactly_alpha_is_shown_in_the_result_and_on_the_page(report
         return difference_claim(made.content, shown).text
 
     for alpha, verdict in ((p[label], True), (math.nextafter(p[label], 0.0), False)):
-        (row,) = compare(cache, [item.pair], Quantity.APEX, {"trial": 3}, alpha)
+        (row,) = compare(cache, [item.pair], Outcome.APEX, {"trial": 3}, alpha)
         assert json.loads(row.payload_json)["rejected"] is verdict
         assert ("which the interval does not tell from zero" not in claimed(row, None)) is verdict
-    (single,) = compare(cache, [item.pair], Quantity.APEX, {"trial": 3}, 0.999)
+    (single,) = compare(cache, [item.pair], Outcome.APEX, {"trial": 3}, 0.999)
     adjusted_p = dict(zip(p, holm(p, POOLED).adjusted_p, strict=True))[label]
     assert isinstance(adjusted_p, float)
     for alpha, verdict in ((adjusted_p, True), (math.nextafter(adjusted_p, 0.0), False)):
         assert holm(p, POOLED, alpha=alpha).rejected[list(p).index(label)] is verdict
-        row = adjust(cache, tested, POOLED, Quantity.APEX, {"trial": 3}, alpha)
+        row = adjust(cache, tested, POOLED, Outcome.APEX, {"trial": 3}, alpha)
         assert rejected(row, label) is verdict
         assert ("which is not shown once the 2 tests" not in claimed(single, row)) is verdict
 
@@ -206,7 +206,7 @@ def test_heights_are_tested_against_the_bounds_that_were_decided(
 ) -> None:
     made = reports(bounds)
     high = 0.006 if unit == "m" else 3.0
-    for item in compared(made, Quantity.APEX):
+    for item in compared(made, Outcome.APEX):
         assert item.equivalent is not None
         expected = equivalence(
             values(item.pair.b), values(item.pair.a), low=low, high=high, bounds="raw" if unit == "m" else "percent"
@@ -216,7 +216,7 @@ def test_heights_are_tested_against_the_bounds_that_were_decided(
         assert (estimate.ci_low, estimate.ci_high) == expected.estimate_ci
         assert number(item.equivalent, "p").value == expected.p
         assert json.loads(item.equivalent.payload_json)["equivalent"] is expected.equivalent
-    assert all(item.equivalent is None for item in compared(made, Quantity.JOULES))
+    assert all(item.equivalent is None for item in compared(made, Outcome.JOULES))
     heights = [claim.text for claim in made.content.claims if claim.text.startswith("The apex")]
     verdicts = [
         c.equivalence.shown for c in made.content.comparisons if c.equivalence is not None and c.level == "pooled"
@@ -247,7 +247,7 @@ def test_alpha_rules_levels_and_the_choice_of_the_test(reports: Reports) -> None
         difference = number(item.result, "welch_difference")
         assert difference.ci_level == 0.99
         assert json.loads(item.result.payload_json)["test"] == expected.test
-        if item.quantity is Quantity.APEX:
+        if item.quantity is Outcome.APEX:
             assert (difference.ci_low, difference.ci_high) == expected.welch_ci
         if item.by_day is not None:
             assert number(item.by_day, "difference").ci_level == 0.99
@@ -268,10 +268,10 @@ def test_the_f_test_chooses_at_the_alpha_that_was_asked_for(
     reports: Reports, cache: ResultCache, alpha: float, test: str, df: float
 ) -> None:
     """Variances of 3.5 and 31.5 with n = 6: F(5, 5) = 9 has p = 0.031, and Welch's degrees of freedom are 500 / 82."""
-    pair = compared(reports(), Quantity.APEX)[0].pair
+    pair = compared(reports(), Outcome.APEX)[0].pair
     narrow, wide = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [3.0, 6.0, 9.0, 12.0, 15.0, 18.0]
     asked = replace(pair, a=with_values(pair.a[0], narrow), b=with_values(pair.b[0], wide))
-    (row,) = compare(cache, [asked], Quantity.APEX, {"trial": alpha}, alpha)
+    (row,) = compare(cache, [asked], Outcome.APEX, {"trial": alpha}, alpha)
     assert 0.01 < float(number(row, "f_p").value or 0.0) < 0.05
     assert json.loads(row.payload_json)["test"] == test
     assert number(row, "t").df == pytest.approx(df)
@@ -306,7 +306,7 @@ def test_with_the_day_as_the_unit_comparisons_are_of_day_means(reports: Reports)
         assert len(a) == len(b) == 2
         expected = compare_two(b, a)
         assert number(item.result, "difference").value == pytest.approx(expected.difference)
-        if item.quantity is Quantity.APEX:
+        if item.quantity is Outcome.APEX:
             assert number(item.result, "welch_p").value == pytest.approx(expected.welch_p)
             assert item.equivalent is not None
             assert number(item.equivalent, "p").value == pytest.approx(equivalence(b, a, low=-0.01, high=0.01).p)
@@ -326,8 +326,8 @@ def test_with_the_day_as_the_unit_comparisons_are_of_day_means(reports: Reports)
 # --- what was planned, and what the report says that it did
 
 
-def by_name(made: MadeReport) -> dict[tuple[Quantity, str], set[str]]:
-    found: dict[tuple[Quantity, str], set[str]] = {}
+def by_name(made: MadeReport) -> dict[tuple[Outcome, str], set[str]]:
+    found: dict[tuple[Outcome, str], set[str]] = {}
     for item in made.content.comparisons:
         found.setdefault((item.quantity, item.family), set()).add(item.exploratory)
     return found
@@ -336,9 +336,9 @@ def by_name(made: MadeReport) -> dict[tuple[Quantity, str], set[str]]:
 def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(reports: Reports) -> None:
     made = reports('primary_outcome = "joules"\nfamily = "pooled"', in_time=True)
     found = by_name(made)
-    assert found.pop((Quantity.JOULES, POOLED)) == {""}
+    assert found.pop((Outcome.JOULES, POOLED)) == {""}
     assert all("" not in reasons for reasons in found.values())
-    assert found[Quantity.APEX, POOLED] == {"the primary outcome decided on is joules a jump"}
+    assert found[Outcome.APEX, POOLED] == {"the primary outcome decided on is joules a jump"}
     for claim in made.content.claims:
         assert (", an exploratory comparison." in claim.text) == claim.text.startswith("The apex")
     page = quick_page(made.content)
@@ -357,7 +357,7 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
         "the unit of analysis decided on is the run, not the jump"
     }
     row = made.analysis.compared[0].result
-    varied = replace(made.analysis, anovas=[VarianceAnalysed("all runs", {}, Quantity.JOULES, row)])
+    varied = replace(made.analysis, anovas=[VarianceAnalysed("all runs", {}, Outcome.JOULES, row)])
     assert departures(varied, made.content.comparisons)[-2] == (
         "Exploratory, because the families that can be decided on have no analysis of variance: one-way analysis of "
         "variance (joules a jump)."
@@ -380,7 +380,7 @@ def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:
 def test_the_family_that_was_decided_on_comes_before_claims_of_another(reports: Reports) -> None:
     made = reports('family = "each"').content
     planned = [item for item in made.comparisons if item.family == EACH and item.adjusted is not None]
-    shown = sum(item.adjusted_rejected is True for item in planned if item.quantity is Quantity.JOULES)
+    shown = sum(item.adjusted_rejected is True for item in planned if item.quantity is Outcome.JOULES)
     first, *others = made.claims
     assert f" {EACH}. A difference is shown, counted by Holm, in " in first.text
     assert f"{shown or 'none'} of " in first.text

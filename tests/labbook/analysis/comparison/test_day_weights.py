@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.analysis.comparison.comparing import shared_by
@@ -24,7 +25,6 @@ from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_d
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache, number
 from labbook.presenting.report.making import MadeReport
-from reports.numbers import Quantity
 from stats.compare.shared_error import SharedError
 from stats.compare.shared_error_test import difference_with_shared
 from stats.days.blocked import blocked_by_day
@@ -153,7 +153,7 @@ def test_in_a_report_each_runs_error_counts_by_its_weight_in_the_difference_by_d
     made: MadeReport, cache: ResultCache
 ) -> None:
     """Three times the error on the first day, as of runs of another length: the sides have other shares of it."""
-    item: Compared = next(one for one in made.analysis.compared if one.quantity is Quantity.JOULES and one.by_day)
+    item: Compared = next(one for one in made.analysis.compared if one.quantity is Outcome.JOULES and one.by_day)
 
     def apart(one: ConditionValues) -> ConditionValues:
         first = DAYS[0].isoformat()
@@ -161,7 +161,7 @@ def test_in_a_report_each_runs_error_counts_by_its_weight_in_the_difference_by_d
         return replace(one, runs=tuple(runs))
 
     pair = replace(item.pair, a=tuple(map(apart, item.pair.a)), b=tuple(map(apart, item.pair.b)))
-    (row,) = compare_by_day(cache, [pair], Quantity.JOULES, {"trial": 1}, 0.05)
+    (row,) = compare_by_day(cache, [pair], Outcome.JOULES, {"trial": 1}, 0.05)
     runs = [(name, run) for name, side in ((CONTROL, pair.a), (TREATED, pair.b)) for one in side for run in one.runs]
     rows = [(name, run.run.day, run.value) for name, run in runs]
     found = compared(rows)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from labbook.actions.report_command import state_report
 from labbook.analysis.comparison.family import adjusted, members
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.results.result_cache import number
 from labbook.presenting.report.making import MadeReport
-from reports.numbers import Quantity
 from tests.helpers.books import ADA, SmallBook
 from tests.helpers.decided import decided_book
 
@@ -21,7 +21,7 @@ def report(made: SmallBook, where: str | None) -> MadeReport:
         return state_report(book, where, ADA, lambda _step: None)
 
 
-def adjusted_p(made: MadeReport, quantity: Quantity) -> dict[str, tuple[float | None, int | None]]:
+def adjusted_p(made: MadeReport, quantity: Outcome) -> dict[str, tuple[float | None, int | None]]:
     """Holm's p of each comparison shown, with the number of tests that it counts."""
     found = {}
     for item in made.analysis.compared:
@@ -35,7 +35,7 @@ def adjusted_p(made: MadeReport, quantity: Quantity) -> dict[str, tuple[float | 
 def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str, named: str) -> None:
     made = decided_book(tmp_path, f'\n[analysis]\nfamily = "{family}"\n')
     whole, part = report(made, None), report(made, "foot=small")
-    for quantity in Quantity:
+    for quantity in Outcome:
         of_whole, of_part = adjusted_p(whole, quantity), adjusted_p(part, quantity)
         assert len(of_whole) == 2
         assert len(of_part) == 1
@@ -54,4 +54,4 @@ def test_levels_that_are_left_out_of_a_group_count_too(tmp_path: Path) -> None:
 
 def test_without_a_plan_the_family_is_what_is_compared(tmp_path: Path) -> None:
     made = decided_book(tmp_path, "")
-    assert adjusted_p(report(made, "foot=small"), Quantity.JOULES) == {}
+    assert adjusted_p(report(made, "foot=small"), Outcome.JOULES) == {}

@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
-from reports.numbers import Quantity
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
 from tests.helpers.decided import DECIDED, decided_book
 from tests.helpers.statements import gives_charge
@@ -41,7 +41,7 @@ def charge_of(made: SmallBook, run: str) -> str:
         return f"charge:{connection.exec_driver_sql(query).scalar_one()}"
 
 
-def reported(made: SmallBook, where: str | None) -> tuple[Planned, dict[tuple[str, Quantity, str], str]]:
+def reported(made: SmallBook, where: str | None) -> tuple[Planned, dict[tuple[str, Outcome, str], str]]:
     """What a report on a selection takes for planned, and why each of its comparisons is exploratory."""
     with made.open() as book:
         report = state_report(book, where, ADA, lambda _step: None)
@@ -79,7 +79,7 @@ def test_conditions_left_out_whole_are_told_and_make_nothing_else_exploratory(
         of_joules = [
             reason
             for (_label, quantity, family), reason in why.items()
-            if (quantity, family) == (Quantity.JOULES, POOLED)
+            if (quantity, family) == (Outcome.JOULES, POOLED)
         ]
         assert of_joules == [""]
     assert planned(honest).departures == ()
@@ -97,9 +97,9 @@ def test_levels_left_out_of_a_group_make_its_comparisons_exploratory(tmp_path: P
     keys = [key_of(made, run) for run in ("r001", "r002", "r004")]
     assert said == (f"the selection compares some levels of a group and leaves out 1 condition of it whole: {keys[2]}")
     for key in keys[:2]:
-        assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
+        assert found.exploratory(Outcome.JOULES, POOLED, [key]) == said
         assert found.exploratory_equivalence(POOLED, [key]) == said
-    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(made, "r003")]) is None
+    assert found.exploratory(Outcome.JOULES, POOLED, [key_of(made, "r003")]) is None
     assert said in why.values()
 
 
@@ -109,11 +109,11 @@ def test_a_selection_of_some_runs_of_a_condition_makes_what_rests_on_it_explorat
     assert "conditions whole, whose comparisons belong to the planned family" in whole
     key = key_of(honest, "r002")
     assert said == f"the selection leaves out run r002 of the condition {key} and takes its other runs"
-    assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
-    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory(Outcome.JOULES, POOLED, [key]) == said
+    assert found.exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r001")]) is None
     assert found.exploratory_equivalence(POOLED, [key]) == said
     of_joules = [
-        reason for (_label, quantity, family), reason in why.items() if quantity is Quantity.JOULES and family == POOLED
+        reason for (_label, quantity, family), reason in why.items() if quantity is Outcome.JOULES and family == POOLED
     ]
     assert of_joules == [said]
 
@@ -151,8 +151,8 @@ def test_a_correction_that_takes_a_run_out_makes_what_rests_on_it_exploratory(ho
     (said,) = found.departures
     assert said.startswith("corrected after the first measurement: jumps_made of run r002 was 3 and is 0 (Ada Nwosu, ")
     assert said.endswith(", which leaves run r002 without joules a jump")
-    assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
-    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory(Outcome.JOULES, POOLED, [key]) == said
+    assert found.exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r001")]) is None
     assert found.exploratory_equivalence(POOLED, [key]) is None
     corrects(honest, "r002", "jumps_made=3")
     assert planned(honest).departures == ()
@@ -174,7 +174,7 @@ def test_a_correction_that_keeps_a_run_in_is_told_only(
     (said,) = found.departures
     assert words in said
     assert "which leaves" not in said
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
     assert found.exploratory_equivalence(POOLED) is None
 
 
@@ -184,7 +184,7 @@ def test_a_charge_taken_off_its_run_takes_the_run_out(honest: SmallBook) -> None
     (said,) = planned(honest).departures
     assert "run of a charge was r002 and is none" in said
     assert said.endswith("which leaves run r002 without joules a jump")
-    assert planned(honest).exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
+    assert planned(honest).exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r002")]) == said
 
 
 def test_a_second_charge_moved_to_a_run_takes_that_out_too(honest: SmallBook) -> None:
@@ -208,14 +208,14 @@ def test_a_charge_of_another_value_is_told_only(honest: SmallBook) -> None:
     (said,) = planned(honest).departures
     assert "charge_mah of the charge of run r002 was " in said
     assert "and is 90 (" in said
-    assert planned(honest).exploratory(Quantity.JOULES, POOLED) is None
+    assert planned(honest).exploratory(Outcome.JOULES, POOLED) is None
 
 
 def test_the_charge_of_an_idle_run_bears_on_all_joules(honest: SmallBook) -> None:
     corrects(honest, charge_of(honest, "r007"), "run=none")
     found = planned(honest)
     assert "which leaves run r007 without joules a jump" in str(
-        found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")])
+        found.exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r002")])
     )
 
 
@@ -225,7 +225,7 @@ def test_a_run_made_idle_is_taken_out_of_its_condition(honest: SmallBook) -> Non
     found = planned(honest)
     told = {said.split(": ")[1].split(" of ")[0]: "which leaves" in said for said in found.departures}
     assert told == {"kind": True, "condition": False, "jumps_made": True}
-    assert "run r002 without joules a jump and apex height" in str(found.exploratory(Quantity.JOULES, POOLED, [key]))
+    assert "run r002 without joules a jump and apex height" in str(found.exploratory(Outcome.JOULES, POOLED, [key]))
     assert found.exploratory_equivalence(POOLED, [key]) is not None
 
 
@@ -236,7 +236,7 @@ def test_a_log_taken_off_its_run_takes_its_heights(honest: SmallBook) -> None:
     (said,) = found.departures
     assert "r002.csv was taken off run r002 (Ada Nwosu, " in said
     assert said.endswith("which leaves run r002 without apex height")
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
     assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
     with honest.open() as book, book.session(ADA) as session:
         assign(session, "r002.csv", "r002", None)
@@ -272,7 +272,7 @@ def test_other_rules_which_jumps_count_make_heights_exploratory(honest: SmallBoo
     (said,) = found.departures
     assert said.startswith(words)
     assert found.exploratory_equivalence(POOLED) == said
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
     honest.toml.write_text(plain)
     assert planned(honest).departures == ()
 

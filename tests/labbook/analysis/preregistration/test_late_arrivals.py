@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
+from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
@@ -15,7 +16,6 @@ from labbook.actions.runs.correcting import correct
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
-from reports.numbers import Quantity
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
 from tests.helpers.statements import gives_charge
 
@@ -82,7 +82,7 @@ def test_a_further_log_takes_its_run_out(honest: SmallBook) -> None:
     assert said.endswith("), which leaves run r002 without apex height")
     assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
     assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
     with honest.open() as book, book.session(ADA) as session:
         correct(book, session, "r002", ["starts=2"], "it was started again")
     (corrected,) = planned(honest).departures
@@ -106,8 +106,8 @@ def test_a_second_charge_takes_its_run_out(honest: SmallBook) -> None:
     (said,) = found.departures
     assert said.startswith("a further charge of again.csv came to run r002 when it had its charge (Ada Nwosu, ")
     assert said.endswith("), which leaves run r002 without joules a jump")
-    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
-    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r001")]) is None
     assert found.exploratory_equivalence(POOLED) is None
     rebuild_database(honest.folder, lambda _step: None)
     assert planned(honest) == found
@@ -118,7 +118,7 @@ def test_a_second_charge_of_an_idle_run_bears_on_all_joules(honest: SmallBook) -
     sheet.write_text("run,mAh,minutes,end_voltage,pack,ended\nr007,90,10,16.80,B,2021-06-14 12:25\n")
     ingests(honest, sheet)
     assigns(honest, "again.csv#1", "r007")
-    assert "run r007 without joules" in str(planned(honest).exploratory(Quantity.JOULES, POOLED, ["any"]))
+    assert "run r007 without joules" in str(planned(honest).exploratory(Outcome.JOULES, POOLED, ["any"]))
 
 
 @pytest.mark.parametrize("report_first", [True, False])
@@ -236,7 +236,7 @@ def test_a_log_that_replaced_another_after_a_report_makes_the_condition_explorat
     assert said.startswith("r002 again.csv replaced r002.csv as the log of run r002 after a report had been made (Ada ")
     assert found.exploratory_equivalence(POOLED, [key_of(honest, "r002")]) == said
     assert found.exploratory_equivalence(POOLED, [key_of(honest, "r001")]) is None
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
     rebuild_database(honest.folder, lambda _step: None)
     assert planned(honest) == found
     assigns(honest, "r002 again.csv", "none", "it was not")
@@ -282,8 +282,8 @@ def test_a_charge_that_replaced_another_after_a_report_makes_the_condition_explo
     found = planned(honest)
     (said,) = found.departures
     assert said.startswith("a charge of again.csv replaced a charge of 2021-06-14.csv as the charge of run r002 after ")
-    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
-    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r002")]) == said
+    assert found.exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r001")]) is None
     assert found.exploratory_equivalence(POOLED) is None
 
 
@@ -297,7 +297,7 @@ def test_a_charge_corrected_after_a_report_is_listed_and_not_labelled(honest: Sm
     found = planned(honest)
     (said,) = found.departures
     assert "charge_mah of the charge of run r002 was " in said
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
 
 
 def moves(made: SmallBook, foot: str) -> None:
@@ -314,11 +314,11 @@ def test_a_run_stands_where_the_report_saw_it(honest: SmallBook) -> None:
     found = planned(honest)
     (told,) = found.departures
     assert told.startswith("corrected after the first measurement: condition of run r002 was ")
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
     moves(honest, "small")
     (said,) = planned(honest).departures
     assert said.startswith("the condition of run r002 was corrected after a report had been made: it was foot=large ")
-    assert planned(honest).exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r002")]) == said
+    assert planned(honest).exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r002")]) == said
 
 
 def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(honest: SmallBook) -> None:
@@ -331,9 +331,9 @@ def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(
     corrected = "the condition of run r002 was corrected after a report had been made"
     assert said.startswith(f"{corrected}: it was {was} and is {key_of(honest, 'r002')} (Ada Nwosu, ")
     for key in (was, key_of(honest, "r002")):
-        assert found.exploratory(Quantity.JOULES, POOLED, [key]) == said
+        assert found.exploratory(Outcome.JOULES, POOLED, [key]) == said
         assert found.exploratory_equivalence(POOLED, [key]) == said
-    assert found.exploratory(Quantity.JOULES, POOLED, [key_of(honest, "r001")]) is None
+    assert found.exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r001")]) is None
     with honest.open() as book, book.session(ADA) as session:
         correct(book, session, "r002", ["foot=small"], "it was right")
     assert planned(honest).departures == ()
@@ -365,4 +365,4 @@ def test_a_run_put_on_another_day_or_pack_is_told_by_name(honest: SmallBook) -> 
         True,
         True,
     ]
-    assert planned(honest).exploratory(Quantity.JOULES, POOLED) is None
+    assert planned(honest).exploratory(Outcome.JOULES, POOLED) is None

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.first_measurement import first_measurement, stated_configurations
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, ReasonCode, RunState
@@ -18,9 +19,8 @@ from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before, planned_analysis
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
-from labbook.config.model import AnalysisSettings, Bounds, Family, Outcome
+from labbook.config.model import AnalysisSettings, Bounds, Family, PrimaryOutcome
 from labbook.presenting.report.planned import planned_sentences
-from reports.numbers import Quantity
 from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
 from tests.helpers.statements import note, said_alike
 
@@ -138,7 +138,7 @@ def test_where_nothing_was_decided_in_time_all_is_exploratory(fresh: SmallBook) 
     assert (found.settings, found.stated, found.stated_by) == (STOOD, False, BEN)
     assert found.departures[0].startswith(f"{NOTHING_DECIDED}; [analysis] was stated on ")
     assert found.departures[0].endswith("by Ben Ode, after it")
-    assert found.exploratory(Quantity.JOULES, POOLED) == NOTHING_DECIDED
+    assert found.exploratory(Outcome.JOULES, POOLED) == NOTHING_DECIDED
     assert found.exploratory_equivalence(POOLED) == NOTHING_DECIDED
 
 
@@ -158,7 +158,7 @@ def test_a_later_change_is_taken_over_and_told_and_rules_nothing(fresh: SmallBoo
     ]  # fmt: skip
     assert "and has apex in labbook.toml since 20" in found.departures[0]
     assert found.departures[0].endswith("(Ben Ode): what was stated before stands")
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
 
 
 def test_runs_that_are_older_than_the_decision_are_told(fresh: SmallBook) -> None:
@@ -222,17 +222,17 @@ def test_bounds_that_come_late_are_used_and_exploratory(fresh: SmallBook) -> Non
         "used, and exploratory",
     )
     assert "no bounds" in str(found.exploratory_equivalence(POOLED))
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
 
 
-@pytest.mark.parametrize("outcome", Outcome)
+@pytest.mark.parametrize("outcome", PrimaryOutcome)
 @pytest.mark.parametrize("family", Family)
-def test_one_outcome_in_one_family_is_planned(outcome: Outcome, family: Family) -> None:
+def test_one_outcome_in_one_family_is_planned(outcome: PrimaryOutcome, family: Family) -> None:
     plan = Planned(AnalysisSettings(primary_outcome=outcome, family=family), True, ())
     planned_ones = [
-        (quantity, name) for quantity in Quantity for name in (EACH, POOLED) if not plan.exploratory(quantity, name)
+        (quantity, name) for quantity in Outcome for name in (EACH, POOLED) if not plan.exploratory(quantity, name)
     ]
-    quantity = Quantity.JOULES if outcome is Outcome.JOULES else Quantity.APEX
+    quantity = Outcome.JOULES if outcome is PrimaryOutcome.JOULES else Outcome.APEX
     name = EACH if family is Family.EACH else POOLED
     assert planned_ones == [(quantity, name)]
     assert plan.exploratory(quantity, "between levels of the foot") == f"the family decided on is {name}"
@@ -252,15 +252,15 @@ def test_what_was_left_out_for_other_reasons_is_told(tmp_path: Path) -> None:
         decide(book, session, "r005", [2], "reject", "sensor_fault", "looked again")
     found = planned(made)
     assert found.departures == ("2 jumps of run r002 rejected (wrong_apex), which was not allowed",)
-    assert found.exploratory(Quantity.JOULES, POOLED) is None
+    assert found.exploratory(Outcome.JOULES, POOLED) is None
     assert "2 jumps of run r002" in str(found.exploratory_equivalence(POOLED))
     with made.open() as book, book.session(ADA) as session:
         void(session, "r006", "Sensor fault: the string was off its drum")
         void(session, "r002", "misfired badly")
     found = planned(made)
     assert found.departures == ("run r002 is void (misfired badly), which was not allowed",)
-    assert "run r002 is void" in str(found.exploratory(Quantity.JOULES, POOLED))
-    assert str(found.exploratory(Quantity.JOULES, POOLED)).endswith(AS_A_WHOLE)
+    assert "run r002 is void" in str(found.exploratory(Outcome.JOULES, POOLED))
+    assert str(found.exploratory(Outcome.JOULES, POOLED)).endswith(AS_A_WHOLE)
     with made.open() as book, book.session(ADA) as session:
         unvoid(session, "r002", "it was another")
         void(session, "r002", "misfire")

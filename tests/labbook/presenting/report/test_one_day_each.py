@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.presenting.report.course import confounded_with_day
 from labbook.presenting.report.making import MadeReport
 from labbook.presenting.report.one_day_each import one_day_each
-from reports.content import Quantity
 from reports.one_day_each import FOOTNOTE
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
@@ -55,7 +55,7 @@ def confounded(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
 def test_every_test_on_runs_says_that_it_cannot_tell_the_treatment_from_the_day(confounded: MadeReport) -> None:
     content = confounded.content
     tested = [c for c in (*content.comparisons, *content.jump_comparisons) if not isinstance(c.test.p, Undefined)]
-    assert {c.quantity for c in tested} == set(Quantity)
+    assert {c.quantity for c in tested} == set(Outcome)
     assert {c.one_day_each for c in tested} == {SAID}
     assert {c.one_day_each for c in content.comparisons if isinstance(c.test.p, Undefined)} == {""}
     assert all(isinstance(c.test.statistic, float) for c in tested)  # the thesis's own route is there to be compared
