@@ -30,7 +30,7 @@ from tests.helpers.figures import Count, record
 from tests.helpers.statements import note, said_alike
 
 ROWS_OF_A_LOG = 60
-MOST_TRIES = 4
+MOST_TRIES = 10
 """So many times as often as it is to die at most is a command started: some end before the kill."""
 
 
