@@ -119,6 +119,13 @@ def alone_with(path: Path, otherwise: str) -> Iterator[None]:
             fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             raise BookBusy(otherwise) from error
-        if not os.path.samestat(os.fstat(handle.fileno()), path.stat()):  # who held it put another file in its place
+        if not _is_at(handle.fileno(), path):  # who held it has removed it, or put another file in its place
             raise BookBusy(otherwise)
         yield
+
+
+def _is_at(descriptor: int, path: Path) -> bool:
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False

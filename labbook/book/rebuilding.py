@@ -183,8 +183,10 @@ def _replace_journal(path: Path, entries: list[Entry]) -> None:
     if path.exists():
         _like(path, fresh.path)
     if known is None:
-        shutil.copy2(path, kept := path.with_name(f"{path.name}.before-rebuild.{stamp()}"))
+        kept = path.with_name(f"{path.name}.before-rebuild.{stamp()}")
+        shutil.copy2(path, kept)
         sync(kept)
+        sync(kept.parent)
     elif path.exists():
         JournalFile(path).keep_cut_off()
     fresh.path.replace(path)

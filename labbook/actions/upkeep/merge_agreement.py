@@ -39,11 +39,14 @@ Logs = Mapping[str, Sequence[Link]]
 
 
 def second_logs(connection: sa.Connection, before: Logs, there: Logs, now: Logs) -> list[str]:
-    """Say which runs would have a log of each book, where neither has both; uids `there` are those of this book."""
+    """Say which runs would have a log that only this book has and one that only the other has.
+
+    Where one book took a log off and put another in its place, the run has one. Uids `there` are those of this book.
+    """
     found = []
     for uid, logs in now.items():
-        here, other = ({log.file_uid for log in some.get(uid, ())} for some in (before, there))
-        if here <= other or other <= here:
+        here, other, both = ({log.file_uid for log in some.get(uid, ())} for some in (before, there, now))
+        if both <= other or both <= here:
             continue
         names = {log.file_uid: find_files(connection, log.file_uid)[0].name for log in logs}
         words = " and ".join(f"{name} {'here' if file in here else 'there'}" for file, name in names.items())

@@ -351,6 +351,20 @@ def test_a_run_started_twice_keeps_both_logs_where_this_book_has_both(lab: Small
     is_whole(lab.folder)
 
 
+def test_a_log_that_the_laptop_put_in_the_place_of_a_wrong_one_comes_home(lab: SmallBook, laptop: SmallBook) -> None:
+    def there(book: Book, files: SmallBook) -> None:
+        with book.session(BEN) as session:
+            withdraw(session, "r001.csv", "of another robot")
+        take(book, files.log("r003"), BEN, run="r001")
+
+    go_on(lab, laptop, lambda _book, _files: None, there)
+    assert merged(lab, laptop, dry_run=True).conflicts == ()
+    merged(lab, laptop)
+    with lab.open() as book, book.reading() as connection:
+        assert [log.file_name for log in signals_of_runs(connection) if log.run_name == "r001"] == ["r003.csv"]
+    is_whole(lab.folder)
+
+
 @pytest.mark.parametrize("case", AGAINST)
 def test_a_contradiction_is_named_and_nothing_is_written(lab: SmallBook, laptop: SmallBook, case: str) -> None:
     here, there, words = AGAINST[case]
