@@ -2,53 +2,95 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import Self
 
+from data_schema.vocabulary import FileRole
 
-class Source(StrEnum):
-    """What a run's value of an outcome is computed from."""
 
-    CHARGE = "charge"
-    LOG = "log"
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Declared:
+    """What is declared of an outcome.
+
+    Parameters
+    ----------
+    name : what results and reports call it
+    key : names it in labbook.toml, on the command line and in names of tables and figures
+    heading : heads its section and figures
+    plural : names the values of several runs
+    number_name : names it in stored results, in `unit`
+    source : what a run's value is computed from
+    comparative : words for a larger value and for a smaller one
+    undefined_because : why a run that has the source may have no value
+    of_every_run : every run is expected to have it; else it is left out where no run has it
+    shares_error : its values have an error in common, that of the passive-drain line
+    has_savings : less is better, and it is compared as a share of the control's mean, and across groups too
+    has_equivalence : no change is a claim, tested within bounds that were decided on
+    """
+
+    name: str
+    key: str
+    heading: str
+    plural: str
+    number_name: str
+    unit: str
+    source: FileRole
+    comparative: tuple[str, str] = ("higher", "lower")
+    undefined_because: str
+    of_every_run: bool = False
+    shares_error: bool = False
+    has_savings: bool = False
+    has_equivalence: bool = False
 
 
 class Outcome(StrEnum):
-    """A measured outcome; its value is what results and reports call it.
-
-    `key` names it in labbook.toml and on the command line, `number_name` in stored results, in `unit`. `heading` heads
-    its figures. `shares_error`: its values have an error in common, that of the passive-drain line. `has_savings`: less
-    is better, and it is compared as a share of the control's mean too. `has_equivalence`: no change is a claim, tested
-    within bounds that were decided on.
-    """
+    """A measured outcome, with the fields of `Declared`; its value is its name."""
 
     key: str
     heading: str
+    plural: str
     number_name: str
     unit: str
-    source: Source
+    source: FileRole
+    comparative: tuple[str, str]
+    undefined_because: str
+    of_every_run: bool
     shares_error: bool
     has_savings: bool
     has_equivalence: bool
 
-    JOULES = "joules a jump", "joules", "Energy of a jump", "joules_per_jump", "J", Source.CHARGE, True, True, False
-    APEX = "apex height", "apex", "Apex height", "apex_height", "m", Source.LOG, False, False, True
+    JOULES = Declared(
+        name="joules a jump",
+        key="joules",
+        heading="Energy of a jump",
+        plural="joules",
+        number_name="joules_per_jump",
+        unit="J",
+        source=FileRole.CHARGE,
+        undefined_because="joules are undefined",
+        of_every_run=True,
+        shares_error=True,
+        has_savings=True,
+    )
+    APEX = Declared(
+        name="apex height",
+        key="apex",
+        heading="Apex height",
+        plural="apex heights",
+        number_name="apex_height",
+        unit="m",
+        source=FileRole.LOG,
+        undefined_because="none of its jumps counts",
+        of_every_run=True,
+        has_equivalence=True,
+    )
 
-    def __new__(
-        cls,
-        name: str,
-        key: str,
-        heading: str,
-        number_name: str,
-        unit: str,
-        source: Source,
-        shares_error: bool,
-        has_savings: bool,
-        has_equivalence: bool,
-    ) -> Self:
+    def __new__(cls, declared: Declared) -> Self:
         """Make a member that is its name, with what is declared of it."""
-        found = str.__new__(cls, name)
-        found._value_ = name
-        found.key, found.heading, found.number_name, found.unit, found.source = key, heading, number_name, unit, source
-        found.shares_error, found.has_savings, found.has_equivalence = shares_error, has_savings, has_equivalence
+        found = str.__new__(cls, declared.name)
+        found._value_ = declared.name
+        for item in fields(Declared):
+            if item.name != "name":
+                setattr(found, item.name, getattr(declared, item.name))
         return found

@@ -112,20 +112,19 @@ class Summary:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """One level of each factor, in the study's order; `control` marks the control. A quantity not measured is None."""
+    """One level of each factor, in the study's order; `control` marks the control; a summary an outcome measured."""
 
     levels: tuple[Level, ...]
     control: bool
-    joules: Summary | None = None
-    apex: Summary | None = None
+    summaries: Mapping[Outcome, Summary] = field(default_factory=dict)
 
     def level(self, factor: str) -> Level | None:
         """Return this condition's level of the factor, None where the factor is not part of it."""
         return next((level for level in self.levels if level.factor == factor), None)
 
     def summary(self, quantity: Outcome) -> Summary | None:
-        """Return what was measured of the quantity, None where it was not."""
-        return self.joules if quantity is Outcome.JOULES else self.apex
+        """Return what was measured of the outcome, None where it was not."""
+        return self.summaries.get(quantity)
 
 
 @dataclass(frozen=True, slots=True)
@@ -239,3 +238,8 @@ class ReportContent:
     no_equivalence: str = ""
     counted: str = "run"
     stored: bool = True
+
+    @property
+    def outcomes(self) -> tuple[Outcome, ...]:
+        """The outcomes that every run is expected to have, and those that were measured."""
+        return tuple(outcome for outcome in Outcome if outcome.of_every_run or self.flow.runs_with.get(outcome))

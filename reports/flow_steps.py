@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from data_schema.outcomes import Outcome
 from reports.content import Flow
 
-_WITH: Mapping[Outcome, str] = {Outcome.JOULES: "runs with joules", Outcome.APEX: "runs with heights"}
-
 
 @dataclass(frozen=True, slots=True)
 class Step:
@@ -21,13 +19,13 @@ class Step:
 
 
 def flow_lines(flow: Flow) -> dict[Outcome, tuple[Step, ...]]:
-    """Return a line of boxes a quantity: that of joules begins with the plan, that of apex heights ends with jumps."""
-    planned = () if flow.runs_planned is None else (Step("runs planned", flow.runs_planned),)
-    jumps = _jump_steps(flow) if flow.runs_with[Outcome.APEX] else ()
-    return {
-        Outcome.JOULES: (*planned, *_run_steps(flow, Outcome.JOULES)),
-        Outcome.APEX: (*_run_steps(flow, Outcome.APEX), *jumps),
-    }
+    """Return a line of boxes an outcome: the first begins with the plan, that of apex heights ends with jumps."""
+    lines = {outcome: _run_steps(flow, outcome) for outcome in flow.runs_with}
+    if flow.runs_planned is not None:
+        lines[Outcome.JOULES] = (Step("runs planned", flow.runs_planned), *lines[Outcome.JOULES])
+    if flow.runs_with[Outcome.APEX]:
+        lines[Outcome.APEX] += _jump_steps(flow)
+    return lines
 
 
 def _run_steps(flow: Flow, quantity: Outcome) -> tuple[Step, ...]:
@@ -38,7 +36,10 @@ def _run_steps(flow: Flow, quantity: Outcome) -> tuple[Step, ...]:
         leaving.append(f"{flow.runs_idle} idle, for the passive drain")
     leaving += _reasons(flow.runs_other)
     leaving += _reasons(flow.runs_without[quantity])
-    return (Step("runs done", flow.runs_done), Step(_WITH[quantity], flow.runs_with[quantity], tuple(leaving)))
+    return (
+        Step("runs done", flow.runs_done),
+        Step(f"runs with {quantity.plural}", flow.runs_with[quantity], tuple(leaving)),
+    )
 
 
 def _jump_steps(flow: Flow) -> tuple[Step, ...]:

@@ -14,16 +14,15 @@ from typing import Any
 import jinja2
 
 from data_schema.errors import UsageError
-from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
-from reports.figures.registry import FIGURES
+from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.sections import Bullets, FigureHere, Paragraph, Part, Section, TableHere, sections_of
 from reports.svg_inline import inline_svg
 from reports.tables.as_csv import csv_bytes
 from reports.tables.as_latex import latex_bytes
-from reports.tables.registry import TABLES
+from reports.tables.registry import tables_of
 from reports.tables.table import Table
 from reports.wording import count_text, list_text
 
@@ -51,8 +50,8 @@ def write_report(content: ReportContent, out_dir: Path) -> WrittenReport:
         for folder in ("figures", "tables"):
             (out_dir / folder).mkdir(parents=True, exist_ok=True)
     figures = figure_files(content)
-    tables = {kind.name: kind.make(content) for kind in TABLES.values()}
-    page = render_page(content, {name: figures[f"{name}.svg"] for name in FIGURES}, tables)
+    tables = {kind.name: kind.make(content) for kind in tables_of(content)}
+    page = render_page(content, {kind.name: figures[f"{kind.name}.svg"] for kind in figures_of(content)}, tables)
     table_files = {f"{name}.csv": csv_bytes(table) for name, table in tables.items()}
     table_files |= {f"{name}.tex": latex_bytes(table) for name, table in tables.items()}
     with _writing_to(out_dir):
@@ -76,7 +75,7 @@ def _writing_to(out_dir: Path) -> Iterator[None]:
 def figure_files(content: ReportContent) -> dict[str, bytes]:
     """Draw every figure at both widths; file name -> bytes."""
     files = {}
-    for kind in FIGURES.values():
+    for kind in figures_of(content):
         for ending, width_in in _WIDTHS.items():
             figure = draw_figure(kind, content, width_in)
             files[f"{kind.name}{ending}.svg"] = svg_bytes(figure)
@@ -135,9 +134,8 @@ def _facts(content: ReportContent) -> list[tuple[str, str]]:
         first, last = content.days[0].date, content.days[-1].date
         dates = first if first == last else f"{first} to {last}"
         facts.append(("Measured", f"{dates}, {count_text(len(content.days), 'day')}"))
-    used = content.flow.runs_with
-    runs = f"joules from {used[Outcome.JOULES]}, apex heights from {used[Outcome.APEX]}"
-    facts.append(("Runs", f"{content.flow.runs_done}, {runs}"))
+    used = [f"{outcome.plural} from {content.flow.runs_with[outcome]}" for outcome in content.outcomes]
+    facts.append(("Runs", f"{content.flow.runs_done}, {', '.join(used)}"))
     if content.people:
         facts.append(("People", list_text(content.people)))
     facts += [

@@ -78,14 +78,19 @@ def sections_of(content: ReportContent) -> tuple[Section, ...]:
     """Return the sections of the page in reading order; a section without parts is left out."""
     sections = (
         _in_short(content),
-        _energy(content),
-        _apex(content),
+        *(_measured_outcome(content, outcome) for outcome in content.outcomes),
         _predicted(content),
         _certainty(content),
         _measured(content),
         _methods(content),
         Section(
-            "tests", "Tests in full", tuple(map(TableHere, ("tests_joules", "tests_apex", "tests_jumps", "anovas")))
+            "tests",
+            "Tests in full",
+            (
+                *(TableHere(f"tests_{outcome.key}") for outcome in content.outcomes),
+                TableHere("tests_jumps"),
+                TableHere("anovas"),
+            ),
         ),
         _provenance(content),
     )
@@ -120,32 +125,19 @@ def _why_no_claim(content: ReportContent) -> str:
     )
 
 
-def _energy(content: ReportContent) -> Section:
-    parts: tuple[Part, ...] = (
-        FigureHere("joules_by_damping"),
-        TableHere("joules_by_condition"),
-        *_anova_paragraph(content, Outcome.JOULES),
-        FigureHere("estimation_joules"),
-        TableHere("comparisons_joules"),
-        *map(Paragraph, by_day_sentences(content, Outcome.JOULES)),
-        TableHere("by_day_joules"),
-    )
-    return Section("energy", "Energy of a jump", parts)
-
-
-def _apex(content: ReportContent) -> Section:
-    parts: tuple[Part, ...] = (
-        FigureHere("apex_heights"),
-        TableHere("apex_by_condition"),
-        *_anova_paragraph(content, Outcome.APEX),
-        FigureHere("estimation_apex"),
-        TableHere("comparisons_apex"),
-        *map(Paragraph, by_day_sentences(content, Outcome.APEX)),
-        TableHere("by_day_apex"),
-        *map(Paragraph, filter(None, (content.no_equivalence,))),
-        TableHere("equivalence"),
-    )
-    return Section("apex", "Apex height", parts)
+def _measured_outcome(content: ReportContent, outcome: Outcome) -> Section:
+    parts: list[Part] = [
+        FigureHere(f"{outcome.key}_by_damping"),
+        TableHere(f"{outcome.key}_by_condition"),
+        *_anova_paragraph(content, outcome),
+        FigureHere(f"estimation_{outcome.key}"),
+        TableHere(f"comparisons_{outcome.key}"),
+        *map(Paragraph, by_day_sentences(content, outcome)),
+        TableHere(f"by_day_{outcome.key}"),
+    ]
+    if outcome.has_equivalence:
+        parts += [*map(Paragraph, filter(None, (content.no_equivalence,))), TableHere("equivalence")]
+    return Section(outcome.key.replace("_", "-"), outcome.heading, tuple(parts))
 
 
 def _anova_paragraph(content: ReportContent, quantity: Outcome) -> tuple[Paragraph, ...]:
@@ -199,12 +191,17 @@ def _measured(content: ReportContent) -> Section:
     if flow.runs_done:
         days = f" on {count_text(len(content.days), 'day')}" if content.days else ""
         who = f" People of the book: {list_text(content.people)}." if content.people else ""
-        made, heights = ("was" if flow.runs_done == 1 else "were"), flow.runs_with[Outcome.APEX]
-        jumps = f" with {count_text(flow.jumps_analysed, 'jump')} of {flow.jumps_made} made" if heights else ""
+        made = "was" if flow.runs_done == 1 else "were"
+        used = [f"{outcome.plural} from {flow.runs_with[outcome]}" for outcome in content.outcomes]
+        jumps = (
+            f"; {count_text(flow.jumps_analysed, 'jump')} of {flow.jumps_made} made are analysed"
+            if flow.runs_with[Outcome.APEX]
+            else ""
+        )
         parts.append(
             Paragraph(
                 f"{count_text(flow.runs_done, 'run')} of this selection {made} made{days}; "
-                f"joules come from {flow.runs_with[Outcome.JOULES]}, apex heights from {heights}{jumps}.{who}"
+                f"{', '.join(used)}{jumps}.{who}"
             )
         )
     if len(content.robots) > 1:
@@ -222,7 +219,7 @@ def _measured(content: ReportContent) -> Section:
 
 
 def _run_count(condition: Condition) -> int:
-    return sum(len(summary.runs) for summary in (condition.joules, condition.apex) if summary is not None)
+    return sum(len(summary.runs) for summary in condition.summaries.values())
 
 
 def _methods(content: ReportContent) -> Section:

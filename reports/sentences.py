@@ -161,10 +161,10 @@ def difference_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say how a quantity differed between control and treatment, and whether zero lies in the interval."""
     difference = as_shown(comparison.welch_difference)
     where = _where(content, comparison)
-    what = "The apex" if comparison.quantity is Outcome.APEX else "The energy of a jump"
+    what = f"The {comparison.quantity.heading[0].lower()}{comparison.quantity.heading[1:]}"
     if isinstance(difference.value, Undefined):
         return Claim(f"{what}{where}: the difference is {value_text(difference.value)}.", (difference.provenance,))
-    comparative = "higher" if difference.value >= 0 else "lower"
+    comparative = comparison.quantity.comparative[0 if difference.value >= 0 else 1]
     size = with_unit(value_text(abs(difference.value), places_of(comparison.welch_difference)), difference.unit)
     interval = interval_text(comparison.welch_difference)
     evidence = (

@@ -13,16 +13,13 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import FileRole
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.controls import sort_key, with_control
 from labbook.analysis.observed_notes import beside_plan, left_out, pooled_over
 from labbook.analysis.outcomes.conditions import RunNumber, run_numbers
 from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.outcomes.passive_drain import passive_drains
-from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
-from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData, gather
@@ -177,7 +174,8 @@ def observations_of_book(
         raise unknown_name("factor or column of runs", by, names)
     if asked.jumps and asked.quantity is not Outcome.APEX:
         raise UsageError(
-            "a run has one number of joules: single jumps, within their run, are there with --quantity apex."
+            f"a run has one value of {asked.quantity}: single jumps, within their run, are there with --quantity "
+            f"{Outcome.APEX.key}."
         )
     numbers, missing = _numbers(connection, store, evidence, asked.quantity, step)
     rows = tuple(
@@ -209,14 +207,8 @@ def _numbers(
     quantity: Outcome,
     step: Callable[[str], None],
 ) -> tuple[list[RunNumber], Mapping[str, str]]:
-    cache = ResultCache(connection)
-    if quantity is Outcome.JOULES:
-        energies = run_energies(cache, evidence, passive_drains(cache, evidence))
-        return run_numbers(evidence.runs, energies.results, quantity), evidence.reasons(
-            energies.missing, FileRole.CHARGE
-        )
-    apexes = run_apexes(cache, Detections(connection, store, step), evidence, as_protocol(evidence))
-    return run_numbers(evidence.runs, apexes.results, quantity), evidence.reasons(apexes.missing, FileRole.LOG)
+    found = measure(quantity, ResultCache(connection), Detections(connection, store, step), evidence)
+    return run_numbers(evidence.runs, found.results, quantity), evidence.reasons(found.missing, quantity.source)
 
 
 def _label(run: RunRow, by: str) -> str:

@@ -23,8 +23,8 @@ def left_out(
         return []
     reasons = [f"{run.name} ({missing.get(run.uid, 'undefined')})" for run in left[:_MOST_NAMED]]
     more = ", ..." if len(left) > _MOST_NAMED else ""
-    what = "joules" if quantity is Outcome.JOULES else "apex height"
-    return [f"{len(left)} of {len(evidence.runs)} runs have no {what} and are left out: {', '.join(reasons)}{more}."]
+    of_all = f"{len(left)} of {len(evidence.runs)} runs"
+    return [f"{of_all} have no {quantity.plural} and are left out: {', '.join(reasons)}{more}."]
 
 
 def _several_levels(numbers: Sequence[RunNumber], by: str, configuration: Configuration) -> list[str]:

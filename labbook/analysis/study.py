@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.results import ResultRow
-from data_schema.vocabulary import FileRole
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import analyse_variance
 from labbook.analysis.comparison.comparing_jumps import compare_jumps
@@ -18,12 +17,15 @@ from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, run_numbers
 from labbook.analysis.outcomes.day_means import in_units, unit_scope
 from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.packs import pack_deviations
 from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
 from labbook.analysis.outcomes.run_apexes import RunApexes, as_protocol, run_apexes
-from labbook.analysis.outcomes.run_energy import RunEnergies, run_energies
+from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.run_results import RunResults
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
 from labbook.analysis.prediction.predicting import Predicted, predictions
+from labbook.analysis.prediction.simulated_values import SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
@@ -41,16 +43,18 @@ class VarianceAnalysed:
 
 @dataclass(frozen=True, slots=True)
 class StudyAnalysis:
-    """Everything computed for one selection."""
+    """Everything computed for one selection.
+
+    `results` and `conditions` have the outcomes that every run is expected to have, and those that any of its runs has.
+    """
 
     evidence: StudyData
     planned: Planned
     drains: dict[str, Drain]
-    energies: RunEnergies
     apexes: RunApexes
+    results: dict[Outcome, RunResults]
+    conditions: dict[Outcome, list[ConditionValues]]
     swept: str | None
-    joules: list[ConditionValues]
-    apex_heights: list[ConditionValues]
     compared: list[Compared]
     anovas: list[VarianceAnalysed]
     variations: Variations
@@ -62,13 +66,24 @@ class StudyAnalysis:
 
     def levels_of(self, item: VarianceAnalysed) -> list[ConditionValues]:
         """Return the treated conditions of an analysis of variance with their runs."""
-        conditions = self.joules if item.quantity is Outcome.JOULES else self.apex_heights
         return [
             treated
-            for group, items in pairing.groups(conditions, self.swept or "")
+            for group, items in pairing.groups(self.conditions[item.quantity], self.swept or "")
             if pairing.group_label(group) == item.label
             for treated in pairing.treated_and_control(items)[0]
         ]
+
+
+def _results(
+    cache: ResultCache, detections: Detections, evidence: StudyData, known: Mapping[Outcome, RunResults]
+) -> dict[Outcome, RunResults]:
+    """Ensure the other outcomes, and leave out those that no run has and none is expected to have."""
+    every = {outcome: known.get(outcome) or measure(outcome, cache, detections, evidence) for outcome in Outcome}
+    return {
+        outcome: replace(found, missing=evidence.reasons(found.missing, outcome.source))
+        for outcome, found in every.items()
+        if outcome.of_every_run or found.results
+    }
 
 
 def analyse(
@@ -79,51 +94,51 @@ def analyse(
     progress("passive drain and joules a jump")
     drains = passive_drains(cache, evidence)
     energies = run_energies(cache, evidence, drains)
-    energies = replace(energies, missing=evidence.reasons(energies.missing, FileRole.CHARGE))
     progress("apex heights")
     apexes = run_apexes(cache, detections, evidence, as_protocol(evidence))
-    apexes = replace(apexes, missing=evidence.reasons(apexes.missing, FileRole.LOG))
+    results = _results(cache, detections, evidence, {Outcome.JOULES: energies, Outcome.APEX: apexes})
     progress("comparisons")
     scope = {"selection": evidence.selection}
-    joules = condition_values(
-        cache, run_numbers(evidence.runs, energies.results, Outcome.JOULES), Outcome.JOULES, scope
-    )
-    heights = condition_values(cache, run_numbers(evidence.runs, apexes.results, Outcome.APEX), Outcome.APEX, scope)
+    conditions = {
+        outcome: condition_values(cache, run_numbers(evidence.runs, found.results, outcome), outcome, scope)
+        for outcome, found in results.items()
+    }
     swept = pairing.swept_factor(evidence.configuration)
-    packs = pack_deviations(cache, joules, scope)
-    of_a_joule = budget(cache, evidence, joules, scope)
-    measured = list(dict.fromkeys(item.key for item in (*joules, *heights)))
+    packs = pack_deviations(cache, conditions[Outcome.JOULES], scope)
+    of_a_joule = budget(cache, evidence, conditions[Outcome.JOULES], scope)
+    measured = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
     predicted = predictions(cache, evidence, measured, progress)
     checked = [
-        *check_conditions(cache, joules, predicted, Outcome.JOULES, swept, scope),
-        *check_conditions(cache, heights, predicted, Outcome.APEX, swept, scope),
+        one
+        for outcome in SIMULATED
+        for one in check_conditions(cache, conditions[outcome], predicted, outcome, swept, scope)
     ]
     analysis = StudyAnalysis(
-        evidence, planned, drains, energies, apexes, swept, joules, heights, [], [], Variations(), [], packs,
-        of_a_joule, predicted, checked,
+        evidence, planned, drains, apexes, results, conditions, swept, [], [], Variations(), [], packs, of_a_joule,
+        predicted, checked,
     )  # fmt: skip
     if swept is None:
         return analysis
     settings = planned.settings
-    beside = unselected_conditions_of(cache, detections, evidence, scope) if planned.stated else {}
-    compared = compare_all(cache, joules, heights, swept, settings, scope, beside)
+    beside = unselected_conditions_of(cache, detections, evidence, conditions, scope) if planned.stated else {}
+    compared = compare_all(cache, conditions, swept, settings, scope, beside)
     of_unit = unit_scope(scope, settings.unit_of_analysis)
     anovas = [
         VarianceAnalysed(label, group, quantity, analyse_variance(cache, label, levels, swept, quantity, of_unit))
-        for quantity, conditions in ((Outcome.JOULES, joules), (Outcome.APEX, heights))
-        for group, items in pairing.groups(conditions, swept)
+        for quantity, several in conditions.items()
+        for group, items in pairing.groups(several, swept)
         for treated, _control in [pairing.treated_and_control(items)]
         for label in [pairing.group_label(group)]
         if len(treated) > 1
         for levels in [in_units(cache, treated, quantity, settings.unit_of_analysis, scope)]
     ]
-    pooled = pairing.pairs_pooled(heights, swept)
+    pooled = pairing.pairs_pooled(conditions[Outcome.APEX], swept)
     jump_tests = [
         Compared(pair, Outcome.APEX, row)
         for pair, row in zip(pooled, compare_jumps(cache, pooled, scope, settings.alpha), strict=True)
     ]
     progress("what the headlines depend on")
-    variations = vary(cache, detections, evidence, drains, apexes, swept, settings)
+    variations = vary(cache, detections, evidence, drains, results, swept, settings)
     of_savings = [(item.pair, item.result) for item in compared if item.quantity is Outcome.JOULES]
     return replace(
         analysis,

@@ -31,14 +31,15 @@ class _Marks:
         return min(values), max(values)
 
 
-def draw_by_damping(content: ReportContent, quantity: Outcome, y_label: str, unit: str, width_in: float) -> Figure:
-    """Draw one quantity: x is the damping coefficient with CE at 0, y the quantity in the unit it is shown in.
+def draw_by_damping(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
+    """Draw one outcome: x is the damping coefficient with CE at 0, y the outcome in the unit it is shown in.
 
     All series share one panel, side by side, as in the thesis; where they lie so far apart that no difference
     between conditions could be seen, each has a panel, and the axes of all have one span.
     """
     narrow, axis = is_narrow(width_in), axis_of(content)
-    every = (_marks(series, axis, quantity, unit) for series in series_of(content))
+    y_label = f"{quantity.heading} ({shown_unit(quantity.unit)[0]})"
+    every = (_marks(series, axis, quantity) for series in series_of(content))
     drawn = [marks for marks in every if marks.runs or marks.means]
     if series_lie_apart(content, quantity):
         figure = _draw_panels(drawn, axis, y_label, width_in)
@@ -59,8 +60,8 @@ def draw_by_damping(content: ReportContent, quantity: Outcome, y_label: str, uni
     return figure
 
 
-def _marks(series: Series, axis: Axis, quantity: Outcome, unit: str) -> _Marks:
-    factor = shown_unit(unit)[1]
+def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
+    factor = shown_unit(quantity.unit)[1]
     means: list[tuple[float, float, float]] = []
     runs: list[tuple[float, float]] = []
     for condition in series.conditions:

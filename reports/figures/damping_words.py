@@ -17,13 +17,13 @@ def has_quantity(content: ReportContent, quantity: Outcome) -> bool:
     return any(summary is not None and isinstance(summary.mean.value, int | float) for summary in summaries)
 
 
-def absent_quantity(content: ReportContent, quantity: Outcome, what: str) -> str | None:
-    """Give the reason why there is nothing of the quantity to draw, None where there is; `what` is its plural."""
+def absent_quantity(content: ReportContent, quantity: Outcome) -> str | None:
+    """Give the reason why there is nothing of the quantity to draw, None where there is."""
     if has_quantity(content, quantity):
         return None
     if content.flow.runs_done and not content.flow.has_jump_runs:
-        return f"There are no {what} for this selection: none of its runs counts as one of jumps."
-    return absence_text(content, f"are no {what}")
+        return f"There are no {quantity.plural} for this selection: none of its runs counts as one of jumps."
+    return absence_text(content, f"are no {quantity.plural}")
 
 
 def coefficient_of(content: ReportContent) -> str:

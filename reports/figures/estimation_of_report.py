@@ -103,7 +103,7 @@ def _draw(content: ReportContent, width_in: float, quantity: Outcome) -> Figure:
             axes.set_xlim(-0.6, 1.6)
             light_grid(axes)
         own_values = [value for group in groups for value in group.values]
-        set_limits(upper, all_values if quantity is Outcome.JOULES else own_values)
+        set_limits(upper, all_values if quantity.has_savings else own_values)
         set_limits(lower, below)
         upper.set_xticks([])
         upper.set_title(levels_name(content, comparison.group).replace(", ", "\n") or "all runs", fontsize=7)
@@ -164,7 +164,7 @@ def _caption(content: ReportContent, quantity: Outcome) -> str:
     )
     axes = (
         "all upper panels share one vertical axis, and all lower ones another"
-        if quantity is Outcome.JOULES
+        if quantity.has_savings
         else "the lower panels share their vertical axis, each upper one has its own"
     )
     of_days = " Means, standard deviations and differences are those of day means." if content.counted == "day" else ""
@@ -204,8 +204,9 @@ def _kind(quantity: Outcome, name: str) -> FigureKind:
         of(_caption),
         of(_alternative),
         lambda content: _absent(content, quantity),
+        quantity,
     )
 
 
-ESTIMATION_JOULES = _kind(Outcome.JOULES, "estimation_joules")
-ESTIMATION_APEX = _kind(Outcome.APEX, "estimation_apex")
+ESTIMATIONS = tuple(_kind(outcome, f"estimation_{outcome.key}") for outcome in Outcome)
+"""A figure an outcome."""

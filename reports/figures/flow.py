@@ -20,7 +20,7 @@ _SIDE_LETTERS = 31
 
 def draw(content: ReportContent, width_in: float) -> Figure:
     """Draw a line of boxes a quantity, beside each other where the page is wide enough."""
-    lines = [*flow_lines(content.flow).values()]
+    lines = [steps for outcome, steps in flow_lines(content.flow).items() if outcome.of_every_run]
     heights = [_height(steps) for steps in lines]
     narrow = is_narrow(width_in)
     height = sum(heights) + 0.35 if narrow else max(heights)
@@ -108,7 +108,7 @@ def caption(content: ReportContent) -> str:
     plan = "" if content.flow.runs_planned is not None else " No plan was written for this selection."
     return (
         "Runs and jumps of the selection, from what was made to what is analysed, for joules and for apex heights; "
-        f"jumps are those of the runs with heights.{plan}"
+        f"jumps are those of the runs with apex heights.{plan}"
     )
 
 

@@ -8,13 +8,16 @@ from dataclasses import dataclass
 
 from matplotlib.figure import Figure
 
-from reports.content import ReportContent
+from reports.content import Outcome, ReportContent
 from reports.figures.style import GREY, new_figure, publication_style
 
 
 @dataclass(frozen=True, slots=True)
 class FigureKind:
-    """One figure: `draw(content, width_in)`; `absent` gives the reason when there is nothing to draw."""
+    """One figure: `draw(content, width_in)`; `absent` gives the reason when there is nothing to draw.
+
+    `outcome` is the only one that the figure shows, None where it shows several or none.
+    """
 
     name: str
     title: str
@@ -22,6 +25,7 @@ class FigureKind:
     caption: Callable[[ReportContent], str]
     alternative: Callable[[ReportContent], str]
     absent: Callable[[ReportContent], str | None]
+    outcome: Outcome | None = None
 
 
 def draw_figure(kind: FigureKind, content: ReportContent, width_in: float) -> Figure:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from reports.figures.apex_heights import APEX_HEIGHTS
+from reports.content import ReportContent
 from reports.figures.day_order import DAY_ORDER
-from reports.figures.estimation_of_report import ESTIMATION_APEX, ESTIMATION_JOULES
+from reports.figures.estimation_of_report import ESTIMATIONS
 from reports.figures.flow import FLOW
-from reports.figures.joules_by_damping import JOULES_BY_DAMPING
 from reports.figures.kind import FigureKind
+from reports.figures.outcomes_by_damping import BY_DAMPING
 from reports.figures.packs import PACKS
 from reports.figures.passive_drain import PASSIVE_DRAIN
 from reports.figures.predictions import PREDICTIONS
@@ -18,10 +18,7 @@ FIGURES: dict[str, FigureKind] = {
     kind.name: kind
     for kind in (
         SAVINGS,
-        JOULES_BY_DAMPING,
-        ESTIMATION_JOULES,
-        APEX_HEIGHTS,
-        ESTIMATION_APEX,
+        *(kind for of_outcome in zip(BY_DAMPING, ESTIMATIONS, strict=True) for kind in of_outcome),
         PREDICTIONS,
         FLOW,
         PASSIVE_DRAIN,
@@ -31,3 +28,8 @@ FIGURES: dict[str, FigureKind] = {
     )
 }
 """Figure name -> figure; the name is also the file's."""
+
+
+def figures_of(content: ReportContent) -> list[FigureKind]:
+    """Return the figures of a report, those of outcomes that it has not left out."""
+    return [kind for kind in FIGURES.values() if kind.outcome is None or kind.outcome in content.outcomes]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import common_places, shown_unit
@@ -87,9 +85,9 @@ def _table(content: ReportContent, quantity: Outcome, name: str) -> Table:
     return Table(name, caption, columns, rows)
 
 
-def _of(quantity: Outcome, name: str) -> Callable[[ReportContent], Table]:
-    return lambda content: _table(content, quantity, name)
+def _of(quantity: Outcome, name: str) -> TableKind:
+    return TableKind(name, lambda content: _table(content, quantity, name), quantity)
 
 
-BY_DAY_JOULES = TableKind("by_day_joules", _of(Outcome.JOULES, "by_day_joules"))
-BY_DAY_APEX = TableKind("by_day_apex", _of(Outcome.APEX, "by_day_apex"))
+BY_DAY = tuple(_of(outcome, f"by_day_{outcome.key}") for outcome in Outcome)
+"""A table an outcome."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from data_schema.outcomes import Outcome
@@ -102,7 +101,7 @@ def headlines(content: ReportContent) -> Table:
     return replace(table, rows=tuple(replace(row, strong=False) for row in table.rows))
 
 
-def _effects_of(quantity: Outcome, name: str) -> Callable[[ReportContent], Table]:
+def _effects_of(quantity: Outcome, name: str) -> TableKind:
     def make(content: ReportContent) -> Table:
         chosen = [comparison for comparison in content.comparisons if comparison.quantity is quantity]
         others = any(comparison.savings is None for comparison in chosen) and quantity.has_savings
@@ -110,9 +109,9 @@ def _effects_of(quantity: Outcome, name: str) -> Callable[[ReportContent], Table
         caption = f"Every comparison of {quantity}. {_LEGEND.format(rows=rows, counted=content.counted)}"
         return _effects(content, chosen, name, caption, quantity.unit)
 
-    return make
+    return TableKind(name, make, quantity)
 
 
 HEADLINES = TableKind("headlines", headlines)
-COMPARISONS_JOULES = TableKind("comparisons_joules", _effects_of(Outcome.JOULES, "comparisons_joules"))
-COMPARISONS_APEX = TableKind("comparisons_apex", _effects_of(Outcome.APEX, "comparisons_apex"))
+COMPARISONS = tuple(_effects_of(outcome, f"comparisons_{outcome.key}") for outcome in Outcome)
+"""A table an outcome."""

@@ -97,12 +97,12 @@ _SHARED_NOTE = (
 )
 
 
-def _make(content: ReportContent, quantity: Outcome, name: str, stored: str, title: str) -> Table:
+def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     found = [(block, condition, condition.summary(quantity)) for block, condition in by_group(content)]
     summaries = [(block, condition, summary) for block, condition, summary in found if summary is not None]
     places = common_places([summary.mean for _, _, summary in summaries])
-    unit, factor = shown_unit(stored)
-    slug = unit_slug(stored)
+    unit, factor = shown_unit(quantity.unit)
+    slug = unit_slug(quantity.unit)
     level = level_text(summaries[0][2].mean) if summaries else "CI"
     columns = (
         *factor_columns(content),
@@ -125,7 +125,7 @@ def _make(content: ReportContent, quantity: Outcome, name: str, stored: str, tit
         for block, condition, summary in summaries
     )
     shared = any((summary.mean.shared_se or 0.0) != 0.0 for _, _, summary in summaries)
-    about = f"{title} by condition; n counts runs."
+    about = f"{quantity.heading} by condition; n counts runs."
     notes = (about, _SHARED_NOTE if shared else "", gains_note(content))
     caption = " ".join(filter(None, notes))
     return Table(name, caption, columns, rows)
@@ -146,14 +146,8 @@ def _numbers(summary: Summary, places: int, factor: float) -> tuple[Cell, ...]:
     )
 
 
-def joules(content: ReportContent) -> Table:
-    """Make the table of joules a jump by condition."""
-    return _make(content, Outcome.JOULES, "joules_by_condition", "J", "Energy of a jump")
-
-
-def apex(content: ReportContent) -> Table:
-    """Make the table of apex heights by condition."""
-    return _make(content, Outcome.APEX, "apex_by_condition", "m", "Apex height")
+def _of(quantity: Outcome, name: str) -> TableKind:
+    return TableKind(name, lambda content: _make(content, quantity, name), quantity)
 
 
 def run_values(content: ReportContent) -> Table:
@@ -175,13 +169,13 @@ def run_values(content: ReportContent) -> Table:
             block=block,
         )
         for block, condition in by_group(content)
-        for quantity, unit in ((Outcome.JOULES, "J"), (Outcome.APEX, "m"))
-        if (summary := condition.summary(quantity)) is not None
+        for quantity, summary in condition.summaries.items()
+        for unit in [quantity.unit]
         for run in summary.runs
     )
     return Table("run_values", "What each run contributed to its condition.", columns, rows)
 
 
-JOULES_BY_CONDITION = TableKind("joules_by_condition", joules)
-APEX_BY_CONDITION = TableKind("apex_by_condition", apex)
+BY_CONDITION = tuple(_of(outcome, f"{outcome.key}_by_condition") for outcome in Outcome)
+"""A table an outcome."""
 RUN_VALUES = TableKind("run_values", run_values)

@@ -40,8 +40,7 @@ def _conditions_text(content: ReportContent, day: Day) -> str:
     swept, runs = swept_factor(content), set(day.runs)
     groups: dict[str, list[Condition]] = {}
     for condition in content.conditions:
-        summaries = (condition.joules, condition.apex)
-        if any(run.run in runs for summary in summaries if summary is not None for run in summary.runs):
+        if any(run.run in runs for summary in condition.summaries.values() for run in summary.runs):
             groups.setdefault(group_name(content, condition), []).append(condition)
     return "; ".join(": ".join(filter(None, (name, _levels_text(swept, found)))) for name, found in groups.items())
 

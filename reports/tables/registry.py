@@ -2,29 +2,24 @@
 
 from __future__ import annotations
 
-from reports.tables.by_day import BY_DAY_APEX, BY_DAY_JOULES
-from reports.tables.comparisons import COMPARISONS_APEX, COMPARISONS_JOULES, HEADLINES
-from reports.tables.conditions import APEX_BY_CONDITION, JOULES_BY_CONDITION, RUN_VALUES
+from reports.content import ReportContent
+from reports.tables.by_day import BY_DAY
+from reports.tables.comparisons import COMPARISONS, HEADLINES
+from reports.tables.conditions import BY_CONDITION, RUN_VALUES
 from reports.tables.equivalence import EQUIVALENCE
 from reports.tables.measured import ASSUMED, DAYS, FLOW, PROVENANCE_IDS
 from reports.tables.predictions import PREDICTED_APEX, PREDICTED_INPUTS, PREDICTED_JOULES, PREDICTED_SAVINGS
 from reports.tables.table import TableKind
-from reports.tables.tests_in_full import ANOVAS, TESTS_APEX, TESTS_JOULES, TESTS_JUMPS
+from reports.tables.tests_in_full import ANOVAS, TESTS, TESTS_JUMPS
 from reports.tables.uncertainty import IDLE_RUNS, PACKS, PASSIVE_DRAIN, RUNS, SENSITIVITY, UNCERTAINTY_BUDGET
 
 TABLES: dict[str, TableKind] = {
     kind.name: kind
     for kind in (
         HEADLINES,
-        JOULES_BY_CONDITION,
-        APEX_BY_CONDITION,
-        COMPARISONS_JOULES,
-        BY_DAY_JOULES,
-        TESTS_JOULES,
-        COMPARISONS_APEX,
-        BY_DAY_APEX,
+        *BY_CONDITION,
+        *(kind for of_outcome in zip(COMPARISONS, BY_DAY, TESTS, strict=True) for kind in of_outcome),
         EQUIVALENCE,
-        TESTS_APEX,
         TESTS_JUMPS,
         ANOVAS,
         PREDICTED_JOULES,
@@ -45,3 +40,8 @@ TABLES: dict[str, TableKind] = {
     )
 }
 """Table name -> table; the name is also the file's."""
+
+
+def tables_of(content: ReportContent) -> list[TableKind]:
+    """Return the tables of a report, those of outcomes that it has not left out."""
+    return [kind for kind in TABLES.values() if kind.outcome is None or kind.outcome in content.outcomes]

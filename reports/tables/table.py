@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from data_schema.vocabulary import Undefined
-from reports.content import ReportContent
+from reports.content import Outcome, ReportContent
 from reports.display import DASH, as_shown, decimal_text, degrees_text, interval_text, level_text, p_text, value_text
 from reports.numbers import Number, SignificanceTest, Value
 
@@ -101,10 +101,11 @@ def _mark(index: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class TableKind:
-    """How one table is made from a report's content."""
+    """How one table is made from a report's content; `outcome` is the only one that it shows, None for any other."""
 
     name: str
     make: Callable[[ReportContent], Table]
+    outcome: Outcome | None = None
 
 
 def words(text: str) -> Cell:

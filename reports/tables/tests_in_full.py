@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from data_schema.outcomes import Outcome
@@ -147,11 +146,11 @@ def _anovas(content: ReportContent) -> Table:
     return Table("anovas", caption, columns, rows)
 
 
-def _tests_of(quantity: Outcome, name: str) -> Callable[[ReportContent], Table]:
-    return lambda content: _tests(content, quantity, name)
+def _tests_of(quantity: Outcome, name: str) -> TableKind:
+    return TableKind(name, lambda content: _tests(content, quantity, name), quantity)
 
 
-TESTS_JOULES = TableKind("tests_joules", _tests_of(Outcome.JOULES, "tests_joules"))
-TESTS_APEX = TableKind("tests_apex", _tests_of(Outcome.APEX, "tests_apex"))
+TESTS = tuple(_tests_of(outcome, f"tests_{outcome.key}") for outcome in Outcome)
+"""A table an outcome."""
 TESTS_JUMPS = TableKind("tests_jumps", _jump_tests)
 ANOVAS = TableKind("anovas", _anovas)

@@ -107,7 +107,7 @@ def test_page_needs_nothing_beside_itself_and_every_figure_and_table_lies_there(
     assert figures == {f"{Path(name).stem}{ending}" for name in figures for ending in (".svg", ".pdf")}
     tables = {path.name for path in (reported.out / "tables").iterdir()}
     assert tables == {f"{Path(name).stem}{ending}" for name in tables for ending in (".csv", ".tex")}
-    for name in ("joules_by_damping", "apex_heights", "passive_drain", "flow"):
+    for name in ("joules_by_damping", "apex_by_damping", "passive_drain", "flow"):
         assert f"{name}.svg" in figures
 
 

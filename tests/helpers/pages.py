@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from reports.content import ReportContent
+import dataclasses
+
+from data_schema.outcomes import Outcome
+from reports.content import Condition, ReportContent, Summary
 from reports.figures.registry import FIGURES
 from reports.page import render_page
-from reports.tables.registry import TABLES
+from reports.tables.registry import tables_of
 
 
 def quick_page(content: ReportContent) -> str:
     """Render with one small drawing in every figure's place: the words are what is looked at."""
     drawing = b'<svg viewBox="0 0 72 72"><g id="a"/></svg>'
-    tables = {kind.name: kind.make(content) for kind in TABLES.values()}
+    tables = {kind.name: kind.make(content) for kind in tables_of(content)}
     return render_page(content, dict.fromkeys(FIGURES, drawing), tables)
+
+
+def with_summary(condition: Condition, outcome: Outcome, summary: Summary | None) -> Condition:
+    """Return the condition with another summary of an outcome, or without one."""
+    found = {**condition.summaries, outcome: summary}
+    return dataclasses.replace(condition, summaries={which: item for which, item in found.items() if item is not None})

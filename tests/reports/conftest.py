@@ -108,11 +108,11 @@ def _condition(maker, foot, k_gain, ad_gain):
         mean, sd = maker.mean(values, unit, f"mean {what}, {text}")
         runs = tuple(RunValue(name, float(value)) for name, value in zip(names, values, strict=True))
         summaries.append(Summary(mean, sd, runs, jumps=23 * n))
-    return Condition(_levels(foot, k_gain, ad_gain), ad_gain == 0, *summaries)
+    return Condition(_levels(foot, k_gain, ad_gain), ad_gain == 0, dict(zip(Outcome, summaries, strict=False)))
 
 
 def _values(condition, quantity):
-    summary = condition.joules if quantity is Outcome.JOULES else condition.apex
+    summary = condition.summaries[quantity]
     return [run.value for run in summary.runs]
 
 
@@ -241,13 +241,13 @@ def _order(maker, conditions):
     points, today, position = [], date(2021, 5, 3), 0
     packs = "AB"
     for condition in conditions:
-        for run in condition.joules.runs:
+        for run in condition.summaries[Outcome.JOULES].runs:
             position += 1
             if position > 14:
                 position, today = 1, today + timedelta(days=1)
             points.append(
                 RunPoint(run.run, today.isoformat(), position, packs[today.day % 2], run.value,
-                         run.value - condition.joules.mean.value, condition.control)
+                         run.value - condition.summaries[Outcome.JOULES].mean.value, condition.control)
             )  # fmt: skip
     means = tuple(
         PackMean(pack, maker.mean([p.deviation_j for p in points if p.pack == pack], "J", f"pack {pack}")[0])
@@ -305,9 +305,9 @@ def _prediction(maker, quantity, group, level, control, n, measured, value, se):
 
 def _predictions(maker, conditions, comparisons):
     items = []
-    for quantity, name in ((PredictedQuantity.JOULES, "joules"), (PredictedQuantity.APEX, "apex")):
+    for quantity, outcome in ((PredictedQuantity.JOULES, Outcome.JOULES), (PredictedQuantity.APEX, Outcome.APEX)):
         for condition in conditions:
-            summary, levels = getattr(condition, name), {level.factor: level.label for level in condition.levels}
+            summary, levels = condition.summaries[outcome], {level.factor: level.label for level in condition.levels}
             level, scale = levels.pop("b_ad_gain"), 1.04 if levels["foot"] == "large" else 0.995
             mean = summary.mean
             items.append(_prediction(maker, quantity, levels, level, condition.control, mean.n, mean,

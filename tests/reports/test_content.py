@@ -1,3 +1,4 @@
+import dataclasses
 import subprocess
 import sys
 
@@ -8,8 +9,8 @@ def test_a_condition_finds_its_levels_and_summaries(content):
     condition = content.conditions[0]
     assert condition.level("foot").label == "small"
     assert condition.level("weather") is None
-    assert condition.summary(Outcome.JOULES) is condition.joules
-    assert condition.summary(Outcome.APEX) is condition.apex
+    assert condition.summary(Outcome.APEX) is condition.summaries[Outcome.APEX]
+    assert dataclasses.replace(condition, summaries={}).summary(Outcome.APEX) is None
 
 
 def test_a_report_is_written_without_a_database():

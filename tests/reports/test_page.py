@@ -6,6 +6,7 @@ from html.parser import HTMLParser
 import pytest
 
 from data_schema.errors import UsageError
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Claim, Provenance
 from reports.figures.registry import FIGURES
@@ -90,7 +91,7 @@ def test_the_page_traces_the_numbers_it_shows_and_the_file_all(content, written,
     listed = {identity.removeprefix("why-") for identity in page.ids if identity.startswith("why-")}
     assert linked == listed
     assert content.claims[0].provenance[0] in listed
-    assert {condition.joules.mean.provenance for condition in content.conditions} <= listed
+    assert {condition.summaries[Outcome.JOULES].mean.provenance for condition in content.conditions} <= listed
     lines = (written.page.parent / "tables" / "provenance.csv").read_text().splitlines()[1:]
     assert {line.split(",")[0] for line in lines} == {source.id for source in content.provenance} > listed
 

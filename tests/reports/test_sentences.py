@@ -97,7 +97,7 @@ def test_a_difference_in_height(content):
     apex = next(c for c in content.comparisons if c.headline and c.quantity is Outcome.APEX)
     shown = dataclasses.replace(apex.welch_difference, value=0.0022, se=0.0004, ci_low=0.0014, ci_high=0.003)
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=shown, rejected=True))
-    assert plain(claim.text).startswith("The apex was 2.20 mm higher under active damping with the small foot")
+    assert plain(claim.text).startswith("The apex height was 2.20 mm higher under active damping with the small foot")
     unsure = dataclasses.replace(shown, ci_low=-0.001, ci_high=0.0054)
     claim = difference_claim(content, dataclasses.replace(apex, welch_difference=unsure, rejected=False))
     assert "does not tell from zero" in claim.text
@@ -171,8 +171,8 @@ def test_what_the_interval_shows_and_holm_does_not_is_not_stated_as_shown(conten
     higher = dataclasses.replace(apex, welch_difference=shown)
     text = plain(difference_claim(content, holm_of(higher, 0.064, rejected=False)).text)
     assert (
-        "The apex was 1.23 mm higher under active damping with the small foot and k = 835.4 N/m, which is not shown "
-        f"{once} (95" in text
+        "The apex height was 1.23 mm higher under active damping with the small foot and k = 835.4 N/m, which is not "
+        f"shown {once} (95" in text
     )
     assert once not in difference_claim(content, holm_of(higher, 0.05, rejected=True)).text
     assert once not in difference_claim(content, dataclasses.replace(higher, rejected=True, adjusted=None)).text

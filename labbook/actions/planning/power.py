@@ -22,7 +22,7 @@ from labbook.analysis.preregistration.planned import QUANTITY_OF, Planned, plann
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
-from labbook.config.model import PrimaryOutcome, UnitOfAnalysis
+from labbook.config.model import UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import LARGEST_PLAN, draw_plan
 from stats.planning.sample_size import SampleSize, sample_size
@@ -85,7 +85,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
             return run_spread(cache, detections, evidence, of, settings.unit_of_analysis)
 
         primary = _assumed(request.sd, request.mean, spread, quantity, ("--sd", "--mean"))
-        if quantity is Outcome.APEX and request.apex_sd_m is None and request.apex_mean_m is None:
+        if quantity.has_equivalence and request.apex_sd_m is None and request.apex_mean_m is None:
             apex = primary
         elif settings.apex_bounds is None:
             apex = Undefined("[analysis] sets no bounds of apex height")
@@ -95,7 +95,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         n_of_plan = _n_of_plan(connection, settings.unit_of_analysis)
     if isinstance(primary, Undefined):
         raise UsageError(f"{primary.reason}: give the expected standard deviation with --sd.")
-    difference = _difference(request, settings.primary_outcome, primary)
+    difference = _difference(request, quantity, primary)
     design = _design(configuration, planned)
     tests = [test for make in TESTS for test in [make(design, difference, primary, apex)] if test is not None]
     ns = sorted({request.n, *([] if n_of_plan is None else [n_of_plan])})
@@ -135,12 +135,14 @@ def _assumed(
     return found if isinstance(found, Undefined) else Assumed(found.sd, known, found)
 
 
-def _difference(request: PowerRequest, outcome: PrimaryOutcome, primary: Assumed) -> float:
+def _difference(request: PowerRequest, outcome: Outcome, primary: Assumed) -> float:
     if request.difference is not None:
         return request.difference
     assert request.saving_percent is not None  # noqa: S101 - `refuse_impossible` has asked
-    if outcome is not PrimaryOutcome.JOULES:
-        raise UsageError("--saving is of joules, and the primary outcome is apex height: give --difference in m.")
+    if not outcome.has_savings:
+        raise UsageError(
+            f"--saving is of joules, and the primary outcome is {outcome}: give --difference in {outcome.unit}."
+        )
     if isinstance(primary.mean, Undefined):
         raise UsageError(f"{primary.mean.reason}, or the effect in joules with --difference.")
     return request.saving_percent / 100.0 * primary.mean

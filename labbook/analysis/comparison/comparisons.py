@@ -44,23 +44,23 @@ class Compared:
 
 def compare_all(
     cache: ResultCache,
-    joules: Sequence[ConditionValues],
-    heights: Sequence[ConditionValues],
+    conditions: Mapping[Outcome, Sequence[ConditionValues]],
     swept: str,
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
     beside: Mapping[Outcome, Sequence[ConditionValues]],
 ) -> list[Compared]:
-    """Ensure every comparison of the study, those of joules first.
+    """Ensure every comparison of the study, outcome by outcome.
 
     `beside` are conditions that the selection leaves out whole: their comparisons count in Holm's p.
     """
-    further = [*pairing.pairs_across(joules, swept), *pairing.pairs_between(joules, swept)]
-    return [
-        *_with_control(cache, joules, beside.get(Outcome.JOULES, ()), Outcome.JOULES, swept, settings, scope),
-        *_tested(cache, further, Outcome.JOULES, settings, scope),
-        *_with_control(cache, heights, beside.get(Outcome.APEX, ()), Outcome.APEX, swept, settings, scope),
-    ]
+    found: list[Compared] = []
+    for outcome, several in conditions.items():
+        found += _with_control(cache, several, beside.get(outcome, ()), outcome, swept, settings, scope)
+        if outcome.has_savings:
+            further = [*pairing.pairs_across(several, swept), *pairing.pairs_between(several, swept)]
+            found += _tested(cache, further, outcome, settings, scope)
+    return found
 
 
 def _with_control(

@@ -13,9 +13,11 @@ from labbook.analysis.comparison.comparing import compare
 from labbook.analysis.outcomes.conditions import condition_values, run_numbers
 from labbook.analysis.outcomes.day_means import pairs_in_units, unit_scope
 from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
-from labbook.analysis.outcomes.run_apexes import RunApexes, as_protocol, run_apexes, without_exclusions
+from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes, without_exclusions
 from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.run_results import RunResults
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
@@ -47,7 +49,7 @@ def vary(
     detections: Detections,
     evidence: StudyData,
     drains: Mapping[str, Drain],
-    apexes: RunApexes,
+    results: Mapping[Outcome, RunResults],
     swept: str,
     settings: AnalysisSettings,
 ) -> Variations:
@@ -66,13 +68,17 @@ def vary(
     for label, varied, variant in variants:
         heights = run_apexes(cache, detections, varied, variant).results
         found += _compared(cache, label, varied, Outcome.APEX, heights, swept, settings)
+    further = [outcome for outcome in results if outcome not in (Outcome.JOULES, Outcome.APEX)]
+    for outcome in further:
+        with_all = measure(outcome, cache, detections, everything).results
+        found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
     fits_lost: dict[str, tuple[str, ...]] = {}
     for day in sorted({run.day for run in (*evidence.runs, *evidence.idle)}):
         label, rest = f"without {day}", without_day(evidence, day)
         left, joules = _joules_of(cache, rest, evidence, drains, label)
         found += _compared(cache, label, rest, Outcome.JOULES, joules, swept, settings)
-        if len(rest.runs) < len(evidence.runs):
-            found += _compared(cache, label, rest, Outcome.APEX, apexes.results, swept, settings)
+        for outcome in (Outcome.APEX, *further) if len(rest.runs) < len(evidence.runs) else ():
+            found += _compared(cache, label, rest, outcome, results[outcome].results, swept, settings)
         lost = _fitted(drains) - _fitted(left)
         if lost:
             fits_lost[day] = tuple(sorted(lost))

@@ -5,7 +5,7 @@ Without it a report on one foot would have smaller adjusted p-values than the re
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,27 +14,26 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, run_numbers
 from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.outcomes.passive_drain import passive_drains
-from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
-from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
 
 
 def unselected_conditions_of(
-    cache: ResultCache, detections: Detections, evidence: StudyData, scope: Mapping[str, Any]
+    cache: ResultCache,
+    detections: Detections,
+    evidence: StudyData,
+    outcomes: Collection[Outcome],
+    scope: Mapping[str, Any],
 ) -> dict[Outcome, list[ConditionValues]]:
     """Ensure the numbers of the conditions of which the selection takes no run."""
     if not evidence.beside:
         return {}
     other = replace(evidence, runs=evidence.beside)
-    results = {
-        Outcome.JOULES: run_energies(cache, other, passive_drains(cache, other)).results,
-        Outcome.APEX: run_apexes(cache, detections, other, as_protocol(other)).results,
-    }
     return {
-        quantity: condition_values(cache, run_numbers(other.runs, results[quantity], quantity), quantity, scope)
-        for quantity in Outcome
+        outcome: condition_values(cache, run_numbers(other.runs, found.results, outcome), outcome, scope)
+        for outcome in outcomes
+        for found in [measure(outcome, cache, detections, other)]
     }
 
 

@@ -7,12 +7,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from data_schema.queries.results import InputRow, ResultRow
+from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
 from labbook.analysis.outcomes.detecting import jumps_found
 from labbook.analysis.outcomes.detections import Detections, rest_length_m
 from labbook.analysis.outcomes.judging import Judgement, Rules, judge
+from labbook.analysis.outcomes.run_results import RunResults
 from labbook.analysis.results.facts import decision_input, run_input, signal_input
 from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
 from labbook.analysis.study_data import StudyData
@@ -22,12 +23,10 @@ ALGORITHM = Algorithm("run_apexes", 15)
 
 
 @dataclass(frozen=True, slots=True)
-class RunApexes:
-    """Apex results by run uid with the judgements behind them, and why other runs have none."""
+class RunApexes(RunResults):
+    """Apex results with the judgements behind them, by run uid."""
 
-    results: dict[str, ResultRow]
     judgements: dict[str, Judgement]
-    missing: dict[str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +112,7 @@ def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, 
             inputs += [decision_input(decision) for decision in judgements[uid].in_force]
             requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs))
     requests = {uid: requests[uid] for uid in logs}  # in the order of the runs, whatever the robots
-    return RunApexes(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), judgements, missing)
+    return RunApexes(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing, judgements)
 
 
 def _request(run: RunRow, judgement: Judgement, variant: ApexVariant, inputs: tuple[InputRow, ...]) -> Request:

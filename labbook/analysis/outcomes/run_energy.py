@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.passive_drain import Drain, recharge_of
+from labbook.analysis.outcomes.run_results import RunResults
 from labbook.analysis.results.facts import charge_input, run_input
 from labbook.analysis.results.result_cache import (
     Algorithm,
@@ -29,14 +29,6 @@ from stats.lines.passive_drain import PassiveDrain, rounding_sd_mah
 ALGORITHM = Algorithm("run_energy", 13)
 
 
-@dataclass(frozen=True, slots=True)
-class RunEnergies:
-    """Joules a jump by run uid, and why other runs have none."""
-
-    results: dict[str, ResultRow]
-    missing: dict[str, str]
-
-
 def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | str:
     """Return the one charge that a jump run's energy rests on, or why there is none."""
     charge = recharge_of(run, charges)
@@ -45,7 +37,7 @@ def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> ChargeOfRun | str:
 
 def run_energies(
     cache: ResultCache, evidence: StudyData, drains: Mapping[str, Drain], variant: str | None = None
-) -> RunEnergies:
+) -> RunResults:
     """Ensure the energy of every selected jump run that has what it takes; `variant` names a recomputation."""
     requests: dict[str, Request] = {}
     missing: dict[str, str] = {}
@@ -58,7 +50,7 @@ def run_energies(
             missing[run.uid] = f"no passive-drain fit for robot {drain.robot}"
         else:
             requests[run.uid] = _request(evidence, run, charge, drain.line, drain.result, variant)
-    return RunEnergies(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing)
+    return RunResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing)
 
 
 def _request(

@@ -13,9 +13,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import RunNumber, run_numbers
 from labbook.analysis.outcomes.day_means import days_of, mean_of
 from labbook.analysis.outcomes.detections import Detections
-from labbook.analysis.outcomes.passive_drain import passive_drains
-from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
-from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
@@ -48,11 +46,7 @@ def run_spread(
 
     The interval is that of a normal variance, by chi-squared.
     """
-    if quantity is Outcome.JOULES:
-        results = run_energies(cache, evidence, passive_drains(cache, evidence)).results
-    else:
-        results = run_apexes(cache, detections, evidence, as_protocol(evidence)).results
-    numbers = run_numbers(evidence.runs, results, quantity)
+    numbers = run_numbers(evidence.runs, measure(quantity, cache, detections, evidence).results, quantity)
     samples: dict[tuple[str, bool], list[RunNumber]] = {}
     for item in numbers:
         samples.setdefault((item.run.condition_key, item.run.is_control), []).append(item)

@@ -25,7 +25,7 @@ from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import ROBOT_PARAMETERS, condition_scene, study_scene
 from labbook.analysis.prediction.error import error_parts, in_all
-from labbook.analysis.prediction.simulated_values import simulated, varied
+from labbook.analysis.prediction.simulated_values import SIMULATED, simulated, varied
 from labbook.analysis.results.facts import condition_input
 from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
 from labbook.analysis.study_data import StudyData
@@ -158,7 +158,7 @@ def _outcome(scene: Scene, settings: SimulationSettings, progress: Callable[[str
     if found.branch is not None:
         otherwise[BRANCH] = [found.branch]
     numbers: list[NewNumber] = []
-    for quantity in Outcome:
+    for quantity in SIMULATED:
         name, unit = f"predicted_{quantity.number_name}", quantity.unit
         value = found.values[quantity]
         if value is None:

@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from simulator.result import JumpResult
     from simulator.scene import Scene
 
+SIMULATED = (Outcome.JOULES, Outcome.APEX)
+"""The outcomes that a simulation has."""
+
 
 @dataclass(frozen=True, slots=True)
 class Simulated:
@@ -38,7 +41,7 @@ def varied(scene: Scene, name: str, factor: float, accuracy: float) -> Mapping[s
     try:
         changed = scene.changed({name: scene[name] * factor})
     except LabbookError:
-        return dict.fromkeys(map(str, Outcome))
+        return dict.fromkeys(map(str, SIMULATED))
     return simulated(changed, accuracy).values
 
 
@@ -67,6 +70,6 @@ def simulated(scene: Scene, accuracy: float) -> Simulated:
 def _means(jumps: Sequence[JumpResult]) -> dict[str, float | None]:
     heights = [jump.apex_height_m for jump in jumps if jump.apex_height_m is not None]
     if len(heights) < len(jumps):
-        return dict.fromkeys(map(str, Outcome))
+        return dict.fromkeys(map(str, SIMULATED))
     joules = math.fsum(jump.cost_J for jump in jumps)
     return {str(Outcome.JOULES): joules / len(jumps), str(Outcome.APEX): math.fsum(heights) / len(jumps)}

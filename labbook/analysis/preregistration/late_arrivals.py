@@ -13,10 +13,10 @@ from collections.abc import Sequence
 
 import sqlalchemy as sa
 
-from data_schema.outcomes import Outcome, Source
+from data_schema.outcomes import Outcome
 from data_schema.queries.arrivals import Arrival
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import RunKind, RunState
+from data_schema.vocabulary import FileRole, RunKind, RunState
 from labbook.analysis.preregistration.departures import Analysable, Departure
 from labbook.analysis.preregistration.late_replacements import replacements
 from labbook.analysis.preregistration.study_history import StudyHistory
@@ -38,7 +38,7 @@ def late_arrivals(_connection: sa.Connection, study_history: StudyHistory, now: 
 
 def _further(now: Analysable, run: RunRow, quantity: Outcome, several: Sequence[Arrival]) -> list[Departure]:
     """Tell what came when the run had all that it can have, and took its number away."""
-    most = max(run.starts, 1) if quantity.source is Source.LOG else 1
+    most = max(run.starts, 1) if quantity.source is FileRole.LOG else 1
     if len(several) <= most or quantity in now.given(run) or quantity not in _with_only(now, run, several[:most]):
         return []
     had, taken = several[most - 1], f"which leaves run {run.name} without {quantity}"
@@ -64,7 +64,7 @@ def _with_only(now: Analysable, run: RunRow, few: Sequence[Arrival]) -> frozense
 
 
 def _named(item: Arrival, quantity: Outcome) -> str:
-    if quantity.source is Source.LOG:
+    if quantity.source is FileRole.LOG:
         return str(item.name)
     return "a further charge" if item.name is None else f"a further charge of {item.name}"
 

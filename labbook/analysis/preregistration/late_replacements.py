@@ -12,10 +12,10 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.outcomes import Outcome, Source
+from data_schema.outcomes import Outcome
 from data_schema.queries.arrivals import Arrival
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import RunKind, RunState
+from data_schema.vocabulary import FileRole, RunKind, RunState
 from labbook.analysis.preregistration.departures import Analysable, Departure
 from labbook.analysis.preregistration.study_history import StudyHistory
 
@@ -62,7 +62,7 @@ def replacements(study_history: StudyHistory, now: Analysable) -> list[Replaced]
 def _exchanged(
     study_history: StudyHistory, run: RunRow, quantity: Outcome
 ) -> tuple[tuple[Arrival, ...], tuple[Arrival, ...]]:
-    most = max(run.starts, 1) if quantity.source is Source.LOG else 1
+    most = max(run.starts, 1) if quantity.source is FileRole.LOG else 1
     has = study_history.that_count(quantity, run.uid)
     gone: dict[Arrival, None] = {}
     came: dict[Arrival, None] = {}
@@ -90,6 +90,6 @@ def _without(
 
 
 def _named(items: Sequence[Arrival], quantity: Outcome) -> str:
-    if quantity.source is Source.LOG:
+    if quantity.source is FileRole.LOG:
         return " and ".join(str(item.name) for item in items)
     return " and ".join("a typed charge" if item.name is None else f"a charge of {item.name}" for item in items)

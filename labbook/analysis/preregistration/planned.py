@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
-from data_schema.outcomes import Outcome, Source
+from data_schema.outcomes import Outcome
 from data_schema.queries.first_measurement import StatedConfiguration, first_measurement, stated_configurations
 from data_schema.queries.runs import RunRow, list_runs
-from data_schema.vocabulary import RunState
+from data_schema.vocabulary import FileRole, RunState
 from labbook.analysis.comparison import pairing
 from labbook.analysis.preregistration.changed_settings import History, changed_jump_rules, changed_settings
 from labbook.analysis.preregistration.departures import Analysable, Departure, parted_conditions, read_analysable
@@ -113,7 +113,9 @@ class Planned:
         planned = FAMILY_OF[self.settings.family]
         if family != planned:
             return Reason(f"the family decided on is {planned}")
-        touching = [item for item in self.disallowed_exclusions if item.jumps is None or quantity.source is Source.LOG]
+        touching = [
+            item for item in self.disallowed_exclusions if item.jumps is None or quantity.source is FileRole.LOG
+        ]
         rests_on = [item.sentence for item in self.further if item.touches(quantity, conditions)]
         departures = (*map(not_allowed, touching), *rests_on)
         if touching:

@@ -8,14 +8,14 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.outcomes import Outcome, Source
+from data_schema.outcomes import Outcome
 from data_schema.queries.arrivals import Arrival, charge_arrivals, log_arrivals, reports_made, samples_of_files
 from data_schema.queries.changes import Change, changes_after
 from data_schema.queries.charges import ChargeOfRun, every_charge
-from data_schema.vocabulary import ChargeMode
+from data_schema.vocabulary import ChargeMode, FileRole
 from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 
-_ARRIVALS = {Source.CHARGE: charge_arrivals, Source.LOG: log_arrivals}
+_ARRIVALS = {FileRole.CHARGE: charge_arrivals, FileRole.LOG: log_arrivals}
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +40,7 @@ class StudyHistory:
         """
         items = self.arrivals[quantity].get(run_uid, ())
         there = [item for item in items if (item.stayed if seq is None else item.belonged(seq))]
-        if quantity.source is Source.CHARGE:
+        if quantity.source is FileRole.CHARGE:
             return [item for item in there if self._mode(item, seq) == ChargeMode.CHARGE]
         known: set[str] = set()
         found = []

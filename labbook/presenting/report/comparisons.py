@@ -80,7 +80,7 @@ def sensitivity(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -
         name = _headline_number(item.quantity)
         found.append(
             Sensitivity(
-                f"{'savings' if item.quantity.has_savings else 'difference of apex height'}, "
+                f"{'savings' if item.quantity.has_savings else f'difference of {item.quantity}'}, "
                 f"{levels_name(content, item.pair.group)}",
                 shown.number(item.result, name),
                 tuple(

@@ -6,7 +6,6 @@ import importlib.metadata
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from data_schema.outcomes import Outcome
 from data_schema.queries.days import CheckRow
 from data_schema.queries.plans import PlannedRow
 from labbook.analysis.comparison import pairing
@@ -76,20 +75,20 @@ def build_content(
 
 
 def _claims(content: ReportContent, compared: Sequence[Comparison]) -> tuple[Claim, ...]:
-    """One sentence a pooled comparison, the largest savings first; then the heights.
+    """One sentence a pooled comparison, the largest savings first; then the other outcomes.
 
     Where another family was decided on, what that shows comes before all of them. What days leave untold is said in
     full after the first claim that it is true of.
     """
     planned = [item for item in compared if item.family != pairing.POOLED and item.adjusted is not None]
     pooled = [item for item in compared if item.family == pairing.POOLED]
-    joules = [item for item in pooled if item.quantity is Outcome.JOULES]
-    joules.sort(key=lambda item: not item.headline)
-    heights = [item for item in pooled if item.quantity is Outcome.APEX]
+    saved = [item for item in pooled if item.quantity.has_savings]
+    saved.sort(key=lambda item: not item.headline)
+    others = [item for item in pooled if not item.quantity.has_savings]
     found = [
         *([(family_claim(planned), planned)] if planned else []),
-        *((savings_claim(content, item), [item]) for item in joules),
-        *((difference_claim(content, item), [item]) for item in heights),
+        *((savings_claim(content, item), [item]) for item in saved),
+        *((difference_claim(content, item), [item]) for item in others),
     ]
     claims = [claim for claim, _about in found]
     marked = [place for place, (_, about) in enumerate(found, start=1) if any(item.one_day_each for item in about)]

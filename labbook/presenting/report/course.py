@@ -16,12 +16,6 @@ from labbook.presenting.numbers import Shown
 from labbook.presenting.report.design import factor_title
 from reports.content import Day, Flow, Order, PackMean, RunPoint
 
-_NO_NUMBER: Mapping[Outcome, str] = {
-    Outcome.JOULES: "joules are undefined",
-    Outcome.APEX: "none of its jumps counts",
-}
-"""Why a run has no number though it has what that comes from."""
-
 
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
     """Return what was measured on each day, and which checks were made before."""
@@ -49,10 +43,9 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
     selected = analysis.evidence.selected
     jump_runs = analysis.evidence.runs
     used = {
-        quantity: {one.run.uid for condition in conditions for one in condition.runs}
-        for quantity, conditions in ((Outcome.JOULES, analysis.joules), (Outcome.APEX, analysis.apex_heights))
+        outcome: {one.run.uid for condition in conditions for one in condition.runs}
+        for outcome, conditions in analysis.conditions.items()
     }
-    missing = {Outcome.JOULES: analysis.energies.missing, Outcome.APEX: analysis.apexes.missing}
     with_heights = [run for run in jump_runs if run.uid in used[Outcome.APEX]]
     judged = [item for run in with_heights for item in analysis.apexes.judgements[run.uid].jumps]
     jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
@@ -66,12 +59,14 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
             for run in selected
             if run.kind not in (RunKind.JUMPS, RunKind.IDLE) and run.state is not RunState.VOID
         ),
-        runs_with={quantity: len(runs) for quantity, runs in used.items()},
+        runs_with={outcome: len(runs) for outcome, runs in used.items()},
         runs_without={
-            quantity: Counter(
-                missing[quantity].get(run.uid, _NO_NUMBER[quantity]) for run in jump_runs if run.uid not in runs
+            outcome: Counter(
+                analysis.results[outcome].missing.get(run.uid, outcome.undefined_because)
+                for run in jump_runs
+                if run.uid not in runs
             )
-            for quantity, runs in used.items()
+            for outcome, runs in used.items()
         },
         jumps_made=sum(run.jumps_made for run in with_heights),
         jumps_detected=len(judged),
@@ -94,7 +89,7 @@ def order(analysis: StudyAnalysis, shown: Shown, *, told: bool) -> Order:
     """
     points = [
         _point(item, item.value - sum(condition.values) / len(condition.values))
-        for condition in analysis.joules
+        for condition in analysis.conditions[Outcome.JOULES]
         for item in condition.runs
     ]
     packs = tuple(PackMean(pack, shown.number(row, "deviation")) for pack, row in analysis.packs.items())

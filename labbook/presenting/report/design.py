@@ -50,7 +50,7 @@ def _number_unit(analysis: StudyAnalysis, row: FactorRow) -> str:
 
 def _considered(analysis: StudyAnalysis) -> list[FactorRow]:
     """Leave out what labbook.toml no longer names and no condition has: a name that was mistyped at first."""
-    measured = {name for item in (*analysis.joules, *analysis.apex_heights) for name in item.levels}
+    measured = {name for several in analysis.conditions.values() for item in several for name in item.levels}
     named = analysis.evidence.configuration.factors.keys() | measured
     return [row for row in analysis.evidence.factors if row.name in named]
 
@@ -60,16 +60,17 @@ def conditions(analysis: StudyAnalysis, shown: Shown) -> tuple[Condition, ...]:
 
     So the control and the treated conditions of one group stand together.
     """
-    joules = {item.key: item for item in analysis.joules}
-    apexes = {item.key: item for item in analysis.apex_heights}
+    measured = {outcome: {item.key: item for item in several} for outcome, several in analysis.conditions.items()}
+    every = {key: item for items in measured.values() for key, item in items.items()}
     known = {row.name: [level.label for level in row.levels] for row in analysis.evidence.factors}
-    ordered = sorted({**joules, **apexes}.values(), key=lambda item: place(known, analysis.swept, item.levels))
+    ordered = sorted(every.values(), key=lambda item: place(known, analysis.swept, item.levels))
     return tuple(
         Condition(
             levels=_levels(analysis, item.levels),
             control=item.is_control,
-            joules=_summary(joules.get(item.key), shown),
-            apex=_summary(apexes.get(item.key), shown),
+            summaries={
+                outcome: _summary(items[item.key], shown) for outcome, items in measured.items() if item.key in items
+            },
         )
         for item in ordered
     )
@@ -94,9 +95,7 @@ def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, 
     return tuple(found)
 
 
-def _summary(values: ConditionValues | None, shown: Shown) -> Summary | None:
-    if values is None:
-        return None
+def _summary(values: ConditionValues, shown: Shown) -> Summary:
     jumps = [json.loads(item.result.payload_json).get("heights_m") for item in values.runs]
     return Summary(
         mean=shown.number(values.result, "mean"),

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.budget import IN_ALL, ONE_MAH, of_mean
 from labbook.analysis.outcomes.passive_drain import MAH_MIN, idle_charges
@@ -80,7 +81,7 @@ def budget(analysis: StudyAnalysis, shown: Shown, content: ReportContent) -> tup
         for name in (*terms, IN_ALL)
     )
     key = json.loads(row.scope_json)["condition"]
-    condition = next(item for item in analysis.joules if item.key == key)
+    condition = next(item for item in analysis.conditions[Outcome.JOULES] if item.key == key)
     worth_j = number(row, ONE_MAH).value
     n = len(condition.runs)
     return items, (

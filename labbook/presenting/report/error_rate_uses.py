@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
@@ -77,7 +76,7 @@ def _of_comparisons(analysis: StudyAnalysis) -> Iterator[Use]:
 
 def _idle_runs(analysis: StudyAnalysis, item: Compared, method: str) -> int:
     """Return the idle runs of the line whose error is left in what a method says, the fewest of its robots'; or 0."""
-    if item.quantity is not Outcome.JOULES:
+    if not item.quantity.shares_error:
         return 0
     if not number(item.result, "savings" if method == "fieller" else "difference").shared_se:
         return 0

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import ChargeMode, Undefined
+from data_schema.vocabulary import ChargeMode, FileRole, Undefined
 from labbook.analysis.outcomes.passive_drain import Drain, unused_idle
 from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
@@ -102,10 +102,16 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
         notes.append(
             f"{_count(len(names), 'idle run is', 'idle runs are')} not in the drain fit: {cause} ({_names(names)})."
         )
-    for what, missing in (("joules", analysis.energies.missing), ("apex heights", analysis.apexes.missing)):
-        left = {uid: cause for uid, cause in missing.items() if what != "joules" or uid not in known}
+    for outcome, found in analysis.results.items():
+        left = {
+            uid: cause
+            for uid, cause in found.missing.items()
+            if outcome.source is not FileRole.CHARGE or uid not in known
+        }
         for cause, names in _by_cause(left, analysis.evidence.runs).items():
-            notes.append(f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {_have(names)} no {what}: {cause}.")
+            notes.append(
+                f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {_have(names)} no {outcome.plural}: {cause}."
+            )
     notes += _lost_fits(analysis)
     mismatched = jumps_mismatched(analysis)
     if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:

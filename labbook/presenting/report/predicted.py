@@ -23,7 +23,7 @@ def predictions(analysis: StudyAnalysis, shown: Shown) -> Predictions:
     if settings is None or not found:
         return Predictions()
     payload = found[0].payload
-    measured = {name for item in (*analysis.joules, *analysis.apex_heights) for name in item.levels}
+    measured = {name for several in analysis.conditions.values() for item in several for name in item.levels}
     mapped = {*settings.factors, *settings.levels}
     return Predictions(
         scene=payload["scene"],

@@ -15,7 +15,7 @@ from reports.wording import list_text
 
 def runs_by_robot(analysis: StudyAnalysis) -> dict[str, int]:
     """Count the analysed runs of each robot, in the order in which the robots were used."""
-    used = {*analysis.energies.results, *analysis.apexes.results}
+    used = {uid for found in analysis.results.values() for uid in found.results}
     return dict(Counter(run.robot for run in analysis.evidence.runs if run.uid in used))
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 
-from data_schema.outcomes import Outcome
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, Reason, not_allowed
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.report.planned import departure_sentence, made_before, planned_sentences
@@ -63,7 +62,7 @@ def _exploratory(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> Ite
 
 def no_equivalence(analysis: StudyAnalysis) -> str:
     """Say why apex heights are not tested for equality, and how that is asked for; "" where they are."""
-    compared = any(item.quantity is Outcome.APEX for item in analysis.compared)
+    compared = any(item.quantity.has_equivalence for item in analysis.compared)
     if not compared or analysis.planned.settings.apex_bounds is not None:
         return ""
     return (

@@ -153,12 +153,12 @@ def half_width(item: NumberRow) -> float:
 
 def test_the_budget_takes_the_coarsest_resolution_of_the_charges(tmp_path: Path, analysis: StudyAnalysis) -> None:
     evidence = analysis.evidence
-    condition = max(analysis.joules, key=lambda item: len(item.runs))
+    condition = max(analysis.conditions[Outcome.JOULES], key=lambda item: len(item.runs))
     uid = condition.runs[0].run.uid
     (charge,) = evidence.charges[uid]
     coarse = replace(evidence, charges={**evidence.charges, uid: [replace(charge, resolution_mah=1000.0)]})
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        row = budget(ResultCache(connection), coarse, analysis.joules, {})
+        row = budget(ResultCache(connection), coarse, analysis.conditions[Outcome.JOULES], {})
     assert row is not None
     assert analysis.budget is not None
     larger = [

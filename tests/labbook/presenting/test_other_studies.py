@@ -116,7 +116,7 @@ def test_without_a_control_level_the_page_says_why_it_claims_nothing(page_withou
 
 
 def test_without_a_control_level_all_conditions_share_one_panel(without_control: Told) -> None:
-    for name in ("joules_by_damping", "apex_heights"):
+    for name in ("joules_by_damping", "apex_by_damping"):
         (axes,) = draw_figure(FIGURES[name], without_control.made.content, TWO_COLUMNS_IN).axes
         assert [label.get_text() for label in axes.get_xticklabels()] == ["30", "45"]
         assert axes.get_xlabel() == "Drop height (cm)"

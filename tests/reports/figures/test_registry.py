@@ -4,11 +4,13 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Factor, Level, Number, Summary, Variant
 from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from tests.helpers.pages import with_summary
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -59,10 +61,11 @@ def undefined_everywhere(content):
     nothing = Undefined("one run only")
     number = Number(nothing, "J", se=nothing, ci_low=nothing, ci_high=nothing, n=1)
     conditions = tuple(
-        dataclasses.replace(c, joules=Summary(number, nothing, c.joules.runs[:1]))
+        with_summary(c, Outcome.JOULES, Summary(number, nothing, joules.runs[:1]))
         if c.control
-        else dataclasses.replace(c, joules=Summary(dataclasses.replace(c.joules.mean, se=nothing), nothing))
+        else with_summary(c, Outcome.JOULES, Summary(dataclasses.replace(joules.mean, se=nothing), nothing))
         for c in content.conditions
+        for joules in [c.summaries[Outcome.JOULES]]
     )
     comparisons = tuple(
         dataclasses.replace(c, savings=dataclasses.replace(c.savings, value=nothing, ci_low=nothing, ci_high=nothing))
@@ -117,13 +120,14 @@ def test_a_study_without_a_swept_factor_or_with_three_factors_is_drawn(content):
 
 
 def raised(condition, by_m):
-    runs = tuple(dataclasses.replace(run, value=run.value + by_m) for run in condition.apex.runs)
-    mean = dataclasses.replace(condition.apex.mean, value=condition.apex.mean.value + by_m)
-    return dataclasses.replace(condition, apex=dataclasses.replace(condition.apex, mean=mean, runs=runs))
+    apex = condition.summaries[Outcome.APEX]
+    runs = tuple(dataclasses.replace(run, value=run.value + by_m) for run in apex.runs)
+    mean = dataclasses.replace(apex.mean, value=apex.mean.value + by_m)
+    return with_summary(condition, Outcome.APEX, dataclasses.replace(apex, mean=mean, runs=runs))
 
 
 def test_series_far_apart_get_a_panel_each_at_one_scale(content):
-    kind = FIGURES["apex_heights"]
+    kind = FIGURES["apex_by_damping"]
     assert len(draw_figure(kind, content, TWO_COLUMNS_IN).axes) == 1
     assert "side by side" in kind.caption(content)
     conditions = tuple(
@@ -173,10 +177,10 @@ def test_recomputations_that_change_nothing_are_counted_instead_of_drawn(content
 
 
 def test_missing_joules_and_drain_are_not_explained_by_a_guess(content):
-    conditions = tuple(dataclasses.replace(condition, joules=None) for condition in content.conditions)
+    conditions = tuple(with_summary(condition, Outcome.JOULES, None) for condition in content.conditions)
     changed = dataclasses.replace(content, conditions=conditions, drains=())
     reasons = "; the reasons are listed under Limitations."
-    assert FIGURES["joules_by_damping"].absent(changed) == f"There are no joules a jump for this selection{reasons}"
+    assert FIGURES["joules_by_damping"].absent(changed) == f"There are no joules for this selection{reasons}"
     assert FIGURES["passive_drain"].absent(changed) == f"There is no passive-drain fit for this selection{reasons}"
 
 

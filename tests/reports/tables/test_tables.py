@@ -4,10 +4,12 @@ import io
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from reports.tables.table import unit_slug
+from tests.helpers.pages import with_summary
 
 
 def csv_rows(name, content):
@@ -33,7 +35,7 @@ def test_csv_has_the_conditions_unrounded_in_stored_units(content, name, unit):
     rows = csv_rows(name, content)
     assert len(rows) == 24
     for row, condition in zip(rows, content.conditions, strict=True):
-        summary = condition.joules if unit == "j" else condition.apex
+        summary = condition.summaries[Outcome.JOULES] if unit == "j" else condition.summaries[Outcome.APEX]
         assert float(row[f"mean_{unit}"]) == summary.mean.value
         assert float(row[f"sd_{unit}"]) == summary.sd
         assert float(row[f"ci_low_{unit}"]) == summary.mean.ci_low
@@ -79,7 +81,7 @@ def test_sensitivity_lists_each_headline_first(content):
 def test_flow_and_days(content):
     flow = {(row["analysis"], row["step"]): row for row in csv_rows("flow", content)}
     assert {row["count"] for (_, step), row in flow.items() if step == "runs done"} == {"272"}
-    joules, heights = flow["joules a jump", "runs with joules"], flow["apex height", "runs with heights"]
+    joules, heights = flow["joules a jump", "runs with joules"], flow["apex height", "runs with apex heights"]
     assert (joules["count"], heights["count"]) == ("253", "255")
     assert "2 excluded: no charge record" in joules["left_out"]
     assert heights["left_out"] == "4 void; 12 idle, for the passive drain; 1 excluded: no log with a body height"
@@ -91,13 +93,16 @@ def test_flow_and_days(content):
 def test_what_does_not_exist_is_a_dash_with_a_footnote(content):
     first = content.conditions[0]
     alone = dataclasses.replace(
-        first.joules,
+        first.summaries[Outcome.JOULES],
         sd=Undefined("one run only"),
         mean=dataclasses.replace(
-            first.joules.mean, se=Undefined("one run only"), ci_low=Undefined("df = 0"), ci_high=Undefined("df = 0")
+            first.summaries[Outcome.JOULES].mean,
+            se=Undefined("one run only"),
+            ci_low=Undefined("df = 0"),
+            ci_high=Undefined("df = 0"),
         ),
     )
-    changed = dataclasses.replace(content, conditions=(dataclasses.replace(first, joules=alone),))
+    changed = dataclasses.replace(content, conditions=(with_summary(first, Outcome.JOULES, alone),))
     table = TABLES["joules_by_condition"].make(changed)
     assert table.footnotes == {"one run only": "a", "df = 0": "b"}
     assert shown(table)[0][5:8] == ["–", "–", "–"]

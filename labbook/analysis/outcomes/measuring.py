@@ -1,0 +1,24 @@
+"""How each outcome is computed from the runs; a new outcome is a line here and in `data_schema.outcomes`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from data_schema.outcomes import Outcome
+from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.passive_drain import passive_drains
+from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
+from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.run_results import RunResults
+from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.study_data import StudyData
+
+_MEASURES: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData], RunResults]] = {
+    Outcome.JOULES: lambda cache, _detections, data: run_energies(cache, data, passive_drains(cache, data)),
+    Outcome.APEX: lambda cache, detections, data: run_apexes(cache, detections, data, as_protocol(data)),
+}
+
+
+def measure(outcome: Outcome, cache: ResultCache, detections: Detections, data: StudyData) -> RunResults:
+    """Ensure the outcome of every selected jump run that has what it takes, as the protocol says."""
+    return _MEASURES[outcome](cache, detections, data)
