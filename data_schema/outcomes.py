@@ -85,6 +85,16 @@ class Outcome(StrEnum):
         of_every_run=True,
         has_equivalence=True,
     )
+    PEAK_FORCE = Declared(
+        name="peak force",
+        key="peak_force",
+        heading="Peak force",
+        plural="peak forces",
+        number_name="peak_force",
+        unit="N",
+        source=FileRole.FORCE,
+        undefined_because="no contact is found in its force",
+    )
 
     def __new__(cls, declared: Declared) -> Self:
         """Make a member that is its name, with what is declared of it."""

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 from labbook.analysis.comparison import comparing, comparing_by_day, comparing_jumps, equivalent_heights, family
-from labbook.analysis.outcomes import budget, conditions, day_means, packs, passive_drain, run_apexes, run_energy
+from labbook.analysis.outcomes import (
+    budget,
+    conditions,
+    day_means,
+    packs,
+    passive_drain,
+    run_apexes,
+    run_energy,
+    run_force,
+)
 from labbook.analysis.prediction import checking, predicting
 from labbook.analysis.results.result_cache import Algorithm
 
@@ -11,6 +20,7 @@ ALGORITHMS: tuple[Algorithm, ...] = (
     passive_drain.ALGORITHM,
     run_energy.ALGORITHM,
     run_apexes.ALGORITHM,
+    run_force.ALGORITHM,
     conditions.ALGORITHM,
     packs.ALGORITHM,
     budget.ALGORITHM,

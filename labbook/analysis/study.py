@@ -17,10 +17,11 @@ from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, run_numbers
 from labbook.analysis.outcomes.day_means import in_units, unit_scope
 from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.judging import Judgement
 from labbook.analysis.outcomes.measuring import measure
 from labbook.analysis.outcomes.packs import pack_deviations
 from labbook.analysis.outcomes.passive_drain import Drain, passive_drains
-from labbook.analysis.outcomes.run_apexes import RunApexes, as_protocol, run_apexes
+from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import run_energies
 from labbook.analysis.outcomes.run_results import RunResults
 from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
@@ -45,13 +46,14 @@ class VarianceAnalysed:
 class StudyAnalysis:
     """Everything computed for one selection.
 
-    `results` and `conditions` have the outcomes that every run is expected to have, and those that any of its runs has.
+    `judgements` says by run uid which jumps count; `results` and `conditions` have the outcomes that every run is
+    expected to have, and those that any of its runs has.
     """
 
     evidence: StudyData
     planned: Planned
     drains: dict[str, Drain]
-    apexes: RunApexes
+    judgements: dict[str, Judgement]
     results: dict[Outcome, RunResults]
     conditions: dict[Outcome, list[ConditionValues]]
     swept: str | None
@@ -114,8 +116,8 @@ def analyse(
         for one in check_conditions(cache, conditions[outcome], predicted, outcome, swept, scope)
     ]
     analysis = StudyAnalysis(
-        evidence, planned, drains, apexes, results, conditions, swept, [], [], Variations(), [], packs, of_a_joule,
-        predicted, checked,
+        evidence, planned, drains, apexes.judgements, results, conditions, swept, [], [], Variations(), [], packs,
+        of_a_joule, predicted, checked,
     )  # fmt: skip
     if swept is None:
         return analysis

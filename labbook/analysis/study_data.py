@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sqlalchemy as sa
@@ -19,6 +19,8 @@ from data_schema.where import compile_where
 from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.config.parsing import Configuration
 
+VERTICAL_FORCE = "force_z"
+
 
 @dataclass(frozen=True, slots=True)
 class StudyData:
@@ -26,8 +28,9 @@ class StudyData:
 
     `beside` are jump runs that count, of conditions of which none is selected.
     `void` holds what was left out: the selected jump runs and all idle runs that are void.
-    `logs` holds, by a run's uid, the signals with a body height; `charges` what was put back after it. `waiting` are
-    the files that give nothing until something is declared about them.
+    By a run's uid, `logs` holds the signals with a body height, `forces` those with a vertical force on a plate, and
+    `charges` what was put back after it. `waiting` are the files that give nothing until something is declared about
+    them.
     """
 
     study: StudyRow
@@ -41,6 +44,7 @@ class StudyData:
     void: tuple[RunRow, ...]
     charges: Mapping[str, list[ChargeOfRun]]
     logs: Mapping[str, list[SignalRow]]
+    forces: Mapping[str, list[SignalRow]]
     decisions: Mapping[str, list[DecisionRow]]
     waiting: tuple[WaitingFile, ...] = ()
 
@@ -69,12 +73,7 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
     everything = selected if expression is None else list_runs(connection)
     runs = tuple(run for run in selected if run.kind is RunKind.JUMPS and run.state is not RunState.VOID)
     taken = {run.condition_key for run in runs}
-    logs: dict[str, list[SignalRow]] = {}
     waiting = tuple(waiting_files(connection))
-    incomplete = {run_uid for file in waiting if file.role == FileRole.LOG for run_uid in file.runs}
-    for signal in signals_of_runs(connection, FileRole.LOG):
-        if BODY_HEIGHT in signal.channels and signal.run_uid not in incomplete:
-            logs.setdefault(signal.run_uid, []).append(signal)
     return StudyData(
         study=study,
         configuration=configuration,
@@ -95,10 +94,21 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
             if run.kind is kind and run.state is RunState.VOID
         ),
         charges=charges_by_run(connection),
-        logs=logs,
+        logs=_signals(signals_of_runs(connection, FileRole.LOG), BODY_HEIGHT, waiting),
+        forces=_signals(signals_of_runs(connection, FileRole.FORCE), VERTICAL_FORCE, waiting),
         decisions=jump_decisions(connection),
         waiting=waiting,
     )
+
+
+def _signals(signals: Iterable[SignalRow], channel: str, waiting: Sequence[WaitingFile]) -> dict[str, list[SignalRow]]:
+    """Return the signals of one role with a channel by their run, but for runs of which a file of that role waits."""
+    found: dict[str, list[SignalRow]] = {}
+    incomplete = {(file.role, run_uid) for file in waiting for run_uid in file.runs}
+    for signal in signals:
+        if channel in signal.channels and (signal.role, signal.run_uid) not in incomplete:
+            found.setdefault(signal.run_uid, []).append(signal)
+    return found
 
 
 def gather_about(
@@ -114,16 +124,8 @@ def gather_about(
     runs = [run for run in every if run.kind is RunKind.JUMPS and run.state is not RunState.VOID]
     idle = [run for run in idle_runs(connection) if run.state is not RunState.VOID]
     waiting = tuple(waiting_files(connection))
-    incomplete = {run_uid for file in waiting if file.role == FileRole.LOG for run_uid in file.runs}
-    logs = {
-        run.uid: [
-            signal
-            for signal in signals_of_runs(connection, FileRole.LOG, run_uid=run.uid)
-            if BODY_HEIGHT in signal.channels
-        ]
-        for run in about
-        if run.uid not in incomplete
-    }
+    signals = [signal for run in about for signal in signals_of_runs(connection, run_uid=run.uid)]
+    logs = _signals((signal for signal in signals if signal.role == FileRole.LOG), BODY_HEIGHT, waiting)
     return StudyData(
         study=study,
         configuration=configuration,
@@ -136,6 +138,7 @@ def gather_about(
         void=(),
         charges=charges_of_runs(connection, [run.uid for run in (*runs, *idle)]),
         logs=logs,
+        forces=_signals((signal for signal in signals if signal.role == FileRole.FORCE), VERTICAL_FORCE, waiting),
         decisions=jump_decisions(connection, [signal.sha256 for several in logs.values() for signal in several]),
         waiting=waiting,
     )

@@ -5,8 +5,9 @@ from __future__ import annotations
 import tomllib
 
 from data_schema.errors import InputRefused
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ReasonCode
-from labbook.config.model import AnalysisSettings, Bounds, Detector, Family, PrimaryOutcome, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings, Bounds, Detector, Family, UnitOfAnalysis
 from labbook.config.tables import TableReader, as_number
 
 
@@ -16,7 +17,7 @@ def read_analysis(top: TableReader) -> AnalysisSettings | None:
         return None
     table, default = top.table("analysis"), AnalysisSettings()
     settings = AnalysisSettings(
-        primary_outcome=table.word("primary_outcome", PrimaryOutcome, default.primary_outcome),
+        primary_outcome=_primary_outcome(table, default.primary_outcome),
         family=table.word("family", Family, default.family),
         alpha=_alpha(table, default.alpha),
         apex_bounds=_apex_bounds(table),
@@ -48,6 +49,12 @@ def kept_jump_rules(text: str) -> tuple[Detector, int, bool]:
     if faults:
         raise InputRefused(f"a configuration that the book keeps cannot be read ({faults[0]}): use a newer labbook.")
     return rules
+
+
+def _primary_outcome(table: TableReader, default: Outcome) -> Outcome:
+    key, outcomes = "primary_outcome", {outcome.key: outcome for outcome in Outcome}
+    given = table.value(key)
+    return default if given is None else outcomes[table.known(key, given, outcomes, "primary outcome")]
 
 
 def _alpha(table: TableReader, default: float) -> float:

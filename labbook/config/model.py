@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import FactorKind, ReasonCode, StudyKind
 
 
@@ -175,13 +176,6 @@ class SimulationSettings:
     levels: Mapping[str, Mapping[str, Mapping[str, float]]]
 
 
-class PrimaryOutcome(StrEnum):
-    """The quantity that a study was made for."""
-
-    JOULES = "joules"
-    APEX = "apex"
-
-
 class Family(StrEnum):
     """The comparisons that are tested together: every level with the control, or all levels pooled, group by group."""
 
@@ -213,7 +207,7 @@ class AnalysisSettings:
     were set.
     """
 
-    primary_outcome: PrimaryOutcome = PrimaryOutcome.JOULES
+    primary_outcome: Outcome = Outcome.JOULES
     family: Family = Family.POOLED
     alpha: float = 0.05
     apex_bounds: Bounds | None = None

@@ -8,7 +8,11 @@ from data_schema.outcomes import Outcome
 from reports.content import Condition, ReportContent, Summary
 from reports.figures.registry import FIGURES
 from reports.page import render_page
-from reports.tables.registry import tables_of
+from reports.tables.registry import TABLES, tables_of
+
+FIGURE_NAMES = [kind.name for kind in FIGURES.values() if kind.outcome is None or kind.outcome.of_every_run]
+TABLE_NAMES = [kind.name for kind in TABLES.values() if kind.outcome is None or kind.outcome.of_every_run]
+"""Of a study without further instruments."""
 
 
 def quick_page(content: ReportContent) -> str:

@@ -18,7 +18,7 @@ from labbook.actions.planning.power_tests import TESTS, Assumed, Design, Planned
 from labbook.actions.runs.runs_importing import plan_factors
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.run_spread import Spread, run_spread
-from labbook.analysis.preregistration.planned import QUANTITY_OF, Planned, planned_analysis
+from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
@@ -77,7 +77,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
     with book.reading() as connection:
         planned = planned_analysis(connection, configuration)
         settings = planned.settings
-        quantity = QUANTITY_OF[settings.primary_outcome]
+        quantity = settings.primary_outcome
         cache, detections = ResultCache(connection), Detections(connection, book.store)
         evidence = gather(connection, configuration, None)
 

@@ -68,7 +68,8 @@ def vary(
     for label, varied, variant in variants:
         heights = run_apexes(cache, detections, varied, variant).results
         found += _compared(cache, label, varied, Outcome.APEX, heights, swept, settings)
-    further = [outcome for outcome in results if outcome not in (Outcome.JOULES, Outcome.APEX)]
+    with_variants = {Outcome.JOULES, Outcome.APEX}
+    further = [outcome for outcome in results if outcome not in with_variants]
     for outcome in further:
         with_all = measure(outcome, cache, detections, everything).results
         found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)

@@ -9,6 +9,7 @@ from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.passive_drain import passive_drains
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import run_energies
+from labbook.analysis.outcomes.run_force import run_forces
 from labbook.analysis.outcomes.run_results import RunResults
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import StudyData
@@ -16,6 +17,7 @@ from labbook.analysis.study_data import StudyData
 _MEASURES: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData], RunResults]] = {
     Outcome.JOULES: lambda cache, _detections, data: run_energies(cache, data, passive_drains(cache, data)),
     Outcome.APEX: lambda cache, detections, data: run_apexes(cache, detections, data, as_protocol(data)),
+    Outcome.PEAK_FORCE: run_forces,
 }
 
 

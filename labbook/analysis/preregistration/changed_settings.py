@@ -57,6 +57,8 @@ _NAMES = {"primary_outcome": "primary outcome", "apex_bounds": "apex bounds"}
 
 
 def _shown(value: object) -> str:
+    if isinstance(value, Outcome):
+        return value.key
     if isinstance(value, Bounds):
         return f"{value.low:g} to {value.high:g} {'%' if value.percent else 'm'}"
     if isinstance(value, bool):

@@ -28,10 +28,8 @@ from labbook.analysis.preregistration.moved_runs import moved_runs
 from labbook.analysis.preregistration.study_history import StudyHistory, read_study_history
 from labbook.analysis.preregistration.unselected_conditions import unselected_conditions
 from labbook.config.analysis import kept_analysis
-from labbook.config.model import AnalysisSettings, Configuration, Family, PrimaryOutcome
+from labbook.config.model import AnalysisSettings, Configuration, Family
 
-QUANTITY_OF: Mapping[PrimaryOutcome, Outcome] = {PrimaryOutcome(outcome.key): outcome for outcome in Outcome}
-"""The outcome that labbook.toml names."""
 FAMILY_OF: Mapping[Family, str] = {Family.EACH: pairing.EACH, Family.POOLED: pairing.POOLED}
 """The family of comparisons that a setting means."""
 NOTHING_DECIDED = "nothing was decided before the first run was ingested"
@@ -80,7 +78,7 @@ class Planned:
 
     def reason(self, quantity: Outcome, family: str, conditions: Collection[str] | None = None) -> Reason | None:
         """Return why a comparison is exploratory, as `exploratory`."""
-        planned = QUANTITY_OF[self.settings.primary_outcome]
+        planned = self.settings.primary_outcome
         if not self.stated:
             return Reason(NOTHING_DECIDED)
         if quantity is not planned:

@@ -66,7 +66,7 @@ def read_study_history(connection: sa.Connection, first_seq: int) -> StudyHistor
     """Read what happened after the entry of the first measurement."""
     reports = reports_made(connection)
     found: dict[Outcome, dict[str, list[Arrival]]] = {}
-    for quantity in Outcome:
+    for quantity in (Outcome.JOULES, Outcome.APEX):
         of_runs = found.setdefault(quantity, {})
         for arrival in _ARRIVALS[quantity.source](connection, reports):
             of_runs.setdefault(arrival.run_uid, []).append(arrival)

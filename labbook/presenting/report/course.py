@@ -47,7 +47,7 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> Flow:
         for outcome, conditions in analysis.conditions.items()
     }
     with_heights = [run for run in jump_runs if run.uid in used[Outcome.APEX]]
-    judged = [item for run in with_heights for item in analysis.apexes.judgements[run.uid].jumps]
+    judged = [item for run in with_heights for item in analysis.judgements[run.uid].jumps]
     jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
     return Flow(
         runs_planned=_planned_count(analysis, planned) or None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping, Sequence
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, FileRole, Undefined
 from labbook.analysis.outcomes.passive_drain import Drain, unused_idle
@@ -126,7 +127,7 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             "the log though none is recorded as made: no joules, while the apexes found are analysed. `labbook correct "
             "RUN jumps_made=N --why ...` records how many were made."
         )
-    waiting = sum(len(judgement.waiting) for judgement in analysis.apexes.judgements.values())
+    waiting = sum(len(judgement.waiting) for judgement in analysis.judgements.values())
     if waiting:
         notes.append(
             f"{_count(waiting, 'verdict on a jump fits no jump', 'verdicts on jumps fit no jump')} any more and "
@@ -143,7 +144,7 @@ def jumps_mismatched(analysis: StudyAnalysis) -> list[tuple[RunRow, int]]:
     """Return the runs in which the jumps found are not the jumps made, and how many were found."""
     found = []
     for run in analysis.evidence.runs:
-        row = analysis.apexes.results.get(run.uid)
+        row = analysis.results[Outcome.APEX].results.get(run.uid)
         if row is not None:
             count = number(row, "jumps_found").n or 0
             if count != run.jumps_made:

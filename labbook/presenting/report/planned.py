@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from data_schema.vocabulary import ReasonCode
-from labbook.analysis.preregistration.planned import FAMILY_OF, NOTHING_DECIDED, QUANTITY_OF, Planned
+from labbook.analysis.preregistration.planned import FAMILY_OF, NOTHING_DECIDED, Planned
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 
 HOW_TO_DECIDE = (
@@ -71,7 +71,7 @@ def _settings(settings: AnalysisSettings) -> str:
         else f"differences of apex height from {bounds.low:g} to {bounds.high:g} {unit} count as none"
     )
     return (
-        f"the primary outcome is {QUANTITY_OF[settings.primary_outcome]}, the family of comparisons "
+        f"the primary outcome is {settings.primary_outcome}, the family of comparisons "
         f"{FAMILY_OF[settings.family]}, alpha {settings.alpha:g}, the unit of analysis "
         f"{_UNITS[settings.unit_of_analysis]}; {within}; {_exclusions(settings)}."
     )

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import UsageError
+from data_schema.outcomes import Outcome
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
@@ -92,7 +93,7 @@ def test_a_clock_that_starts_again_within_a_file_is_one_run(made: SmallBook, boo
 def missing(book: Book) -> set[str]:
     """The runs of a report that have no apex heights."""
     analysis = state_report(book, None, ADA, lambda _step: None).analysis
-    return {run.name for run in analysis.evidence.runs if run.uid in analysis.apexes.missing}
+    return {run.name for run in analysis.evidence.runs if run.uid in analysis.results[Outcome.APEX].missing}
 
 
 def test_the_order_of_ingesting_does_not_matter(made: SmallBook, book: Book, tmp_path: Path) -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from data_schema.errors import InputRefused
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ReasonCode
-from labbook.config.model import AnalysisSettings, Bounds, Family, PrimaryOutcome, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings, Bounds, Family, UnitOfAnalysis
 from labbook.config.parsing import parse_configuration
 from labbook.config.template import template
 from labbook.demo.book_toml import book_toml
@@ -29,9 +30,7 @@ def test_everything_is_read() -> None:
         'exclusions = ["misfire"]\nunit_of_analysis = "day"\n'
     )
     bounds = Bounds(-0.005, 0.004, percent=False)
-    assert found == AnalysisSettings(
-        PrimaryOutcome.APEX, Family.EACH, 0.01, bounds, (ReasonCode.MISFIRE,), UnitOfAnalysis.DAY
-    )
+    assert found == AnalysisSettings(Outcome.APEX, Family.EACH, 0.01, bounds, (ReasonCode.MISFIRE,), UnitOfAnalysis.DAY)
 
 
 def test_the_example_of_a_new_book_can_be_taken() -> None:

@@ -9,6 +9,7 @@ from data_schema.vocabulary import Undefined
 from reports.tables.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from reports.tables.table import Cell, Column, Row, Table, value_cell, words
+from tests.helpers.pages import TABLE_NAMES
 
 
 def read(data):
@@ -56,7 +57,7 @@ def test_fields_of_one_column_and_the_block():
     assert csv_bytes(table) == b"block,low,high\nfirst,1,2.0\n"
 
 
-@pytest.mark.parametrize("name", TABLES)
+@pytest.mark.parametrize("name", TABLE_NAMES)
 def test_every_table_has_one_field_a_column_name(content, name):
     table = TABLES[name].make(content)
     data = csv_bytes(table)

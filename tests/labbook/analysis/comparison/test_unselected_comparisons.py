@@ -35,7 +35,7 @@ def adjusted_p(made: MadeReport, quantity: Outcome) -> dict[str, tuple[float | N
 def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str, named: str) -> None:
     made = decided_book(tmp_path, f'\n[analysis]\nfamily = "{family}"\n')
     whole, part = report(made, None), report(made, "foot=small")
-    for quantity in Outcome:
+    for quantity in (Outcome.JOULES, Outcome.APEX):
         of_whole, of_part = adjusted_p(whole, quantity), adjusted_p(part, quantity)
         assert len(of_whole) == 2
         assert len(of_part) == 1

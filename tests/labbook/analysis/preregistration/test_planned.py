@@ -19,7 +19,7 @@ from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before, planned_analysis
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
-from labbook.config.model import AnalysisSettings, Bounds, Family, PrimaryOutcome
+from labbook.config.model import AnalysisSettings, Bounds, Family
 from labbook.presenting.report.planned import planned_sentences
 from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
 from tests.helpers.statements import note, said_alike
@@ -225,17 +225,16 @@ def test_bounds_that_come_late_are_used_and_exploratory(fresh: SmallBook) -> Non
     assert found.exploratory(Outcome.JOULES, POOLED) is None
 
 
-@pytest.mark.parametrize("outcome", PrimaryOutcome)
+@pytest.mark.parametrize("outcome", Outcome)
 @pytest.mark.parametrize("family", Family)
-def test_one_outcome_in_one_family_is_planned(outcome: PrimaryOutcome, family: Family) -> None:
+def test_one_outcome_in_one_family_is_planned(outcome: Outcome, family: Family) -> None:
     plan = Planned(AnalysisSettings(primary_outcome=outcome, family=family), True, ())
     planned_ones = [
         (quantity, name) for quantity in Outcome for name in (EACH, POOLED) if not plan.exploratory(quantity, name)
     ]
-    quantity = Outcome.JOULES if outcome is PrimaryOutcome.JOULES else Outcome.APEX
     name = EACH if family is Family.EACH else POOLED
-    assert planned_ones == [(quantity, name)]
-    assert plan.exploratory(quantity, "between levels of the foot") == f"the family decided on is {name}"
+    assert planned_ones == [(outcome, name)]
+    assert plan.exploratory(outcome, "between levels of the foot") == f"the family decided on is {name}"
     assert plan.exploratory_equivalence(name) is None
 
 

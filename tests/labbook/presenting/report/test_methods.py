@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.report.methods import limitations, methods
@@ -72,7 +73,8 @@ def test_runs_without_apexes_are_named(analysis: StudyAnalysis) -> None:
     by_name = {run.name: run.uid for run in analysis.evidence.runs}
     for names, start in ((("r005",), "1 run (r005) has"), (("r002", "r005"), "2 runs (r002, r005) have")):
         missing = {by_name[name]: "no log with a body height" for name in names}
-        notes = limitations(replace(analysis, apexes=replace(analysis.apexes, missing=missing)))
+        results = {**analysis.results, Outcome.APEX: replace(analysis.results[Outcome.APEX], missing=missing)}
+        notes = limitations(replace(analysis, results=results))
         assert f"{start} no apex heights: no log with a body height." in notes
 
 

@@ -1,0 +1,156 @@
+"""Contacts of a hopping robot in the vertical force of a plate: their times, peaks and impulses, and what follows.
+
+The plate's zero is taken from the flights, where nothing stands on it, and followed as it drifts. Weight and take-off
+speeds follow from the forces alone, by impulse and momentum (Linthorne 2001, Am. J. Phys. 69, 1198), so that neither
+the robot's mass nor the heights of its body have to be known.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import ndimage
+
+from data_schema.vocabulary import Undefined
+
+_Floats = NDArray[np.float64]
+
+SHORTEST_S = 0.02
+"""A shorter contact is a knock on the plate, a shorter flight a contact's own vibration."""
+LONGEST_FLIGHT_S = 1.2
+"""After a longer one the robot was off the plate: such a flight would be 1.8 m high."""
+FEWEST_CYCLES = 3
+"""Fewer do not tell the weight: over one cycle the speed at its ends counts for as much."""
+_FIRST_THRESHOLD = 0.15
+"""Of the largest force: what tells loaded from empty before the noise is known."""
+_NOISE_SDS = 6.0
+"""Standard deviations of noise that no sample of the empty plate passes in an hour at 1 kHz."""
+_LEAST_SHARE = 0.01
+"""Of the largest force: the least threshold, for records with almost no noise."""
+_EDGE_SHARE = 0.25
+"""Of a flight, at either end, where the plate's zero is not read: below the threshold the force may still fade."""
+_SMOOTHED_S = 0.007
+"""The force is averaged over so long where it rises slowly, so that its beginning is not lost in the noise."""
+_LONGEST_ONSET_S = 0.03
+"""The longest time over which the force's first rise is extended back to zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A contact that begins and ends within the record.
+
+    `start_s` and `end_s` are touchdown and take-off by the record's clock, `peak_n` the largest sample of the force,
+    `impulse_n_s` its integral, and `moment_n_s2` the integral of the force times the time left until take-off, all
+    above the plate's zero. `flight_s` is the time until the next touchdown, None where the next contact is not known.
+    """
+
+    start_s: float
+    end_s: float
+    peak_n: float
+    impulse_n_s: float
+    moment_n_s2: float
+    flight_s: float | None = None
+
+    @property
+    def duration_s(self) -> float:
+        """Time from touchdown to take-off."""
+        return self.end_s - self.start_s
+
+
+def find_contacts(time_s: ArrayLike, force_n: ArrayLike) -> tuple[Contact, ...] | Undefined:
+    """Find the contacts between flights in a record of vertical force.
+
+    Parameters
+    ----------
+    time_s : (n,) times of the samples, rising
+    force_n : (n,) ground reaction on the robot, upward positive; NaN where a sample is missing
+
+    Returns
+    -------
+    The contacts in order; one that touches an end of the record or has a missing sample is left out. Undefined where
+    the plate is never empty for long enough, or nothing presses on it.
+    """
+    time, force = np.asarray(time_s, dtype=np.float64), np.asarray(force_n, dtype=np.float64)
+    known = np.isfinite(force)
+    if np.count_nonzero(known) < 2:
+        return Undefined("the record has no two samples of force")
+    step_s = float(np.median(np.diff(time)))
+    least = max(round(SHORTEST_S / step_s), 2)
+    smooth = ndimage.uniform_filter1d(np.where(known, force, np.median(force[known])), least)
+    low, high = float(smooth.min()), float(smooth.max())
+    zero, noise_n = _zero(time, force, _ranges(force < low + _FIRST_THRESHOLD * (high - low), least))
+    if zero is None:
+        return Undefined(f"the plate is never empty for {SHORTEST_S * 1e3:g} ms, so that its zero is not known")
+    above = force - zero
+    threshold_n = max(_NOISE_SDS * noise_n, _LEAST_SHARE * (high - low))
+    if high - low < 2.0 * threshold_n:
+        return Undefined(f"nothing presses on the plate by more than its noise of {noise_n:.2g} N")
+    found: list[Contact | None] = []
+    for before, after in pairwise(_ranges(above < threshold_n, least)):
+        if after[0] - before[1] < least:
+            continue
+        around = slice(sum(before) // 2, sum(after) // 2)
+        whole = known[around].all() and np.diff(time[around]).max() < 1.5 * step_s
+        found.append(_contact(time[around], above[around], threshold_n) if whole else None)
+    return tuple(
+        contact if after is None else _with_flight(contact, after)
+        for contact, after in zip(found, [*found[1:], None], strict=True)
+        if contact is not None
+    )
+
+
+def _contact(time: _Floats, above: _Floats, threshold_n: float) -> Contact:
+    """Measure a contact in the samples from the middle of the flight before it to the middle of that after it."""
+    start_s = _onset_s(time, above, threshold_n)
+    end_s = -_onset_s(-time[::-1], above[::-1], threshold_n)
+    return Contact(
+        float(start_s),
+        float(end_s),
+        float(above.max()),
+        float(np.trapezoid(above, time)),
+        float(np.trapezoid(above * (end_s - time), time)),
+    )
+
+
+def _with_flight(contact: Contact, after: Contact) -> Contact:
+    flight_s = after.start_s - contact.end_s
+    if flight_s > LONGEST_FLIGHT_S:
+        return contact
+    return Contact(contact.start_s, contact.end_s, contact.peak_n, contact.impulse_n_s, contact.moment_n_s2, flight_s)
+
+
+def _ranges(empty: NDArray[np.bool_], least: int) -> list[tuple[int, int]]:
+    """Return the half-open ranges of at least so many samples in which the plate is empty."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], empty, [False]]).astype(np.int8)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2) if b - a >= least]
+
+
+def _zero(time: _Floats, force: _Floats, flights: Sequence[tuple[int, int]]) -> tuple[_Floats | None, float]:
+    """Return the plate's zero at each sample, straight between the flights' means, and the noise about it."""
+    if not flights:
+        return None, 0.0
+    edges = [round(_EDGE_SHARE * (end - begin)) for begin, end in flights]
+    inner = [slice(begin + edge, end - edge) for (begin, end), edge in zip(flights, edges, strict=True)]
+    middles = [float(time[part].mean()) for part in inner]
+    zero = np.interp(time, middles, [float(force[part].mean()) for part in inner])
+    squares = sum(float(np.sum((force[part] - force[part].mean()) ** 2)) for part in inner)
+    return zero, math.sqrt(squares / sum(part.stop - part.start - 1 for part in inner))
+
+
+def _onset_s(time: _Floats, above: _Floats, threshold_n: float) -> float:
+    """Return when the force began to rise.
+
+    That is where it passes the threshold; where it rises slowly, the line through the points at which its moving
+    average passes a lower threshold and the double of that is extended to zero.
+    """
+    window = max(round(_SMOOTHED_S / (time[1] - time[0])), 1)
+    smooth, low_n = ndimage.uniform_filter1d(above, window), threshold_n / math.sqrt(window)
+    once, twice = (float(time[np.argmax(smooth > level)]) for level in (low_n, 2.0 * low_n))
+    if twice - once < 0.3 * _SMOOTHED_S:
+        return float(time[np.argmax(above > threshold_n)])
+    return once - min(twice - once, _LONGEST_ONSET_S)

@@ -1,0 +1,114 @@
+"""Runs that jumped on a force plate: from the plate's export to the report."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from data_schema.outcomes import Outcome
+from data_schema.vocabulary import RunKind
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.report_command import MadeReport, state_report
+from labbook.demo.plate import plate_record
+from labbook.demo.writers.bertec_text import bertec_text
+from reports.figures.registry import figures_of
+from reports.tables.as_csv import csv_bytes
+from reports.tables.registry import TABLES, tables_of
+from stats.compare.summary import describe
+from stats.force_plate import Contact, find_contacts
+from tests.helpers.books import ADA, SmallBook, small_book, small_runs
+from tests.helpers.commands import Commands
+from tests.helpers.pages import quick_page
+
+HOPS = 6
+OF_PLATE = [outcome for outcome in Outcome if outcome.source == "force"]
+NAMES = [run.name for run in small_runs() if run.kind is RunKind.JUMPS]
+
+
+def contacts_of(name: str) -> tuple[Contact, ...]:
+    """The contacts of a run's record, before it was written with four digits."""
+    record = plate_record(int(name[1:]), HOPS)
+    found = find_contacts(record.time_ms / 1e3, record.force_n[:, 2])
+    assert isinstance(found, tuple)
+    return found
+
+
+def write_record(folder: Path, name: str, seed: int | None = None) -> Path:
+    """Write the plate's export of a run."""
+    record = plate_record(int(name[1:]) if seed is None else seed, HOPS)
+    path = folder / f"{name}_plate{'' if seed is None else f'_{seed}'}.txt"
+    path.write_bytes(bertec_text(record.time_ms, record.force_n, record.moment_nm, record.cop_m))
+    return path
+
+
+@pytest.fixture(scope="module")
+def on_plate(tmp_path_factory: pytest.TempPathFactory) -> tuple[SmallBook, MadeReport]:
+    """A book whose runs were on a plate, but for the last one, which has two records; and its report."""
+    folder = tmp_path_factory.mktemp("plate")
+    made = small_book(folder, ingested=True)
+    with made.open() as book:
+        for name in NAMES:
+            ingest_file(book, write_record(folder, name), IngestRequest(person=ADA))
+        ingest_file(book, write_record(folder, NAMES[-1], seed=99), IngestRequest(person=ADA, run=NAMES[-1]))
+        return made, state_report(book, None, ADA, lambda _step: None)
+
+
+def expected(outcome: Outcome, name: str) -> float:
+    """A run's value, from its record."""
+    values = {Outcome.PEAK_FORCE: [contact.peak_n for contact in contacts_of(name)]}
+    mean = describe(values[outcome]).mean
+    assert isinstance(mean, float)
+    return mean
+
+
+@pytest.mark.parametrize("outcome", OF_PLATE)
+def test_a_run_s_value_is_the_mean_over_its_contacts(outcome: Outcome, on_plate: tuple[SmallBook, MadeReport]) -> None:
+    values = {run.run: run.value for c in on_plate[1].content.conditions for run in c.summaries[outcome].runs}
+    assert sorted(values) == sorted(NAMES[:-1])
+    for name, value in values.items():
+        assert value == pytest.approx(expected(outcome, name), rel=1e-5)
+
+
+@pytest.mark.parametrize("outcome", OF_PLATE)
+def test_the_report_compares_it_as_any_outcome(outcome: Outcome, on_plate: tuple[SmallBook, MadeReport]) -> None:
+    content = on_plate[1].content
+    compared = [item for item in content.comparisons if item.quantity is outcome]
+    assert compared
+    assert all(item.savings is None for item in compared)
+    assert {f"{outcome.key}_by_condition", f"comparisons_{outcome.key}", f"tests_{outcome.key}"} <= {
+        kind.name for kind in tables_of(content)
+    }
+    assert {f"{outcome.key}_by_damping", f"estimation_{outcome.key}"} <= {kind.name for kind in figures_of(content)}
+    rows = list(csv.DictReader(io.StringIO(csv_bytes(TABLES["run_values"].make(content)).decode())))
+    assert sum(row["quantity"] == outcome for row in rows) == len(NAMES) - 1
+    page = quick_page(content)
+    assert f"<h2>{outcome.heading}</h2>" in page or f">{outcome.heading}</h2>" in page
+    assert "2 force-plate records, and one is expected" in page
+
+
+def test_a_book_without_a_plate_says_nothing_of_it(tmp_path: Path) -> None:
+    with small_book(tmp_path, ingested=True).open() as book:
+        content = state_report(book, None, ADA, lambda _step: None).content
+    assert not set(OF_PLATE) & set(content.outcomes)
+    assert "Peak force" not in quick_page(content)
+
+
+@pytest.mark.parametrize("outcome", OF_PLATE)
+def test_it_is_compared_on_the_command_line(
+    outcome: Outcome, on_plate: tuple[SmallBook, MadeReport], commands: Commands
+) -> None:
+    folder = on_plate[0].folder
+    code, said = commands.run("stats", "compare", "--quantity", outcome.key, "--where", "foot=small", "--book", folder)
+    assert code == 0, said
+    assert f" {outcome.unit}, n = " in said
+
+
+def test_its_digits_come_from_the_file(on_plate: tuple[SmallBook, MadeReport]) -> None:
+    """Peaks are of the order of three times the robot's weight."""
+    for condition in on_plate[1].content.conditions:
+        assert all(45.0 < run.value < 70.0 for run in condition.summaries[Outcome.PEAK_FORCE].runs)
+    assert np.isfinite(expected(Outcome.PEAK_FORCE, NAMES[0]))

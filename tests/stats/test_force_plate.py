@@ -1,0 +1,131 @@
+"""Contacts in a plate's force: against hops whose force, impulse and apex are known."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from data_schema.units import STANDARD_GRAVITY_M_S2
+from data_schema.vocabulary import Undefined
+from simulator.hop import Hop, hop_motion
+from stats.force_plate import Contact, find_contacts
+
+MASS_KG = 2.0
+RATE_HZ = 1000
+NOISE_N = 2.5
+Floats = NDArray[np.float64]
+
+
+class Hops:
+    """Hops in place on rigid ground, apex after apex, the plate empty for a second before and after."""
+
+    def __init__(self, hops: int, *, apex_m: float = 0.345, apex_sd_m: float = 0.004, seed: int = 1) -> None:
+        self.random = np.random.default_rng(seed)
+        apexes_m = self.random.normal(apex_m, apex_sd_m, hops + 1)
+        self.each = [
+            Hop(float(a), float(b), jamming_time_s=0.0, extension_intrusion_m=0.0) for a, b in pairwise(apexes_m)
+        ]
+        empty, late_s = np.zeros(RATE_HZ), 0.0
+        pieces = [empty]
+        for hop in self.each:
+            time_s = np.arange(late_s, hop.apex_s, 1 / RATE_HZ)
+            late_s += time_s.size / RATE_HZ - hop.apex_s
+            acceleration = hop_motion(hop, time_s).body_acceleration_m_s2
+            pieces.append(MASS_KG * np.clip(acceleration + STANDARD_GRAVITY_M_S2, 0, None))
+        self.force_n = np.concatenate([*pieces, empty])
+        self.time_s = np.arange(self.force_n.size) / RATE_HZ
+
+    def noisy_n(self, noise_n: float = NOISE_N) -> Floats:
+        """The force as a plate shows it."""
+        return self.force_n + self.random.normal(0.0, noise_n, self.force_n.size)
+
+    def contacts(self, noise_n: float = NOISE_N) -> tuple[Contact, ...]:
+        """The contacts found in the noisy force."""
+        found = find_contacts(self.time_s, self.noisy_n(noise_n))
+        assert not isinstance(found, Undefined), found
+        return found
+
+
+@pytest.fixture(scope="module")
+def hops() -> Hops:
+    return Hops(80)
+
+
+def test_each_contact_has_its_peak(hops: Hops) -> None:
+    """The largest of some forty samples near the peak lies up to four of the noise's standard deviations above it."""
+    found = hops.contacts()
+    assert len(found) == len(hops.each)
+    for contact in found:
+        inside = (hops.time_s >= contact.start_s) & (hops.time_s <= contact.end_s)
+        true_n = float(hops.force_n[inside].max())
+        assert true_n - NOISE_N < contact.peak_n < true_n + 4.5 * NOISE_N
+
+
+def test_the_impulse_of_a_contact_is_that_of_the_momentum(hops: Hops) -> None:
+    """m (v at take-off + v at touchdown) + m g T, with the zero known to 0.03 N and white noise."""
+    for contact, hop in zip(hops.contacts(), hops.each, strict=True):
+        length_s = hop.lift_off_s - hop.touchdown_s
+        true = MASS_KG * (hop.lift_off_speed_m_s + hop.touchdown_speed_m_s + STANDARD_GRAVITY_M_S2 * length_s)
+        noise = 5 * NOISE_N * math.sqrt(1 / RATE_HZ * (length_s + 0.25)) + 0.05
+        assert contact.impulse_n_s == pytest.approx(true, abs=noise)
+
+
+@settings(deadline=None, max_examples=25)
+@given(st.floats(-500.0, 500.0), st.floats(-0.2, 0.2), st.floats(0.1, 50.0), st.integers(0, 2**16))
+def test_zero_drift_and_scale_do_not_matter(offset_n: float, drift_n_s: float, scale: float, seed: int) -> None:
+    hops = Hops(5, seed=seed)
+    noisy = hops.noisy_n(0.5)
+    plain = find_contacts(hops.time_s, noisy)
+    moved = find_contacts(hops.time_s, scale * noisy + offset_n + drift_n_s * hops.time_s)
+    assert isinstance(plain, tuple)
+    assert isinstance(moved, tuple)
+    assert len(plain) == len(moved) == 5
+    for one, other in zip(plain, moved, strict=True):
+        assert other.peak_n == pytest.approx(scale * one.peak_n, rel=1e-2, abs=0.3)
+        assert other.duration_s == pytest.approx(one.duration_s, abs=0.012)
+
+
+def test_a_contact_with_missing_samples_or_at_an_end_is_left_out(hops: Hops) -> None:
+    force_n = hops.noisy_n()
+    whole = hops.contacts()
+    middle = int(RATE_HZ * (whole[3].start_s + whole[3].end_s) / 2)
+    force_n[middle : middle + 3] = np.nan
+    found = find_contacts(hops.time_s, force_n)
+    assert isinstance(found, tuple)
+    assert len(found) == len(whole) - 1
+    cut = find_contacts(
+        np.delete(hops.time_s, range(middle, middle + 3)), np.delete(force_n, range(middle, middle + 3))
+    )
+    assert isinstance(cut, tuple)
+    assert len(cut) == len(whole) - 1
+    begun = slice(int(RATE_HZ * (whole[0].start_s + 0.1)), None)
+    late = find_contacts(hops.time_s[begun], force_n[begun])
+    assert isinstance(late, tuple)
+    assert len(late) == len(whole) - 2
+
+
+def test_a_knock_is_no_contact(hops: Hops) -> None:
+    force_n = hops.noisy_n()
+    force_n[300:305] += 60.0
+    found = find_contacts(hops.time_s, force_n)
+    assert isinstance(found, tuple)
+    assert len(found) == len(hops.each)
+
+
+@pytest.mark.parametrize(
+    "force_n",
+    [
+        np.random.default_rng(1).normal(0.0, 2.5, 5000),
+        20.0 + np.random.default_rng(1).normal(0.0, 2.5, 5000),
+        np.full(5, np.nan),
+    ],
+)
+def test_without_contacts_nothing_is_made_up(force_n: Floats) -> None:
+    found = find_contacts(np.arange(force_n.size) / RATE_HZ, force_n)
+    assert isinstance(found, Undefined) or found == ()
