@@ -95,6 +95,17 @@ class Outcome(StrEnum):
         source=FileRole.FORCE,
         undefined_because="no contact is found in its force",
     )
+    CONTACT_TIME = Declared(
+        name="contact time",
+        key="contact_time",
+        heading="Contact time",
+        plural="contact times",
+        number_name="contact_time",
+        unit="s",
+        source=FileRole.FORCE,
+        comparative=("longer", "shorter"),
+        undefined_because="no contact is found in its force",
+    )
 
     def __new__(cls, declared: Declared) -> Self:
         """Make a member that is its name, with what is declared of it."""

@@ -36,6 +36,8 @@ _EDGE_SHARE = 0.25
 """Of a flight, at either end, where the plate's zero is not read: below the threshold the force may still fade."""
 _SMOOTHED_S = 0.007
 """The force is averaged over so long where it rises slowly, so that its beginning is not lost in the noise."""
+_STEP_SHARE = 0.2
+"""Of that time: a force that doubles within it has set in as a step."""
 _LONGEST_ONSET_S = 0.03
 """The longest time over which the force's first rise is extended back to zero."""
 
@@ -145,12 +147,20 @@ def _zero(time: _Floats, force: _Floats, flights: Sequence[tuple[int, int]]) -> 
 def _onset_s(time: _Floats, above: _Floats, threshold_n: float) -> float:
     """Return when the force began to rise.
 
-    That is where it passes the threshold; where it rises slowly, the line through the points at which its moving
-    average passes a lower threshold and the double of that is extended to zero.
+    The line through the points at which its moving average passes a low threshold and the double of that is extended
+    to zero. A step, which the average makes a ramp, began in the ramp's middle.
     """
     window = max(round(_SMOOTHED_S / (time[1] - time[0])), 1)
     smooth, low_n = ndimage.uniform_filter1d(above, window), threshold_n / math.sqrt(window)
-    once, twice = (float(time[np.argmax(smooth > level)]) for level in (low_n, 2.0 * low_n))
-    if twice - once < 0.3 * _SMOOTHED_S:
-        return float(time[np.argmax(above > threshold_n)])
-    return once - min(twice - once, _LONGEST_ONSET_S)
+    once, twice = (_crossing_s(time, smooth, level) for level in (low_n, 2.0 * low_n))
+    began = once - min(twice - once, _LONGEST_ONSET_S)
+    return began + 0.5 * _SMOOTHED_S if twice - once < _STEP_SHARE * _SMOOTHED_S else began
+
+
+def _crossing_s(time: _Floats, values: _Floats, level: float) -> float:
+    """Return when the values first pass a level, between samples on a straight line."""
+    at = int(np.argmax(values > level))
+    if at == 0:
+        return float(time[0])
+    part = (level - values[at - 1]) / (values[at] - values[at - 1])
+    return float(time[at - 1] + part * (time[at] - time[at - 1]))

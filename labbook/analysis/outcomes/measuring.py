@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from data_schema.outcomes import Outcome
+from data_schema.vocabulary import FileRole
 from labbook.analysis.outcomes.detections import Detections
 from labbook.analysis.outcomes.passive_drain import passive_drains
 from labbook.analysis.outcomes.run_apexes import as_protocol, run_apexes
@@ -17,7 +18,7 @@ from labbook.analysis.study_data import StudyData
 _MEASURES: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData], RunResults]] = {
     Outcome.JOULES: lambda cache, _detections, data: run_energies(cache, data, passive_drains(cache, data)),
     Outcome.APEX: lambda cache, detections, data: run_apexes(cache, detections, data, as_protocol(data)),
-    Outcome.PEAK_FORCE: run_forces,
+    **{outcome: run_forces for outcome in Outcome if outcome.source is FileRole.FORCE},
 }
 
 

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import FileRole, Undefined
 from ingest.channels.synonyms import channel_kind
 from ingest.store import Store
 from labbook.analysis.outcomes.detecting import heeded_gaps
@@ -20,7 +21,8 @@ from labbook.analysis.study_data import VERTICAL_FORCE, StudyData
 from stats.compare.summary import describe
 from stats.force_plate import Contact, find_contacts
 
-ALGORITHM = Algorithm("run_force", 1)
+ALGORITHM = Algorithm("run_force", 2)
+_UNITS = {outcome.number_name: outcome.unit for outcome in Outcome if outcome.source is FileRole.FORCE}
 
 
 def usable_force(run: RunRow, forces: Sequence[SignalRow]) -> SignalRow | str:
@@ -77,12 +79,15 @@ def _contacts(
 def _computed(contacts: tuple[Contact, ...] | Undefined) -> Computed:
     if isinstance(contacts, tuple) and not contacts:
         contacts = Undefined("no contact begins and ends within the record")
-    peaks_n = [] if isinstance(contacts, Undefined) else [contact.peak_n for contact in contacts]
-    return Computed((_mean("peak_force", peaks_n, "N", contacts),), {"peaks_n": peaks_n})
-
-
-def _mean(name: str, values: Sequence[float], unit: str, contacts: object) -> NewNumber:
     if isinstance(contacts, Undefined):
-        return NewNumber(name, contacts, unit)
-    about = describe(values)
-    return NewNumber(name, about.mean, unit, about.se, n=about.n)
+        undefined = contacts
+        return Computed(tuple(NewNumber(name, undefined, unit) for name, unit in _UNITS.items()), {})
+    values = {
+        "peak_force": [contact.peak_n for contact in contacts],
+        "contact_time": [contact.duration_s for contact in contacts],
+    }
+    described = {name: describe(several) for name, several in values.items()}
+    return Computed(
+        tuple(NewNumber(name, about.mean, _UNITS[name], about.se, n=about.n) for name, about in described.items()),
+        dict(values),
+    )

@@ -59,7 +59,10 @@ def on_plate(tmp_path_factory: pytest.TempPathFactory) -> tuple[SmallBook, MadeR
 
 def expected(outcome: Outcome, name: str) -> float:
     """A run's value, from its record."""
-    values = {Outcome.PEAK_FORCE: [contact.peak_n for contact in contacts_of(name)]}
+    values = {
+        Outcome.PEAK_FORCE: [contact.peak_n for contact in contacts_of(name)],
+        Outcome.CONTACT_TIME: [contact.duration_s for contact in contacts_of(name)],
+    }
     mean = describe(values[outcome]).mean
     assert isinstance(mean, float)
     return mean
