@@ -106,6 +106,16 @@ class Outcome(StrEnum):
         comparative=("longer", "shorter"),
         undefined_because="no contact is found in its force",
     )
+    IMPULSE_HEIGHT = Declared(
+        name="jump height from impulse",
+        key="impulse_height",
+        heading="Jump height from impulse",
+        plural="jump heights from impulse",
+        number_name="impulse_height",
+        unit="m",
+        source=FileRole.FORCE,
+        undefined_because="fewer than 3 jumps follow each other in its force",
+    )
 
     def __new__(cls, declared: Declared) -> Self:
         """Make a member that is its name, with what is declared of it."""

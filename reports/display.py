@@ -17,7 +17,7 @@ NO_BREAK = "\u00a0"
 DASH = "\u2013"
 EQUALS = f"{NO_BREAK}={NO_BREAK}"
 
-_SHOWN_UNITS = {"m": ("mm", 1000.0)}
+_SHOWN_UNITS = {"m": ("mm", 1000.0), "s": ("ms", 1000.0)}
 """Stored unit -> unit shown and its factor: apex heights are stored in m and differ by millimetres."""
 
 

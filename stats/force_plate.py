@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
+from stats.compare.summary import describe
 
 _Floats = NDArray[np.float64]
 
@@ -64,6 +66,16 @@ class Contact:
         return self.end_s - self.start_s
 
 
+@dataclass(frozen=True, slots=True)
+class PlateJumps:
+    """Jump heights of the centre of mass above take-off, and the weight they were computed with."""
+
+    heights_m: tuple[float, ...]
+    mean_m: float
+    se_m: float | Undefined
+    weight_n: float
+
+
 def find_contacts(time_s: ArrayLike, force_n: ArrayLike) -> tuple[Contact, ...] | Undefined:
     """Find the contacts between flights in a record of vertical force.
 
@@ -104,6 +116,48 @@ def find_contacts(time_s: ArrayLike, force_n: ArrayLike) -> tuple[Contact, ...] 
         for contact, after in zip(found, [*found[1:], None], strict=True)
         if contact is not None
     )
+
+
+def jump_heights(contacts: Sequence[Contact]) -> PlateJumps | Undefined:
+    """Return the height of each jump by impulse and momentum.
+
+    The body leaves the plate at one height above it each time: over a cycle from take-off to take-off, of length T, it
+    then rises by nothing, and the speed at the first of them is g (T / 2 - M / (W T)), with M the moment of the force
+    between them about the second. Nothing is assumed of the leg at touchdown, as the time of flight does.
+
+    Parameters
+    ----------
+    contacts : as `find_contacts` returns them
+
+    Returns
+    -------
+    PlateJumps; its standard error holds the scatter of the jumps and the weight's error. Undefined with fewer than
+    three cycles that follow each other.
+    """
+    cycles = [
+        (after.end_s - contact.end_s, after) for contact, after in pairwise(contacts) if contact.flight_s is not None
+    ]
+    if len(cycles) < FEWEST_CYCLES:
+        return Undefined(f"fewer than {FEWEST_CYCLES} jumps follow each other on the plate")
+    in_all_s = math.fsum(length_s for length_s, _ in cycles)
+    weight_n = math.fsum(after.impulse_n_s for _, after in cycles) / in_all_s
+
+    def heights(weight: float) -> list[float]:
+        speeds = [
+            STANDARD_GRAVITY_M_S2 * (length_s / 2 - after.moment_n_s2 / (weight * length_s))
+            for length_s, after in cycles
+        ]
+        return [speed**2 / (2 * STANDARD_GRAVITY_M_S2) for speed in speeds]
+
+    found = heights(weight_n)
+    about = describe(found)
+    assert isinstance(about.mean, float)  # noqa: S101 - three heights have a mean
+    se = about.se
+    if isinstance(se, float) and isinstance(about.sd, float):
+        speed_sd_m_s = about.sd * math.sqrt(STANDARD_GRAVITY_M_S2 / (2 * about.mean))
+        part = math.sqrt(2) * speed_sd_m_s / (STANDARD_GRAVITY_M_S2 * in_all_s)  # its ends' speeds are not the same
+        se = math.hypot(se, math.fsum(heights(weight_n * (1 + part))) / len(found) - about.mean)
+    return PlateJumps(tuple(found), about.mean, se, weight_n)
 
 
 def _contact(time: _Floats, above: _Floats, threshold_n: float) -> Contact:

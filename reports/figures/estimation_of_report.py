@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -29,6 +30,8 @@ from reports.numbers import Number
 from reports.sentences import absence_text
 
 _ROW_IN = 3.0
+_LABEL_LETTERS = 22
+"""As many letters fit beside a panel."""
 _THIN, _THICK = 1.0, 5.0
 """Widths in points of the interval of a difference and of the one that is held against bounds."""
 
@@ -114,7 +117,7 @@ def _draw(content: ReportContent, width_in: float, quantity: Outcome) -> Figure:
         _draw_difference(lower, difference, tested[place].ends)
         if column == 0:
             unit = difference.unit
-            upper.set_ylabel(named_with_unit(quantity.heading, unit))
+            upper.set_ylabel(textwrap.fill(named_with_unit(quantity.heading, unit), _LABEL_LETTERS))
             lower.set_ylabel(f"Mean\n{named_with_unit('difference', unit)}\n({level_text(difference)})")
         uppers.append(upper)
     figure.align_ylabels()

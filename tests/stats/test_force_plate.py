@@ -13,8 +13,12 @@ from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
+from simulator.basics import GRAVITY_M_S2
 from simulator.hop import Hop, hop_motion
-from stats.force_plate import Contact, find_contacts
+from simulator.jump import simulate
+from simulator.kernel.layout import FLIGHT
+from simulator.scene_file import load_scene
+from stats.force_plate import Contact, find_contacts, jump_heights
 
 MASS_KG = 2.0
 RATE_HZ = 1000
@@ -85,6 +89,59 @@ def test_the_impulse_of_a_contact_is_that_of_the_momentum(hops: Hops) -> None:
         around_s = length_s + 0.25
         noise = 5 * NOISE_N * math.hypot(math.sqrt(around_s / RATE_HZ), around_s / math.sqrt(125))
         assert contact.impulse_n_s == pytest.approx(true, abs=noise)
+
+
+@pytest.mark.parametrize("count", [4, 12, 80])
+def test_jump_heights_are_right_within_their_standard_error(count: int) -> None:
+    """Of the hops' known apexes above take-off; over seeds the errors scatter as stated, or less."""
+    scores = []
+    for seed in range(20):
+        hops = Hops(count, seed=seed)
+        jumps = jump_heights(hops.contacts())
+        assert not isinstance(jumps, Undefined)
+        assert isinstance(jumps.se_m, float)
+        true_m = [hop.apex_height_m - hop.lift_off_height_m for hop in hops.each[: len(jumps.heights_m)]]
+        scores.append((jumps.mean_m - float(np.mean(true_m))) / jumps.se_m)
+        assert jumps.weight_n == pytest.approx(MASS_KG * STANDARD_GRAVITY_M_S2, rel=0.05 / math.sqrt(count))
+    assert math.sqrt(np.mean(np.square(scores))) < 1.5
+
+
+def test_the_simulator_s_impulse_and_height_are_found() -> None:
+    """The robot lands with another leg length than it leaves with: heights from flight times are 5 % too low."""
+    scene = load_scene("force_plate").changed(effects_off=["drag"], jumps=20)
+    result = simulate(scene, trajectory=True)
+    motion, body_kg, foot_kg = result.trajectory, scene["body_mass"], scene["foot_mass"]
+    assert motion is not None
+    time_s = motion["time"].to_numpy()
+    pressing = motion["mode"].to_numpy() != FLIGHT
+    force_n = np.where(
+        pressing, body_kg * (motion["body_acceleration"].to_numpy() + GRAVITY_M_S2) + foot_kg * GRAVITY_M_S2, 0.0
+    )
+    grid_s = np.arange(0.0, time_s[-1] + 0.8, 1 / RATE_HZ)
+    on_plate_n = np.interp(grid_s, time_s, force_n, right=0.0)
+    for jump in result.jumps:  # the foot stops within two samples
+        before = int(np.searchsorted(time_s, jump.touchdown_time_s)) - 3
+        at = int(np.searchsorted(grid_s, jump.touchdown_time_s))
+        on_plate_n[at : at + 2] -= foot_kg * float(motion["foot_velocity"][before]) * RATE_HZ / 2
+    noisy_n = on_plate_n + np.random.default_rng(3).normal(0.0, 0.5, grid_s.size)
+    contacts = find_contacts(grid_s, noisy_n)
+    assert isinstance(contacts, tuple)
+    jumps = jump_heights(contacts)
+    assert not isinstance(jumps, Undefined)
+    assert isinstance(jumps.se_m, float)
+    speeds_m_s = [body_kg * (jump.liftoff_body_velocity_m_s or 0.0) / (body_kg + foot_kg) for jump in result.jumps]
+    known_m = float(np.mean([speed**2 / (2 * GRAVITY_M_S2) for speed in speeds_m_s]))
+    assert jumps.mean_m == pytest.approx(known_m, abs=2 * jumps.se_m)
+    assert jumps.se_m < 0.03 * known_m
+    assert jumps.weight_n == pytest.approx((body_kg + foot_kg) * GRAVITY_M_S2, rel=5e-3)
+    stances_s = [jump.liftoff_time_s for jump in result.jumps if jump.liftoff_time_s is not None]
+    assert np.mean([contact.duration_s for contact in contacts]) == pytest.approx(np.mean(stances_s), abs=0.002)
+    flights_s = np.array([contact.flight_s for contact in contacts if contact.flight_s is not None])
+    assert float(np.mean(flights_s)) ** 2 * GRAVITY_M_S2 / 8 < 0.96 * known_m
+
+
+def test_too_few_jumps_have_no_height_from_impulse() -> None:
+    assert isinstance(jump_heights(Hops(3).contacts()), Undefined)
 
 
 @settings(deadline=None, max_examples=25)

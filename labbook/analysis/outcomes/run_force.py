@@ -1,4 +1,4 @@
-"""What a force plate says of each run: peak force, contact time, and jump height by impulse and momentum."""
+"""What a force plate says of each run: peak force, contact time, jump height by impulse and momentum, weight."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from labbook.analysis.results.facts import run_input, signal_input
 from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache
 from labbook.analysis.study_data import VERTICAL_FORCE, StudyData
 from stats.compare.summary import describe
-from stats.force_plate import Contact, find_contacts
+from stats.force_plate import Contact, find_contacts, jump_heights
 
-ALGORITHM = Algorithm("run_force", 2)
+ALGORITHM = Algorithm("run_force", 3)
 _UNITS = {outcome.number_name: outcome.unit for outcome in Outcome if outcome.source is FileRole.FORCE}
 
 
@@ -87,7 +87,13 @@ def _computed(contacts: tuple[Contact, ...] | Undefined) -> Computed:
         "contact_time": [contact.duration_s for contact in contacts],
     }
     described = {name: describe(several) for name, several in values.items()}
-    return Computed(
-        tuple(NewNumber(name, about.mean, _UNITS[name], about.se, n=about.n) for name, about in described.items()),
-        dict(values),
-    )
+    numbers = [NewNumber(name, about.mean, _UNITS[name], about.se, n=about.n) for name, about in described.items()]
+    jumps = jump_heights(contacts)
+    if isinstance(jumps, Undefined):
+        numbers.append(NewNumber("impulse_height", jumps, "m"))
+    else:
+        n = len(jumps.heights_m)
+        numbers.append(NewNumber("impulse_height", jumps.mean_m, "m", jumps.se_m, n=n))
+        numbers.append(NewNumber("weight", jumps.weight_n, "N", n=n))
+        values["impulse_height"] = list(jumps.heights_m)
+    return Computed(tuple(numbers), dict(values))
