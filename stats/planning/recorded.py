@@ -1,8 +1,10 @@
-"""Size and coverage as simulated: how often each test errs and each interval covers where that is not as stated.
+"""How often each test rejects and each interval covers on designs that reports meet, as simulated.
 
-`recorded.csv` beside this module holds the shares of studies without an effect in which a test of level 0.05 rejects
-(of equivalence: of studies whose true difference lies on a bound), and of studies in which an interval of level 0.95
-holds the truth, by method and design; how each was simulated stands in docs/statistics.md.
+`recorded.csv` beside this module has a row for each design and a column for each method, headed by what its shares
+are: `size_welch` is the share of studies without an effect in which Welch's test at level 0.05 rejects (for tests of
+equivalence: of studies whose true difference lies on a bound), `coverage_fieller` the share of studies in which
+Fieller's interval at level 0.95 holds the truth. Of each method at given sizes and days only the ratio of standard
+deviations at which it is worst is there; all that was simulated is in docs/statistics/error_rates.csv.
 """
 
 from __future__ import annotations
@@ -10,33 +12,22 @@ from __future__ import annotations
 import csv
 import importlib.resources
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 from stats.compare.shared_error import ENOUGH_DEGREES
 
-FILE = importlib.resources.files("stats") / "recorded.csv"
-COLUMNS = (
-    "method",
-    "kind",
-    "n",
-    "sd_ratio",
-    "days",
-    "day_sd",
-    "layout",
-    "distribution",
-    "nominal",
-    "value",
-    "standard_error",
-    "runs",
-    "seed",
-)
+FILE = importlib.resources.files("stats.planning") / "recorded.csv"
+DESIGN = ("n", "sd_ratio", "days", "day_sd", "layout", "distribution", "runs")
+"""Columns that describe a design; all others are methods."""
+SIZE, COVERAGE = "size", "coverage"
+NOMINAL = {SIZE: 0.05, COVERAGE: 0.95}
 MOST_SIZE, LEAST_COVERAGE = 0.06, 0.93
-"""Beyond these by more than `ERRORS` Monte-Carlo errors a report says so."""
+"""A method is weak where it lies beyond these by more than `ERRORS` Monte-Carlo errors."""
 ERRORS = 2.0
 SEVERAL = 3
-"""So many groups, and more, are alike here."""
+"""So many groups, and more, are looked up alike."""
 WITH_LINE = "_shared"
 """Ends the name of a method that counts the error of a line through idle runs, which all values are corrected with; the
 last of `n` is then the number of these runs, which scatter as the last group does."""
@@ -48,20 +39,18 @@ class Recorded:
 
     method: str
     kind: str
-    """"size": share of studies without an effect, or with one on the bound of equivalence, in which the test rejects;
-    "coverage": share of intervals with the truth."""
+    """`SIZE` or `COVERAGE`."""
     n: tuple[int, ...]
     """Number of values of each group, over all days; last that of the idle runs, if the method is one `WITH_LINE`."""
-    sd_ratio: float
+    value: float
+    """The share of studies in which the test rejects or the interval holds the truth."""
+    runs: int
+    """Number of simulated studies."""
+    sd_ratio: float = 1.0
     """SD of the first group over that of the last; those between lie on equal ratios. Of a line, SD at its end over
     that at its start."""
-    days: int | None
+    days: int | None = None
     """Days that each group was measured on; None where there are no days."""
-    nominal: float
-    """Level of the test, or of the interval."""
-    value: float
-    runs: int
-    """Number of simulated studies; the Monte-Carlo error is sqrt(value (1 - value) / runs)."""
     day_sd: float | None = None
     """SD between days in SDs of the last group's values; None where there are no days."""
     layout: str = ""
@@ -71,6 +60,11 @@ class Recorded:
     distribution: str = "normal"
     """Of the values: normal, t5, t3, exponential or uniform; "lag1 0.5" are normal ones with that correlation of
     neighbours."""
+
+    @property
+    def nominal(self) -> float:
+        """Level of the test, or of the interval."""
+        return NOMINAL[self.kind]
 
     @property
     def idle_runs(self) -> int:
@@ -89,52 +83,94 @@ class Recorded:
         return math.sqrt(self.value * (1.0 - self.value) / self.runs)
 
     @property
+    def excess(self) -> float:
+        """How far the size is above or the coverage below the nominal one; negative where the method is cautious."""
+        return self.value - self.nominal if self.kind == SIZE else self.nominal - self.value
+
+    @property
     def weak(self) -> bool:
         """Whether the size is above 0.06 or the coverage below 0.93, by more than chance in drawing explains."""
         margin = ERRORS * self.standard_error
-        return self.value - margin > MOST_SIZE if self.kind == "size" else self.value + margin < LEAST_COVERAGE
+        return self.value - margin > MOST_SIZE if self.kind == SIZE else self.value + margin < LEAST_COVERAGE
 
 
 @lru_cache(maxsize=1)
 def recorded() -> tuple[Recorded, ...]:
-    """Return all rows, in the order of the file."""
-    return tuple(map(_row, csv.DictReader(FILE.read_text(encoding="utf-8").splitlines())))
+    """Return what is on record for reports, design by design."""
+    return tuple(read(FILE.read_text(encoding="utf-8")))
 
 
-def weak_points(
-    method: str,
-    n: Sequence[int],
-    days: int | None = None,
-    *,
-    layout: str | None = None,
-    distribution: str = "normal",
-    idle_runs: int = 0,
-) -> tuple[Recorded, ...]:
-    """Return where a method errs more than 0.06 or covers less than 0.93, at the recorded sizes nearest to `n`.
+def read(text: str) -> Iterator[Recorded]:
+    """Read a table of designs and methods.
 
-    `n` holds the number of values of each group; with `days`, rows simulated over the nearest number of days are
-    meant, otherwise rows without days where there are any. Nearest is by the ratios of smallest and largest group, of
-    how many times one is as large as the other, and of the number of groups; two groups are looked up among two,
-    several among several. `idle_runs` counts those of the line that the values are corrected with, where the method's
-    name says that its error is in it: five and fewer are looked up apart from more, as errors are then joined in
-    another way. Empty where the method holds what it states there, or is none of those recorded.
+    Parameters
+    ----------
+    text
+        CSV with the columns `DESIGN` and one for each method; an empty cell is a method not simulated there.
+
+    Yields
+    ------
+    Recorded
+        One for each cell that holds a share, row by row.
+
+    """
+    for fields in csv.DictReader(text.splitlines()):
+        for column, value in fields.items():
+            if value and column not in DESIGN:
+                kind, _, method = column.partition("_")
+                yield Recorded(
+                    method=method,
+                    kind=kind,
+                    n=tuple(map(int, fields["n"].split())),
+                    value=float(value),
+                    runs=int(fields["runs"]),
+                    sd_ratio=float(fields["sd_ratio"]),
+                    days=int(fields["days"]) if fields["days"] else None,
+                    day_sd=float(fields["day_sd"]) if fields["day_sd"] else None,
+                    layout=fields["layout"],
+                    distribution=fields["distribution"],
+                )
+
+
+def weak_point(
+    method: str, n: Sequence[int], layout: str = "", days: int | None = None, *, idle_runs: int = 0
+) -> Recorded | None:
+    """Return the worst on record of a method at the design nearest to one's own.
+
+    Nearest is first by days, then by the ratios of smallest and largest group, of how many times one is as large as
+    the other, and of the number of groups; two groups are looked up among two, several among several.
+
+    Parameters
+    ----------
+    method
+        Its name on record.
+    n
+        Number of values of each group, over all days.
+    layout
+        How groups share their days, as in `Recorded.layout`; empty looks designs without days up.
+    days
+        Days of each group; None without days.
+    idle_runs
+        Runs of the line that the values are corrected with, where the method's name says that its error is counted:
+        five and fewer are looked up apart from more, as errors are then joined in another way.
+
+    Returns
+    -------
+    Recorded or None
+        None where the method errs at most 0.06 and covers at least 0.93 there, or is not on record.
+
     """
     rows = [
         row
         for row in recorded()
-        if row.method == method
-        and row.distribution == distribution
-        and layout in (None, row.layout)
-        and min(len(row.groups), SEVERAL) == min(len(n), SEVERAL)
+        if row.method == method and row.layout == layout and min(len(row.groups), SEVERAL) == min(len(n), SEVERAL)
     ]
-    if days is None:
-        rows = [row for row in rows if row.days is None] or rows
-    else:
-        rows = [row for row in rows if row.days is not None] or rows
     if not rows or not n or min(n) < 1:
-        return ()
-    least = min(_distance(row, n, days, idle_runs) for row in rows)
-    return tuple(row for row in rows if row.weak and _distance(row, n, days, idle_runs) == least)
+        return None
+    apart = {row: _distance(row, n, days, idle_runs) for row in rows}
+    least = min(apart.values())
+    weak = (row for row, distance in apart.items() if distance == least and row.weak)
+    return max(weak, key=lambda row: row.excess, default=None)
 
 
 def _distance(row: Recorded, n: Sequence[int], days: int | None, idle_runs: int) -> tuple[float, float, float]:
@@ -153,19 +189,3 @@ def _distance(row: Recorded, n: Sequence[int], days: int | None, idle_runs: int)
 def _one_quantile(idle_runs: int) -> bool:
     """Whether scatter and the line's error have one quantile (`stats.compare.shared_error.joints`)."""
     return idle_runs - 2 >= ENOUGH_DEGREES
-
-
-def _row(fields: dict[str, str]) -> Recorded:
-    return Recorded(
-        method=fields["method"],
-        kind=fields["kind"],
-        n=tuple(map(int, fields["n"].split())),
-        sd_ratio=float(fields["sd_ratio"]),
-        days=int(fields["days"]) if fields["days"] else None,
-        nominal=float(fields["nominal"]),
-        value=float(fields["value"]),
-        runs=int(fields["runs"]),
-        day_sd=float(fields["day_sd"]) if fields["day_sd"] else None,
-        layout=fields["layout"],
-        distribution=fields["distribution"],
-    )

@@ -1,4 +1,4 @@
-"""What `stats/recorded.csv` says of conditions over days: with the day in the model, and by methods that know none."""
+"""What is simulated of conditions over days: with the day in the model, and by methods that know none."""
 
 from __future__ import annotations
 
@@ -8,18 +8,20 @@ import numpy as np
 import pytest
 
 from benchmarks.stats_evidence.sizes.method import standard_error
+from benchmarks.stats_evidence.sizes.record import every_rate
 from data_schema.vocabulary import Undefined
 from stats.days.blocked import blocked_by_day
-from stats.planning.recorded import recorded, weak_points
+
+EVERY = every_rate()
 
 
 def test_day_means_hold_the_level_that_pooled_values_do_not():
-    for row in recorded():
+    for row in EVERY:
         if row.method == "blocked_by_day_exact" and row.sd_ratio == 1.0:
             assert abs(row.value - 0.05) < 4.0 * standard_error(0.05, row.runs)
     pooled = [
         (row.n[0] // row.days, row)
-        for row in recorded()
+        for row in EVERY
         if row.days and row.method == "student" and row.layout == "own" and row.sd_ratio == 1.0
     ]
     assert all(row.value > 0.17 for times, row in pooled if times >= 3)
@@ -29,19 +31,20 @@ def test_day_means_hold_the_level_that_pooled_values_do_not():
 def test_conditions_of_one_day_each_get_no_p_at_all():
     found = blocked_by_day(np.arange(8.0) ** 2, [0, 1] * 4, [0, 1] * 4)
     assert isinstance(found.p, Undefined)
-    assert not [row for row in recorded() if row.method.startswith("blocked") and (row.days, row.layout) == (1, "own")]
+    assert not [row for row in EVERY if row.method.startswith("blocked") and (row.days, row.layout) == (1, "own")]
 
 
-def weak_points_by_sd_ratio(method, k, days, layout):
-    """Return those of groups of five values a day."""
-    return {row.sd_ratio: row for row in weak_points(method, (5 * days,) * k, days, layout=layout)}
+def weak_by_sd_ratio(method, k, days, layout):
+    """Return the weak shares of groups of five values a day."""
+    design = (method, (5 * days,) * k, days, layout)
+    return {row.sd_ratio: row for row in EVERY if (row.method, row.n, row.days, row.layout) == design and row.weak}
 
 
 @pytest.mark.parametrize("method", ["equivalence", "equivalence_percent", "welch", "f_then_t", "one_way_anova"])
 def test_one_day_in_common_leaves_a_test_that_errs_too_often(method):
     k = 3 if method == "one_way_anova" else 2
     for days in (2, 3, 6):
-        partly, own = (weak_points_by_sd_ratio(method, k, days, layout) for layout in ("partly", "own"))
+        partly, own = (weak_by_sd_ratio(method, k, days, layout) for layout in ("partly", "own"))
         assert set(partly) | {2.0} == set(own) == {1.0, 2.0}
         assert all(0.06 < partly[ratio].value < own[ratio].value for ratio in partly)
 
@@ -51,7 +54,7 @@ def test_one_day_that_is_not_in_common_still_tells_with_ten_values_a_day(method)
     k = 3 if method == "one_way_anova" else 2
     there = {
         (row.layout, row.days, row.n[0] // row.days): row.value
-        for row in recorded()
+        for row in EVERY
         if (row.method, row.n, row.sd_ratio) == (method, row.n[:1] * k, 1.0) and row.layout in ("partly", "mostly")
     }
     for days in range(3, 7):
@@ -70,7 +73,7 @@ def test_one_day_that_is_not_in_common_still_tells_with_ten_values_a_day(method)
 )
 def test_intervals_miss_the_truth_on_days_that_groups_do_not_share(method):
     for days in (2, 6):
-        partly, own = (weak_points_by_sd_ratio(method, 2, days, layout) for layout in ("partly", "own"))
+        partly, own = (weak_by_sd_ratio(method, 2, days, layout) for layout in ("partly", "own"))
         assert set(partly) | {2.0} == set(own) == {1.0, 2.0}
         assert all(own[ratio].value < partly[ratio].value < 0.93 for ratio in partly)
 
@@ -78,7 +81,7 @@ def test_intervals_miss_the_truth_on_days_that_groups_do_not_share(method):
 def test_two_conditions_by_day_are_on_record_as_a_report_compares_them():
     there = {
         (row.kind, row.layout, row.days): row
-        for row in recorded()
+        for row in EVERY
         if (row.n, row.sd_ratio) == ((10 * (row.days or 0),) * 2, 1.0)
         and row.method in ("blocked_by_day", "blocked_by_day_ci")
     }
@@ -86,7 +89,7 @@ def test_two_conditions_by_day_are_on_record_as_a_report_compares_them():
         *((layout, days) for layout in ("shared", "own", "partly") for days in range(2, 7)), ("shared", 1),
         *(("mostly", days) for days in range(3, 7)),
     }  # fmt: skip
-    exact = {(row.layout, row.days) for row in recorded() if row.method == "blocked_by_day_exact" and len(row.n) == 2}
+    exact = {(row.layout, row.days) for row in EVERY if row.method == "blocked_by_day_exact" and len(row.n) == 2}
     assert exact == {key[1:] for key in there if key[1] in ("shared", "own")}
     for (kind, layout, days), row in there.items():
         if kind == "size":  # a condition's interval leaves out 0 where its test rejects
@@ -115,9 +118,7 @@ KNOW_NO_DAYS = {
 @pytest.mark.parametrize("groups", KNOW_NO_DAYS)
 def test_every_method_is_on_record_over_one_to_six_days_in_every_layout(groups):
     there = {
-        (row.method, row.layout, row.days, row.n[0] // row.days)
-        for row in recorded()
-        if row.days and len(row.n) == groups
+        (row.method, row.layout, row.days, row.n[0] // row.days) for row in EVERY if row.days and len(row.n) == groups
     }
     fewest = {"own": 1, "shared": 1, "partly": 2, "mostly": 3}
     assert there >= {
@@ -133,7 +134,7 @@ def test_every_method_is_on_record_over_one_to_six_days_in_every_layout(groups):
 def test_unequal_scatter_and_unequal_times_are_on_record_over_one_to_six_days_in_every_layout(groups):
     there = {
         (row.method, row.layout, row.days, row.sd_ratio, len(set(row.n)) == 1)
-        for row in recorded()
+        for row in EVERY
         if row.days and len(row.n) == groups
     }
     variances = ("f_test", "f_ratio_ci", "bartlett", "levene", "brown_forsythe")
@@ -145,14 +146,14 @@ def test_unequal_scatter_and_unequal_times_are_on_record_over_one_to_six_days_in
         for days in range(first, 7)
         for unlike in ((1.0, False), *(() if method in variances else ((2.0, True), (0.5, False), (2.0, False))))
     }
-    assert not [row for row in recorded() if row.method in variances and row.sd_ratio != 1.0]
+    assert not [row for row in EVERY if row.method in variances and row.sd_ratio != 1.0]
 
 
 @pytest.mark.parametrize("method", ["tukey", "games_howell", "dunnett", "holm", "welch_anova", "eta_squared_ci"])
 def test_methods_of_several_groups_take_days_for_groups_unless_all_share_them(method):
     there = {
         (row.layout, row.days, row.n[0] // row.days): abs(row.value - row.nominal) if row.weak else 0.0
-        for row in recorded()
+        for row in EVERY
         if row.method == method and row.days and row.sd_ratio == 1.0 and len(set(row.n)) == 1
     }
     for days in range(2, 7):
@@ -170,7 +171,7 @@ def test_methods_of_several_groups_take_days_for_groups_unless_all_share_them(me
 def test_days_of_their_own_pass_for_unequal_variances(method, groups):
     there = {
         (row.layout, row.days): row
-        for row in recorded()
+        for row in EVERY
         if row.method == method and row.days and row.n == (5 * row.days,) * groups and row.sd_ratio == 1.0
     }
     assert all(there["own", days].value > 0.09 for days in range(2, 7))
@@ -181,7 +182,7 @@ def test_the_model_is_on_record_for_unequal_scatter_and_unequal_times_of_two_con
     for method in ("blocked_by_day", "blocked_by_day_exact", "blocked_by_day_ci"):
         there = {
             (row.sd_ratio, tuple(n // row.days for n in row.n), row.days)
-            for row in recorded()
+            for row in EVERY
             if (row.method, row.layout, len(row.n)) == (method, "shared", 2)
         }
         for days in range(1, 7):
@@ -202,4 +203,4 @@ def test_the_model_is_on_record_for_unequal_scatter_and_unequal_times_of_two_con
     ],
 )
 def test_days_on_record_of_each_method_with_days(method, layout, days):
-    assert {row.days for row in recorded() if (row.method, row.layout) == (method, layout)} == days
+    assert {row.days for row in EVERY if (row.method, row.layout) == (method, layout)} == days

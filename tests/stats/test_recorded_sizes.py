@@ -1,4 +1,4 @@
-"""How often tests err and intervals cover, held to what `stats/recorded.csv` says.
+"""How often tests err and intervals cover, held to what `docs/statistics/error_rates.csv` says.
 
 Where a method is exact the recorded share lies within four Monte-Carlo errors of the nominal one; elsewhere studies
 drawn anew find the recorded share. What is simulated over arrays is the library's own function, to 1e-12.
@@ -9,22 +9,19 @@ from __future__ import annotations
 import math
 import zlib
 from collections import Counter
-from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.stats_evidence.sizes.design import Design, draw
 from benchmarks.stats_evidence.sizes.method import said_of, seed_of, simulated, standard_error, studies
-from benchmarks.stats_evidence.sizes.record import design_of, key_of, main, read, row_of
+from benchmarks.stats_evidence.sizes.record import EVERY_RATE, LOOKED_UP, design_of, every_rate, main
 from benchmarks.stats_evidence.sizes.registry import METHODS
-from benchmarks.stats_evidence.sizes.section import section
-from stats.planning.recorded import FILE, recorded
 
 OVER_ARRAYS = [method for method in METHODS if method.many is not None]
 ROWS = [(method, design) for method in METHODS for design in method.designs]
-BY_DESIGN = {(row.method, row.kind, design_of(row)): row for row in recorded()}
+EVERY = every_rate()
+BY_DESIGN = {(row.method, row.kind, design_of(row)): row for row in EVERY}
 SLOW = ("bootstrap", "games_howell", "permutation")
 LIGHT_RUNS, ONE_BY_ONE_RUNS, SHARE_OF_ROWS = 2000, 30, 31
 SOME_ROWS = [
@@ -42,12 +39,10 @@ def named(method, design):
     return f"{method.name}-{method.kind}-{sizes}-{design.sd_ratio:g}-{design.distribution}{layout}"
 
 
-def test_the_record_holds_every_method_on_every_design_with_its_seed():
-    there = read(Path(str(FILE)))
-    due = {key_of(row_of(method, design)): seed_of(method, design) for method, design in ROWS}
-    assert list(there) == list(due)
-    assert {key: int(row["seed"]) for key, row in there.items()} == due
-    assert len(BY_DESIGN) == len(recorded()) == len(ROWS)
+def test_the_record_holds_every_method_on_every_design():
+    due = {(method.name, method.kind, design): method.runs for method, design in ROWS}
+    assert {key: row.runs for key, row in BY_DESIGN.items()} == due
+    assert len(BY_DESIGN) == len(EVERY) == len(ROWS)
 
 
 @pytest.mark.parametrize("place", range(len(OVER_ARRAYS)), ids=lambda place: OVER_ARRAYS[place].name)
@@ -133,24 +128,17 @@ def test_every_row_is_what_its_seed_gives(place):
     assert wrong == []
 
 
-def test_a_record_with_rows_missing_is_completed_as_it_was(tmp_path):
-    whole = Path(str(FILE)).read_bytes()
-    part = tmp_path / "recorded.csv"
-    part.write_bytes(b"".join(line for line in whole.splitlines(True) if not line.startswith(b"fit_linear_ci,")))
-    assert part.read_bytes() != whole
-    main(["fit_linear_ci"], part)
-    assert part.read_bytes() == whole
+def test_a_record_with_shares_missing_is_completed_as_it_was(tmp_path):
+    whole = EVERY_RATE.read_bytes()
+    lines = [line.split(b",") for line in whole.splitlines()]
+    column = lines[0].index(b"coverage_fit_linear_ci")
+    for line in lines[1:]:
+        line[column] = b""
+    every, short = tmp_path / "error_rates.csv", tmp_path / "recorded.csv"
+    every.write_bytes(b"\n".join(b",".join(line) for line in lines) + b"\n")
+    assert every.read_bytes() != whole
+    main(["fit_linear_ci"], every, short)
+    assert every.read_bytes() == whole
+    assert short.read_bytes() == LOOKED_UP.read_bytes()
     with pytest.raises(SystemExit, match="there is no method 'fit'"):
-        main(["fit"], part)
-
-
-def test_the_chapter_shows_weak_cells_in_bold():
-    text = "\n".join(section())
-    assert "| F-test, then Student or Welch | 2 | .059 | .053 | " in text
-    assert "| **.114** |" in text
-    assert all(line.count("|") == table.count("|") for table, line in _pairs_of_table_lines(text))
-
-
-def _pairs_of_table_lines(text):
-    lines = text.splitlines()
-    return [(one, two) for one, two in pairwise(lines) if one.startswith("|") and two.startswith("|")]
+        main(["fit"], every, short)

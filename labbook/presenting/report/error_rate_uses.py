@@ -15,7 +15,7 @@ from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report.day_layout import MOSTLY, OWN, PARTLY, Runs, with_days, without_days
-from stats.planning.recorded import WITH_LINE, Recorded, weak_points
+from stats.planning.recorded import WITH_LINE, Recorded, weak_point
 
 _WITH_LINE = ("f_then_t", "difference_ci_f_then_t", "welch", "difference_ci_welch", "fieller")
 """What takes the error of the passive-drain line into account."""
@@ -45,16 +45,17 @@ class Use:
     idle_runs: int = 0
 
     def weak_points(self) -> tuple[Recorded, ...]:
-        """Return what is on record of the method at such a design; days matter where groups do not share them all."""
+        """Return the worst on record of the method at such designs; days matter where groups do not share them all."""
         by_day = self.method in _BY_DAY
-        rows: tuple[Recorded, ...] = ()
+        found: list[Recorded | None] = []
         if by_day or self.layout in (OWN, PARTLY, MOSTLY):
-            rows = weak_points(self.method, self.n, self.days, layout=self.layout)
-        if by_day:
-            return rows
-        tested = self.tested or self.n
-        with_line = weak_points(f"{self.method}{WITH_LINE}", tested, layout="", idle_runs=self.idle_runs)
-        return *rows, *weak_points(self.method, tested, layout=""), *(with_line if self.idle_runs else ())
+            found.append(weak_point(self.method, self.n, self.layout, self.days))
+        if not by_day:
+            tested = self.tested or self.n
+            found.append(weak_point(self.method, tested))
+            if self.idle_runs:
+                found.append(weak_point(f"{self.method}{WITH_LINE}", tested, idle_runs=self.idle_runs))
+        return tuple(row for row in found if row is not None)
 
 
 def uses(analysis: StudyAnalysis) -> Counter[Use]:

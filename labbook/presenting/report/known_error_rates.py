@@ -10,9 +10,9 @@ from labbook.presenting.report.error_rate_uses import Use
 from labbook.presenting.report.spreads import spreads_text
 from reports.display import general_text
 from reports.wording import count_text, list_text
-from stats.planning.recorded import Recorded
+from stats.planning.recorded import SIZE, Recorded
 
-_NAMES = {
+NAMES = {
     "f_then_t": "the t-test that the F-test chooses",
     "difference_ci_f_then_t": "the interval of the t-test that the F-test chooses",
     "welch": "Welch's t-test",
@@ -31,6 +31,7 @@ _NAMES = {
     "passive_drain_middle_ci": "the interval of the passive charge of a run",
     "passive_drain_at_ci": "the interval of the passive charge of a run",
 }
+"""What is looked up on record, by name of the method, in words."""
 
 _Found = tuple[str, Recorded, int, int]
 """What a method is called, what is on record of it, for how many uses here that is nearest, and how many err less."""
@@ -48,18 +49,18 @@ def known_error_rates(used: Mapping[Use, int]) -> tuple[str, ...]:
     for use, count in used.items():
         of_use: dict[str, Recorded] = {}
         for row in use.weak_points():
-            of_use[row.layout] = max(of_use.get(row.layout, row), row, key=_off)
+            of_use[row.layout] = max(of_use.get(row.layout, row), row, key=lambda row: row.excess)
         for layout, row in of_use.items():
             nearest[use.method, row] += count
             concerned[use.method, layout] += count
-            worst[use.method, layout] = max(worst.get((use.method, layout), row), row, key=_off)
+            worst[use.method, layout] = max(worst.get((use.method, layout), row), row, key=lambda row: row.excess)
     if not worst:
         return ()
     by_design: dict[str, list[_Found]] = {}
     for (method, layout), row in worst.items():
         own = nearest[method, row]
         less = concerned[method, layout] - own
-        by_design.setdefault(_design_text(row), []).append((_NAMES[method], row, own, less))
+        by_design.setdefault(_design_text(row), []).append((NAMES[method], row, own, less))
     told = [f"At {design}: {_all_said(found)}." for design, found in by_design.items()]
     head = (
         "Simulated at the sizes and days on record nearest to these (docs/statistics.md), not every method keeps what "
@@ -69,10 +70,6 @@ def known_error_rates(used: Mapping[Use, int]) -> tuple[str, ...]:
     if len(days) > 1:
         head += " Designs without days show what unequal standard deviations do, those with days what days do beside."
     return head, *told
-
-
-def _off(row: Recorded) -> float:
-    return abs(row.value - row.nominal)
 
 
 def _design_text(row: Recorded) -> str:
@@ -98,7 +95,7 @@ def _all_said(found: Sequence[_Found]) -> str:
 
 def _of_what(row: Recorded) -> tuple[str, str]:
     """Return what a method does, and in how many of which studies its share is."""
-    if row.kind != "size":
+    if row.kind != SIZE:
         return "holds the truth in", ""
     if row.method.startswith("equivalence"):
         return "claims equivalence in", " of studies whose true difference lies on a bound"

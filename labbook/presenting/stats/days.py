@@ -14,7 +14,7 @@ from labbook.presenting.report.day_layout import SHARED, WHOSE, without_days
 from labbook.presenting.report.joined_days import joined_by_others
 from labbook.presenting.report.one_day_each import one_day_each
 from labbook.presenting.report.spreads import spreads_text
-from stats.planning.recorded import Recorded, weak_points
+from stats.planning.recorded import Recorded, weak_point
 
 _MOST_NAMED = 3
 _LITTLE_KNOWN = "only days that are shared tell the groups from their days, so that little is known here."
@@ -55,7 +55,7 @@ def day_notes(observed: Observations, *, by_day: bool = False) -> list[str]:
         ]
     control = runs.get(observed.control, Counter())
     few = {
-        label: [] if by_day else _errs(days, control)
+        label: None if by_day else _errs(days, control)
         for label, days in runs.items()
         if label != observed.control
         and (2 * len({*days} & {*control}) < min(len(days), len(control)) or (not by_day and _errs(days, control)))
@@ -107,19 +107,17 @@ def _runs(observed: Observations) -> _Runs:
     return {label: Counter(row.day for row in known.rows if row.label == label) for label in known.labels}
 
 
-def _errs(days: Counter[str], control: Counter[str]) -> list[Recorded]:
-    """Return the sizes on record of Welch's test where groups share their days as these do, if they are too large."""
+def _errs(days: Counter[str], control: Counter[str]) -> Recorded | None:
+    """Return the size on record of Welch's test where groups share their days as these do, if it is too large."""
     if not control:  # all of its values are missing
-        return []
+        return None
     n, count, layout = without_days("welch", [days, control])
-    if layout == SHARED:
-        return []
-    return [row for row in weak_points("welch", n, count, layout=layout) if row.kind == "size"]
+    return None if layout == SHARED else weak_point("welch", n, layout, count)
 
 
-def _simulated(few: Mapping[str, Sequence[Recorded]], observed: Observations) -> str:
+def _simulated(few: Mapping[str, Recorded | None], observed: Observations) -> str:
     """Say how often Welch's test errs at the worst of these groups, and of several which that is."""
-    found = [(row, label) for label, rows in few.items() for row in rows]
+    found = [(row, label) for label, row in few.items() if row is not None]
     if not found:
         return ""
     worst, label = max(found, key=lambda each: each[0].value)

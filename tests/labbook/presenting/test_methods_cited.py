@@ -19,7 +19,7 @@ from labbook.presenting.report.known_error_rates import known_error_rates
 from reports.content import Comparison
 from reports.naming import SweptWords
 from stats.lines.passive_drain import PassiveDrain
-from stats.planning.recorded import weak_points
+from stats.planning.recorded import weak_point
 from tests.helpers.pages import quick_page
 from tests.labbook.conftest import CONFOUNDED, Reports
 
@@ -52,7 +52,8 @@ def test_the_methods_name_what_was_used_and_nothing_else(reports: Reports, analy
 
 def test_the_methods_cite_what_is_on_record_against_a_method_at_such_a_design(reports: Reports) -> None:
     apart = reports(where=CONFOUNDED)
-    worst = max(weak_points("f_then_t", (2, 2), 1, layout="own"), key=lambda row: row.value)
+    worst = weak_point("f_then_t", (2, 2), "own", 1)
+    assert worst is not None
     assert worst.value > 0.06
     methods = " ".join(apart.content.known_errors).replace("\u00a0", " ")
     assert (
@@ -118,11 +119,11 @@ def test_joules_whose_difference_keeps_the_lines_error_are_looked_up_by_the_idle
 
 def test_a_design_without_days_in_common_is_looked_up_among_such_designs() -> None:
     own, shared = Use("welch", (10, 10), 1, "own"), Use("welch", (10, 10), 1, "shared")
-    assert own.weak_points() == weak_points("welch", (10, 10), 1, layout="own") != ()
-    assert shared.weak_points() == weak_points("welch", (10, 10)) == ()
-    assert Use("fieller", (5, 5), 1, "own").weak_points() == weak_points("fieller", (5, 5), 1, layout="own") != ()
-    partly = Use("welch", (10, 10), 2, "partly")
-    assert partly.weak_points() == weak_points("welch", (10, 10), 2, layout="partly") != ()
+    assert own.weak_points() == (weak_point("welch", (10, 10), "own", 1),)
+    assert weak_point("welch", (10, 10)) is None
+    assert shared.weak_points() == ()
+    assert Use("fieller", (5, 5), 1, "own").weak_points() == (weak_point("fieller", (5, 5), "own", 1),)
+    assert Use("welch", (10, 10), 2, "partly").weak_points() == (weak_point("welch", (10, 10), "partly", 2),)
     assert Use("brown_forsythe", (3, 3), 1, "shared").weak_points() == ()
 
 
