@@ -1,29 +1,25 @@
-"""Writes `docs/statistics.md`: correct digits, weaknesses of others, size and coverage, speed.
+"""Writes the tables in `docs/statistics`, and what `docs/statistics.md` shows of them.
 
-python benchmarks/statistics_document.py [SECTION...]
+python benchmarks/statistics_document.py [TABLE...]
 """
 
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 
-from benchmarks.stats_evidence.document import SECTIONS, measured, parts, together
-
-DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "statistics.md"
+from benchmarks.stats_evidence.document import PAGE, TABLES, measure, page
 
 
 def main(names: list[str]) -> None:
-    """Write the sections named, or all; the others stay as they are."""
-    unknown = [name for name in names if name not in SECTIONS]
+    """Make the tables named anew, or all; the page follows them, its own words stay."""
+    unknown = [name for name in names if name not in TABLES]
     if unknown:
-        sys.exit(f"there is no section {unknown[0]!r}: there are {', '.join(SECTIONS)}.")
-    sections = parts(DOCUMENT.read_text(encoding="utf-8")) if DOCUMENT.exists() else {}
-    for name in names or SECTIONS:
+        sys.exit(f"there is no table {unknown[0]!r}: there are {', '.join(TABLES)}.")
+    for name in names or TABLES:
         print(f"== {name}", flush=True)
-        sections[name] = measured(name)
-    DOCUMENT.write_text(together(sections), encoding="utf-8")
-    print(f"wrote {DOCUMENT}")
+        measure(name)
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    print(f"wrote {PAGE}")
 
 
 if __name__ == "__main__":

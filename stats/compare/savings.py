@@ -27,8 +27,8 @@ less. Where a fit of many degrees of freedom lowers t by more than its error add
 (m = 0) is the wider: what is given holds both. The delta interval beside it is S -/+ t times the root of that variance
 over C, the wider likewise.
 A mean of ratios of single pairs is biased and not offered.
-How often both cover stands in docs/statistics.md. Beside them stands the delta interval of log(T / C), which no noise
-takes beyond 100 %.
+How often they cover stands in docs/statistics/error_rates.csv. Beside them stands the delta interval of log(T / C),
+which no noise takes beyond 100 %.
 """
 
 from __future__ import annotations

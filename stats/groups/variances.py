@@ -3,7 +3,7 @@
 F and Bartlett hold their level for normal values only (0.18 instead of 0.05 for Student's t with 5 degrees of freedom,
 n = 30); Levene's test, on distances from the means, does better, and Brown and Forsythe's, on distances from the
 medians, stays below 0.05 in all five distributions tried, far below where groups have 3 to 5 values
-(docs/statistics.md). Constant groups have no test: nothing comes from 0/0.
+(docs/statistics/error_rates.csv). Constant groups have no test: nothing comes from 0/0.
 """
 
 from __future__ import annotations

@@ -1,53 +1,70 @@
-"""The digits in docs/statistics.md are those that the libraries and labbook have today."""
+"""docs/statistics.md shows what its tables hold, and the digits there are those that programs give today."""
 
 from __future__ import annotations
 
 import importlib.util
+import json
 import subprocess
 import sys
-from itertools import takewhile
+from collections import Counter
 from pathlib import Path
 
 import pytest
 
+from benchmarks.stats_evidence.document import FOLDER, PAGE, SHOWN_WEAKNESSES, TABLES, page, read
+
 PROJECT = Path(__file__).parents[2]
-DOCUMENT = PROJECT / "docs" / "statistics.md"
 OTHER_PROCESSOR = 2.5
 """Digits that linear algebra for another processor may move of another program's number: 1.9 of five kernels tried."""
 
 
-def digits_section() -> list[str]:
-    code = "from benchmarks.stats_evidence.document import measured; print(measured('digits'))"
+def measured() -> list[dict[str, str]]:
+    """In a process of its own, as the command that writes the table does."""
+    code = "import json; from benchmarks.stats_evidence.digits.rows import rows; print(json.dumps(rows()))"
     done = subprocess.run([sys.executable, "-c", code], cwd=PROJECT, capture_output=True, text=True, check=True)
-    return done.stdout.splitlines()
+    found: list[dict[str, str]] = json.loads(done.stdout)
+    return found
 
 
-def cells(line: str) -> list[str]:
-    return [cell.strip(" -") for cell in line.split("|")]
-
-
-def close(written: str, now: str) -> bool:
-    if written == now:
-        return True
-    found = [0.0 if cell == "none" else float(cell) for cell in (written, now)]
-    return abs(found[0] - found[1]) <= OTHER_PROCESSOR
+def number(digits: str) -> float:
+    return 0.0 if digits == "none" else float(digits)
 
 
 @pytest.mark.skipif(importlib.util.find_spec("pingouin") is None, reason="comparing with pingouin needs it")
 def test_the_digits_come_out_as_they_are_written() -> None:
-    text = DOCUMENT.read_text(encoding="utf-8").splitlines()
-    first = text.index("<!-- section: digits -->")
-    written = list(takewhile(lambda line: line != "<!-- end of digits -->", text[first + 1 :]))
-    now = digits_section()
-    assert len(written) == len(now)
-    of_labbook = 0
-    for line, again in zip(written, now, strict=True):
-        if not line.startswith("|"):
-            assert line == again
-        elif line.startswith("| labbook"):
-            assert line == again
-            assert all(float(cell) == 15.0 for cell in cells(line)[2:-1])
-            of_labbook += 1
+    of_labbook = Counter[str]()
+    for row, again in zip(read("digits"), measured(), strict=True):
+        assert {**row, "digits": ""} == {**again, "digits": ""}
+        if row["program"] == "labbook":
+            assert row["digits"] == again["digits"] == "15.0"
+            of_labbook[row["quantity"]] += 1
         else:
-            assert all(map(close, cells(line), cells(again))), (line, again)
-    assert of_labbook == 9
+            assert abs(number(row["digits"]) - number(again["digits"])) <= OTHER_PROCESSOR, (row, again)
+    assert of_labbook == {
+        **dict.fromkeys(("mean", "standard deviation", "autocorrelation at lag 1"), 9),
+        "F": 11,
+        "p of F": 8,
+        "log10 of p of F": 3,
+        **dict.fromkeys(("worst coefficient", "worst standard error"), 11),
+        **dict.fromkeys(("t", "p of t"), 7),
+    }
+
+
+def test_the_page_is_short_and_shows_what_its_tables_hold() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert page(text) == text
+    assert text.count("<!-- from ") == text.count("<!-- end -->") == len(TABLES)
+    assert sorted(path.stem for path in FOLDER.iterdir()) == sorted(TABLES)
+    assert all(f"(statistics/{name}.csv)" in text for name in TABLES)
+    assert len(text.replace("|", " ").split()) < 1250
+
+
+def test_each_wrong_answer_on_the_page_came_from_a_program_without_a_warning() -> None:
+    silent = {(row["case"], row["question"]) for row in read("weaknesses") if row["silent"] == "yes"}
+    assert silent >= set(SHOWN_WEAKNESSES)
+
+
+def test_nothing_took_five_times_as_long_as_scipy() -> None:
+    over_scipy = [float(row["labbook_over_program"]) for row in read("speed") if row["program"] == "scipy"]
+    assert len(over_scipy) == 22 * 4
+    assert max(over_scipy) < 5.0

@@ -1,22 +1,21 @@
 """W1 to W27: inputs on which programs in wide use are wrong, each with the truth and the wrong answer by name.
 
-The cases themselves are those of `benchmarks/stats_evidence/weaknesses`, from which `docs/statistics.md` is written;
+The cases are those of `benchmarks/stats_evidence/weaknesses`, from which `docs/statistics/weaknesses.csv` is written;
 other programs are asked there only, so that nothing here fails when one of them mends its fault.
 """
 
 import math
 import warnings
-from pathlib import Path
 
 import mpmath
 import pytest
 
-from benchmarks.stats_evidence.document import parts
+from benchmarks.stats_evidence.document import read
 from benchmarks.stats_evidence.weaknesses import tails
 from benchmarks.stats_evidence.weaknesses.answers import RIGHT_TO, Verdict, alike, ours, theirs, verdict
 from benchmarks.stats_evidence.weaknesses.case import NoNumber, Number, Peer, Question, Weakness
 from benchmarks.stats_evidence.weaknesses.registry import WEAKNESSES
-from benchmarks.stats_evidence.weaknesses.section import section
+from benchmarks.stats_evidence.weaknesses.rows import rows
 from data_schema.vocabulary import Undefined
 from tests.helpers.exact_tests import dunnett_tail, moments, mpf
 
@@ -27,22 +26,15 @@ def test_all_cases_are_there_and_each_names_a_wrong_answer():
         assert any(question.others for question in case.questions), case.name
 
 
-def written() -> dict[str, str]:
-    """The table's cells of labbook in the document, by case and question."""
-    document = (Path(__file__).parents[2] / "docs" / "statistics.md").read_text(encoding="utf-8")
-    text = parts(document)["weaknesses"]
-    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in text.splitlines() if line.startswith("| W")]
-    return {row[0]: row[2] for row in rows}
-
-
-def test_the_document_shows_labbooks_answers_of_today():
+def test_the_table_shows_labbooks_answers_of_today():
     """The truth and the other programs beside them are from when it was last written."""
     now = {
-        f"{case.name} {question.what}": ours(question.ours).text(question.digits)
+        (case.name, question.what): ours(question.ours).text(question.digits)
         for case in WEAKNESSES.values()
         for question in case.questions
     }
-    assert written() == now
+    written = [row for row in read("weaknesses") if row["program"] == "labbook"]
+    assert {(row["case"], row["question"]): row["answer"] for row in written} == now
 
 
 @pytest.mark.parametrize("name", WEAKNESSES)
@@ -110,7 +102,7 @@ def test_a_program_that_cannot_be_asked_so_is_no_wrong_answer():
         theirs(Peer("numpy", "f", lambda: math.sqrt(1.0, 2.0), 0.5))
 
 
-def test_the_table_names_versions_faults_and_what_is_no_longer_so():
+def test_rows_name_versions_faults_and_what_is_no_longer_so():
     others = (
         Peer("scipy", "silently", lambda: 0.5, 0.5),
         Peer("numpy", "loudly", warning, 0.5),
@@ -118,20 +110,20 @@ def test_the_table_names_versions_faults_and_what_is_no_longer_so():
         Peer("pingouin", "absent", raising(ModuleNotFoundError()), 0.125),
     )
     questions = Question("p", HALF, lambda: 0.25, others), Question("t", NONE, lambda: Undefined("no scatter"), ())
-    lines = section([Weakness("W1", "halves", "1 and 2", questions)])
-    text = " ".join(lines)
-    assert "scipy 1." in text
-    assert "Of 4 answers: 2 as recorded, 1 no longer so, 1 not installed." in text
-    assert "- W1, halves: 1 and 2." in lines
-    first, second = ([cell.strip() for cell in line.split("|")[1:-1]] for line in lines if line.startswith("| W1"))
-    assert first[:3] == ["W1 p", "0.25 (definition)", "0.25"]
-    assert first[3:6] == [
-        "silently: 0.5; loudly: 0.5",
-        "mended: 0.25 (no longer so; recorded 0.75)",
-        "absent: 0.125 (not installed)",
+    of_p, of_t = [], []
+    for row in rows([Weakness("W1", "halves", "1 and 2", questions)]):
+        assert (row["case"], row["title"], row["values"]) == ("W1", "halves", "1 and 2")
+        answer = (row["program"].split()[0], row["call"], row["answer"], row["standing"], row["silent"])
+        (of_p if row["question"] == "p" else of_t).append((row["truth"], row["known_from"], *answer))
+        assert row["program"].startswith("scipy 1.") or row["call"] != "silently"
+    assert of_p == [
+        ("0.25", "definition", "labbook", "", "0.25", "right", ""),
+        ("0.25", "definition", "scipy", "silently", "0.5", "wrong", "yes"),
+        ("0.25", "definition", "numpy", "loudly", "0.5", "wrong", "no"),
+        ("0.25", "definition", "statsmodels", "mended", "0.25", "right now", ""),
+        ("0.25", "definition", "pingouin", "absent", "0.125", "not installed, as recorded", ""),
     ]
-    assert first[6] == "scipy"
-    assert second == ["W1 t", "no such number", "no scatter", "–", "–", "–", "–"]
+    assert of_t == [("no such number", "", "labbook", "", "no scatter", "right", "")]
 
 
 @pytest.mark.soak

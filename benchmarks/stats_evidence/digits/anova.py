@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,7 @@ from mpmath import log10
 from numpy.typing import NDArray
 from statsmodels.stats.oneway import anova_oneway
 
-from benchmarks.section import Table
-from benchmarks.stats_evidence.digits.lre import Program, cell, lre, table, tried
+from benchmarks.stats_evidence.digits.lre import Program, Row, lre, row, tried
 from stats.groups.anova import one_way_anova
 from tests.helpers.nist import exact, groups, names
 
@@ -81,17 +81,15 @@ PROGRAMS: dict[str, Program] = {
 }
 
 
-def tables() -> list[Table]:
+def rows() -> Iterator[Row]:
     """Return the digits of F, and of p or, where that is below every double, of its logarithm."""
-    sets = names("anova")
-    f_rows: dict[str, list[str]] = {program: [] for program in PROGRAMS}
-    p_rows: dict[str, list[str]] = {program: [] for program in PROGRAMS}
-    for name in sets:
+    for name in names("anova"):
         samples = {group: np.array(values, dtype=np.float64) for group, values in groups(name).items()}
         right_f, right_p = exact(name, "anova", "F"), exact(name, "anova", "p")
         for program, function in PROGRAMS.items():
             f, p, log10_p = tried(function, samples) or (math.nan, math.nan, math.nan)
-            f_rows[program].append(cell(lre(f, right_f)))
-            of_p = lre(p, right_p) if right_p > SMALLEST_P else lre(log10_p, log10(right_p))
-            p_rows[program].append(cell(of_p))
-    return [table("F", sets, f_rows), table("p, or log10 p *", sets, p_rows)]
+            yield row("F", name, program, lre(f, right_f))
+            if right_p > SMALLEST_P:
+                yield row("p of F", name, program, lre(p, right_p))
+            else:
+                yield row("log10 of p of F", name, program, lre(log10_p, log10(right_p)))

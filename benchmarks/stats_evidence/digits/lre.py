@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import math
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from mpmath import mpf
 
-from benchmarks.section import Table
-
 CAP = 15.0
 """No double says more about a number than 15 to 16 digits."""
-NOT_OFFERED = ""
-NO_NUMBER = "none"
-"""What stands where a program returned NaN or infinity, or stopped with an error."""
 
+LIBRARIES = ("numpy", "scipy", "statsmodels", "pingouin")
 Program = Callable[..., Any]
+Row = dict[str, str]
 
 
 def lre(found: float, right: mpf) -> float | None:
@@ -47,11 +45,9 @@ def tried(program: Program, *given: Any) -> Any:
             return None
 
 
-def cell(score: float | None) -> str:
-    """Return digits as text."""
-    return NO_NUMBER if score is None else f"{score:.1f}"
-
-
-def table(head: str, columns: Sequence[str], rows: Mapping[str, Sequence[str]], shows: str = "") -> Table:
-    """Return one row for each program."""
-    return Table((head, *columns), tuple((name, *cells) for name, cells in rows.items()), shows)
+def row(quantity: str, data: str, program: str, score: float | None) -> Row:
+    """Return a row of `docs/statistics/digits.csv`; "none" where a program gave no number."""
+    digits = "none" if score is None else f"{score:.1f}"
+    library = next((one for one in LIBRARIES if program.startswith(one)), None)
+    version = importlib.metadata.version(library) if library else ""
+    return {"quantity": quantity, "data": data, "program": program, "version": version, "digits": digits}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
@@ -15,8 +16,7 @@ from mpmath import mpf
 from numpy.typing import NDArray
 from statsmodels.stats.weightstats import ttest_ind
 
-from benchmarks.section import Table
-from benchmarks.stats_evidence.digits.lre import Program, cell, table, tried, worst
+from benchmarks.stats_evidence.digits.lre import Program, Row, row, tried, worst
 from stats.compare.two_sample import compare_two
 
 Floats = NDArray[np.float64]
@@ -75,18 +75,16 @@ PROGRAMS: dict[str, Program] = {
 }
 
 
-def tables() -> list[Table]:
-    """Return the digits of t and of p, the worst of all drawings, at each offset."""
-    t_rows: dict[str, list[str]] = {program: [] for program in PROGRAMS}
-    p_rows: dict[str, list[str]] = {program: [] for program in PROGRAMS}
+def rows() -> Iterator[Row]:
+    """Return the digits of Student's t and of its p at each offset, the worst of all drawings."""
     for offset in OFFSETS:
         pairs = _pairs(float(offset))
         right = [_exact(a, b) for a, b in pairs]
         for program, function in PROGRAMS.items():
             found = [tried(function, a, b) or (math.nan, math.nan) for a, b in pairs]
-            t_rows[program].append(cell(worst((t for t, _p in found), (t for t, _p in right))))
-            p_rows[program].append(cell(worst((p for _t, p in found), (p for _t, p in right))))
-    return [table("t at offset", OFFSETS, t_rows), table("p at offset", OFFSETS, p_rows)]
+            for place, quantity in enumerate(("t", "p of t")):
+                score = worst((both[place] for both in found), (both[place] for both in right))
+                yield row(quantity, f"offset {offset}", program, score)
 
 
 def _pairs(offset: float) -> list[tuple[Floats, Floats]]:

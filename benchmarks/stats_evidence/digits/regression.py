@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -14,8 +14,7 @@ import statsmodels.api as sm
 from mpmath import mpf
 from numpy.typing import NDArray
 
-from benchmarks.section import Table
-from benchmarks.stats_evidence.digits.lre import NOT_OFFERED, cell, table, tried, worst
+from benchmarks.stats_evidence.digits.lre import Row, row, tried, worst
 from stats.lines.polynomial import fit_polynomial
 from stats.lines.regression import fit_linear
 from tests.helpers.exact_fit import nist_data, nist_truth
@@ -111,25 +110,19 @@ PROGRAMS: dict[str, Callable[[Problem], Fitted | None]] = {
 }
 
 
-def tables() -> list[Table]:
-    """Return the digits of the worst coefficient, and of the worst standard error."""
-    problems = {name: Problem(name) for name in SETS}
-    of_coefficients: dict[str, list[str]] = {}
-    of_errors: dict[str, list[str]] = {}
-    for program, function in PROGRAMS.items():
-        cells = [_cells(function, problem) for problem in problems.values()]
-        of_coefficients[program] = [first for first, _second in cells]
-        of_errors[program] = [second for _first, second in cells]
-    with_errors = {program: row for program, row in of_errors.items() if any(row)}
-    return [table("worst coefficient", SETS, of_coefficients), table("worst standard error", SETS, with_errors)]
-
-
-def _cells(function: Callable[[Problem], Fitted | None], problem: Problem) -> tuple[str, str]:
-    if function in (_linregress, _polyfit) and function(problem) is None:
-        return NOT_OFFERED, NOT_OFFERED
-    found = tried(function, problem)
-    if found is None:
-        return cell(None), cell(None)
-    coefficients, errors = found
-    of_errors = NOT_OFFERED if errors is None else cell(worst(map(float, errors), problem.errors))
-    return cell(worst(map(float, coefficients), problem.coefficients)), of_errors
+def rows() -> Iterator[Row]:
+    """Return the digits of the worst coefficient and of the worst standard error, of what a program offers."""
+    for name in SETS:
+        problem = Problem(name)
+        for program, function in PROGRAMS.items():
+            if function in (_linregress, _polyfit) and function(problem) is None:
+                continue
+            found = tried(function, problem)
+            if found is None:
+                scores: dict[str, float | None] = {"worst coefficient": None, "worst standard error": None}
+            else:
+                coefficients, errors = found
+                scores = {"worst coefficient": worst(map(float, coefficients), problem.coefficients)}
+                if errors is not None:
+                    scores["worst standard error"] = worst(map(float, errors), problem.errors)
+            yield from (row(quantity, name, program, score) for quantity, score in scores.items())

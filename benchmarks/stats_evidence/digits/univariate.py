@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,7 @@ from numpy.typing import NDArray
 from statsmodels.stats.weightstats import DescrStatsW
 from statsmodels.tsa.stattools import acf
 
-from benchmarks.section import Table
-from benchmarks.stats_evidence.digits.lre import Program, cell, lre, table, tried
+from benchmarks.stats_evidence.digits.lre import Program, Row, lre, row, tried
 from stats.compare.summary import describe
 from stats.days.autocorrelation import autocorrelation
 from tests.helpers.nist import columns, exact, names
@@ -62,25 +62,20 @@ AUTOCORRELATION: dict[str, Program] = {
 }
 
 
-def tables() -> list[Table]:
-    """Return a table of digits for each quantity; pingouin offers none of them."""
-    return [
-        _table("standard deviation", "sd", SD),
-        _table("mean", "mean", MEAN),
-        _table("autocorrelation at lag 1", "autocorr_lag1", AUTOCORRELATION),
-    ]
+QUANTITIES = {
+    "mean": ("mean", MEAN),
+    "standard deviation": ("sd", SD),
+    "autocorrelation at lag 1": ("autocorr_lag1", AUTOCORRELATION),
+}
+"""What is computed: its name in the certified values, and who computes it; pingouin offers none."""
 
 
-def _table(head: str, quantity: str, programs: dict[str, Program]) -> Table:
-    sets = names("univariate")
-    samples = {name: np.array(columns(name)["y"], dtype=np.float64) for name in sets}
-    rows = {
-        program: [_digits(function, samples[name], name, quantity) for name in sets]
-        for program, function in programs.items()
-    }
-    return table(head, sets, rows)
-
-
-def _digits(function: Program, sample: Floats, name: str, quantity: str) -> str:
-    found = tried(function, sample)
-    return cell(None if found is None else lre(float(found), exact(name, "univariate", quantity)))
+def rows() -> Iterator[Row]:
+    """Return the digits of each quantity, set by set."""
+    samples = {name: np.array(columns(name)["y"], dtype=np.float64) for name in names("univariate")}
+    for quantity, (certified, programs) in QUANTITIES.items():
+        for name, sample in samples.items():
+            right = exact(name, "univariate", certified)
+            for program, function in programs.items():
+                found = tried(function, sample)
+                yield row(quantity, name, program, None if found is None else lre(float(found), right))

@@ -24,10 +24,10 @@ UNSPECIFIC = (DeprecationWarning, PendingDeprecationWarning, FutureWarning, Impo
 class Verdict(Enum):
     """How an answer stands to the truth and to what was recorded."""
 
-    AS_RECORDED = "as recorded"
-    OTHERWISE_WRONG = "otherwise wrong"
-    MENDED = "no longer so"
-    NOT_INSTALLED = "not installed"
+    AS_RECORDED = "wrong"
+    OTHERWISE_WRONG = "wrong, not as recorded"
+    MENDED = "right now"
+    NOT_INSTALLED = "not installed, as recorded"
 
 
 @dataclass(frozen=True, slots=True)
