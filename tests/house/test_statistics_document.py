@@ -12,6 +12,9 @@ from pathlib import Path
 import pytest
 
 from benchmarks.stats_evidence.document import FOLDER, PAGE, SHOWN_WEAKNESSES, TABLES, page, read
+from benchmarks.stats_evidence.sizes.design import Design
+from benchmarks.stats_evidence.sizes.record import design_of, every_rate
+from stats.planning.recorded import Recorded
 
 PROJECT = Path(__file__).parents[2]
 OTHER_PROCESSOR = 2.5
@@ -57,6 +60,33 @@ def test_the_page_is_short_and_shows_what_its_tables_hold() -> None:
     assert sorted(path.stem for path in FOLDER.iterdir()) == sorted(TABLES)
     assert all(f"(statistics/{name}.csv)" in text for name in TABLES)
     assert len(text.replace("|", " ").split()) < 1250
+
+
+def span(rows: list[Recorded]) -> tuple[str, str]:
+    """The smallest and the largest share, as the page writes them."""
+    least, most = (f"{share(row.value for row in rows):.2f}"[1:] for share in (min, max))
+    return least, most
+
+
+def test_shares_in_the_text_are_those_of_the_table() -> None:
+    text = " ".join(PAGE.read_text(encoding="utf-8").split())
+    rates = every_rate()
+    three = [row for row in rates if design_of(row) == Design((3, 3))]
+    covers = {row.method: span([row])[0] for row in three}
+    assert f"Welch's interval still covers ({covers['difference_ci_welch']})" in text
+    assert f"BCa do not ({covers['bootstrap_percentile']}, {covers['bootstrap_bca']})" in text
+    rejects = [row for row in rates if row.method == "brown_forsythe" and row.n in ((3, 3), (5, 5))]
+    assert max(row.value for row in rejects) < 0.02
+    welch = [row for row in rates if row.method == "welch"]
+    weak = [row for row in welch if row.weak and not row.days]
+    assert all(min(row.n) <= 3 and len({*row.n}) == 2 for row in weak)
+    assert "two or three runs stand against more ({} to {})".format(*span(weak)) in text
+    shared = [row for row in welch if row.layout == "shared" and row.days != 1 and row.n[0] == row.n[1]]
+    assert "safe ({} to {})".format(*span([row for row in shared if row.sd_ratio == 1.0])) in text
+    with_line = ("mean_ci_shared", "difference_ci_welch_shared", "fieller_shared")
+    of_line = [row for row in rates if row.method in with_line]
+    assert "cover {} to {}; with fewer".format(*span([row for row in of_line if row.idle_runs >= 6])) in text
+    assert "until they cover {} to {}.".format(*span([row for row in of_line if row.idle_runs < 6])) in text
 
 
 def test_each_wrong_answer_on_the_page_came_from_a_program_without_a_warning() -> None:
