@@ -14,7 +14,7 @@ import typer.main
 from labbook.cli.main import GROUPS, application
 
 PROJECT = Path(__file__).parents[2]
-DOCUMENTS = sorted([PROJECT / "README.md", *(PROJECT / "docs").glob("*.md")])
+DOCUMENTS = sorted([PROJECT / "README.md", PROJECT / "CONTRIBUTING.md", *(PROJECT / "docs").glob("*.md")])
 MADE_LATER = {"docs/performance.md"}
 """Written by `make bench`."""
 
