@@ -8,9 +8,16 @@ from enum import StrEnum
 
 @dataclass(frozen=True, slots=True)
 class Undefined:
-    """A number that does not exist, and why; stands where a float would (never NaN)."""
+    """A number that does not exist, and why; stands where a float would (never NaN).
+
+    It is neither true nor false: `if result.equivalent:` must not take what could not be tested for shown.
+    """
 
     reason: str
+
+    def __bool__(self) -> bool:
+        """Raise `TypeError`."""
+        raise TypeError(f"what is undefined is neither true nor false ({self.reason}): ask isinstance(..., Undefined).")
 
 
 class StudyKind(StrEnum):
