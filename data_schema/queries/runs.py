@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import sqlalchemy as sa
 
@@ -52,6 +53,21 @@ def condition_levels(connection: sa.Connection) -> dict[int, dict[str, str]]:
     for key, name, label in connection.execute(query):
         found.setdefault(key, {})[name] = label
     return found
+
+
+def condition_columns(connection: sa.Connection) -> dict[str, dict[str, Any]]:
+    """Return what a `RunRow` says of its condition, by column, for every condition's uid."""
+    levels = condition_levels(connection)
+    query = sa.select(condition.c.id, condition.c.uid, condition.c.key, condition.c.is_control)
+    return {
+        uid: {
+            "condition_uid": uid,
+            "condition_key": key,
+            "is_control": bool(control),
+            "levels": levels.get(condition_id, {}),
+        }
+        for condition_id, uid, key, control in connection.execute(query)
+    }
 
 
 _LISTED = (

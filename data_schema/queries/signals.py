@@ -9,7 +9,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.chunks import in_chunks
-from data_schema.tables.files import file, ingest, run_file
+from data_schema.tables.files import LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import run
 from data_schema.tables.signals import channel, gap, signal
 from data_schema.vocabulary import FileRole, GapKind, IngestStatus
@@ -78,6 +78,39 @@ def signals_of_runs(
     rows: list[tuple[Any, ...]] = [tuple(row) for row in connection.execute(query)]
     names = _channel_names(connection, None if run_uid is None else [row[0] for row in rows])
     return [SignalRow(*row[1:9], *(names.get(row[0], ()), *row[9:])) for row in rows]
+
+
+def signals_of_files(connection: sa.Connection, role: FileRole) -> dict[tuple[str, str], SignalRow]:
+    """Return the signals of the last reading of every file of a role, by the file's uid and the part.
+
+    Those of withdrawn files and of parts that belong to no run are there too: no row names a run.
+    """
+    query = (
+        sa.select(
+            file.c.uid,
+            signal.c.part,
+            signal.c.id,
+            signal.c.uid,
+            ingest.c.role,
+            signal.c.sha256,
+            signal.c.store_path,
+            signal.c.rate_hz,
+            signal.c.n_samples,
+            file.c.sha256,
+            signal.c.start_utc,
+            ingest.c.original_name,
+        )
+        .select_from(
+            signal.join(file, signal.c.file == file.c.id).join(
+                ingest, sa.and_(ingest.c.id == signal.c.ingest, LAST_READING)
+            )
+        )
+        .where(ingest.c.role == str(role))
+        .order_by(signal.c.id)
+    )
+    rows: list[tuple[Any, ...]] = [tuple(row) for row in connection.execute(query)]
+    names = _channel_names(connection, None)
+    return {row[:2]: SignalRow(*(row[3], "", "", *row[4:9], names.get(row[2], ()), *row[9:])) for row in rows}
 
 
 def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, list[str | None]]:

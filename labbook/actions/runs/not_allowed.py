@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import sqlalchemy as sa
 
-from labbook.analysis.preregistration.disallowed_exclusions import is_allowed
-from labbook.analysis.preregistration.planned import AS_A_WHOLE, planned_analysis
+from labbook.analysis.preregistration.planned import AS_A_WHOLE, is_allowed, planned_analysis
 from labbook.config.parsing import Configuration
 
 

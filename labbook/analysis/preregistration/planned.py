@@ -8,33 +8,49 @@ exploratory.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.first_measurement import StatedConfiguration, first_measurement, stated_configurations
-from data_schema.queries.runs import RunRow, list_runs
-from data_schema.vocabulary import FileRole, RunState
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import ReasonCode, RunKind, RunState
 from labbook.analysis.comparison import pairing
-from labbook.analysis.preregistration.changed_settings import History, changed_jump_rules, changed_settings
-from labbook.analysis.preregistration.departures import Analysable, Departure, parted_conditions, read_analysable
-from labbook.analysis.preregistration.disallowed_exclusions import DisallowedExclusion, disallowed_exclusions
-from labbook.analysis.preregistration.late_arrivals import late_arrivals
-from labbook.analysis.preregistration.late_corrections import late_corrections
-from labbook.analysis.preregistration.late_replacements import late_replacements
-from labbook.analysis.preregistration.moved_runs import moved_runs
-from labbook.analysis.preregistration.study_history import StudyHistory, read_study_history
-from labbook.analysis.preregistration.unselected_conditions import unselected_conditions
-from labbook.config.analysis import kept_analysis
-from labbook.config.model import AnalysisSettings, Configuration, Family
+from labbook.analysis.preregistration.book_state import BookState, state_at
+from labbook.analysis.preregistration.departures import Departure, DepartureKind, departures_since
+from labbook.analysis.preregistration.history import read_history
+from labbook.analysis.preregistration.selection import unselected
+from labbook.config.analysis import kept_analysis, kept_jump_rules
+from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family, PrimaryOutcome
 
 FAMILY_OF: Mapping[Family, str] = {Family.EACH: pairing.EACH, Family.POOLED: pairing.POOLED}
 """The family of comparisons that a setting means."""
 NOTHING_DECIDED = "nothing was decided before the first run was ingested"
 AS_A_WHOLE = "a family counts as planned only as a whole, because Holm's p of each comparison rests on all of its runs"
 """Why a run left out for a reason that was not allowed concerns groups that it does not belong to."""
+
+
+History = Sequence[tuple[StatedConfiguration, AnalysisSettings | None]]
+"""Every labbook.toml that the journal keeps, with what its [analysis] said."""
+
+
+@dataclass(frozen=True, slots=True)
+class DisallowedExclusion:
+    """A run, the reason given, and how many of its jumps it took away; `jumps` is None where the whole run is void."""
+
+    run: str
+    reason: str
+    jumps: int | None
+
+    @property
+    def sentence(self) -> str:
+        """Say what was left out."""
+        if self.jumps is None:
+            return f"run {self.run} is void ({self.reason})"
+        return f"{self.jumps} jump{'' if self.jumps == 1 else 's'} of run {self.run} rejected ({self.reason})"
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,66 +147,33 @@ def planned_analysis(
     `selected` are the uids of the runs that a report or a comparison takes, None where it takes all.
     """
     now, first = configuration.analysis, first_measurement(connection)
-    history = [(item, kept_analysis(item.text)) for item in stated_configurations(connection)]
-    if first is None:
-        known = _since(history, now)
-        return Planned(now or AnalysisSettings(), now is not None, (), *_said(known))
-    before = [item for item in history if item[0].seq < first.seq]
+    stated = [(item, kept_analysis(item.text)) for item in stated_configurations(connection)]
+    before = [item for item in stated if first is not None and item[0].seq < first.seq]
     stood = before[-1][1] if before else None
-    if stood is None:
-        known = _since(history, now)
-        too_late = (
-            "" if known is None else f"; [analysis] was stated on {known.at_utc[:10]} by {known.person}, after it"
-        )
-        return Planned(
-            now or AnalysisSettings(), False, (NOTHING_DECIDED + too_late,), *_said(known), first.at_utc
-        )  # fmt: skip
-    out, since, every = (
-        disallowed_exclusions(connection, stood.exclusions),
-        _since(before, stood),
-        read_analysable(connection),
-    )
-    study_history = read_study_history(connection, first.seq)
-    further = [
-        *changed_jump_rules(before[-1][0].text, configuration),
-        *(item for watch in _SINCE_MEASURED for item in watch(connection, study_history, every)),
-        *(
-            ()
-            if selected is None
-            else (item for watch in _IN_SELECTIONS for item in watch(every, configuration, selected))
-        ),
-    ]
-    departures = [
-        *changed_settings(stood, now, history),
-        *map(not_allowed, out),
-        *(item.sentence for item in further),
-    ]
+    if first is None or stood is None:
+        since = None if now is None else _since(stated, now)
+        day = "" if since is None else f"; [analysis] was stated on {since.at_utc[:10]} by {since.person}, after it"
+        departures, at_utc = ((), None) if first is None else ((NOTHING_DECIDED + day,), first.at_utc)
+        planned = first is None and now is not None
+        return Planned(now or AnalysisSettings(), planned, departures, *_said(since), at_utc)
+    history, since = read_history(connection), _since(before, stood)
+    state = state_at(history)
+    left_out = _disallowed(state, stood.exclusions)
+    further = [*_changed_jump_rules(before[-1][0].text, configuration), *departures_since(history, state, first.seq)]
+    further += [] if selected is None else unselected(state, configuration, selected)
+    departing = [*_changed_settings(stood, now, stated), *map(not_allowed, left_out)]
     late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds
     return Planned(
         replace(stood, apex_bounds=late_bounds) if late_bounds else stood,
         True,
-        tuple(departures),
+        (*departing, *(item.sentence for item in further)),
         *_said(since),
         first.at_utc,
-        out,
+        left_out,
         bounds_stated=late_bounds is None,
         further=tuple(further),
-        run_before=None if since is None else _run_before(list_runs(connection), since.at_utc),
+        run_before=None if since is None else _run_before(state.runs.values(), since.at_utc),
     )
-
-
-_SINCE_MEASURED: tuple[Callable[[sa.Connection, StudyHistory, Analysable], list[Departure]], ...] = (
-    late_corrections,
-    moved_runs,
-    late_replacements,
-    late_arrivals,
-)
-"""What is watched in the journal since the entry of the first measurement, in the order in which it is told."""
-_IN_SELECTIONS: tuple[Callable[[Analysable, Configuration, Collection[str]], list[Departure]], ...] = (
-    parted_conditions,
-    unselected_conditions,
-)
-"""What is watched in the choice of runs (their uids) for a report or a comparison."""
 
 
 def not_allowed(item: DisallowedExclusion) -> str:
@@ -198,7 +181,71 @@ def not_allowed(item: DisallowedExclusion) -> str:
     return f"{item.sentence}, which was not allowed"
 
 
-def _run_before(runs: Sequence[RunRow], at_utc: str) -> str | None:
+def is_allowed(reason: str, allowed: Collection[ReasonCode]) -> bool:
+    """Tell whether a reason begins with one that is allowed, written with blanks or underscores.
+
+    A run is void for a reason in words, as "sensor fault: the string was off its drum"; other allows every reason.
+    """
+    said = reason.strip().lower().replace("_", " ")
+    return ReasonCode.OTHER in allowed or any(
+        said.startswith(words) and not said[len(words) : len(words) + 1].isalnum()
+        for code in allowed
+        for words in [str(code).replace("_", " ")]
+    )
+
+
+def _disallowed(state: BookState, allowed: Collection[ReasonCode]) -> tuple[DisallowedExclusion, ...]:
+    """List what was left out for other reasons than those allowed, by run: void runs, then jumps of runs that count."""
+    found = [
+        DisallowedExclusion(state.runs[uid].name, reason, jumps or None)
+        for (uid, reason), jumps in state.exclusions.items()
+        if state.runs[uid].kind in (RunKind.JUMPS, RunKind.IDLE) and not is_allowed(reason, allowed)
+    ]
+    return tuple(sorted(found, key=lambda item: (item.jumps is not None, item.run, item.reason)))
+
+
+def _changed_settings(stood: AnalysisSettings, now: AnalysisSettings | None, history: History) -> list[str]:
+    """Say field by field what labbook.toml says otherwise than before the first measurement, and since when."""
+    if now is None:
+        return [Departure(DepartureKind.NO_ANALYSIS, {}).sentence]
+    found = []
+    for name in AnalysisSettings.__slots__:
+        was, value = getattr(stood, name), getattr(now, name)
+        since = _since([(item, getattr(said, name, None)) for item, said in history], value)
+        parameters = {
+            "name": name.replace("_", " ") if name in ("primary_outcome", "apex_bounds") else name,
+            "was": _shown(was),
+            "now": _shown(value),
+            "since": "" if since is None else f" since {since.at_utc[:10]} ({since.person})",
+            "effect": "it is used, and exploratory" if was is None else "what was stated before stands",
+        }
+        found += [Departure(DepartureKind.SETTING, parameters).sentence] if was != value else []
+    return found
+
+
+def _changed_jump_rules(text: str, configuration: Configuration) -> list[Departure]:
+    """List the rules of the protocol on jumps that are others than before the first measurement; today's are used."""
+    rules = configuration.protocol
+    names = ("detector", "exclude_first_jumps", "exclude_gap_jumps")
+    return [
+        Departure(DepartureKind.JUMP_RULE, {"name": name, "was": _shown(was), "now": _shown(now)}, (Outcome.APEX,))
+        for name, was in zip(names, kept_jump_rules(text), strict=True)
+        for now in [getattr(rules, name)]
+        if was != now
+    ]
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, Bounds):
+        return f"{value.low:g} to {value.high:g} {'%' if value.percent else 'm'}"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, tuple):
+        return ", ".join(map(str, value)) or "none"
+    return "none" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _run_before(runs: Iterable[RunRow], at_utc: str) -> str | None:
     """Return the day of the first run that was made, where that was before a time; None where it was later.
 
     A run without the time of its start is before where its day is.
@@ -208,11 +255,11 @@ def _run_before(runs: Sequence[RunRow], at_utc: str) -> str | None:
     return min((day for time, day in times if time < at_utc[: len(time)]), default=None)
 
 
-def _since(history: History, settings: AnalysisSettings | None) -> StatedConfiguration | None:
-    """Return the entry since which the settings have stood unbroken to the end of the history."""
+def _since(history: Sequence[tuple[StatedConfiguration, Any]], value: object) -> StatedConfiguration | None:
+    """Return the entry since which a value has stood unbroken to the end of the history."""
     found = None
     for item, said in reversed(history):
-        if settings is None or said != settings:
+        if said != value:
             break
         found = item
     return found

@@ -1,0 +1,235 @@
+"""The state of the book at any entry of its journal, and what differs between two states.
+
+The journal does not repeat what the instruments' files hold. So a state is the book as it is now with the later entries
+undone, the last one first; no raw file is read. A file that was read again has its last samples and charges throughout.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any, TypeVar
+
+from data_schema.outcomes import Outcome, Source
+from data_schema.queries.book_history import EntryRow
+from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.detections import DecisionRow
+from data_schema.queries.runs import RunRow
+from data_schema.queries.signals import SignalRow
+from data_schema.vocabulary import ChargeMode, RunKind, RunState, Verdict
+from labbook.analysis.outcomes.detecting import BODY_HEIGHT
+from labbook.analysis.outcomes.judging import UNKNOWN_FLIGHT_S
+from labbook.analysis.outcomes.passive_drain import recharge_of
+from labbook.analysis.outcomes.run_apexes import usable_logs
+from labbook.analysis.outcomes.run_energy import usable_charge
+
+NO_RUN = ""
+"""Stands for the uid of a run where a charge or a log belongs to none."""
+Part = tuple[str, str]
+"""What a log is: the uid of a file, and the name of a part of it."""
+
+
+_Item = TypeVar("_Item", ChargeOfRun, SignalRow)
+
+
+class ChangeKind(StrEnum):
+    """What changed."""
+
+    RUN = "run"
+    CHARGE = "charge"
+    LOG = "log"
+    EXCLUSION = "exclusion"
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """A column that says otherwise in a later state, or from an entry on.
+
+    `uid` is that of a run or a charge, or the part that a log is. "run_uid" of the latter two is `NO_RUN` for none. The
+    column of an exclusion is its reason, and None stands where it was not made.
+    """
+
+    kind: ChangeKind
+    uid: str | Part
+    column: str
+    was: Any
+    now: Any
+
+    @property
+    def item(self) -> str:
+        """The uid of the run, the charge, or the file of the log."""
+        return self.uid if isinstance(self.uid, str) else self.uid[0]
+
+
+@dataclass(frozen=True, slots=True)
+class BookState:
+    """What the book held at one entry: runs and charges by uid, logs by part, and which of these belong to each run.
+
+    `exclusions` are the jumps rejected, by the run's uid and the reason; 0 where the run is void for it.
+    """
+
+    runs: Mapping[str, RunRow]
+    charges: Mapping[str, ChargeOfRun]
+    logs: Mapping[Part, SignalRow]
+    charges_of: Mapping[str, Sequence[str]]
+    logs_of: Mapping[str, Sequence[Part]]
+    exclusions: Mapping[tuple[str, str], int]
+
+    def has(self, run_uid: str, item: str) -> bool:
+        """Tell whether a charge, or the file of a log, belongs to a run."""
+        return item in self.charges_of.get(run_uid, ()) or any(uid == item for uid, _ in self.logs_of.get(run_uid, ()))
+
+    def contents(self, run_uid: str, source: Source) -> dict[str, frozenset[Any]]:
+        """Return what a run's number comes from: the mAh of charges, or the samples' hashes by files with logs.
+
+        A file all of whose samples are in those before it is left out.
+        """
+        if source is Source.CHARGE:
+            charges = [self.charges[uid] for uid in self.charges_of.get(run_uid, ())]
+            return {item.uid: frozenset([item.charge_mah]) for item in charges if item.mode == ChargeMode.CHARGE}
+        samples: dict[str, set[str]] = {}
+        for part in self.logs_of.get(run_uid, ()):
+            if BODY_HEIGHT in self.logs[part].channels:
+                samples.setdefault(part[0], set()).add(self.logs[part].sha256)
+        found: dict[str, frozenset[str]] = {}
+        for file_uid, some in samples.items():
+            found |= {file_uid: frozenset(some)} if some.difference(*found.values()) else {}
+        return found
+
+    def most(self, run_uid: str, source: Source) -> int:
+        """Return how many charges, or files with logs, a run can have and still give a number."""
+        return max(self.runs[run_uid].starts, 1) if source is Source.LOG else 1
+
+    def given(self, run_uid: str, *, surplus: bool = True) -> frozenset[Outcome]:
+        """Return the outcomes that have a number from a run; an idle run gives to those that share its error.
+
+        Without `surplus`, charges and logs that are more than a run can have do not take its number away.
+        """
+        run = self.runs[run_uid]
+        if run.state is RunState.VOID:
+            return frozenset()
+        few = {of: list(self.contents(run_uid, of))[: None if surplus else self.most(run_uid, of)] for of in Source}
+        charges = [self.charges[uid] for uid in few[Source.CHARGE]]
+        if run.kind is RunKind.IDLE:
+            usable = not isinstance(recharge_of(run, charges), str)
+            return frozenset(outcome for outcome in Outcome if outcome.shares_error and usable)
+        logs = [self.logs[part] for part in self.logs_of.get(run_uid, ()) if part[0] in few[Source.LOG]]
+        heights = [log for log in logs if BODY_HEIGHT in log.channels]
+        found = {Source.CHARGE: usable_charge(run, charges), Source.LOG: usable_logs(run, heights)}
+        return frozenset(outcome for outcome in Outcome if not isinstance(found[outcome.source], str))
+
+
+_COLUMNS: Mapping[ChangeKind, Sequence[str]] = {
+    ChangeKind.RUN: ("kind", "condition_key", "jumps_made", "starts", "duration_s", "day", "robot", "battery"),
+    ChangeKind.CHARGE: ("run_uid", "charge_mah", "mode"),
+    ChangeKind.LOG: ("run_uid",),
+}
+
+
+def difference(before: BookState, after: BookState) -> list[Change]:
+    """Return what of runs, charges and logs that both states have is otherwise in the later one, and the exclusions."""
+    rows: Sequence[tuple[ChangeKind, Mapping[Any, Any], Mapping[Any, Any]]] = (
+        (ChangeKind.RUN, before.runs, after.runs),
+        (ChangeKind.CHARGE, before.charges, after.charges),
+        (ChangeKind.LOG, before.logs, after.logs),
+    )
+    found = [
+        Change(kind, uid, column, was, now)
+        for kind, old, new in rows
+        for uid, row in new.items()
+        if uid in old and old[uid] is not row
+        for column in _COLUMNS[kind]
+        for was, now in [(getattr(old[uid], column), getattr(row, column))]
+        if was != now
+    ]
+    return found + [
+        Change(ChangeKind.EXCLUSION, run_uid, reason, was, now)
+        for run_uid, reason in {**before.exclusions, **after.exclusions}
+        for was, now in [[state.exclusions.get((run_uid, reason)) for state in (before, after)]]
+        if was != now
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class BookHistory:
+    """The book as it is now, and what led to it.
+
+    `runs`, `charges` and `logs` go by their own uids; what does not count belongs to no run. `changes` are what entries
+    changed, the last one first, columns by the journal's names; `attributes` are what references of runs stand for, by
+    column and uid. `since` has the entry that a run, a typed charge or a file came with, `file_of` the file of each
+    charge, `file_names` its name; `reports` the numbers of the entries of reports, `verdicts` those on jumps with the
+    numbers of theirs, by the samples' hash, and `void` the entries that made runs void.
+    """
+
+    runs: Mapping[str, RunRow]
+    charges: Mapping[str, ChargeOfRun]
+    logs: Mapping[Part, SignalRow]
+    changes: Sequence[tuple[EntryRow, Change]]
+    attributes: Mapping[str, Mapping[str | None, Mapping[str, Any]]]
+    since: Mapping[str, EntryRow]
+    file_of: Mapping[str, str | None]
+    file_names: Mapping[str, str]
+    reports: Sequence[int]
+    verdicts: Mapping[str, Sequence[tuple[int, DecisionRow]]]
+    void: Sequence[EntryRow]
+
+    def entry_of(self, item: str) -> EntryRow | None:
+        """Return the entry that brought a run, a charge or a file into the book; None where the book does not say."""
+        return self.since.get(self.file_of.get(item) or item)
+
+
+def state_at(history: BookHistory, seq: int | None = None, *, arrivals: bool = True) -> BookState:
+    """Return what the book held at an entry, now without one.
+
+    Where `arrivals` are not undone, what came later is there as it was first stated: runs, charges and logs with the
+    run that they were first given to.
+    """
+    runs, charges, logs = dict(history.runs), dict(history.charges), dict(history.logs)
+    rows: Mapping[ChangeKind, dict[Any, Any]] = dict(zip(ChangeKind, (runs, charges, logs), strict=False))
+    for entry, change in history.changes:
+        if seq is None or entry.seq <= seq:
+            break
+        if arrivals or change.was != NO_RUN:
+            values = history.attributes.get(change.column, {}).get(change.was, {change.column: change.was})
+            rows[change.kind][change.uid] = replace(rows[change.kind][change.uid], **values)
+    if seq is not None and arrivals:
+        later = {uid for uid, entry in history.since.items() if entry.seq > seq}
+        runs = {uid: run for uid, run in runs.items() if uid not in later}
+        charges = {uid: _at(item, later) for uid, item in charges.items() if not later & {uid, history.file_of[uid]}}
+        logs = {part: _at(log, later) for part, log in logs.items() if part[0] not in later}
+    charges_of: dict[str, list[str]] = {}
+    for uid, charge in charges.items():
+        charges_of.setdefault(charge.run_uid, []).append(uid)
+    logs_of: dict[str, list[Part]] = {}
+    for part, log in logs.items():
+        logs_of.setdefault(log.run_uid, []).append(part)
+    return BookState(runs, charges, logs, charges_of, logs_of, _exclusions(history, seq, runs, logs))
+
+
+def _at(item: _Item, later: Collection[str]) -> _Item:
+    return replace(item, run_uid=NO_RUN) if item.run_uid in later else item
+
+
+def _exclusions(
+    history: BookHistory, seq: int | None, runs: Mapping[str, RunRow], logs: Mapping[Part, SignalRow]
+) -> dict[tuple[str, str], int]:
+    said = {entry.uid: entry.reason or "" for entry in history.void if seq is None or entry.seq <= seq}
+    found = {(uid, reason): 0 for uid, reason in said.items() if uid in runs and runs[uid].state is RunState.VOID}
+    for log in logs.values():
+        if log.sha256 in history.verdicts and log.run_uid in runs and runs[log.run_uid].state is not RunState.VOID:
+            said_of_log = [item for made, item in history.verdicts[log.sha256] if seq is None or made <= seq]
+            for verdict in in_force(said_of_log):
+                if verdict.verdict is Verdict.REJECT:
+                    key = log.run_uid, str(verdict.reason_code)
+                    found[key] = found.get(key, 0) + 1
+    return found
+
+
+def in_force(decisions: Sequence[DecisionRow]) -> list[DecisionRow]:
+    """Return the verdicts on one signal that stand: a later one about the same moment replaces an earlier one."""
+    found: list[DecisionRow] = []
+    for decision in decisions:
+        found = [item for item in found if abs(item.anchor_s - decision.anchor_s) > UNKNOWN_FLIGHT_S / 2.0]
+        found.append(decision)
+    return found
