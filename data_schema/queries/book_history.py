@@ -46,21 +46,13 @@ class EntryRow:
 
 
 @dataclass(frozen=True, slots=True)
-class FileRow:
-    """The name under which a file was read last, and whether it is in use."""
-
-    name: str
-    in_use: bool
-
-
-@dataclass(frozen=True, slots=True)
 class FileLink:
-    """That a part of a file belongs to a run, or would where the file is withdrawn."""
+    """That a part of a file belongs to a run, or would if the file were in use; `part` is the file's uid and a name."""
 
     uid: str
-    file_uid: str
-    part: str
+    part: tuple[str, str]
     run_uid: str
+    in_use: bool
 
 
 _KINDS = ("run", "charge", "run_file", "file", "ingest", "decision")
@@ -104,29 +96,29 @@ def reports_made(connection: sa.Connection) -> list[int]:
     return list(connection.execute(query).scalars())
 
 
-def files_in_book(connection: sa.Connection) -> dict[str, FileRow]:
-    """Return all files by their uids, withdrawn ones too."""
-    query = sa.select(file.c.uid, ingest.c.original_name, ingest.c.status).join(
-        ingest, sa.and_(ingest.c.file == file.c.id, LAST_READING)
+def files_read(connection: sa.Connection) -> list[tuple[str, str, str]]:
+    """Return the uid of each reading, that of its file and the file's name, the last reading of a file last."""
+    query = (
+        sa.select(ingest.c.uid, file.c.uid, ingest.c.original_name)
+        .join(file, ingest.c.file == file.c.id)
+        .order_by(ingest.c.id)
     )
-    return {uid: FileRow(name, status != IngestStatus.WITHDRAWN) for uid, name, status in connection.execute(query)}
-
-
-def files_read(connection: sa.Connection) -> dict[str, str]:
-    """Return the uid of the file that was read, by the uid of each reading."""
-    query = sa.select(ingest.c.uid, file.c.uid).join(file, ingest.c.file == file.c.id)
-    return dict(tuple(row) for row in connection.execute(query))
+    return [(uid, file_uid, name) for uid, file_uid, name in connection.execute(query)]
 
 
 def file_links(connection: sa.Connection) -> list[FileLink]:
     """Return which parts of files belong to which runs; those of withdrawn files as they were."""
     query = (
-        sa.select(run_file.c.uid, file.c.uid, run_file.c.part, run.c.uid)
+        sa.select(run_file.c.uid, file.c.uid, run_file.c.part, run.c.uid, ingest.c.status)
         .join(file, run_file.c.file == file.c.id)
         .join(run, run_file.c.run == run.c.id)
+        .join(ingest, sa.and_(ingest.c.file == file.c.id, LAST_READING))
         .order_by(run_file.c.id)
     )
-    return [FileLink(*row) for row in connection.execute(query)]
+    return [
+        FileLink(uid, (file_uid, part), run_uid, status != IngestStatus.WITHDRAWN)
+        for uid, file_uid, part, run_uid, status in connection.execute(query)
+    ]
 
 
 def files_of_charges(connection: sa.Connection) -> dict[str, tuple[str | None, bool]]:

@@ -166,7 +166,7 @@ class BookHistory:
     charges: Mapping[str, ChargeOfRun]
     logs: Mapping[Part, SignalRow]
     changes: Sequence[tuple[EntryRow, Change]]
-    attributes: Mapping[str, Mapping[str | None, Mapping[str, Any]]]
+    attributes: Mapping[str, Mapping[Any, Mapping[str, Any]]]
     since: Mapping[str, EntryRow]
     file_of: Mapping[str, str | None]
     file_names: Mapping[str, str]

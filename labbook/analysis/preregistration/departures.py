@@ -8,14 +8,13 @@ report saw: a number that somebody had seen could have been replaced to please, 
 from __future__ import annotations
 
 from bisect import bisect
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
 from data_schema.outcomes import Outcome, Source
 from data_schema.queries.book_history import EntryRow
-from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.preregistration.book_state import (
     NO_RUN,
@@ -73,7 +72,7 @@ class Departure:
     """What departs, with what its words name, and what is exploratory for it.
 
     `quantities` are those whose comparisons are exploratory, none where it is only told; `conditions` the keys of the
-    conditions that it is about, None where it is about all.
+    conditions that it is about, None where it is about all. `sentence` is `kind` in words, filled with `parameters`.
     """
 
     kind: DepartureKind
@@ -90,6 +89,11 @@ class Departure:
         """Tell whether a comparison of these conditions rests on it; None stands for any conditions."""
         about_them = conditions is None or self.conditions is None or not set(self.conditions).isdisjoint(conditions)
         return quantity in self.quantities and about_them
+
+
+def in_order(outcomes: Collection[Outcome]) -> tuple[Outcome, ...]:
+    """Return outcomes in the order in which they are declared."""
+    return tuple(outcome for outcome in Outcome if outcome in outcomes)
 
 
 _LOST_BY: Mapping[str, Collection[Source]] = {
@@ -112,42 +116,41 @@ class _States:
     def __init__(self, history: BookHistory, now: BookState, first_seq: int) -> None:
         self.history, self.now = history, now
         self.before = state_at(history, first_seq, arrivals=False)
-        changed = [entry.seq for entry, _ in history.changes] + [entry.seq for entry in history.since.values()]
-        changed.sort()
-        same = {bisect(changed, seq): seq for seq in history.reports}  # of reports that saw the same, the last one
+        seqs = sorted([*(entry.seq for entry, _ in history.changes), *(entry.seq for entry in history.since.values())])
+        same = {bisect(seqs, seq): seq for seq in history.reports}  # of reports that saw the same, the last one
         self.reports = {seq: state_at(history, seq) for seq in same.values()}
-        self.counting = [run for run in now.runs.values() if run.state is not RunState.VOID]
-        self.given = {run.uid: now.given(run.uid) for run in self.counting}
-        self.last: dict[tuple[str, str], EntryRow] = {}
+        self.given = {uid: now.given(uid) for uid, run in now.runs.items() if run.state is not RunState.VOID}
+        self.last = {(change.item, change.column): entry for entry, change in reversed(history.changes)}
         self.moves: dict[str, list[tuple[EntryRow, str, bool]]] = {}
         for entry, change in reversed(history.changes):
-            self.last[change.item, change.column] = entry
             if change.column == "run_uid":
                 self.moves.setdefault(change.item, []).extend([(entry, change.was, False), (entry, change.now, True)])
-        self.exchanged = [item for run in self.counting for source in Source for item in self._exchanged(run, source)]
-        self.elsewhere = {run.uid: keys for run in self.counting if (keys := self._other_conditions(run))}
+        self.lost: dict[str, frozenset[Outcome]] = {}
+        for uid, given in self.given.items():
+            same_kind = now.runs[uid].kind is self.before.runs[uid].kind
+            self.lost[uid] = self.before.given(uid, surplus=False) - (given if same_kind else frozenset())
+        self.exchanged = [item for uid in self.given for source in Source for item in self._exchanged(uid, source)]
+        self.elsewhere = {uid: keys for uid in self.given if (keys := self._other_conditions(uid))}
 
-    def outcomes(self, run: RunRow, source: Source) -> tuple[Outcome, ...]:
-        """Return what a run gives a number of by a source."""
-        return tuple(outcome for outcome in Outcome if outcome.source is source and outcome in self.given[run.uid])
-
-    def _exchanged(self, run: RunRow, source: Source) -> Iterator[tuple[RunRow, Source, list[str], list[str]]]:
+    def _exchanged(self, run_uid: str, source: Source) -> Iterator[tuple[str, Source, list[str], list[str]]]:
         """Find what a number came from at a report and comes not from now, and what it comes from instead."""
-        gone: dict[str, None] = {}
-        came: dict[str, None] = {}
-        has = self.now.contents(run.uid, source)
-        for state in self.reports.values() if self.outcomes(run, source) else ():
-            had = state.contents(run.uid, source)
-            if (left := _without(had, has)) and len(had) <= self.now.most(run.uid, source):
+        gone, came, has = dict[str, None](), dict[str, None](), self.now.contents(run_uid, source)
+        for state in self.reports.values() if self.outcomes(run_uid, source) else ():
+            had = state.contents(run_uid, source)
+            if (left := _without(had, has)) and len(had) <= self.now.most(run_uid, source):
                 gone, came = gone | left, came | _without(has, had)
         if gone:
-            yield run, source, list(gone), list(came)
+            yield run_uid, source, list(gone), list(came)
 
-    def _other_conditions(self, run: RunRow) -> list[str]:
+    def _other_conditions(self, uid: str) -> list[str]:
         """Return the keys of other conditions in which reports saw a run that has numbers."""
-        seen = [state.runs[run.uid].condition_key for state in self.reports.values() if run.uid in state.runs]
-        others = [key or "none" for key in dict.fromkeys(seen) if key != run.condition_key]
-        return others if run.kind is RunKind.JUMPS and self.given[run.uid] else []
+        run, states = self.now.runs[uid], self.reports.values() if self.given[uid] else ()
+        seen = dict.fromkeys(state.runs[uid].condition_key for state in states if uid in state.runs)
+        return [key or "none" for key in seen if key != run.condition_key and run.kind is RunKind.JUMPS]
+
+    def outcomes(self, run_uid: str, source: Source) -> tuple[Outcome, ...]:
+        """Return what has a number from a run by a source."""
+        return tuple(outcome for outcome in in_order(self.given[run_uid]) if outcome.source is source)
 
     def arrival(self, item: str, run_uid: str) -> EntryRow:
         """Return the entry with which a charge or a file came to its run; an absence that no report saw was none."""
@@ -158,30 +161,28 @@ class _States:
         missed = max((seq for seq, state in self.reports.items() if not state.has(run_uid, item)), default=0)
         return next(entry for entry, came in moves if came and entry.seq > missed)
 
-    def came_from_another(self, item: str, run_uid: str) -> bool:
-        """Tell whether a charge or a file had been another run's when it came to this one."""
+    def moved(self, item: str, run_uid: str) -> bool:
+        """Tell whether a charge or a file had been another run's when it came to its run."""
         since, moves = self.arrival(item, run_uid).seq, self.moves.get(item, ())
         return any(not came and run not in (run_uid, NO_RUN) and entry.seq <= since for entry, run, came in moves)
 
     def named(self, items: Iterable[str], *, typed: str = "a typed charge", read: str = "a charge of ") -> str:
         """Name charges by the files that they were read from, and logs by theirs."""
         of, names = self.history.file_of, self.history.file_names
-        said = [
-            names[item] if item not in of else read + names[of[item] or ""] if of[item] else typed for item in items
-        ]
-        return " and ".join(said)
+        files = [(of.get(item, item), read if item in of else "") for item in items]
+        return " and ".join(f"{charge}{names[uid]}" if uid else typed for uid, charge in files)
 
     def shown(self, column: str, value: Any) -> str:
         """Return how the value of a column is shown."""
         if value is None or value == "":
             return "none"
-        return (
-            self.now.runs[value].name
-            if column == "run_uid"
-            else f"{value:g}"
-            if isinstance(value, float)
-            else str(value)
-        )
+        shown = self.now.runs[value].name if column == "run_uid" else value
+        return f"{shown:g}" if isinstance(shown, float) else str(shown)
+
+    def about(self, run_uid: str) -> tuple[str, ...] | None:
+        """Return which conditions rest on a run: its own, all on an idle run."""
+        run = self.now.runs[run_uid]
+        return None if run.kind is RunKind.IDLE else (run.condition_key,)
 
 
 def _without(some: Mapping[str, frozenset[Any]], others: Mapping[str, frozenset[Any]]) -> dict[str, None]:
@@ -193,55 +194,51 @@ def _by(entry: EntryRow) -> str:
     return f"{entry.person}, {entry.at_utc[:10]}"
 
 
-def _lost(runs: Sequence[RunRow], outcomes: Collection[Outcome]) -> str:
-    names = ", ".join(run.name for run in runs)
-    return f", which leaves run {names} without {' and '.join(outcome for outcome in Outcome if outcome in outcomes)}"
+def _leaves(states: _States, run_uids: Collection[str], outcomes: Collection[Outcome]) -> str:
+    names = ", ".join(run.name for uid, run in states.now.runs.items() if uid in run_uids)
+    return f", which leaves run {names} without {' and '.join(in_order(outcomes))}" if names else ""
 
 
 def _corrected(states: _States) -> Iterator[Departure]:
-    """Find what is otherwise than it was first stated, and logs that reports saw elsewhere too."""
+    """Find what is otherwise than it was first stated, and logs that only reports saw elsewhere."""
     now, before = states.now, states.before
-    lost: dict[str, frozenset[Outcome]] = {}
-    for run in states.counting:
-        has = states.given[run.uid] if run.kind is before.runs[run.uid].kind else frozenset()
-        lost |= {run.uid: gone} if (gone := before.given(run.uid, surplus=False) - has) else {}
-    replaced = {(item, run.uid): bool(came) for run, _, gone, came in states.exchanged for item in gone}
-    logs: dict[tuple[str, str], Change] = {}
-    changes = difference(before, now)
+    exchanged = {(item, run_uid): bool(came) for run_uid, _, gone, came in states.exchanged for item in gone}
+    changes, logs = difference(before, now), dict[tuple[str, str], Change]()
     for change in changes:
         hidden = change.column == "condition_key" and change.item in states.elsewhere
-        hidden |= change.column == "run_uid" and not change.now and replaced.get((change.item, change.was), False)
+        hidden |= change.column == "run_uid" and not change.now and exchanged.get((change.item, change.was), False)
         if change.kind in (ChangeKind.RUN, ChangeKind.CHARGE) and not hidden:
-            yield _correction(states, change, lost)
+            yield _correction(states, change)
     for change in (*changes, *(change for state in states.reports.values() for change in difference(state, now))):
         if change.kind is ChangeKind.LOG and change.was and not now.has(change.was, change.item):
             logs.setdefault((change.item, change.was), change)
     for key, change in logs.items():
-        if change.now or not replaced.get(key):
-            told = _correction(states, change, lost)
-            yield told if key not in replaced else _of_fewer_logs(states, told, now.runs[change.was])
+        if change.now or not exchanged.get(key):
+            yield _correction(states, change, fewer=key in exchanged)
 
 
-def _correction(states: _States, change: Change, lost: Mapping[str, frozenset[Outcome]]) -> Departure:
-    """Tell a change; where a run that it is about lost numbers by it, comparisons of its condition are exploratory."""
-    column, entry = change.column.removesuffix("_key"), states.last[change.item, change.column.removesuffix("_key")]
-    owners, sources = [change.item], _LOST_BY.get(column, ())
-    if change.kind is ChangeKind.RUN:
-        kind = DepartureKind.RUN_CORRECTED
-        sources = () if column in ("jumps_made", "duration_s") and change.now else sources
-    elif change.kind is ChangeKind.LOG:
-        kind, owners, sources = DepartureKind.LOG_MOVED, [change.was, change.now], (Source.LOG,)
-        kind = kind if change.now else DepartureKind.LOG_REMOVED
+def _correction(states: _States, change: Change, *, fewer: bool = False) -> Departure:
+    """Tell a change; comparisons rest on it where a run lost numbers by it, or has `fewer` logs than a report saw."""
+    column, ends = change.column.removesuffix("_key"), [change.was, change.now]
+    entry, owners, sources = states.last[change.item, column], [change.item], _LOST_BY.get(column, ())
+    if change.kind is ChangeKind.LOG:
+        kind, owners, sources = (
+            DepartureKind.LOG_MOVED if change.now else DepartureKind.LOG_REMOVED,
+            ends,
+            (Source.LOG,),
+        )
         entry = next(entry for entry, run, came in states.moves[change.item][::-1] if run == change.was and not came)
     elif column == "run_uid":
-        kind, owners, sources = DepartureKind.CHARGE_MOVED, [change.was, change.now], (Source.CHARGE,)
-    else:
+        kind, owners, sources = DepartureKind.CHARGE_MOVED, ends, (Source.CHARGE,)
+    elif change.kind is ChangeKind.CHARGE:
         kind, owners = DepartureKind.CHARGE_CORRECTED, [states.now.charges[change.item].run_uid]
-    without = [run for uid, run in states.now.runs.items() if uid in lost and uid in owners]
-    taken = {run.uid: [item for item in Outcome if item.source in sources and item in lost[run.uid]] for run in without}
-    without = [run for run in without if taken[run.uid]]
-    keys = tuple(states.before.runs[run.uid].condition_key for run in without)
-    outcomes = tuple(item for item in Outcome if any(item in taken[run.uid] for run in without))
+    else:
+        kind = DepartureKind.RUN_CORRECTED
+        sources = () if column in ("jumps_made", "duration_s") and change.now else sources
+    lost = {uid: [item for item in states.lost.get(uid, ()) if item.source in sources] for uid in owners}
+    lost = {uid: items for uid, items in lost.items() if items}
+    outcomes = {item for items in lost.values() for item in items}
+    keys = [states.before.runs[uid].condition_key for uid in lost]
     parameters = {
         "column": column,
         "name": states.history.file_names.get(change.item, ""),
@@ -249,38 +246,31 @@ def _correction(states: _States, change: Change, lost: Mapping[str, frozenset[Ou
         "was": states.shown(change.column, change.was),
         "now": states.shown(change.column, change.now),
         "by": _by(entry),
-        "lost": _lost(without, outcomes) if without else "",
+        "lost": _leaves(states, lost, outcomes),
     }
-    return Departure(kind, parameters, outcomes, keys if all(keys) and without else None)
-
-
-def _of_fewer_logs(states: _States, told: Departure, run: RunRow) -> Departure:
-    """Make exploratory what rests on a run that has some of the logs that it had when a report was made."""
-    lost = f"{told.parameters['lost']}, after a report had been made: run {run.name} keeps its other logs"
-    outcomes = states.outcomes(run, Source.LOG)
-    return Departure(
-        told.kind, {**told.parameters, "lost": lost}, outcomes, (*(told.conditions or ()), run.condition_key)
-    )
+    if fewer:
+        parameters["lost"] += f", after a report had been made: run {parameters['run']} keeps its other logs"
+        outcomes, keys = {*states.outcomes(change.was, Source.LOG)}, [*keys, states.now.runs[change.was].condition_key]
+    return Departure(kind, parameters, in_order(outcomes), tuple(keys) if keys and all(keys) else None)
 
 
 def _condition_changed(states: _States) -> Iterator[Departure]:
     """Find runs that are in another condition than when a report was made."""
     for uid, were in states.elsewhere.items():
-        run = states.now.runs[uid]
-        by, outcomes = _by(states.last[uid, "condition"]), [item for item in Outcome if item in states.given[uid]]
-        parameters = {"run": run.name, "was": " and ".join(were), "now": run.condition_key, "by": by}
-        yield Departure(DepartureKind.CONDITION_CHANGED, parameters, tuple(outcomes), (*were, run.condition_key))
+        run, by = states.now.runs[uid], _by(states.last[uid, "condition"])
+        words = {"run": run.name, "was": " and ".join(were), "now": run.condition_key, "by": by}
+        conditions = (*were, run.condition_key)
+        yield Departure(DepartureKind.CONDITION_CHANGED, words, in_order(states.given[uid]), conditions)
 
 
 def _replaced(states: _States) -> Iterator[Departure]:
     """Find charges and logs that took the place of others after a report; what nothing replaced was taken off."""
-    for run, source, gone, came in states.exchanged:
+    for uid, source, gone, came in states.exchanged:
         if came:
-            last = max((states.arrival(item, run.uid) for item in came), key=lambda entry: entry.seq)
-            said = {"was": states.named(gone), "now": states.named(came), "source": str(source), "run": run.name}
-            yield Departure(
-                DepartureKind.REPLACED, {**said, "by": _by(last)}, states.outcomes(run, source), _conditions(run)
-            )
+            last = max((states.arrival(item, uid) for item in came), key=lambda entry: entry.seq)
+            words = {"was": states.named(gone), "now": states.named(came), "source": str(source), "by": _by(last)}
+            words |= {"run": states.now.runs[uid].name}
+            yield Departure(DepartureKind.REPLACED, words, states.outcomes(uid, source), states.about(uid))
 
 
 def _came_late(states: _States) -> Iterator[Departure]:
@@ -288,36 +278,29 @@ def _came_late(states: _States) -> Iterator[Departure]:
 
     The first acts as an exclusion, unless one command brought all. Inboxes have to be emptied: the second is told only.
     """
-    came = {(item, run.uid) for run, _, _, items in states.exchanged for item in items}
-    for run in states.counting:
-        missing = states.now.given(run.uid, surplus=False) - states.given[run.uid]
-        for source in Source:
-            said, items = {"run": run.name, "source": str(source)}, states.now.contents(run.uid, source)
-            if lost := tuple(outcome for outcome in Outcome if outcome.source is source and outcome in missing):
-                arrivals = sorted(
-                    ((states.arrival(item, run.uid), item) for item in items), key=lambda each: each[0].seq
-                )
-                most = states.now.most(run.uid, source)
-                had, _ = arrivals[most - 1]
-                for entry, item in arrivals[most:]:
-                    if _command(entry) != _command(had) and not states.came_from_another(item, run.uid):
-                        name = states.named([item], typed="a further charge", read="a further charge of ")
-                        words = {**said, "name": name, "by": _by(entry), "lost": _lost([run], lost)}
-                        yield Departure(DepartureKind.SURPLUS, words, lost, _conditions(run))
-            elif states.outcomes(run, source):
-                for item in items:
-                    read = states.history.entry_of(item)
-                    if (item, run.uid) in came or read is None or states.came_from_another(item, run.uid):
-                        continue
-                    if any(read.seq < seq and not state.has(run.uid, item) for seq, state in states.reports.items()):
-                        words = {**said, "by": _by(states.arrival(item, run.uid))}
-                        yield Departure(DepartureKind.GIVEN_LATE, words)
+    replacing = {(item, uid) for uid, _, _, came in states.exchanged for item in came}
+    for uid, source in ((uid, source) for uid in states.given for source in Source):
+        words = {"run": states.now.runs[uid].name, "source": str(source)}
+        items, most = list(states.now.contents(uid, source)), states.now.most(uid, source)
+        lost = [item for item in states.now.given(uid, surplus=False) - states.given[uid] if item.source is source]
+        if lost:
+            items.sort(key=lambda item: states.arrival(item, uid).seq)
+            last = _command(states.arrival(items[most - 1], uid))
+            for item in items[most:]:
+                entry = states.arrival(item, uid)
+                if _command(entry) != last and not states.moved(item, uid):
+                    name = states.named([item], typed="a further charge", read="a further charge of ")
+                    words |= {"name": name, "by": _by(entry), "lost": _leaves(states, [uid], lost)}
+                    yield Departure(DepartureKind.SURPLUS, words, in_order(lost), states.about(uid))
+        for item in items if states.outcomes(uid, source) else ():
+            read = states.history.entry_of(item)
+            missed = [
+                seq for seq, state in states.reports.items() if read and read.seq < seq and not state.has(uid, item)
+            ]
+            if missed and (item, uid) not in replacing and not states.moved(item, uid):
+                yield Departure(DepartureKind.GIVEN_LATE, {**words, "by": _by(states.arrival(item, uid))})
 
 
 def _command(entry: EntryRow) -> str:
     """Return what is the same for all that one command stated; the files of one `labbook ingest` share a batch."""
     return entry.new.get("batch") or str(entry.command)
-
-
-def _conditions(run: RunRow) -> tuple[str, ...] | None:
-    return None if run.kind is RunKind.IDLE else (run.condition_key,)

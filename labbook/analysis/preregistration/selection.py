@@ -9,13 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.condition_order import place_configured
 from labbook.analysis.preregistration.book_state import BookState
-from labbook.analysis.preregistration.departures import Departure, DepartureKind
+from labbook.analysis.preregistration.departures import Departure, DepartureKind, in_order
 from labbook.config.model import Configuration
 
 _MOST_NAMED = 4
@@ -38,21 +37,17 @@ def unselected(now: BookState, configuration: Configuration, selected: Collectio
         others = {run.name: given[run.uid] & taken for run in of_condition if run.uid not in uids}
         if names := [name for name, outcomes in others.items() if outcomes]:
             parameters = {"runs": f"{'run' if len(names) == 1 else 'runs'} {', '.join(names)}", "condition": key}
-            quantities = _in_order(frozenset().union(*others.values()))
+            quantities = in_order(frozenset().union(*others.values()))
             found.append(Departure(DepartureKind.RUNS_UNSELECTED, parameters, quantities, (key,)))
     for conditions in groups.values():
         left = [key for key, some in conditions.items() if not any(run.uid in uids for run in some)]
         treated = {key for key, some in conditions.items() if some[0].levels.get(str(swept)) != control}
         if swept is not None and treated & set(left) and treated - set(left):
-            quantities = _in_order(frozenset().union(*(given[run.uid] for key in left for run in conditions[key])))
+            quantities = in_order(frozenset().union(*(given[run.uid] for key in left for run in conditions[key])))
             found.append(Departure(DepartureKind.LEVELS_UNSELECTED, _listed(left), quantities, tuple(conditions)))
         else:
             whole += left
     return [*found, *([Departure(DepartureKind.CONDITIONS_UNSELECTED, _listed(whole))] if whole else ())]
-
-
-def _in_order(outcomes: Collection[Outcome]) -> tuple[Outcome, ...]:
-    return tuple(outcome for outcome in Outcome if outcome in outcomes)
 
 
 def _listed(keys: Sequence[str]) -> dict[str, str]:
