@@ -125,10 +125,6 @@ class _States:
         for entry, change in reversed(history.changes):
             if change.column == "run_uid":
                 self.moves.setdefault(change.item, []).extend([(entry, change.was, False), (entry, change.now, True)])
-        self.lost: dict[str, frozenset[Outcome]] = {}
-        for uid, given in self.given.items():
-            same_kind = now.runs[uid].kind is self.before.runs[uid].kind
-            self.lost[uid] = self.before.given(uid, surplus=False) - (given if same_kind else frozenset())
         self.exchanged = [item for uid in self.given for source in Source for item in self._exchanged(uid, source)]
         self.elsewhere = {uid: keys for uid in self.given if (keys := self._other_conditions(uid))}
 
@@ -147,6 +143,13 @@ class _States:
         run, states = self.now.runs[uid], self.reports.values() if self.given[uid] else ()
         seen = dict.fromkeys(state.runs[uid].condition_key for state in states if uid in state.runs)
         return [key or "none" for key in seen if key != run.condition_key and run.kind is RunKind.JUMPS]
+
+    def lost(self, uid: str) -> frozenset[Outcome]:
+        """Return what had a number from a run that counts, as first stated or at a report, and has none now."""
+        states = [state for state in self.reports.values() if uid in state.runs]
+        had = self.before.given(uid, surplus=False).union(*(state.given(uid) for state in states))
+        same_kind = self.now.runs[uid].kind is self.before.runs[uid].kind
+        return had - (self.given[uid] if same_kind else frozenset())
 
     def outcomes(self, run_uid: str, source: Source) -> tuple[Outcome, ...]:
         """Return what has a number from a run by a source."""
@@ -200,21 +203,25 @@ def _leaves(states: _States, run_uids: Collection[str], outcomes: Collection[Out
 
 
 def _corrected(states: _States) -> Iterator[Departure]:
-    """Find what is otherwise than it was first stated, and logs that only reports saw elsewhere."""
-    now, before = states.now, states.before
+    """Find what is otherwise than it was first stated, and charges and logs that only reports saw elsewhere."""
+    now, told = states.now, set[tuple[str, str, Any]]()
     exchanged = {(item, run_uid): bool(came) for run_uid, _, gone, came in states.exchanged for item in gone}
-    changes, logs = difference(before, now), dict[tuple[str, str], Change]()
+    changes = difference(states.before, now)
+    for state in states.reports.values():
+        changes += [change for change in difference(state, now) if change.column == "run_uid"]
     for change in changes:
-        hidden = change.column == "condition_key" and change.item in states.elsewhere
-        hidden |= change.column == "run_uid" and not change.now and exchanged.get((change.item, change.was), False)
-        if change.kind in (ChangeKind.RUN, ChangeKind.CHARGE) and not hidden:
-            yield _correction(states, change)
-    for change in (*changes, *(change for state in states.reports.values() for change in difference(state, now))):
-        if change.kind is ChangeKind.LOG and change.was and not now.has(change.was, change.item):
-            logs.setdefault((change.item, change.was), change)
-    for key, change in logs.items():
-        if change.now or not exchanged.get(key):
-            yield _correction(states, change, fewer=key in exchanged)
+        left, seen = (change.item, change.was), (change.item, change.column, change.was)
+        if change.column == "run_uid":
+            # A part of a file may have left a run that has another, and what replaced a charge or a log tells of it.
+            hidden = not change.was or now.has(change.was, change.item) or bool(not change.now and exchanged.get(left))
+            if change.kind is ChangeKind.CHARGE and not change.now:  # its sheet may have come anew
+                charges = now.contents(change.was, Source.CHARGE).values()
+                hidden |= frozenset([now.charges[change.item].charge_mah]) in charges
+        else:
+            hidden = change.column == "condition_key" and change.item in states.elsewhere
+        if change.kind is not ChangeKind.EXCLUSION and not hidden and seen not in told:
+            told.add(seen)
+            yield _correction(states, change, fewer=change.kind is ChangeKind.LOG and exchanged.get(left) is False)
 
 
 def _correction(states: _States, change: Change, *, fewer: bool = False) -> Departure:
@@ -235,7 +242,8 @@ def _correction(states: _States, change: Change, *, fewer: bool = False) -> Depa
     else:
         kind = DepartureKind.RUN_CORRECTED
         sources = () if column in ("jumps_made", "duration_s") and change.now else sources
-    lost = {uid: [item for item in states.lost.get(uid, ()) if item.source in sources] for uid in owners}
+    counting = [uid for uid in owners if uid in states.given]
+    lost = {uid: [item for item in states.lost(uid) if item.source in sources] for uid in counting}
     lost = {uid: items for uid, items in lost.items() if items}
     outcomes = {item for items in lost.values() for item in items}
     keys = [states.before.runs[uid].condition_key for uid in lost]
