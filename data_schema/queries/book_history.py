@@ -81,7 +81,7 @@ def entries_about_runs(connection: sa.Connection) -> list[EntryRow]:
             journal.c.reason,
         )
         .join(person, journal.c.person == person.c.id)
-        .where(journal.c.entity_kind.in_(_KINDS), journal.c.action.in_(_ACTIONS))
+        .where(journal.c.entity_kind.in_(_KINDS), journal.c.action.in_(list(_ACTIONS)))
         .order_by(journal.c.seq)
     )
     return [

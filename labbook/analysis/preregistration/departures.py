@@ -238,7 +238,8 @@ def _correction(states: _States, change: Change, *, fewer: bool = False) -> Depa
     elif column == "run_uid":
         kind, owners, sources = DepartureKind.CHARGE_MOVED, ends, (Source.CHARGE,)
     elif change.kind is ChangeKind.CHARGE:
-        kind, owners = DepartureKind.CHARGE_CORRECTED, [states.now.charges[change.item].run_uid]
+        charges = states.now.charges[change.item], states.before.charges[change.item]
+        kind, owners = DepartureKind.CHARGE_CORRECTED, [charges[0].run_uid or charges[1].run_uid]
     else:
         kind = DepartureKind.RUN_CORRECTED
         sources = () if column in ("jumps_made", "duration_s") and change.now else sources

@@ -1,0 +1,142 @@
+"""The state of the book at any entry of its journal is what the book held when that was its last entry."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from data_schema.outcomes import Outcome
+from labbook.actions.files.assigning import assign
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
+from labbook.actions.files.kept_files import restore, withdraw
+from labbook.actions.report_command import state_report
+from labbook.actions.runs.correcting import correct, unvoid, void
+from labbook.actions.runs.jump_review import decide
+from labbook.actions.runs.typed_charge import state_charge
+from labbook.analysis.comparison.pairing import POOLED
+from labbook.analysis.preregistration.book_state import NO_RUN, BookHistory, BookState, ChangeKind, difference, state_at
+from labbook.analysis.preregistration.history import read_history
+from labbook.analysis.preregistration.planned import planned_analysis
+from labbook.book.opening import Book
+from labbook.book.rebuilding import rebuild_database
+from labbook.book.write_session import WriteSession
+from tests.helpers.books import ADA, SmallBook
+from tests.helpers.decided import decided_book
+from tests.helpers.statements import said_alike
+
+STATEMENTS: tuple[Callable[[Book, WriteSession], object], ...] = (
+    lambda book, session: correct(book, session, "r002", ["foot=large"], "w"),
+    lambda book, session: correct(book, session, "r003", ["battery=C", "day=2021-06-16", "position_in_day=20"], "w"),
+    lambda book, session: correct(book, session, "r001", ["jumps_made=2", "starts=2", "duration_s=700"], "w"),
+    lambda book, session: correct(book, session, "r005", ["kind=idle", "jumps_made=0", "levels=none"], "w"),
+    lambda _book, session: assign(session, "2021-06-14.csv#2", "none", "w"),
+    lambda book, session: state_charge(session, book.configuration, "r002", 77.0, None, None),
+    lambda _book, session: assign(session, "r004.csv", "r001", "w"),
+    lambda _book, session: assign(session, "r004.csv", "none", "w"),
+    lambda _book, session: assign(session, "r004.csv", "r002", None),
+    lambda book, session: decide(book, session, "r003", [1, 2], "reject", "wrong_apex", None),
+    lambda _book, session: withdraw(session, "r006.csv", "w"),
+    lambda _book, session: withdraw(session, "2021-06-16.csv", "w"),
+    lambda book, session: decide(book, session, "r003", [1], "clear", "other", None),
+    lambda _book, session: void(session, "r001", "misfire"),
+    lambda _book, session: restore(session, "2021-06-16.csv", "w"),
+    lambda _book, session: void(session, "r006", "sensor fault"),
+    lambda _book, session: unvoid(session, "r001", "w"),
+    lambda _book, session: restore(session, "r006.csv", "w"),
+)
+
+
+def history_of(made: SmallBook) -> BookHistory:
+    with made.open() as book, book.reading() as connection:
+        return read_history(connection)
+
+
+def last_entry(made: SmallBook) -> int:
+    with made.open() as book:
+        return said_alike(book)[-1].seq
+
+
+@pytest.fixture
+def honest(tmp_path: Path) -> SmallBook:
+    return decided_book(tmp_path)
+
+
+def test_a_state_is_what_the_book_held_then(honest: SmallBook) -> None:
+    held: dict[int, BookState] = {}
+    late = honest.instruments / "r002 again.csv"
+    late.write_bytes(honest.log("r003").read_bytes()[:-1] + b"0\n")
+    for said in STATEMENTS:
+        held[last_entry(honest)] = state_at(history_of(honest))
+        with honest.open() as book, book.session(ADA) as session:
+            said(book, session)
+    held[last_entry(honest)] = state_at(history_of(honest))
+    with honest.open() as book:
+        ingest_file(book, late, IngestRequest(person=ADA))
+    history = history_of(honest)
+    for seq, state in held.items():
+        assert not difference(state, state_at(history, seq))
+        assert state == state_at(history, seq)
+    rebuild_database(honest.folder, lambda _step: None)
+    assert [state_at(history_of(honest), seq) for seq in held] == list(held.values())
+
+
+def test_what_came_later_is_not_there_before_and_is_as_first_stated(honest: SmallBook) -> None:
+    history = history_of(honest)
+    first = min(entry.seq for entry in history.since.values() if entry.kind == "ingest")
+    assert len(state_at(history, first - 1).runs) == 16
+    assert not state_at(history, first - 1).charges
+    assert len(state_at(history, first).logs) + len(state_at(history, first).charges) < 12
+    assert state_at(history, first, arrivals=False) == state_at(history)
+
+
+def test_runs_give_what_the_analysis_has_of_them(honest: SmallBook) -> None:
+    for said in STATEMENTS:
+        with honest.open() as book, book.session(ADA) as session:
+            said(book, session)
+    with honest.open() as book:
+        analysis = state_report(book, None, ADA, lambda _step: None).analysis
+    state, results = state_at(history_of(honest)), {Outcome.JOULES: analysis.energies, Outcome.APEX: analysis.apexes}
+    for outcome, found in results.items():
+        assert set(found.results) == {run.uid for run in analysis.evidence.runs if outcome in state.given(run.uid)}
+
+
+def test_a_difference_names_what_was_corrected_moved_and_left_out(honest: SmallBook) -> None:
+    before = state_at(history_of(honest))
+    with honest.open() as book, book.session(ADA) as session:
+        correct(book, session, "r001", ["jumps_made=2"], "w")
+        assign(session, "2021-06-14.csv#2", "none", "w")
+        assign(session, "r003.csv", "r004", "w")
+        decide(book, session, "r005", [1], "reject", "wrong_apex", None)
+        void(session, "r006", "foot came loose")
+    names = {run.uid: run.name for run in before.runs.values()} | {NO_RUN: "none"}
+    changes = difference(before, state_at(history_of(honest)))
+    assert [
+        (change.kind, change.column, change.was, change.now) for change in changes if change.column != "run_uid"
+    ] == [
+        (ChangeKind.RUN, "jumps_made", 3, 2),
+        (ChangeKind.EXCLUSION, "foot came loose", None, 0),
+        (ChangeKind.EXCLUSION, "wrong_apex", None, 1),
+    ]
+    moved = [change for change in changes if change.column == "run_uid"]
+    assert [(change.kind, names[change.was], names[change.now]) for change in moved] == [
+        (ChangeKind.CHARGE, "r002", "none"),
+        (ChangeKind.LOG, "r003", "r004"),
+    ]
+
+
+def test_a_withdrawn_sheet_takes_its_runs_out_until_its_numbers_are_back(honest: SmallBook) -> None:
+    with honest.open() as book, book.session(ADA) as session:
+        withdraw(session, "2021-06-14.csv", "looked odd")
+    with honest.open() as book, book.reading() as connection:
+        planned = planned_analysis(connection, book.configuration)
+    assert [said.split(" without ")[1] for said in planned.departures] == ["joules a jump"] * 8
+    assert "which leaves run r002 without" in str(planned.exploratory(Outcome.JOULES, POOLED))
+    sheet = honest.instruments / "charger" / "2021-06-14.csv"
+    again = honest.instruments / "again.csv"
+    again.write_bytes(sheet.read_bytes() + b"\n")
+    with honest.open() as book:
+        ingest_file(book, again, IngestRequest(person=ADA))
+    with honest.open() as book, book.reading() as connection:
+        assert planned_analysis(connection, book.configuration).departures == ()
