@@ -171,7 +171,7 @@ class BookHistory:
     file_of: Mapping[str, str | None]
     file_names: Mapping[str, str]
     reports: Sequence[int]
-    verdicts: Mapping[str, Sequence[tuple[int, DecisionRow]]]
+    verdicts: Mapping[str, Sequence[tuple[float, DecisionRow]]]
     void: Sequence[EntryRow]
 
     def entry_of(self, item: str) -> EntryRow | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from math import inf
 from typing import Any
 
 import sqlalchemy as sa
@@ -40,6 +41,9 @@ def read_history(connection: sa.Connection) -> BookHistory:
     came = [entry for entry in entries if entry.action in (Action.DECLARE, Action.INGEST)]
     file_read = {uid: file_uid for uid, file_uid, _ in readings}
     seqs = {entry.uid: entry.seq for entry in entries if entry.action is Action.DECIDE}
+    verdicts = {  # one that is being stated has no entry yet
+        sha256: [(seqs.get(row.uid, inf), row) for row in rows] for sha256, rows in jump_decisions(connection).items()
+    }
     return BookHistory(
         runs={run.uid: run for run in list_runs(connection)},
         charges=charges,
@@ -50,7 +54,7 @@ def read_history(connection: sa.Connection) -> BookHistory:
         file_of=file_of,
         file_names={file_uid: name for _, file_uid, name in readings},
         reports=queries.reports_made(connection),
-        verdicts={key: [(seqs[row.uid], row) for row in rows] for key, rows in jump_decisions(connection).items()},
+        verdicts=verdicts,
         void=[entry for entry in entries if entry.action is Action.VOID],
     )
 
