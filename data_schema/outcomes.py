@@ -125,3 +125,7 @@ class Outcome(StrEnum):
             if item.name != "name":
                 setattr(found, item.name, getattr(declared, item.name))
         return found
+
+
+SOURCES = tuple(dict.fromkeys(outcome.source for outcome in Outcome))
+"""What outcomes are computed from."""

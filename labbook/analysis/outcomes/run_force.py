@@ -25,9 +25,8 @@ ALGORITHM = Algorithm("run_force", 3)
 _UNITS = {outcome.number_name: outcome.unit for outcome in Outcome if outcome.source is FileRole.FORCE}
 
 
-def usable_force(run: RunRow, forces: Sequence[SignalRow]) -> SignalRow | str:
+def usable_force(forces: Sequence[SignalRow]) -> SignalRow | str:
     """Return the one record of vertical force of a run, or why there is none; samples saved twice are one record."""
-    del run
     distinct = list({signal.sha256: signal for signal in forces}.values())
     if not distinct:
         return "no force-plate record"
@@ -39,7 +38,7 @@ def run_forces(cache: ResultCache, detections: Detections, data: StudyData) -> R
     missing: dict[str, str] = {}
     signals: dict[str, SignalRow] = {}
     for run in data.runs:
-        usable = usable_force(run, data.forces.get(run.uid, []))
+        usable = usable_force(data.forces.get(run.uid, []))
         if isinstance(usable, str):
             missing[run.uid] = usable
         else:

@@ -11,23 +11,27 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, TypeVar
 
-from data_schema.outcomes import Outcome, Source
+from data_schema.outcomes import SOURCES, Outcome
 from data_schema.queries.book_history import EntryRow
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.detections import DecisionRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
-from data_schema.vocabulary import ChargeMode, RunKind, RunState, Verdict
+from data_schema.vocabulary import ChargeMode, FileRole, RunKind, RunState, Verdict
 from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.analysis.outcomes.judging import UNKNOWN_FLIGHT_S
 from labbook.analysis.outcomes.passive_drain import recharge_of
 from labbook.analysis.outcomes.run_apexes import usable_logs
 from labbook.analysis.outcomes.run_energy import usable_charge
+from labbook.analysis.outcomes.run_force import usable_force
+from labbook.analysis.study_data import VERTICAL_FORCE
 
 NO_RUN = ""
 """Stands for the uid of a run where a charge or a log belongs to none."""
 Part = tuple[str, str]
-"""What a log is: the uid of a file, and the name of a part of it."""
+"""What a log is, of heights or of forces: the uid of a file, and the name of a part of it."""
+_CHANNELS = {FileRole.LOG: BODY_HEIGHT, FileRole.FORCE: VERTICAL_FORCE}
+"""What a log has to hold for a number to come from it."""
 
 
 _Item = TypeVar("_Item", ChargeOfRun, SignalRow)
@@ -80,26 +84,26 @@ class BookState:
         """Tell whether a charge, or the file of a log, belongs to a run."""
         return item in self.charges_of.get(run_uid, ()) or any(uid == item for uid, _ in self.logs_of.get(run_uid, ()))
 
-    def contents(self, run_uid: str, source: Source) -> dict[str, frozenset[Any]]:
+    def contents(self, run_uid: str, source: FileRole) -> dict[str, frozenset[Any]]:
         """Return what a run's number comes from: the mAh of charges, or the samples' hashes by files with logs.
 
         A file all of whose samples are in those before it is left out.
         """
-        if source is Source.CHARGE:
+        if source is FileRole.CHARGE:
             charges = [self.charges[uid] for uid in self.charges_of.get(run_uid, ())]
             return {item.uid: frozenset([item.charge_mah]) for item in charges if item.mode == ChargeMode.CHARGE}
         samples: dict[str, set[str]] = {}
         for part in self.logs_of.get(run_uid, ()):
-            if BODY_HEIGHT in self.logs[part].channels:
+            if self.logs[part].role == source and _CHANNELS[source] in self.logs[part].channels:
                 samples.setdefault(part[0], set()).add(self.logs[part].sha256)
         found: dict[str, frozenset[str]] = {}
         for file_uid, some in samples.items():
             found |= {file_uid: frozenset(some)} if some.difference(*found.values()) else {}
         return found
 
-    def most(self, run_uid: str, source: Source) -> int:
+    def most(self, run_uid: str, source: FileRole) -> int:
         """Return how many charges, or files with logs, a run can have and still give a number."""
-        return max(self.runs[run_uid].starts, 1) if source is Source.LOG else 1
+        return max(self.runs[run_uid].starts, 1) if source is FileRole.LOG else 1
 
     def given(self, run_uid: str, *, surplus: bool = True) -> frozenset[Outcome]:
         """Return the outcomes that have a number from a run; an idle run gives to those that share its error.
@@ -109,14 +113,24 @@ class BookState:
         run = self.runs[run_uid]
         if run.state is RunState.VOID:
             return frozenset()
-        few = {of: list(self.contents(run_uid, of))[: None if surplus else self.most(run_uid, of)] for of in Source}
-        charges = [self.charges[uid] for uid in few[Source.CHARGE]]
+        few = {of: list(self.contents(run_uid, of))[: None if surplus else self.most(run_uid, of)] for of in SOURCES}
+        charges = [self.charges[uid] for uid in few[FileRole.CHARGE]]
         if run.kind is RunKind.IDLE:
             usable = not isinstance(recharge_of(run, charges), str)
             return frozenset(outcome for outcome in Outcome if outcome.shares_error and usable)
-        logs = [self.logs[part] for part in self.logs_of.get(run_uid, ()) if part[0] in few[Source.LOG]]
-        heights = [log for log in logs if BODY_HEIGHT in log.channels]
-        found = {Source.CHARGE: usable_charge(run, charges), Source.LOG: usable_logs(run, heights)}
+        signals = {
+            source: [
+                self.logs[part]
+                for part in self.logs_of.get(run_uid, ())
+                if part[0] in few[source] and channel in self.logs[part].channels
+            ]
+            for source, channel in _CHANNELS.items()
+        }
+        found = {
+            FileRole.CHARGE: usable_charge(run, charges),
+            FileRole.LOG: usable_logs(run, signals[FileRole.LOG]),
+            FileRole.FORCE: usable_force(signals[FileRole.FORCE]),
+        }
         return frozenset(outcome for outcome in Outcome if not isinstance(found[outcome.source], str))
 
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from data_schema.outcomes import Outcome, Source
+from data_schema.outcomes import SOURCES, Outcome
 from data_schema.queries.book_history import EntryRow
-from data_schema.vocabulary import RunKind, RunState
+from data_schema.vocabulary import FileRole, RunKind, RunState
 from labbook.analysis.preregistration.book_state import (
     NO_RUN,
     BookHistory,
@@ -96,10 +96,10 @@ def in_order(outcomes: Collection[Outcome]) -> tuple[Outcome, ...]:
     return tuple(outcome for outcome in Outcome if outcome in outcomes)
 
 
-_LOST_BY: Mapping[str, Collection[Source]] = {
-    "kind": tuple(Source),
-    "starts": (Source.LOG,),
-    **dict.fromkeys(("jumps_made", "duration_s", "mode"), (Source.CHARGE,)),
+_LOST_BY: Mapping[str, Collection[FileRole]] = {
+    "kind": SOURCES,
+    "starts": (FileRole.LOG,),
+    **dict.fromkeys(("jumps_made", "duration_s", "mode"), (FileRole.CHARGE,)),
 }
 """From which sources a run can have lost a number when a column of it or of its charge says otherwise."""
 
@@ -125,10 +125,10 @@ class _States:
         for entry, change in reversed(history.changes):
             if change.column == "run_uid":
                 self.moves.setdefault(change.item, []).extend([(entry, change.was, False), (entry, change.now, True)])
-        self.exchanged = [item for uid in self.given for source in Source for item in self._exchanged(uid, source)]
+        self.exchanged = [item for uid in self.given for source in SOURCES for item in self._exchanged(uid, source)]
         self.elsewhere = {uid: keys for uid in self.given if (keys := self._other_conditions(uid))}
 
-    def _exchanged(self, run_uid: str, source: Source) -> Iterator[tuple[str, Source, list[str], list[str]]]:
+    def _exchanged(self, run_uid: str, source: FileRole) -> Iterator[tuple[str, FileRole, list[str], list[str]]]:
         """Find what a number came from at a report and comes not from now, and what it comes from instead."""
         gone, came, has = dict[str, None](), dict[str, None](), self.now.contents(run_uid, source)
         for state in self.reports.values() if self.outcomes(run_uid, source) else ():
@@ -151,9 +151,13 @@ class _States:
         same_kind = self.now.runs[uid].kind is self.before.runs[uid].kind
         return had - (self.given[uid] if same_kind else frozenset())
 
-    def outcomes(self, run_uid: str, source: Source) -> tuple[Outcome, ...]:
+    def outcomes(self, run_uid: str, source: FileRole) -> tuple[Outcome, ...]:
         """Return what has a number from a run by a source."""
         return tuple(outcome for outcome in in_order(self.given[run_uid]) if outcome.source is source)
+
+    def role_of(self, file_uid: str) -> FileRole:
+        """Return whether a file holds logs of heights or of forces."""
+        return FileRole(next(log.role for (uid, _), log in self.now.logs.items() if uid == file_uid))
 
     def arrival(self, item: str, run_uid: str) -> EntryRow:
         """Return the entry with which a charge or a file came to its run; an absence that no report saw was none."""
@@ -215,7 +219,7 @@ def _corrected(states: _States) -> Iterator[Departure]:
             # A part of a file may have left a run that has another, and what replaced a charge or a log tells of it.
             hidden = not change.was or now.has(change.was, change.item) or bool(not change.now and exchanged.get(left))
             if change.kind is ChangeKind.CHARGE and not change.now:  # its sheet may have come anew
-                charges = now.contents(change.was, Source.CHARGE).values()
+                charges = now.contents(change.was, FileRole.CHARGE).values()
                 hidden |= frozenset([now.charges[change.item].charge_mah]) in charges
         else:
             hidden = change.column == "condition_key" and change.item in states.elsewhere
@@ -229,14 +233,11 @@ def _correction(states: _States, change: Change, *, fewer: bool = False) -> Depa
     column, ends = change.column.removesuffix("_key"), [change.was, change.now]
     entry, owners, sources = states.last[change.item, column], [change.item], _LOST_BY.get(column, ())
     if change.kind is ChangeKind.LOG:
-        kind, owners, sources = (
-            DepartureKind.LOG_MOVED if change.now else DepartureKind.LOG_REMOVED,
-            ends,
-            (Source.LOG,),
-        )
+        kind, owners = DepartureKind.LOG_MOVED if change.now else DepartureKind.LOG_REMOVED, ends
+        sources = (states.role_of(change.item),)
         entry = next(entry for entry, run, came in states.moves[change.item][::-1] if run == change.was and not came)
     elif column == "run_uid":
-        kind, owners, sources = DepartureKind.CHARGE_MOVED, ends, (Source.CHARGE,)
+        kind, owners, sources = DepartureKind.CHARGE_MOVED, ends, (FileRole.CHARGE,)
     elif change.kind is ChangeKind.CHARGE:
         charges = states.now.charges[change.item], states.before.charges[change.item]
         kind, owners = DepartureKind.CHARGE_CORRECTED, [charges[0].run_uid or charges[1].run_uid]
@@ -259,7 +260,10 @@ def _correction(states: _States, change: Change, *, fewer: bool = False) -> Depa
     }
     if fewer:
         parameters["lost"] += f", after a report had been made: run {parameters['run']} keeps its other logs"
-        outcomes, keys = {*states.outcomes(change.was, Source.LOG)}, [*keys, states.now.runs[change.was].condition_key]
+        outcomes, keys = (
+            {*states.outcomes(change.was, states.role_of(change.item))},
+            [*keys, states.now.runs[change.was].condition_key],
+        )
     return Departure(kind, parameters, in_order(outcomes), tuple(keys) if keys and all(keys) else None)
 
 
@@ -288,7 +292,7 @@ def _came_late(states: _States) -> Iterator[Departure]:
     The first acts as an exclusion, unless one command brought all. Inboxes have to be emptied: the second is told only.
     """
     replacing = {(item, uid) for uid, _, _, came in states.exchanged for item in came}
-    for uid, source in ((uid, source) for uid in states.given for source in Source):
+    for uid, source in ((uid, source) for uid in states.given for source in SOURCES):
         words = {"run": states.now.runs[uid].name, "source": str(source)}
         items, most = list(states.now.contents(uid, source)), states.now.most(uid, source)
         lost = [item for item in states.now.given(uid, surplus=False) - states.given[uid] if item.source is source]

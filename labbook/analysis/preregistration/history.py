@@ -34,7 +34,8 @@ def read_history(connection: sa.Connection) -> BookHistory:
     charges |= {uid: replace(item, run_uid=NO_RUN) for uid, item in charges.items() if not sources[uid][1]}
     logs = {
         part: replace(log, run_uid=run_of.get(part, NO_RUN))
-        for part, log in signals_of_files(connection, FileRole.LOG).items()
+        for role in (FileRole.LOG, FileRole.FORCE)
+        for part, log in signals_of_files(connection, role).items()
     }
     file_of = {uid: file_uid for uid, (file_uid, _) in sources.items()}
     changes = list(_changes(entries, links, charges, logs, file_of))

@@ -17,14 +17,14 @@ import sqlalchemy as sa
 from data_schema.outcomes import Outcome
 from data_schema.queries.first_measurement import StatedConfiguration, first_measurement, stated_configurations
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import ReasonCode, RunKind, RunState
+from data_schema.vocabulary import FileRole, ReasonCode, RunKind, RunState
 from labbook.analysis.comparison import pairing
 from labbook.analysis.preregistration.book_state import BookState, state_at
 from labbook.analysis.preregistration.departures import Departure, DepartureKind, departures_since
 from labbook.analysis.preregistration.history import read_history
 from labbook.analysis.preregistration.selection import unselected
 from labbook.config.analysis import kept_analysis, kept_jump_rules
-from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family, PrimaryOutcome
+from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
 
 FAMILY_OF: Mapping[Family, str] = {Family.EACH: pairing.EACH, Family.POOLED: pairing.POOLED}
 """The family of comparisons that a setting means."""
@@ -236,6 +236,8 @@ def _changed_jump_rules(text: str, configuration: Configuration) -> list[Departu
 
 
 def _shown(value: object) -> str:
+    if isinstance(value, Outcome):
+        return value.key
     if isinstance(value, Bounds):
         return f"{value.low:g} to {value.high:g} {'%' if value.percent else 'm'}"
     if isinstance(value, bool):

@@ -97,8 +97,8 @@ def test_runs_give_what_the_analysis_has_of_them(honest: SmallBook) -> None:
             said(book, session)
     with honest.open() as book:
         analysis = state_report(book, None, ADA, lambda _step: None).analysis
-    state, results = state_at(history_of(honest)), {Outcome.JOULES: analysis.energies, Outcome.APEX: analysis.apexes}
-    for outcome, found in results.items():
+    state = state_at(history_of(honest))
+    for outcome, found in analysis.results.items():
         assert set(found.results) == {run.uid for run in analysis.evidence.runs if outcome in state.given(run.uid)}
 
 

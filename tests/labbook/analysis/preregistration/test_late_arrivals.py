@@ -14,8 +14,11 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.analysis.comparison.pairing import POOLED
+from labbook.analysis.preregistration.departures import DepartureKind
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
+from labbook.demo.plate import plate_record
+from labbook.demo.writers.bertec_text import bertec_text
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
 from tests.helpers.statements import gives_charge
 
@@ -366,3 +369,18 @@ def test_a_run_put_on_another_day_or_pack_is_told_by_name(honest: SmallBook) -> 
         True,
     ]
     assert planned(honest).exploratory(Outcome.JOULES, POOLED) is None
+
+
+def test_a_second_record_of_a_plate_takes_a_number_that_a_report_showed(honest: SmallBook) -> None:
+    for seed in (1, 2):
+        record = plate_record(seed, 4)
+        path = honest.instruments / f"r003_plate{seed}.txt"
+        path.write_bytes(bertec_text(record.time_ms, record.force_n, record.moment_nm, record.cop_m))
+        ingests(honest, path)
+        with honest.open() as book:
+            state_report(book, None, ADA, lambda _step: None)
+    (departure,) = planned(honest).further
+    assert departure.kind is DepartureKind.SURPLUS
+    assert departure.quantities == (Outcome.PEAK_FORCE, Outcome.CONTACT_TIME, Outcome.IMPULSE_HEIGHT)
+    assert departure.conditions == (key_of(honest, "r003"),)
+    assert departure.parameters["name"] == "r003_plate2.txt"
