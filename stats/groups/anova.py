@@ -44,7 +44,7 @@ class Anova(Result):
     eta_squared: float | Undefined
     """Share of the total sum of squares that lies between the groups, 0 to 1; too large on average where n is small."""
     omega_squared: float | Undefined
-    """The same share with its bias taken off; below 0 where F is below 1."""
+    """The same share with its bias taken off; 0 where F is below 1, as no share is negative."""
     ss_between: float | Undefined
     """Sum of squares between the groups, in the values' unit squared."""
     ss_within: float | Undefined
@@ -119,7 +119,7 @@ def one_way_anova(
         f=finite(exact_f, "F"),
         p=tail.p,
         log10_p=tail.log10_p,
-        omega_squared=float(surplus / (surplus + sum(result.group_ns))),
+        omega_squared=max(0.0, float(surplus / (surplus + sum(result.group_ns)))),
     )
 
 

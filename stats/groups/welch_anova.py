@@ -60,7 +60,7 @@ class WelchAnova(Result):
     """Share of variance between the groups, each value in SDs of its own group; too large on average where n is small.
     """
     omega_squared: float | Undefined
-    """The same share with its bias taken off, nearly; below 0 where F is below 1."""
+    """The same share with its bias taken off, nearly; 0 where F is below 1, as no share is negative."""
     constant_group: str
     """Name of the one group without scatter, for which the limit was taken; empty where all groups scatter."""
     empty_groups: tuple[str, ...]
@@ -148,7 +148,7 @@ def welch_anova(
         p=tail.p,
         log10_p=tail.log10_p,
         eta_squared=float((k - 1) * f / ((k - 1) * f + n - k)),
-        omega_squared=float(above_chance / (above_chance + n)),
+        omega_squared=max(0.0, float(above_chance / (above_chance + n))),
     )
 
 

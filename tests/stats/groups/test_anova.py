@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 import scipy.stats
 import statsmodels.api as sm
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova
+from stats.groups.welch_anova import welch_anova
 
 GROUPS = {"0": [42.1, 39.8, 44.0], "50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5]}
 
@@ -143,7 +144,24 @@ def test_shares_of_variance_and_their_interval():
         below = scipy.special.ncfdtr(2, 6, n * end / (1.0 - end), found.f)
         assert below == pytest.approx(tail, rel=1e-9) or (end == 0.0 and below < tail)
     assert one_way_anova(GROUPS, level=0.9).eta_squared_ci[1] < high
-    assert one_way_anova({"a": [1.0, 3.0], "b": [2.0, 2.5]}).omega_squared < 0.0
+
+
+@pytest.mark.parametrize("anova", [one_way_anova, welch_anova])
+@pytest.mark.parametrize("level", [0.8, 0.95, 0.99])
+@given(
+    st.lists(st.lists(st.floats(-5.0, 5.0).map(lambda x: round(x, 2)), min_size=2, max_size=6), min_size=2, max_size=4)
+)
+@settings(max_examples=60, deadline=None)
+def test_the_estimate_of_the_share_lies_in_its_interval(anova, level, groups):
+    """F below 1 gives 0, as effectsize shows it; a negative share once stood beside an interval that begins at 0."""
+    found = anova(groups, level=level)
+    if not isinstance(found.omega_squared, Undefined):
+        low, high = found.omega_squared_ci
+        assert 0.0 <= low <= found.omega_squared <= high <= 1.0
+
+
+def test_groups_that_differ_less_than_chance_share_nothing():
+    assert one_way_anova({"a": [1.0, 3.0], "b": [2.0, 2.5]}).omega_squared == 0.0
 
 
 def test_log10_p_agrees_with_p_and_goes_on_below_all_doubles():
