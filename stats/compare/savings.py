@@ -42,7 +42,7 @@ from numpy.typing import ArrayLike
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.ratio_of_means import RatioOfMeans, in_unit, squares
-from stats.compare.shared_error import SharedError
+from stats.compare.shared_error import SharedError, as_shared, degrees_of_fits
 from stats.compare.t_tests import Names, two_names
 from stats.exact.error_free import exact_root
 from stats.exact.finite import QUANTILE_BEYOND_DOUBLES, finite, finite_pair
@@ -155,11 +155,15 @@ def percent_savings(
     fit). `scale_relative_se` is that of a common factor (the reference voltage): it cancels. Derivation at the top of
     this module. `names` are what both groups are called in the sentence, and where something is undefined or refused.
     Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", for a negative scale error, a level
-    outside 0 to 1 or one name for both groups.
+    outside 0 to 1, one name for both groups, what is no `SharedError`, or two that differ about a fit they share.
     """
     level = as_level("level", level)
     scale_relative_se = as_number("scale_relative_se", scale_relative_se, low=0.0)
-    in_control, in_treated = shared_in_control or SharedError(), shared_in_treated or SharedError()
+    in_control, in_treated = (
+        SharedError() if shared is None else as_shared(name, shared)
+        for name, shared in (("shared_in_control", shared_in_control), ("shared_in_treated", shared_in_treated))
+    )
+    df_of_fits = degrees_of_fits([in_control, in_treated])
     names = two_names(names)
     read = read_groups(as_pair(names, control, treated), missing)
     result = replace(_described(read, names, level, scale_relative_se), names=names)
@@ -184,7 +188,7 @@ def percent_savings(
         if of_c.constant:
             return _without_interval(result, Undefined("neither group has any scatter"))
         return _without_interval(result, Undefined("all treated runs are 0, and a share of 0 does not scatter"))
-    return _with_intervals(result, ratio, {**in_control.df, **in_treated.df})
+    return _with_intervals(result, ratio, df_of_fits)
 
 
 def _described(read: Groups, names: tuple[str, str], level: float, scale_relative_se: float) -> Savings:

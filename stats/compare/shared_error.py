@@ -10,7 +10,7 @@ as scatter between runs.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from numpy.typing import ArrayLike
@@ -31,10 +31,11 @@ CANCELLED = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class SharedError:
-    """What one value takes from errors that it has in common with others; raises `InputRefused` for what is no number.
+    """What one value takes from errors that it has in common with others.
 
     `terms` holds signed standard errors by (fit, term), in the value's unit; the terms are independent of each other.
-    `df` holds the degrees of freedom of each fit, which all its terms were estimated with.
+    `df` holds the degrees of freedom of each fit, which all its terms were estimated with. Raises `InputRefused` for
+    other keys, for what is no number, and for a term of a fit without degrees of freedom.
     """
 
     terms: Mapping[tuple[str, str], float] = field(default_factory=dict)
@@ -47,10 +48,19 @@ class SharedError:
                 f"a shared error of {self.terms!r} with {self.df!r} degrees of freedom names no fit: give standard "
                 'errors by fit and term, {("drain", "level"): 0.1}, and degrees of freedom by fit, {"drain": 5}.'
             )
-        for (fit, term), value in self.terms.items():
-            as_number(f"the shared error {fit} {term}", value)
-            if self.df.get(fit) != math.inf:
-                as_number(f"the degrees of freedom of {fit}", self.df.get(fit, 0.0), above=0.0)
+        for fit, df in self.df.items():
+            if df != math.inf:
+                as_number(f"the degrees of freedom of {fit}", df, above=0.0)
+        for key, value in self.terms.items():
+            if not isinstance(key, tuple) or len(key) != 2:
+                raise InputRefused(
+                    f'a shared error stands under {key!r}: give each under its fit and term, as ("drain", "level").'
+                )
+            as_number(f"the shared error {key[0]} {key[1]}", value)
+            if key[0] not in self.df:
+                raise InputRefused(
+                    f"there are no degrees of freedom of {key[0]}: give them beside its errors, as {{{key[0]!r}: 5}}."
+                )
         refuse_beyond("the standard error of all shared terms together", [self.se])
 
     @property
@@ -68,24 +78,55 @@ class SharedError:
         return df_of_doubles([(variance, self.df[fit]) for fit, variance in variances.items()])
 
     def times(self, factor: float) -> SharedError:
-        """Return the error of `factor` times the value."""
+        """Return the error of `factor` times the value; raises `InputRefused` for a factor that is no finite number."""
+        factor = as_number("the factor of a shared error", factor)
         return SharedError({term: factor * value for term, value in self.terms.items()}, self.df)
 
     def minus(self, other: SharedError) -> SharedError:
-        """Return the error of the difference of two values; terms that cancel but for rounding are 0."""
+        """Return the error of the difference of two values; terms that cancel but for rounding are 0.
+
+        Raises `InputRefused` for what is no `SharedError`, and for one fit with two numbers of degrees of freedom.
+        """
+        df = degrees_of_fits([self, as_shared("what is taken off a shared error", other)])
         terms = {}
         for term in dict.fromkeys([*self.terms, *other.terms]):
             one, two = self.terms.get(term, 0.0), other.terms.get(term, 0.0)
             terms[term] = 0.0 if math.isclose(one, two, rel_tol=CANCELLED) else one - two
-        return SharedError(terms, {**other.df, **self.df})
+        return SharedError(terms, df)
+
+
+def as_shared(name: str, value: object) -> SharedError:
+    """Return a shared error; raises `InputRefused`, naming what was given, for anything else."""
+    if not isinstance(value, SharedError):
+        raise InputRefused(
+            f"{name} is {value!r}: give a SharedError, as SharedError({{('drain', 'level'): 0.1}}, {{'drain': 5}})."
+        )
+    return value
+
+
+def degrees_of_fits(errors: Iterable[SharedError]) -> dict[str, float]:
+    """Return the degrees of freedom of all fits; raises `InputRefused` where two errors differ about one fit."""
+    found: dict[str, float] = {}
+    for error in errors:
+        for fit, df in error.df.items():
+            if found.setdefault(fit, df) != df:
+                raise InputRefused(
+                    f"{fit} has {found[fit]:g} degrees of freedom in one shared error and {df:g} in another: errors of "
+                    "one fit have the same, and two fits need two names."
+                )
+    return found
 
 
 def shared_of_mean(errors: Sequence[SharedError]) -> SharedError:
-    """Return the error of the mean of values that carry these: the mean of each term."""
+    """Return the error of the mean of values that carry these: the mean of each term.
+
+    Raises `InputRefused` for what is no list of `SharedError`, and for one fit with two numbers of degrees of freedom.
+    """
+    if isinstance(errors, SharedError) or not isinstance(errors, Sequence):
+        raise InputRefused(f"the shared errors of a mean are {errors!r}: give a list of them, one of each value.")
     terms: dict[tuple[str, str], list[float]] = {}
-    df: dict[str, float] = {}
+    df = degrees_of_fits(as_shared("a shared error of a mean", error) for error in errors)
     for error in errors:
-        df |= error.df
         for term, value in error.terms.items():
             terms.setdefault(term, []).append(value)
     return SharedError({term: math.fsum(values) / len(errors) for term, values in terms.items()}, df)
@@ -185,10 +226,7 @@ def describe_shared(
     to 1.
     """
     level = as_level("level", level)
-    if not isinstance(shared, SharedError):
-        raise InputRefused(
-            f"shared is {shared!r}: give a SharedError, as SharedError({{('drain', 'level'): 0.1}}, {{'drain': 5}})."
-        )
+    shared = as_shared("shared", shared)
     scatter = describe(values, level, missing)
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined) or not (se or shared.se):

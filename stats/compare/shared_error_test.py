@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
+from data_schema.errors import InputRefused
 from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level
-from stats.compare.shared_error import SharedError, joined
+from stats.checks import as_level, as_number
+from stats.compare.shared_error import SharedError, as_shared, joined
 from stats.exact.distributions import t_quantile
 from stats.exact.finite import QUANTILE_BEYOND_DOUBLES, as_interval, finite, times_power
 from stats.exact.tails import normal_two_sided, t_two_sided
@@ -64,8 +66,15 @@ def difference_with_shared(
     shared: SharedError,
     level: float = 0.95,
 ) -> SharedTest:
-    """Add what is left of a shared error to the test of a difference; p <= 1 - level where 0 does not lie inside."""
-    level = as_level("level", level)
+    """Add what is left of a shared error to the test of a difference; p <= 1 - level where 0 does not lie inside.
+
+    `t`, `df`, `p` and the `interval` of that level are those of the scatter alone, each a number or undefined. Raises
+    `InputRefused` for anything else, such as an interval whose ends are no two finite numbers in order.
+    """
+    level, shared = as_level("level", level), as_shared("shared", shared)
+    _check_test(t, df, p)
+    if not isinstance(interval, Undefined):
+        interval = _two_ends(interval)
     if isinstance(interval, Undefined):
         return SharedTest(t, df, p, interval, interval, level)
     if isinstance(df, Undefined) or shared.se == 0.0:
@@ -84,3 +93,24 @@ def difference_with_shared(
     half = times_power(half, exponent)
     low, high = (finite(end, "an end of the interval") for end in (middle - half, middle + half))
     return SharedTest(t, shown_df, p, low, high, level)
+
+
+def _check_test(t: Any, df: Any, p: Any) -> None:
+    """Raise `InputRefused` for what is neither undefined nor a number that a t-test can have."""
+    if not isinstance(t, Undefined):
+        as_number("t", t)
+    if not isinstance(df, Undefined) and df != math.inf:
+        as_number("the degrees of freedom", df, above=0.0)
+    if not isinstance(p, Undefined) and as_number("p", p, low=0.0) > 1.0:
+        raise InputRefused(f"p is {p!r}: give a probability, from 0 to 1.")
+
+
+def _two_ends(interval: Any) -> tuple[float, float]:
+    try:
+        low, high = interval
+    except (TypeError, ValueError) as error:
+        raise InputRefused(f"the interval is {interval!r}: give its two ends, as (-1.0, 3.0).") from error
+    low, high = as_number("the interval's lower end", low), as_number("its upper end", high)
+    if low > high:
+        raise InputRefused(f"the interval goes from {low:g} to {high:g}: give its lower end first.")
+    return low, high

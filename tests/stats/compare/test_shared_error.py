@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +16,7 @@ from mpmath import mp
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
+from stats.compare.savings import percent_savings
 from stats.compare.shared_error import SharedError, describe_shared, joint, shared_of_mean
 from stats.compare.shared_error_test import difference_with_shared
 from stats.compare.summary import describe
@@ -174,3 +177,50 @@ def test_what_is_no_error_is_refused() -> None:
         level_error(math.nan)
     with pytest.raises(InputRefused, match="degrees of freedom of drain"):
         level_error(0.5, 0.0)
+
+
+HALF = level_error(0.5, 4.0)
+TEST = (1.0, 8.0, 0.35, (-1.0, 3.0))
+"""t, df, p and interval of a difference."""
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        (lambda: SharedError({"drain": 0.1}, {"drain": 4}), "'drain': give each under its fit and term"),
+        (lambda: SharedError({("a", "b", "c"): 0.1}, {"a": 4}), "under its fit and term"),
+        (lambda: SharedError({("drain", "level"): 0.1}), "no degrees of freedom of drain"),
+        (lambda: SharedError({}, {"drain": math.nan}), "the degrees of freedom of drain is nan"),
+        (lambda: HALF.times(math.nan), "factor of a shared error is nan"),
+        (lambda: HALF.times("2"), "factor of a shared error is '2'"),
+        (lambda: HALF.minus(0.1), "what is taken off a shared error is 0.1: give a SharedError"),
+        (lambda: HALF.minus(level_error(0.5, 3.0)), "drain has 4 degrees of freedom in one shared error and 3"),
+        (lambda: shared_of_mean([HALF, level_error(0.5, 3.0)]), "two fits need two names"),
+        (lambda: shared_of_mean([0.1, 0.2]), "a shared error of a mean is 0.1"),
+        (lambda: shared_of_mean(HALF), "give a list of them"),
+        (lambda: describe_shared([1.0, 2.0], 0.1), "shared is 0.1: give a SharedError"),
+        (lambda: difference_with_shared(*TEST, 0.1), "shared is 0.1: give a SharedError"),
+        (lambda: difference_with_shared(None, *TEST[1:], HALF), "t is None: give a number"),
+        (lambda: difference_with_shared("x", *TEST[1:], SharedError()), "t is 'x': give a number"),
+        (lambda: difference_with_shared(1.0, -2.0, *TEST[2:], HALF), "degrees of freedom is -2.0"),
+        (lambda: difference_with_shared(1.0, 8.0, 2.0, TEST[3], HALF), "p is 2.0: give a probability"),
+        (lambda: difference_with_shared(*TEST[:3], (3.0, -1.0), HALF), "goes from 3 to -1: give its lower end first"),
+        (lambda: difference_with_shared(*TEST[:3], (math.nan, 3.0), HALF), "lower end is nan"),
+        (lambda: difference_with_shared(*TEST[:3], 2.0, HALF), "the interval is 2.0: give its two ends"),
+        (
+            lambda: percent_savings([4, 5], [3, 4], shared_in_treated=0.1),
+            "shared_in_treated is 0.1: give a SharedError",
+        ),
+        (
+            lambda: percent_savings([4, 5], [3, 4], shared_in_control=HALF, shared_in_treated=level_error(0.5, 3.0)),
+            "drain has 4 degrees of freedom in one shared error and 3 in another",
+        ),
+    ],
+)
+def test_foreign_numbers_are_refused_with_what_to_give(asked: Callable[[], object], said: str) -> None:
+    with pytest.raises(InputRefused, match=re.escape(said)):
+        asked()
+
+
+def test_one_fit_may_be_told_of_in_several_errors() -> None:
+    assert HALF.minus(SharedError({("drain", "level"): 0.2}, {"drain": 4})).se == pytest.approx(0.3)
