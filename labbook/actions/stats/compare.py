@@ -1,4 +1,4 @@
-"""What `labbook stats compare` does: each group, or all together, against the control by F-test and t-tests."""
+"""What `labbook stats compare` does: each group, or all together, against the control by t-tests."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from stats.results import as_dict
 class CompareRequest:
     """How to compare: the t-test's route, alpha or the intervals' level, and whether all other groups are one."""
 
-    route: str = "f_then_t"
+    route: str = "welch"
     alpha: float | None = None
     level: float | None = None
     pooled: bool = False

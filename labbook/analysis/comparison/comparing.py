@@ -109,7 +109,7 @@ def shared_by(side: Sequence[ConditionValues]) -> SharedError:
 def _compared(pair: Pair, quantity: Outcome, alpha: float) -> Computed:
     a, b, level = values_of(pair.a), values_of(pair.b), 1.0 - alpha
     unit = quantity.unit
-    test, spreads = compare_two(b, a, alpha=alpha), brown_forsythe({"a": b, "b": a})
+    test, spreads = compare_two(b, a, "f_then_t", alpha), brown_forsythe({"a": b, "b": a})
     shared = shared_by(pair.b).minus(shared_by(pair.a))
     chosen = difference_with_shared(test.t, test.df, test.p, test.difference_ci, shared, level)
     welch = difference_with_shared(test.welch_t, test.welch_df, test.welch_p, test.welch_ci, shared, level)

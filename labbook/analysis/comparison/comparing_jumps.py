@@ -48,7 +48,7 @@ def compare_jumps(
 
 def _compared(pair: Pair, alpha: float) -> Computed:
     a, b = _heights_m(pair.a), _heights_m(pair.b)
-    test = compare_two(b, a, alpha=alpha)
+    test = compare_two(b, a, "f_then_t", alpha)
     total = len(a) + len(b)
     differences = (
         ("difference", test.difference_ci, test.df),

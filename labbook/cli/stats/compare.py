@@ -38,8 +38,8 @@ def compare(
     day: DayOption = None,
     route: Annotated[
         str,
-        typer.Option("--route", metavar="NAME", help="f_then_t (F-test, then Student or Welch), welch or student."),
-    ] = "f_then_t",
+        typer.Option("--route", metavar="NAME", help="welch, student, or f_then_t (thesis: F-test, then one of them)."),
+    ] = "welch",
     alpha: AlphaOption = None,
     level: LevelOption = None,
     pooled: Annotated[bool, typer.Option("--pooled", help="Take all groups but the control as one.")] = False,
@@ -53,8 +53,8 @@ def compare(
     residuals: ResidualsOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Compare groups with a control: F-test and Brown and Forsythe's, Student's or Welch's t and Welch's always, the
-    difference with its interval, Hedges's g; several groups also by Holm's method.
+    """Compare groups with a control: Welch's t or another by --route, the difference with its interval, Hedges's g, an
+    F-test and Brown and Forsythe's of the variances; several groups also by Holm's method.
 
     On the book the values are one a run, those of the report, and so are the numbers: joules carry the error of the
     passive drain that the groups share. Nothing is written but figures.

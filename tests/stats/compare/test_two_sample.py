@@ -58,7 +58,7 @@ def test_all_numbers_agree_with_scipy():
 
 def test_the_published_route_takes_welch_when_the_f_test_rejects():
     wide = [0.0, 30.0, -25.0, 40.0, -35.0, 10.0]
-    alike, unlike = compare_two(A, B), compare_two(wide, B)
+    alike, unlike = compare_two(A, B, "f_then_t"), compare_two(wide, B, "f_then_t")
     assert (alike.equal_variances, alike.test) == (True, "Student")
     assert (unlike.equal_variances, unlike.test) == (False, "Welch")
     assert unlike.p == unlike.welch_p
@@ -71,7 +71,7 @@ def test_the_published_route_takes_welch_when_the_f_test_rejects():
 def test_the_f_test_is_judged_at_the_alpha_that_was_asked_for(alpha, test, df):
     """Variances of 3.5 and 31.5 with n = 6: F(5, 5) = 9 has p = 0.031."""
     narrow, wide = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [3.0, 6.0, 9.0, 12.0, 15.0, 18.0]
-    found = compare_two(narrow, wide, alpha=alpha)
+    found = compare_two(narrow, wide, "f_then_t", alpha)
     assert found.f == pytest.approx(1.0 / 9.0)
     assert found.f_p == pytest.approx(2.0 * scipy.stats.f.sf(9.0, 5, 5))
     assert 0.025 < found.f_p < 0.035
@@ -133,14 +133,21 @@ def test_wrong_input_is_refused():
 
 
 def test_a_difference_beyond_the_digits_of_the_means_says_so():
-    far = compare_two([10**19 + 3, 10**19 + 4], [10**19, 10**19 + Fraction(1, 2)])
+    far = compare_two([10**19 + 3, 10**19 + 4], [10**19, 10**19 + Fraction(1, 2)], "student")
     assert "is 3.25 (95 % CI 0.8447 to 5.655; the means differ beyond the digits of a double)" in far.sentence()
     assert "beyond" not in compare_two([1e15, 1e15 + 1.0], [1e15 + 0.25, 1e15 + 0.5]).sentence()
     assert "beyond" not in compare_two([1.0, 2.0], [2.0, 1.0]).sentence()
 
 
+def test_welchs_test_leads_whatever_the_variances():
+    narrow, wide = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], [3.0, 6.0, 9.0, 12.0, 15.0, 18.0]
+    for found in (compare_two(A, B), compare_two(narrow, wide)):
+        assert (found.route, found.test, found.t, found.df) == ("welch", "Welch", found.welch_t, found.welch_df)
+        assert "Student" not in found.sentence()
+
+
 def test_the_sentence_has_everything():
-    text = compare_two(A, B).sentence("CE", "AD", "J")
+    text = compare_two(A, B, "f_then_t").sentence("CE", "AD", "J")
     for part in ("n = 6", "n = 5", "J", "95 % CI", "Student's t(9)", "Welch's t(", "p "):
         assert part in text
 
@@ -150,7 +157,7 @@ def test_the_size_of_welchs_test_is_nominal_where_the_two_stage_route_is_not():
     """n = 5 and 20, SD ratio 2, no effect: two-stage 0.114, Welch 0.055 (20 000 simulations)."""
     rng = np.random.default_rng(3)
     small, large = rng.normal(0.0, 2.0, (2500, 5)), rng.normal(0.0, 1.0, (2500, 20))
-    found = [compare_two(a, b) for a, b in zip(small, large, strict=True)]
+    found = [compare_two(a, b, "f_then_t") for a, b in zip(small, large, strict=True)]
     two_stage = np.mean([one.p < 0.05 for one in found])
     welch = np.mean([one.welch_p < 0.05 for one in found])
     assert 0.09 < two_stage < 0.14
