@@ -49,8 +49,8 @@ class Detector:
 DETECTORS: dict[str, Detector] = {
     detector.name: detector
     for detector in (
-        Detector("published", 2, published_jumps, PublishedParameters()),
-        Detector("robust", 2, robust_jumps, RobustParameters()),
+        Detector("published", 3, published_jumps, PublishedParameters()),
+        Detector("robust", 3, robust_jumps, RobustParameters()),
     )
 }
 """All detectors by name."""

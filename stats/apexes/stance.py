@@ -1,8 +1,9 @@
 """Stances in a height log, and when the foot met and left the ground.
 
 A stance begins when the body sinks below the leg's rest length and ends when it rises above it again; the clamp, the
-lowering by hand and the catch all happen above (thesis 5.1.3). What follows a stance soon enough is its flight; the
-first maximum there is where an apex is looked for. A drop that ends without a lift-off is a stance too.
+lowering by hand and the catch all happen above (thesis 5.1.3). The first maximum after a stance is where an apex is
+looked for, if it comes soon, or is so high that only free flight gets there in that time. A drop that ends without a
+lift-off is a stance too.
 """
 
 from __future__ import annotations
@@ -25,7 +26,10 @@ class StanceParameters:
     stance_depth_m: float = 0.03
     """A body this far below the rest length is in stance (the legs of both thesis robots give at least 0.05 m)."""
     rise_max_s: float = 0.35
-    """Longest time from passing the rest length to the apex: 0.6 m of rise. A hand lifts more slowly."""
+    """A maximum this soon after the body passed the rest length may be an apex, whatever the rise."""
+    free_rise_share: float = 0.6
+    """A later one may be where the body has risen by at least this share of what is fallen freely in that time: a hand
+    lifts more slowly. Free flights have some 0.85 of it, as they are seen only when the body has fallen a little."""
     fall_min_m: float = 0.002
     """A maximum counts once the body has fallen this far from it, and four standard deviations of the noise."""
     smoothing_s: float = 0.015
@@ -112,19 +116,25 @@ def _first_maximum(
     if end >= n:
         return Undefined("the log ends in this stance"), n
     stop = int(np.searchsorted(signal.time_s, signal.time_s[end] + parameters.rise_max_s, side="right"))
-    stop = min(stop, next_begin)
+    stop, last = min(stop, next_begin), next_begin
     width = max(1, round(parameters.smoothing_s / signal.interval_s))
     begin = max(end - width // 2, 0)
-    window = signal.coarse_m[begin : min(stop + width, n)]
+    window = signal.coarse_m[begin : min(last + width, n)]
     if window.size < width:
         return Undefined("the log ends right after this stance"), stop
-    smooth = np.convolve(window, np.full(width, 1.0 / width), mode="valid")[: stop - begin]
+    smooth = np.convolve(window, np.full(width, 1.0 / width), mode="valid")[: last - begin]
     fall = max(parameters.fall_min_m, 4.0 * signal.noise_sd_m / width**0.5)
     fallen = np.flatnonzero(smooth < np.maximum.accumulate(smooth) - fall)
+    none = Undefined("after this stance the body rose and did not fall again: no flight"), stop
     if fallen.size == 0:
-        return Undefined("after this stance the body rose and did not fall again: no flight"), stop
+        return none
     centre = begin + width // 2
-    return centre + int(np.argmax(smooth[: fallen[0]])), centre + int(fallen[0])
+    highest, seen = int(np.argmax(smooth[: fallen[0]])), centre + int(fallen[0])
+    rise_m = float(smooth[highest] - signal.coarse_m[end])
+    free_fall_m = parameters.gravity_m_s2 * float(signal.time_s[seen] - signal.time_s[end]) ** 2 / 2.0
+    if fallen[0] >= stop - begin and rise_m < parameters.free_rise_share * free_fall_m:
+        return none
+    return centre + highest, seen
 
 
 def _touchdown(signal: CleanSignal, rest_length_m: float, earliest: int, begin: int) -> float | Undefined:
@@ -161,11 +171,13 @@ def landing(
     landed when the parabola falls through the rest length.
     """
     seen = None if following is None else following.touchdown_s
-    if isinstance(seen, float) and seen - apex_s <= parameters.rise_max_s:
+    fall_s = math.sqrt(2.0 * max(apex_height_m - rest_length_m, 0.0) / curvature_m_s2)
+    longest_s = max(parameters.rise_max_s, fall_s / math.sqrt(parameters.free_rise_share))
+    if isinstance(seen, float) and seen - apex_s <= longest_s:
         return seen, False
     if apex_height_m <= rest_length_m:
         return Undefined("the apex is not above the rest length"), True
-    return apex_s + math.sqrt(2.0 * (apex_height_m - rest_length_m) / curvature_m_s2), True
+    return apex_s + fall_s, True
 
 
 def touches_gap(gaps: Floats, begin_s: float, end_s: float) -> bool:

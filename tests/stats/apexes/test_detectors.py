@@ -197,6 +197,32 @@ def test_a_dropout_over_the_apex_does_not_make_peaks(bed_log):
     assert abs(height_errors(found, log)[2]) < 0.001
 
 
+@pytest.mark.parametrize("detector", ["published", "robust"])
+@pytest.mark.parametrize("leg", [True, False])
+@pytest.mark.parametrize(("rate_hz", "sd_m"), [(100.0, 0.003), (300.0, 0.001), (1000.0, 0.005)])
+def test_a_hop_of_any_height_is_a_flight(bed_log, emulator_log, detector, leg, rate_hz, sd_m):
+    """Rises of 0.53 to 1.2 m, up to the rail at 1.5 m: above 0.58 m the fall comes later than 0.35 s."""
+    for make in (bed_log, emulator_log):
+        log = make(15, rate_hz=rate_hz, apex_m=(0.8, 1.45))
+        found = jumps_of(log, measured(log, sd_m), detector=detector, leg=leg)
+        assert [jump.number for jump in found.jumps if jump.undefined_reason is None] == list(range(1, 16))
+        assert found.apex_times_s == pytest.approx(log.apex_s, abs=0.03)
+        assert np.abs(height_errors(found, log)).max() < 0.02
+
+
+@pytest.mark.parametrize("lift_s", [0.5, 0.7, 1.0, 1.5])
+def test_a_hand_that_lifts_high_and_lets_go_is_no_flight(bed_log, lift_s):
+    """After a misfire the robot is lifted by 0.6 m, held and dropped: higher than a hop, and slower."""
+    log = bed_log(3, misfires=(2,))
+    since = log.time_s - log.touchdown_s[1] - 0.6
+    share = np.clip(since / lift_s, 0.0, 1.0)
+    lifted = np.where((since > 0.0) & (since < lift_s + 0.3), 0.2 + 0.6 * share**2 * (3.0 - 2.0 * share), log.height_m)
+    noisy = lifted + np.random.default_rng(0).normal(0.0, 0.001, lifted.size)
+    for detector in ("published", "robust"):
+        reason = jumps_of(log, noisy, leg=False, detector=detector).jumps[1].undefined_reason
+        assert reason == "after this stance the body rose and did not fall again: no flight"
+
+
 def test_a_hand_that_throws_is_not_gravity(bed_log):
     """After a misfire the hand lifts, stops and lowers again: a maximum, but not a ballistic one."""
     log = bed_log(3, misfires=(2,))

@@ -3,7 +3,7 @@ import pytest
 
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import CleaningParameters, clean_signal
-from stats.apexes.stance import StanceParameters, find_hops, landing, liftoff_from_leg, touches_gap
+from stats.apexes.stance import Hop, StanceParameters, find_hops, landing, liftoff_from_leg, touches_gap
 
 
 def signal_of(log, leg=True):
@@ -63,6 +63,14 @@ def test_a_landing_is_seen_or_read_off_the_parabola():
     assert at_s == pytest.approx(1.0 + (0.2 / 9.8) ** 0.5)
     assert extrapolated
     assert isinstance(landing(1.0, 0.2, 9.8, None, 0.27, StanceParameters())[0], Undefined)
+
+
+@pytest.mark.parametrize(("after_s", "seen"), [(0.45, True), (0.9, False)])
+def test_a_high_hop_lands_later(after_s, seen):
+    following = Hop(0, 1, 2, Undefined("not looked for"), 2, 1.0 + after_s)
+    at_s, extrapolated = landing(1.0, 1.27, 9.8, following, 0.27, StanceParameters())
+    assert extrapolated != seen
+    assert at_s == (1.0 + after_s if seen else pytest.approx(1.0 + (2.0 / 9.8) ** 0.5))
 
 
 def test_gaps_touch_what_they_overlap():
