@@ -79,7 +79,8 @@ def _table(content: ReportContent, quantity: Outcome, name: str) -> Table:
     caption = (
         f"The comparisons of {quantity} with the control by day: runs of one day have the day in common (day as a "
         "random effect; the exact test where the design is balanced, else a mixed model, REML, degrees of freedom "
-        "after Satterthwaite). Day SD: how days differ, as a standard deviation by the mixed model."
+        "after Satterthwaite; either takes both sides to scatter alike). Day SD: how days differ, as a standard "
+        "deviation by the mixed model."
         f"{exploratory_note(comparison for comparison, _ in found)}"
     )
     return Table(name, caption, columns, rows)

@@ -53,7 +53,7 @@ def student(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AN
     if df < 1:
         return _no_test(f"there are {a.n} and {b.n} values and the pooled variance needs at least 3 in all")
     pooled = (a.exact_sum_squares + b.exact_sum_squares) / df
-    return _t_test(a.exact_mean - b.exact_mean, pooled * (Fraction(1, a.n) + Fraction(1, b.n)), Fraction(df), level)
+    return t_test(a.exact_mean - b.exact_mean, pooled * (Fraction(1, a.n) + Fraction(1, b.n)), Fraction(df), level)
 
 
 def welch(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_B) -> TTest:
@@ -68,7 +68,7 @@ def welch(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_
     if total == 0:
         return _no_test("neither group has any scatter")
     df = shortened(exact_df([(part_a, a.n - 1), (part_b, b.n - 1)]))
-    return _t_test(a.exact_mean - b.exact_mean, total, df, level)
+    return t_test(a.exact_mean - b.exact_mean, total, df, level)
 
 
 def too_small(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> str | None:
@@ -79,7 +79,8 @@ def too_small(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> str | None:
     return None
 
 
-def _t_test(difference: Fraction, se_squared: Fraction, df: Fraction, level: Number) -> TTest:
+def t_test(difference: Fraction, se_squared: Fraction, df: Fraction, level: Number) -> TTest:
+    """Return the two-sided test of a difference with this squared standard error and degrees of freedom."""
     if se_squared == 0:
         return _no_test("neither group has any scatter")
     se = exact_root(se_squared)

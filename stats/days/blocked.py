@@ -20,10 +20,10 @@ from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_level, as_sample
 from stats.days.blocked_fit import Fit, Fitted, fit_by_day
-from stats.days.blocked_result import BlockedByDay, ExactTest
+from stats.days.blocked_result import BlockedByDay, ExactTest, MixedModel
 from stats.days.blocks import Codes
 from stats.days.cells import cells_of
-from stats.days.exact_by_day import exact_test
+from stats.days.exact_by_day import exact_test, paired_tests
 from stats.days.strata import Strata, strata_of
 from stats.lines.complete import Labels, as_labels, complete_rows, label_text
 from stats.wording import counted
@@ -44,10 +44,11 @@ def blocked_by_day(
 
     Runs are numbered within days: run 1 of Monday is not run 1 of Tuesday. Labels that are equal numbers, as 0 and 0.0,
     are one, called "0". `order` holds every condition once, as they are to be told, by default numbers by size and
-    words by alphabet; `control` is the condition that the others are compared with, by default the first. Agrees with
+    words by alphabet; `control` is the condition that the others are compared with, by default the first. What is
+    stated comes from the exact F-test where the design is balanced, else from the mixed model, which agrees with
     lmerTest's Satterthwaite tests; where contrasts differ in their degrees of freedom, lmerTest's overall F-test
-    depends on the order of the conditions and stands apart from the one that does not. Where the design has an exact
-    F-test, that stands beside them. Conditions of one day each get no p.
+    depends on the order of the conditions and stands apart from the one that does not. Both take all conditions to
+    scatter alike; paired tests on day means, which do not, stand beside them. Conditions of one day each get no p.
     Raises `InputRefused` for infinite values, labels of another length or of more than one dimension, an order of other
     conditions, and, unless `missing` is "drop", for values or labels that are missing (an infinite label and an empty
     one are); `UnknownName` for an unknown control.
@@ -69,22 +70,25 @@ def blocked_by_day(
         n_runs=read.n_runs if run is not None else Undefined("no runs were given"),
         level=level,
         conditions=result.conditions,
-        contrasts=result.contrasts,
+        mixed=MixedModel(
+            f=overall if isinstance(overall, Undefined) else overall.f,
+            df_between=len(names) - 1,
+            df_within=overall if isinstance(overall, Undefined) else overall.df_within,
+            p=overall if isinstance(overall, Undefined) else overall.tail.p,
+            log10_p=overall if isinstance(overall, Undefined) else overall.tail.log10_p,
+            contrasts=result.contrasts,
+            lmertest_df_within=overall if isinstance(overall, Undefined) else overall.lmertest_df_within,
+        ),
+        exact=exact,
+        paired=paired_tests(read.sample, read.condition, read.day, names, level),
         day_variance=result.day_variance,
         run_variance=result.run_variance if run is not None else Undefined("no runs were given"),
         residual_variance=result.residual_variance,
         day_ratio=result.day_ratio,
         singular=result.singular,
         reml_criterion=result.reml_criterion,
-        f=overall if isinstance(overall, Undefined) else overall.f,
-        df_between=len(names) - 1,
-        df_within=overall if isinstance(overall, Undefined) else overall.df_within,
-        p=overall if isinstance(overall, Undefined) else overall.tail.p,
-        log10_p=overall if isinstance(overall, Undefined) else overall.tail.log10_p,
-        exact=exact,
         confounding=_confounding(strata, names, days_of, _counting(result, exact)),
         notes=notes,
-        lmertest_df_within=overall if isinstance(overall, Undefined) else overall.lmertest_df_within,
         missing=read.missing,
     )
 

@@ -71,7 +71,8 @@ class Contrast(Result):
 
 @dataclass(frozen=True, slots=True)
 class ExactTest(Result):
-    """Analysis of variance whose size is exact under the model, whatever the days' variance."""
+    """Analysis of variance whose size is exact for normal values, whatever the days' variance, where all conditions
+    scatter alike; where the one of fewer values scatters more it errs too often (see `BlockedByDay.paired`)."""
 
     unit: str
     """What is counted as one observation: "value", "run mean" or "day mean"."""
@@ -93,38 +94,22 @@ class ExactTest(Result):
     contrasts: tuple[Contrast, ...]
     """Differences to the control from the same mean square; shape (k - 1,)."""
 
+    @property
+    def method(self) -> str:
+        """The test in words: "exact test on values, day held fixed", "exact test on day means"."""
+        held = "" if self.block == "nothing" else f", {self.block} held fixed"
+        return f"exact test on {self.unit}s{held}"
+
+
+MIXED_MODEL = "mixed model"
+
 
 @dataclass(frozen=True, slots=True)
-class BlockedByDay(Result):
-    """Conditions compared by y ~ condition + (1 | day) [+ (1 | day:run)], fitted by REML."""
+class MixedModel(Result):
+    """Tests of y ~ condition + (1 | day) [+ (1 | day:run)], fitted by REML: all conditions scatter alike about days."""
 
-    n: int
-    """Number of values."""
-    n_days: int
-    """Number of days."""
-    n_runs: int | Undefined
-    """Number of runs, those of all days together."""
-    level: float
-    """Level of the intervals."""
-    conditions: tuple[ConditionMean, ...]
-    """The control first, then in the order given; shape (k,)."""
-    contrasts: tuple[Contrast, ...]
-    """Every other condition minus the control; shape (k - 1,)."""
-    day_variance: float | Undefined
-    """Variance between days, unit of the values squared; 0 where REML puts it at its boundary."""
-    run_variance: float | Undefined
-    """Variance between the runs of a day, unit of the values squared."""
-    residual_variance: float | Undefined
-    """Variance within runs (or days), unit of the values squared."""
-    day_ratio: float
-    """Variance between days over that within runs (or days), as means and differences weigh days by it, in any unit; 0
-    where the model has no variance of days, 1e12 where nothing is tested and differences within days alone count."""
-    singular: bool | Undefined
-    """Whether a variance is estimated as 0."""
-    reml_criterion: float | Undefined
-    """-2 log restricted likelihood (lme4's REMLcrit)."""
     f: float | Undefined
-    """F of all conditions being equal, from the mixed model, dimensionless."""
+    """F of all conditions being equal, dimensionless."""
     df_between: int
     """Number of conditions minus 1."""
     df_within: float | Undefined
@@ -134,17 +119,11 @@ class BlockedByDay(Result):
     """P(F >= f)."""
     log10_p: float | Undefined
     """Decimal logarithm of p, right at any size."""
-    exact: ExactTest | Undefined
-    """The exact F-test, where the design has one."""
-    confounding: str
-    """Which conditions share no day and what follows; empty where all are joined by shared days."""
-    notes: tuple[str, ...]
-    """What the design could not tell, and what was therefore left out of the model."""
+    contrasts: tuple[Contrast, ...]
+    """Every other condition minus the control; shape (k - 1,)."""
     lmertest_df_within: float | Undefined
     """As lmerTest's `anova` gives it, from contrasts that depend on the order of the conditions; equal to `df_within`
     where all contrasts have the same degrees of freedom, as in every balanced design."""
-    missing: int
-    """How many values were left out because they or a label were missing."""
 
     @property
     def lmertest_p(self) -> float | Undefined:
@@ -158,50 +137,161 @@ class BlockedByDay(Result):
         tail = self._lmertest_tail()
         return tail if isinstance(tail, Undefined) else tail.log10_p
 
+    @property
+    def method(self) -> str:
+        """The test in words."""
+        return MIXED_MODEL
+
     def _lmertest_tail(self) -> Tail | Undefined:
         if isinstance(self.f, Undefined) or isinstance(self.lmertest_df_within, Undefined):
             return self.f if isinstance(self.f, Undefined) else Undefined("it has no degrees of freedom")
         return f_upper(self.f, self.df_between, self.lmertest_df_within)
 
+
+@dataclass(frozen=True, slots=True)
+class BlockedByDay(Result):
+    """Conditions compared over days: f, p and contrasts are those of its sentence, by the test that `method` names.
+
+    That is the exact test where the design is balanced, else the mixed model. Both are one where REML finds that days
+    differ. Where it puts their variance at 0 the model counts days and values together, and errs a little too often if
+    days do differ; the exact test does not, whatever days do.
+    """
+
+    n: int
+    """Number of values."""
+    n_days: int
+    """Number of days."""
+    n_runs: int | Undefined
+    """Number of runs, those of all days together."""
+    level: float
+    """Level of the intervals."""
+    conditions: tuple[ConditionMean, ...]
+    """The control first, then in the order given; shape (k,)."""
+    mixed: MixedModel
+    """The mixed model's tests."""
+    exact: ExactTest | Undefined
+    """The exact F-test, where the design has one."""
+    paired: tuple[Contrast, ...]
+    """Every other condition minus the control by the means of the days that hold both, by Student's test of their
+    differences; shape (k - 1,). It holds its level however much either scatters, and where days act on them
+    differently."""
+    day_variance: float | Undefined
+    """Variance between days by the mixed model, unit of the values squared; 0 where REML puts it at its boundary."""
+    run_variance: float | Undefined
+    """Variance between the runs of a day, unit of the values squared."""
+    residual_variance: float | Undefined
+    """Variance within runs (or days), unit of the values squared."""
+    day_ratio: float
+    """Variance between days over that within runs (or days), as means and differences weigh days by it, in any unit; 0
+    where the model has no variance of days, 1e12 where nothing is tested and differences within days alone count."""
+    singular: bool | Undefined
+    """Whether a variance is estimated as 0."""
+    reml_criterion: float | Undefined
+    """-2 log restricted likelihood (lme4's REMLcrit)."""
+    confounding: str
+    """Which conditions share no day and what follows; empty where all are joined by shared days."""
+    notes: tuple[str, ...]
+    """What the design could not tell, and what was therefore left out of the model."""
+    missing: int
+    """How many values were left out because they or a label were missing."""
+
+    def stated(self) -> ExactTest | MixedModel:
+        """Return the test that sentence, figure and report state: the exact one where the design is balanced."""
+        return self.exact if isinstance(self.exact, ExactTest) and self.exact.balanced else self.mixed
+
+    @property
+    def method(self) -> str:
+        """The test that is stated, in words: "mixed model", "exact test on values, day held fixed"."""
+        return self.stated().method
+
+    @property
+    def f(self) -> float | Undefined:
+        """F of all conditions being equal, dimensionless."""
+        return self.stated().f
+
+    @property
+    def df_between(self) -> int:
+        """Number of conditions minus 1."""
+        return self.mixed.df_between
+
+    @property
+    def df_within(self) -> float | Undefined:
+        """Degrees of freedom of the scatter."""
+        return self.stated().df_within
+
+    @property
+    def p(self) -> float | Undefined:
+        """P(F >= f)."""
+        return self.stated().p
+
+    @property
+    def log10_p(self) -> float | Undefined:
+        """Decimal logarithm of p, right at any size."""
+        return self.stated().log10_p
+
+    @property
+    def contrasts(self) -> tuple[Contrast, ...]:
+        """Every other condition minus the control; shape (k - 1,)."""
+        return self.stated().contrasts
+
     def rows(self) -> tuple[Contrast, ...]:
-        """Return the contrasts of the mixed model, for `to_frame`."""
+        """Return the contrasts, for `to_frame`."""
         return self.contrasts
 
     def sentence(self, unit: str = "") -> str:
         """Return the test, the differences to the control and what the design cannot tell, in words.
 
-        The exact test comes first where the design is balanced, and the differences are then its own.
+        Each difference is followed by the paired one of day means, where two days or more hold both and it is another.
         """
         days = f"{self.n_days} day{'' if self.n_days == 1 else 's'}"
         conditions = f"{len(self.conditions)} condition{'' if len(self.conditions) == 1 else 's'}"
         where = f"{conditions}, {days}, n = {self.n}{missing_text(self.missing)}"
-        exact = self.exact if isinstance(self.exact, ExactTest) else None
-        contrasts = self.contrasts
-        mixed = "" if isinstance(self.f, Undefined) or self._told_by(exact) else self._mixed_text()
-        if exact is not None and exact.balanced:
-            contrasts = exact.contrasts
-            text = f"The conditions ({where}) give {_exact_text(exact, self.level)}{mixed and '; ' + mixed}."
-        elif mixed:
-            text = f"The conditions ({where}) give {mixed}{'; ' + _exact_text(exact, self.level) if exact else ''}."
-        elif exact is not None and self._told_by(exact):
-            text = f"The conditions ({where}) give {_exact_text(exact, self.level)}."
-        else:
-            reason = self.f.reason if isinstance(self.f, Undefined) else ""
-            text = f"No test of the conditions with day as a random effect ({where}): {reason}."
-        parts = [text, *(each.sentence(self.level, unit) for each in contrasts)]
+        exact = [self._exact_text(self.exact)] if isinstance(self.exact, ExactTest) else []
+        mixed = [] if isinstance(self.mixed.f, Undefined) or self._without_mixed() else [self._mixed_text()]
+        tests = [*mixed, *exact] if self.stated() is self.mixed else [*exact, *mixed]
+        text = f"The conditions ({where}) give {'; '.join(tests)}."
+        if isinstance(self.f, Undefined):
+            text = f"No test of the conditions with day as a random effect ({where}): {self.f.reason}."
+        parts = [text]
+        for stated, paired in zip(self.contrasts, self.paired, strict=True):
+            parts += [stated.sentence(self.level, unit), *self._paired_text(paired, unit)]
         parts += [self.confounding] if self.confounding else []
         return " ".join([*parts, *self.notes])
 
-    def _told_by(self, exact: ExactTest | None) -> bool:
+    def _without_mixed(self) -> bool:
         """Whether the exact test stands for the mixed model's, which has no day in it.
 
         So it is on a single day, where both are one, and where conditions had days of their own and REML puts the days'
         variance at 0: the model then counts values where the exact test counts days.
         """
-        if exact is None:
+        if self.stated() is self.mixed:
             return False
         of_one_day = self.n_days == 1 and isinstance(self.run_variance, Undefined)
-        return of_one_day or (bool(self.confounding) and exact.balanced and self.day_variance == 0.0)
+        return of_one_day or (bool(self.confounding) and self.day_variance == 0.0)
+
+    def _is_paired(self, exact: ExactTest) -> bool:
+        """Whether the exact test is itself the paired one, that of two conditions with one value each on every day."""
+        return exact.balanced and exact.block == "day" and (exact.df_between, exact.df_within) == (1, self.n_days - 1)
+
+    def _paired_text(self, paired: Contrast, unit: str) -> list[str]:
+        """Return the paired difference in a sentence, unless there is none or it is stated already."""
+        if isinstance(paired.t, Undefined) or isinstance(paired.df, Undefined):
+            return []
+        if isinstance(self.exact, ExactTest) and self._is_paired(self.exact):
+            return []
+        return [
+            f"Paired on the means of {int(paired.df) + 1} days, which holds however much either scatters, it is "
+            f"{number_text(paired.difference, within=half_width(paired.interval))}{with_unit(unit)} "
+            f"({interval_text(paired.interval, self.level, unit)}), t({df_text(paired.df)}) = {number_text(paired.t)}, "
+            f"{p_text(paired.p, paired.log10_p, alpha_beside(self.level))}."
+        ]
+
+    def _exact_text(self, exact: ExactTest) -> str:
+        alike = "" if self._is_paired(exact) else ", if all conditions scatter alike"
+        return (
+            f"F({exact.df_between}, {exact.df_within}) = {number_text(exact.f)}, "
+            f"{p_text(exact.p, exact.log10_p, alpha_beside(self.level))} ({exact.method}{alike})"
+        )
 
     def _mixed_text(self) -> str:
         """Return the mixed model's test, with what is random in it."""
@@ -213,15 +303,8 @@ class BlockedByDay(Result):
         if self.day_variance == 0.0:
             units = "runs" if by_run and self.run_variance else "values"
             limit = f"; days estimated not to differ, so that {units} count as independent"
+        mixed = self.mixed
         return (
-            f"{effects}F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p, alpha_beside(self.level))} (REML, Satterthwaite{limit})"
+            f"{effects}F({mixed.df_between}, {df_text(mixed.df_within)}) = {number_text(mixed.f)}, "
+            f"{p_text(mixed.p, mixed.log10_p, alpha_beside(self.level))} (REML, Satterthwaite{limit})"
         )
-
-
-def _exact_text(exact: ExactTest, level: float) -> str:
-    held = "" if exact.block == "nothing" else f", {exact.block} held fixed"
-    return (
-        f"F({exact.df_between}, {exact.df_within}) = {number_text(exact.f)}, "
-        f"{p_text(exact.p, exact.log10_p, alpha_beside(level))} (exact test on {exact.unit}s{held})"
-    )

@@ -51,7 +51,7 @@ def test_the_exact_test_leads_where_the_design_is_balanced_and_days_show_no_vari
     by_day = found.joules.by_day
     assert by_day is not None
     assert found.blocked["day_variance"] == by_day.day_sd.value == 0.0
-    (exact,), (model,) = found.blocked["exact"]["contrasts"], found.blocked["contrasts"]
+    (exact,), (model,) = found.blocked["contrasts"], found.blocked["mixed"]["contrasts"]
     assert [by_day.test.statistic, *by_day.test.df, by_day.test.p] == [exact["t"], exact["df"], exact["p"]]
     assert [by_day.difference.ci_low, by_day.difference.ci_high] == exact["interval"]
     assert (exact["df"], model["df"]) == (5.0, pytest.approx(6.0))

@@ -55,7 +55,7 @@ def fitted(design: str, control: str = "a"):
 @pytest.mark.parametrize("kind", [2, 3])
 def test_f_is_the_wald_chi_squared_of_car(design, kind):
     found = fitted(design)
-    assert found.f * found.df_between == pytest.approx(R[design, f"chi_squared_{kind}"][""], rel=1e-7)
+    assert found.mixed.f * found.df_between == pytest.approx(R[design, f"chi_squared_{kind}"][""], rel=1e-7)
 
 
 @EACH
@@ -65,7 +65,7 @@ def test_every_pair_is_that_of_multcomp(design):
     assert len(differences) == len(conditions) * (len(conditions) - 1) / 2
     for pair, difference in differences.items():
         condition, control = pair.split("-")
-        (found,) = (each for each in fitted(design, control).contrasts if each.condition == condition)
+        (found,) = (each for each in fitted(design, control).mixed.contrasts if each.condition == condition)
         assert found.difference == pytest.approx(difference, rel=1e-8, abs=1e-12)
         assert found.se == pytest.approx(R[design, "pair_se"][pair], rel=1e-7)
         assert found.t == pytest.approx(R[design, "pair_t"][pair], rel=1e-7, abs=1e-12)
@@ -74,7 +74,9 @@ def test_every_pair_is_that_of_multcomp(design):
 @EACH
 def test_contrasts_adjusted_by_holm_are_those_of_emmeans(design):
     expected = R[design, "holm_p"]
-    found = holm({f"{each.condition}-{each.control}": each.p for each in fitted(design).contrasts}, "to the control")
+    found = holm(
+        {f"{each.condition}-{each.control}": each.p for each in fitted(design).mixed.contrasts}, "to the control"
+    )
     assert dict(zip(found.names, found.adjusted_p, strict=True)) == pytest.approx(expected, rel=1e-6)
 
 

@@ -70,7 +70,7 @@ BALANCED = [(float(7 * i % 11 + 3 * (i % 2) + 5 * (i // 6)), "ab"[i % 2], i // 6
 def test_the_ends_of_the_range_have_the_tests_of_its_middle(exponent, with_runs):
     """What has no unit stays; what has one is there where doubles are, and says so where they end."""
     middle, end = said(BALANCED, with_runs=with_runs), said(BALANCED, with_runs=with_runs, exponent=exponent)
-    assert (end.f, end.df_within, end.p) == (middle.f, middle.df_within, middle.p)
+    assert (end.mixed.f, end.mixed.df_within, end.mixed.p) == (middle.mixed.f, middle.mixed.df_within, middle.mixed.p)
     assert isinstance(end.exact, ExactTest)
     assert (end.exact.f, end.exact.p) == (middle.exact.f, middle.exact.p)
     assert end.contrasts[0].difference == math.ldexp(middle.contrasts[0].difference, exponent)

@@ -76,8 +76,8 @@ def test_ten_thousand_runs_have_the_variances_and_the_f_of_their_sums_of_squares
     assert found.run_variance == pytest.approx(float(expected["run"][0] - expected["rest"][0]) / size, rel=1e-9)
     of_day = float(expected["day"][0] - expected["run"][0]) / (values.size // shape[0])
     assert found.day_variance == pytest.approx(of_day, rel=1e-9)
-    assert (found.f, found.df_within) == pytest.approx((f, df), rel=1e-9)
-    assert found.p == pytest.approx(float(special.fdtrc(shape[2] - 1, df, f)), rel=1e-7)
+    assert (found.mixed.f, found.mixed.df_within) == pytest.approx((f, df), rel=1e-9)
+    assert found.mixed.p == pytest.approx(float(special.fdtrc(shape[2] - 1, df, f)), rel=1e-7)
     assert isinstance(found.exact, ExactTest)
     assert (found.exact.f, found.exact.df_within) == (pytest.approx(f, rel=1e-11), df)
 

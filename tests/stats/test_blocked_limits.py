@@ -33,7 +33,7 @@ def test_conditions_on_their_own_days_say_what_counts_as_an_observation():
     """Where REML puts the days' variance at 0, all 8 values count: no day is one observation then."""
     condition, day = list("aabbbbcc"), list("11112233")
     alike = blocked_by_day([1, 3, 2, 4, 2.5, 3.5, 1.5, 4.5], condition, day)
-    assert (alike.day_variance, alike.contrasts[1].df) == (0.0, pytest.approx(5.0))
+    assert (alike.day_variance, alike.mixed.contrasts[1].df) == (0.0, pytest.approx(5.0))
     assert "REML puts that at 0, so that values count as independent there" in alike.confounding
     assert "one observation" not in alike.sentence()
     apart = blocked_by_day([1, 1.3, 2, 2.4, 3.5, 3.6, 6.5, 6.1], condition, day)

@@ -44,10 +44,10 @@ def test_all_is_told_in_the_order_given(days_of: dict[str, str]) -> None:
     assert [(one.condition, one.control) for one in found.contrasts] == [(name, NAMES[0]) for name in NAMES[1:]]
     assert [one.estimate for one in found.conditions] == [one.estimate for one in numbered.conditions]
     assert [(one.t, one.p) for one in found.contrasts] == [(one.t, one.p) for one in numbered.contrasts]
-    assert (found.p, found.lmertest_df_within, found.lmertest_p) == (
-        numbered.p,
-        numbered.lmertest_df_within,
-        numbered.lmertest_p,
+    assert (found.mixed.p, found.mixed.lmertest_df_within, found.mixed.lmertest_p) == (
+        numbered.mixed.p,
+        numbered.mixed.lmertest_df_within,
+        numbered.mixed.lmertest_p,
     )
     assert isinstance(found.exact, ExactTest) == isinstance(numbered.exact, ExactTest) == (days_of is not APART)
     if isinstance(found.exact, ExactTest) and isinstance(numbered.exact, ExactTest):
@@ -65,8 +65,8 @@ def test_conditions_without_shared_days_are_listed_in_the_order_given() -> None:
 
 def test_lmertests_test_goes_by_the_order() -> None:
     one, other = by_day(PARTLY, NAMES, order=NAMES), by_day(PARTLY, NAMES, order=NAMES[::-1])
-    assert one.lmertest_df_within != pytest.approx(other.lmertest_df_within, rel=1e-3)
-    assert (one.f, one.df_within) == pytest.approx((other.f, other.df_within), rel=1e-10)
+    assert one.mixed.lmertest_df_within != pytest.approx(other.mixed.lmertest_df_within, rel=1e-3)
+    assert (one.mixed.f, one.mixed.df_within) == pytest.approx((other.mixed.f, other.mixed.df_within), rel=1e-10)
 
 
 def test_a_control_stands_before_the_order() -> None:

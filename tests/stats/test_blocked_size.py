@@ -31,7 +31,7 @@ def p_values(
         result = blocked_by_day(values, condition, day)
         pooled = compare_two(values[condition == 0], values[condition == 1], route="student")
         exact = result.exact.p if isinstance(result.exact, ExactTest) else 1.0
-        found.append((result.p, exact, pooled.p))
+        found.append((result.mixed.p, exact, pooled.p))
     return np.array(found)
 
 

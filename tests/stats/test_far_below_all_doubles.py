@@ -56,7 +56,7 @@ LOGS: dict[str, Callable[[], tuple[Any, float, mpmath.mpf]]] = {
     "f of fit_linear": lambda: (r := fit_linear(B, {"x": B + 1e-3 * A}), r.f_log10_p, of_f(r.f, r.df_model, r.df)),
     "fit_polynomial": lambda: (r := fit_polynomial(WIDE, 3.0 * WIDE + A, 2), r.log10_p[1], of_t(r.t[1], r.df)),
     "blocked_by_day": lambda: (r := days(), r.log10_p, of_f(r.f, r.df_between, r.df_within)),
-    "lmertest": lambda: (r := days(), r.lmertest_log10_p, of_f(r.f, r.df_between, r.lmertest_df_within)),
+    "lmertest": lambda: (r := days(), (m := r.mixed).lmertest_log10_p, of_f(m.f, m.df_between, m.lmertest_df_within)),
     "contrast": lambda: (r := days(), r.contrasts[0].log10_p, of_t(r.contrasts[0].t, r.contrasts[0].df)),
     "exact": lambda: (r := days(), r.exact.log10_p, of_f(r.exact.f, r.exact.df_between, r.exact.df_within)),
     "f_test": lambda: (r := f_test(WIDE, A), r.log10_p, of_f(r.statistic, *r.df) + mpmath.log10(2)),

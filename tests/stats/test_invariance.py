@@ -48,8 +48,8 @@ def by_day(groups: Groups, names: str, *, uneven: bool) -> Found:
     labels = [name for name in names for _ in range(8)]
     found = blocked_by_day(values, labels, [f"{names}{day}" for each in days for day in each], control=names[0])
     exact = [] if isinstance(found.exact, Undefined) else [found.exact.p]
-    contrasts = sorted(found.contrasts, key=lambda each: names.index(each.condition))
-    return [found.f, found.df_within, found.p, *exact, *(each.p for each in contrasts)]
+    contrasts = sorted(found.mixed.contrasts, key=lambda each: names.index(each.condition))
+    return [found.mixed.f, found.mixed.df_within, found.mixed.p, *exact, *(each.p for each in contrasts)]
 
 
 def pairs(groups: Groups, names: str, variances: str) -> Found:

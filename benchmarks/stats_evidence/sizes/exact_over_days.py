@@ -48,7 +48,7 @@ METHODS = (
         "blocked_by_day_lmertest",
         "size",
         HOLES,
-        lambda groups, design: of_one_p(fit_of(groups, design).lmertest_p),
+        lambda groups, design: of_one_p(fit_of(groups, design).mixed.lmertest_p),
         runs=1000,
     ),
 )

@@ -165,7 +165,7 @@ def fit_of(groups: Groups, design: Design) -> BlockedByDay:
 
 
 def _size_one(groups: Groups, design: Design) -> tuple[float, bool]:
-    return of_one_p(fit_of(groups, design).p)
+    return of_one_p(fit_of(groups, design).mixed.p)
 
 
 def _exact_one(groups: Groups, design: Design) -> tuple[float, bool]:
@@ -174,7 +174,7 @@ def _exact_one(groups: Groups, design: Design) -> tuple[float, bool]:
 
 
 def _contrast_one(groups: Groups, design: Design) -> tuple[float, float, bool]:
-    return of_one_interval(fit_of(groups, design).contrasts[0].interval, 0.0)
+    return of_one_interval(fit_of(groups, design).mixed.contrasts[0].interval, 0.0)
 
 
 def _mean_one(groups: Groups, design: Design) -> tuple[float, float, bool]:

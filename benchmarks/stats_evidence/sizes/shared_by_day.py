@@ -28,7 +28,7 @@ def _with_line(groups: Groups, design: Design, *, exact: bool) -> tuple[float, f
     idle = np.random.default_rng(zlib.crc32(groups[0].tobytes())).standard_normal(IDLE_RUNS)
     runs, errors = corrected(idle, (groups[0], OF_CONTROL), (groups[1], LONGEST))
     fit = fit_of(runs, design)
-    (contrast,) = there(fit.exact).contrasts if exact else fit.contrasts
+    (contrast,) = there(fit.exact).contrasts if exact else fit.mixed.contrasts
     left = errors[1].minus(errors[0])
     found = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, left)
     return of_one_interval(as_interval(found.ci_low, found.ci_high), 0.0)

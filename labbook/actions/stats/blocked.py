@@ -10,7 +10,6 @@ from data_schema.errors import InputRefused, UsageError
 from labbook.actions.stats.data import DataSource, observe
 from labbook.actions.stats.output import CommandOutput, alpha_of, output_of
 from labbook.actions.stats.pictures import Pictures
-from labbook.analysis.comparison.leading_by_day import leading
 from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_day
 from labbook.analysis.observations import Observations
 from labbook.presenting.stats.days import day_notes
@@ -56,14 +55,15 @@ def _answer(observed: Observations, given: DataSource, alpha: float, pooled: boo
     found = _compared(observed, level, with_runs=given.run is not None)
     told = CommandOutput()
     told.lines.append(found.sentence(observed.unit))
-    told.say("y ~ group + (1 | day)" + (" + (1 | day:run)" if given.run else ""), field_lines(found))
+    told.say("groups over days", field_lines(found))
     told.show("means of an average day", found.conditions)
-    told.show("differences from the control", found.contrasts)
+    told.say("mixed model, y ~ group + (1 | day)" + (" + (1 | day:run)" if given.run else ""), field_lines(found.mixed))
+    told.show("its differences from the control", found.mixed.contrasts)
     if isinstance(found.exact, ExactTest):
         told.say("exact test", field_lines(found.exact))
         told.show("its differences from the control", found.exact.contrasts)
+    told.show("differences from the control, paired on day means", found.paired)
     told.data["blocked"] = as_dict(found)
-    lead = leading(found)
     names = {observed.name(label): label for label in observed.labels}
     pictures.write(
         observed,
@@ -71,15 +71,15 @@ def _answer(observed: Observations, given: DataSource, alpha: float, pooled: boo
             observed,
             {
                 names[one.condition]: number_of(one.difference, one.interval, level, observed.unit)
-                for one in lead.contrasts
+                for one in found.contrasts
             },
-            interval="REML with Satterthwaite's df" if lead.exact is None else "the exact test",
+            interval="REML with Satterthwaite's df" if found.stated() is found.mixed else "the exact test",
         ),
         level,
         by_day=True,
     )
     notes = [*plan_notes(observed, pooled, alpha), *day_notes(observed, by_day=True)]
-    if found.confounding and lead.exact is not None and found.day_variance == 0.0:
+    if found.confounding and found.stated() is not found.mixed and found.day_variance == 0.0:
         notes.append(COUNTS_VALUES)
     if any(row.shared.se > 0.0 for row in observed.rows):
         notes.append(SHARED_NOTE)

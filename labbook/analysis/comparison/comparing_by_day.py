@@ -11,7 +11,6 @@ from data_schema.queries.results import InputRow, ResultRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair, fingerprints_of_sides
 from labbook.analysis.comparison.day_weights import day_ratio, shared_by_day
-from labbook.analysis.comparison.leading_by_day import leading
 from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
 from stats.compare.shared_error_test import difference_with_shared
 from stats.days.blocked import blocked_by_day
@@ -26,8 +25,8 @@ def compare_by_day(
 ) -> list[ResultRow]:
     """Ensure y ~ condition + (1 | day) over the runs of every pair, in order; intervals have level 1 - alpha.
 
-    Numbers are those that lead (`leading`): of the exact test where the design is balanced; "method" names which. The
-    spreads of days and of runs are the mixed model's.
+    Numbers are those that `BlockedByDay` states: of the exact test where the design is balanced; "method" names which.
+    The spreads of days and of runs are the mixed model's.
     """
     return cache.ensure(
         [
@@ -54,10 +53,10 @@ def _compared(pair: Pair, quantity: Outcome, alpha: float) -> Computed:
     rows = [(item, name) for name, side in sides for condition in side for item in condition.runs]
     names, days = [name for _item, name in rows], [item.run.day for item, _name in rows]
     found = blocked_by_day([item.value for item, _name in rows], names, days, control=CONTROL, level=1.0 - alpha)
-    lead = leading(found)
-    (contrast,) = lead.contrasts
+    (contrast,) = found.contrasts
     unit, n = quantity.unit, found.n
-    shared = shared_by_day(contrast, day_ratio(found, lead.exact), names, days, [item.shared for item, _name in rows])
+    ratio = day_ratio(found, found.stated())
+    shared = shared_by_day(contrast, ratio, names, days, [item.shared for item, _name in rows])
     shared_se = shared.se if quantity.shares_error else None
     test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, shared, found.level)
     return Computed(
@@ -71,7 +70,7 @@ def _compared(pair: Pair, quantity: Outcome, alpha: float) -> Computed:
             NewNumber("day_sd", _root(found.day_variance), unit, n=found.n_days),
             NewNumber("run_sd", _root(found.residual_variance), unit, n=n),
         ),
-        {"days": found.n_days, "method": lead.method, "confounding": found.confounding, "notes": list(found.notes)},
+        {"days": found.n_days, "method": found.method, "confounding": found.confounding, "notes": list(found.notes)},
     )  # fmt: skip
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from data_schema.vocabulary import Undefined
 from stats.compare.shared_error import SharedError, shared_of_mean
-from stats.days.blocked_result import BlockedByDay, Contrast, ExactTest
+from stats.days.blocked_result import BlockedByDay, Contrast, ExactTest, MixedModel
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,24 @@ def shared_by_day(
     """
     if not any(error.se > 0.0 for error in errors):
         return shared_of_mean(errors)
-    weights = difference_weights(contrast, ratio, conditions, days)
+    return _weighed(difference_weights(contrast, ratio, conditions, days), errors)
+
+
+def shared_by_day_means(
+    contrast: Contrast, conditions: Sequence[str], days: Sequence[str], errors: Sequence[SharedError]
+) -> SharedError:
+    """Return the error of a contrast of the means of the days that hold both conditions (`BlockedByDay.paired`)."""
+    of, day = np.array(conditions), np.array(days)
+    weights = np.zeros(of.size)
+    shared = set(days) & set(day[of == contrast.condition]) & set(day[of == contrast.control])
+    for each in shared:
+        for name, sign in ((contrast.condition, 1.0), (contrast.control, -1.0)):
+            own = (of == name) & (day == each)
+            weights[own] = sign / (len(shared) * np.count_nonzero(own))
+    return _weighed(weights, errors)
+
+
+def _weighed(weights: Floats, errors: Sequence[SharedError]) -> SharedError:
     gained, lost = (
         shared_of_mean([error.times(weight * len(errors)) for error, weight in zip(errors, side, strict=True)])
         for side in (np.maximum(weights, 0.0).tolist(), np.maximum(-weights, 0.0).tolist())
@@ -39,8 +56,8 @@ def shared_by_day(
     return gained.minus(lost)  # both sum to the same weight, so that what all values share cancels
 
 
-def day_ratio(found: BlockedByDay, exact: ExactTest | None) -> float:
-    """Return how much more days vary than values in the exact test of a comparison; in its mixed model where None.
+def day_ratio(found: BlockedByDay, test: ExactTest | MixedModel) -> float:
+    """Return how much more days vary than values in a test of a comparison.
 
     Raises `AssertionError` where runs within days are in the comparison: weights by days alone would not be its own.
     """
@@ -49,9 +66,9 @@ def day_ratio(found: BlockedByDay, exact: ExactTest | None) -> float:
             f"{found.n_runs} runs within days are in a comparison whose values share an error, which is weighed by "
             "days: compare one value a run."
         )
-    if exact is None:
+    if isinstance(test, MixedModel):
         return found.day_ratio
-    return _FIXED if exact.block == "day" else 0.0
+    return _FIXED if test.block == "day" else 0.0
 
 
 def difference_weights(contrast: Contrast, ratio: float, conditions: Sequence[str], days: Sequence[str]) -> Floats:

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import fields, replace
 from typing import Any, TypeVar
 
-from labbook.analysis.comparison.day_weights import day_ratio, shared_by_day
+from labbook.analysis.comparison.day_weights import day_ratio, shared_by_day, shared_by_day_means
 from stats.compare.shared_error import SharedError
 from stats.compare.shared_error_test import SharedTest, difference_with_shared
 from stats.compare.two_sample import TwoSample
-from stats.days.blocked_result import BlockedByDay, Contrast, ExactTest
+from stats.days.blocked_result import BlockedByDay, Contrast, ExactTest, MixedModel
 from stats.exact.finite import as_interval
 
 _T = TypeVar("_T", TwoSample, Contrast)
@@ -38,11 +38,11 @@ def add_shared_error_by_day(
     if not any(error.se > 0.0 for error in errors):
         return found
 
-    def of(contrasts: Sequence[Contrast], exact: ExactTest | None) -> tuple[Contrast, ...]:
-        return tuple(added(contrast, day_ratio(found, exact)) for contrast in contrasts)
+    def of(test: ExactTest | MixedModel) -> tuple[Contrast, ...]:
+        ratio = day_ratio(found, test)
+        return tuple(added(each, shared_by_day(each, ratio, conditions, days, errors)) for each in test.contrasts)
 
-    def added(contrast: Contrast, ratio: float) -> Contrast:
-        left = shared_by_day(contrast, ratio, conditions, days, errors)
+    def added(contrast: Contrast, left: SharedError) -> Contrast:
         if left.se == 0.0:
             return contrast
         test = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, left, found.level)
@@ -50,8 +50,10 @@ def add_shared_error_by_day(
 
     exact = found.exact
     if isinstance(exact, ExactTest):
-        exact = replace(exact, contrasts=of(exact.contrasts, exact))
-    return replace(found, contrasts=of(found.contrasts, None), exact=exact)
+        exact = replace(exact, contrasts=of(exact))
+    mixed = replace(found.mixed, contrasts=of(found.mixed))
+    paired = tuple(added(each, shared_by_day_means(each, conditions, days, errors)) for each in found.paired)
+    return replace(found, mixed=mixed, exact=exact, paired=paired)
 
 
 def _changed(result: _T, test: SharedTest, prefix: str, interval: str) -> _T:

@@ -9,12 +9,12 @@ from dataclasses import dataclass, replace
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import UnitOfAnalysis
 from labbook.presenting.report.day_layout import MOSTLY, OWN, PARTLY, Runs, with_days, without_days
+from stats.days.blocked_result import MIXED_MODEL
 from stats.planning.recorded import WITH_LINE, Recorded, weak_point
 
 _WITH_LINE = ("f_then_t", "difference_ci_f_then_t", "welch", "difference_ci_welch", "fieller")

@@ -11,7 +11,6 @@ from data_schema.queries.results import ResultRow
 from data_schema.rounding import level_text
 from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.family import members
-from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.results.result_cache import number
 from labbook.analysis.study import StudyAnalysis
@@ -22,6 +21,7 @@ from labbook.presenting.report.known_error_rates import known_error_rates
 from reports.display import general_text
 from reports.naming import SweptWords
 from reports.wording import count_text, list_text
+from stats.days.blocked_result import MIXED_MODEL
 
 _BY_DAY = {MIXED_MODEL: f"{MIXED_MODEL} (REML, degrees of freedom after Satterthwaite)"}
 
@@ -72,7 +72,8 @@ def _by_day(compared: Sequence[Compared]) -> str:
     methods = Counter(values_as("run", json.loads(row.payload_json)["method"]) for row in tested)
     said = [f"{count_text(count, 'comparison')} by the {_BY_DAY.get(name, name)}" for name, count in methods.items()]
     untold = [f"{len(found) - len(tested)} could not be tested so"] if len(tested) < len(found) else []
-    rule = "" if set(methods) == {MIXED_MODEL} else " The exact test stands where the design is balanced."
+    exact = " The exact test stands where the design is balanced." if set(methods) != {MIXED_MODEL} else ""
+    rule = f"{exact} Either takes both sides to scatter alike." if tested else ""
     return (
         "Comparisons of each level, and of all pooled within a group, with its control were made again with the day as "
         f"a random effect, y ~ condition + (1 | day): {'; '.join([*said, *untold])}.{rule}"

@@ -39,8 +39,8 @@ def test_a_balanced_design_has_its_exact_f(day_sd, offset):
     between, between_days, rest, df = by_hand(values, 3, 4, 5)
     found = blocked_by_day(values, condition, day)
     assert between_days > rest
-    assert (found.f, found.df_within) == pytest.approx((between / rest, df), rel=1e-9)
-    assert found.p == pytest.approx(float(special.fdtrc(2, df, between / rest)), rel=1e-8)
+    assert (found.mixed.f, found.mixed.df_within) == pytest.approx((between / rest, df), rel=1e-9)
+    assert found.mixed.p == pytest.approx(float(special.fdtrc(2, df, between / rest)), rel=1e-8)
     assert found.residual_variance == pytest.approx(rest, rel=1e-9)
     assert found.day_variance == pytest.approx((between_days - rest) / 15, rel=1e-9)
     assert isinstance(found.exact, ExactTest)
@@ -49,7 +49,7 @@ def test_a_balanced_design_has_its_exact_f(day_sd, offset):
         df,
         "value",
     )
-    assert [c.t for c in found.exact.contrasts] == pytest.approx([c.t for c in found.contrasts], rel=1e-8)
+    assert [c.t for c in found.exact.contrasts] == pytest.approx([c.t for c in found.mixed.contrasts], rel=1e-8)
 
 
 def test_the_derivatives_are_those_of_the_deviance():

@@ -16,7 +16,6 @@ from labbook.analysis.comparison.comparing import compare
 from labbook.analysis.comparison.comparing_by_day import CONTROL, TREATED, compare_by_day
 from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.family import adjust, adjusted, rejected
-from labbook.analysis.comparison.leading_by_day import leading
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache, number
@@ -71,7 +70,7 @@ def test_by_day_is_the_comparison_of_the_runs_with_their_days(reports: Reports) 
         sides = [CONTROL] * len(control) + [TREATED] * len(treated)
         of_days = [*days(item.pair.a), *days(item.pair.b)]
         expected = blocked_by_day([*control, *treated], sides, of_days, control=CONTROL)
-        (contrast,) = leading(expected).contrasts
+        (contrast,) = expected.contrasts
         difference = number(row, "difference")
         assert (difference.value, difference.se, difference.df) == (contrast.difference, contrast.se, contrast.df)
         assert (difference.ci_low, difference.ci_high) == contrast.interval
@@ -243,7 +242,7 @@ def test_alpha_rules_levels_and_the_choice_of_the_test(reports: Reports) -> None
     made = reports("alpha = 0.01\napex_bounds_m = [-0.005, 0.005]")
     for item in made.analysis.compared:
         a, b = values(item.pair.a), values(item.pair.b)
-        expected = compare_two(b, a, alpha=0.01)
+        expected = compare_two(b, a, "f_then_t", alpha=0.01)
         difference = number(item.result, "welch_difference")
         assert difference.ci_level == 0.99
         assert json.loads(item.result.payload_json)["test"] == expected.test

@@ -19,8 +19,7 @@ from labbook.actions.report_command import state_report
 from labbook.analysis.comparison.comparing import shared_by
 from labbook.analysis.comparison.comparing_by_day import CONTROL, TREATED, compare_by_day
 from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.day_weights import day_ratio, difference_weights, shared_by_day
-from labbook.analysis.comparison.leading_by_day import MIXED_MODEL
+from labbook.analysis.comparison.day_weights import day_ratio, difference_weights, shared_by_day, shared_by_day_means
 from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_day
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache, number
@@ -28,7 +27,7 @@ from labbook.presenting.report.making import MadeReport
 from stats.compare.shared_error import SharedError
 from stats.compare.shared_error_test import difference_with_shared
 from stats.days.blocked import blocked_by_day
-from stats.days.blocked_result import BlockedByDay, ExactTest
+from stats.days.blocked_result import MIXED_MODEL, BlockedByDay, ExactTest
 from tests.helpers.books import ADA, DAYS, small_book
 
 Rows = list[tuple[str, str, float]]
@@ -61,7 +60,7 @@ def generalised(rows: Rows, found: BlockedByDay) -> NDArray[np.float64]:
 def test_the_weights_are_those_of_the_difference_that_is_stated(rows: Rows) -> None:
     found = compared(rows)
     names, days, values = zip(*rows, strict=True)
-    stated = [(contrast, day_ratio(found, None)) for contrast in found.contrasts]
+    stated = [(contrast, day_ratio(found, found.mixed)) for contrast in found.mixed.contrasts]
     if isinstance(found.exact, ExactTest):
         stated += [(contrast, day_ratio(found, found.exact)) for contrast in found.exact.contrasts]
     for contrast, ratio in stated:
@@ -79,13 +78,25 @@ def test_the_error_is_the_same_sum_of_the_values_errors_for_every_contrast(rows:
     names, days, _values = zip(*rows, strict=True)
     errors = [SharedError({("fit", "level"): size}, {"fit": 8.0}) for size, _row in zip(sizes, rows, strict=False)]
     weights = generalised(rows, found)
-    for place, contrast in enumerate(found.contrasts, 1):
-        left = shared_by_day(contrast, day_ratio(found, None), names, days, errors)
+    for place, contrast in enumerate(found.mixed.contrasts, 1):
+        left = shared_by_day(contrast, day_ratio(found, found.mixed), names, days, errors)
         expected = (weights[place] - weights[0]) @ np.array(sizes[: len(rows)])
         assert left.se == pytest.approx(abs(expected), abs=1e-6)
-        with_error = add_shared_error_by_day(found, names, days, errors).contrasts[place - 1]
+        with_error = add_shared_error_by_day(found, names, days, errors).mixed.contrasts[place - 1]
         alone = difference_with_shared(contrast.t, contrast.df, contrast.p, contrast.interval, left, found.level)
         assert (with_error.t, with_error.df, with_error.p) == (alone.t, alone.df, alone.p)
+
+
+@settings(deadline=None, max_examples=40)
+@given(designs, st.lists(st.floats(-2.0, 2.0).map(lambda x: round(x, 2)), min_size=24, max_size=24))
+def test_the_error_of_day_means_is_what_it_does_to_their_difference(rows: Rows, sizes: Sequence[float]) -> None:
+    names, days, values = zip(*rows, strict=True)
+    moved = compared([(*of, value + size) for (*of, value), size in zip(rows, sizes, strict=False)])  # type: ignore[misc]
+    errors = [SharedError({("fit", "level"): size}, {"fit": 8.0}) for size, _row in zip(sizes, values, strict=False)]
+    for before, after in zip(compared(rows).paired, moved.paired, strict=True):
+        if not isinstance(before.difference, Undefined) and not isinstance(after.difference, Undefined):
+            left = shared_by_day_means(before, names, days, errors)
+            assert left.se == pytest.approx(abs(after.difference - before.difference), abs=1e-8)
 
 
 def test_an_error_that_all_values_share_alike_cancels_in_every_design() -> None:
@@ -93,7 +104,7 @@ def test_an_error_that_all_values_share_alike_cancels_in_every_design() -> None:
     found = compared(rows)
     names, days, _values = zip(*rows, strict=True)
     errors = [SharedError({("fit", "level"): 0.7}, {"fit": 8.0})] * len(rows)
-    assert shared_by_day(found.contrasts[0], day_ratio(found, None), names, days, errors).se == 0.0
+    assert shared_by_day(found.mixed.contrasts[0], day_ratio(found, found.mixed), names, days, errors).se == 0.0
     assert add_shared_error_by_day(found, names, days, errors) == found
 
 
@@ -111,7 +122,7 @@ def test_the_error_is_in_the_unit_of_the_values_however_large_or_small_they_are(
         assert isinstance(found.day_variance, Undefined) == (unit != 1.0)
         names, days, _values = zip(*rows, strict=True)
         errors = [SharedError({("fit", "level"): size * unit}, {"fit": 8.0}) for size in sizes]
-        return shared_by_day(found.contrasts[0], day_ratio(found, None), names, days, errors).se
+        return shared_by_day(found.mixed.contrasts[0], day_ratio(found, found.mixed), names, days, errors).se
 
     assert compared(rows).day_ratio > 0.0
     assert left(2.0**exponent) == pytest.approx(left(1.0) * 2.0**exponent, rel=1e-12)
