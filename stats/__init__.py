@@ -15,8 +15,7 @@ if TYPE_CHECKING:
     from stats.compare.equivalence import equivalence
     from stats.compare.resampling import bootstrap_difference, permutation_test
     from stats.compare.savings import percent_savings
-    from stats.compare.shared_error import SharedError, describe_shared
-    from stats.compare.shared_error_test import difference_with_shared
+    from stats.compare.shared_error import SharedError, describe_shared, difference_with_shared
     from stats.compare.summary import describe
     from stats.compare.two_sample import compare_two
     from stats.days.autocorrelation import autocorrelation
@@ -25,8 +24,7 @@ if TYPE_CHECKING:
     from stats.groups.anova import one_way_anova
     from stats.groups.dunnett import dunnett
     from stats.groups.multiple import holm
-    from stats.groups.normal_quantiles import normal_quantiles
-    from stats.groups.residuals import additive_residuals, residuals_of_groups
+    from stats.groups.residuals import additive_residuals, normal_quantiles, residuals_of_groups
     from stats.groups.tukey import compare_all_pairs
     from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
     from stats.groups.welch_anova import welch_anova
@@ -37,9 +35,8 @@ if TYPE_CHECKING:
     from stats.lines.rmse import rmse_over_iqr
     from stats.lines.stiffness import fit_stiffness, force_points
     from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
-    from stats.planning.power import power_anova, power_equivalence, power_t, power_welch
+    from stats.planning.power import power_anova, power_equivalence, power_t, power_welch, sample_size
     from stats.planning.power_percent import power_percent_equivalence
-    from stats.planning.sample_size import sample_size
 
 __all__ = [
     "SharedError",
@@ -97,7 +94,7 @@ _MODULE_OF = {
     "percent_savings": "compare.savings",
     "SharedError": "compare.shared_error",
     "describe_shared": "compare.shared_error",
-    "difference_with_shared": "compare.shared_error_test",
+    "difference_with_shared": "compare.shared_error",
     "describe": "compare.summary",
     "compare_two": "compare.two_sample",
     "autocorrelation": "days.autocorrelation",
@@ -107,7 +104,7 @@ _MODULE_OF = {
     "one_way_anova": "groups.anova",
     "dunnett": "groups.dunnett",
     "holm": "groups.multiple",
-    "normal_quantiles": "groups.normal_quantiles",
+    "normal_quantiles": "groups.residuals",
     "additive_residuals": "groups.residuals",
     "residuals_of_groups": "groups.residuals",
     "compare_all_pairs": "groups.tukey",
@@ -132,7 +129,7 @@ _MODULE_OF = {
     "power_t": "planning.power",
     "power_welch": "planning.power",
     "power_percent_equivalence": "planning.power_percent",
-    "sample_size": "planning.sample_size",
+    "sample_size": "planning.power",
 }
 
 

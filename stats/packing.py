@@ -16,8 +16,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
 from stats.exact.finite import refuse_beyond
-from stats.lines.complete import complete_rows
-from stats.lines.few_rows import refuse_few
+from stats.lines.complete import complete_rows, refuse_few
 from stats.lines.regression import fit_linear
 from stats.results import Result
 from stats.wording import bounded_texts, estimate_texts, missing_text, number_text, share_text

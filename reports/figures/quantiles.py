@@ -27,7 +27,7 @@ from reports.figures.style import (
 )
 from reports.figures.swarm import marker_pt
 from reports.figures.words import draw_words
-from stats.groups.normal_quantiles import NormalQuantiles
+from stats.groups.residuals import NormalQuantiles
 
 
 @dataclass(frozen=True, slots=True)

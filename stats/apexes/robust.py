@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import CleanSignal, Floats, clean_signal
-from stats.apexes.flight_window import FlightWindowParameters
-from stats.apexes.flights import Flight, departures, fit_flights
+from stats.apexes.flights import Flight, FlightWindowParameters, departures, fit_flights
 from stats.apexes.jumps import Jump
 from stats.apexes.stance import (
     Hop,

@@ -13,11 +13,10 @@ from fractions import Fraction
 from scipy import optimize
 
 from data_schema.vocabulary import Undefined
-from stats.exact.distributions import t_quantile
+from stats.exact.distributions import exact_df, t_quantile
 from stats.exact.error_free import exact_root, shortened
 from stats.exact.finite import QUANTILE_BEYOND_DOUBLES, Number, finite
 from stats.exact.tails import t_upper
-from stats.exact.welch_satterthwaite import exact_df
 from stats.groups.groups import Groups
 
 Ends = tuple[Fraction, Fraction]

@@ -2,25 +2,242 @@
 
 The statistic is the difference of means within days (`days.two_by_day`). Both speak of the days measured: how much
 other days would differ is what `stats.days.blocked` is for. The order of the values changes no digit, draws included.
+
+Redrawn values give three intervals: studentised, BCa and percentiles. A redraw of values x* in each day and group
+changes the difference by the weighted sum of its means' changes. Efron and Tibshirani 1993, "An introduction to the
+bootstrap": the bootstrap-t interval of 12.5, BCa of 14.3.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import special
 
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_count, as_level
-from stats.compare.redrawn import BATCH_VALUES, redraw
-from stats.compare.resampling_result import Bootstrap, Permutation
-from stats.days.two_by_day import two_by_day
+from stats.days.two_by_day import Cell, two_by_day
 from stats.exact.finite import finite_pair, times_power
 from stats.exact.tied_scale import on_tied_scale
 from stats.lines.complete import Labels
+from stats.results import Result
+from stats.wording import counted, half_width, interval_text, missing_text, number_text, p_text, with_unit
+
+Floats = NDArray[np.float64]
+Interval = tuple[float, float]
+
+BATCH_VALUES = 2_000_000
+"""Values drawn at a time, so that memory stays small."""
+
+
+@dataclass(frozen=True, slots=True)
+class Redrawn:
+    """What redraws change the difference by, shape (resamples,); intervals are about the difference found."""
+
+    cells: Sequence[Cell]
+    changes: Floats
+    """In ascending order."""
+    ratios: Floats
+    """Changes over the standard error of their own redraw, in ascending order; infinite where it has no scatter."""
+
+    def studentised(self, tail: float) -> Interval | Undefined:
+        """Return the bootstrap-t interval that leaves out `tail` at each end."""
+        single = next((cell for cell in self.cells if cell.values.size < 2), None)
+        if single is not None:
+            return Undefined(f"a day holds a single value of group {single.name}, and its scatter needs at least 2")
+        place = math.floor((self.ratios.size + 1) * tail)
+        if place < 1:
+            return Undefined(f"{self.ratios.size} redraws are too few for a tail of {tail:g}")
+        low, high = float(self.ratios[place - 1]), float(self.ratios[-place])
+        if math.isinf(low) or math.isinf(high):
+            return Undefined("there are so few values that too many redraws repeat one and have no scatter")
+        se = math.sqrt(math.fsum(_squared_error(cell) for cell in self.cells))
+        return -high * se, -low * se
+
+    def percentiles(self, tail: float) -> Interval:
+        """Return the plain percentiles of the changes."""
+        low, high = np.quantile(self.changes, [tail, 1.0 - tail])
+        return float(low), float(high)
+
+    def bca(self, tail: float) -> Interval | Undefined:
+        """Return the bias-corrected and accelerated percentiles of the changes."""
+        changes = self.changes
+        below = (np.count_nonzero(changes < 0.0) + np.count_nonzero(changes <= 0.0)) / (2.0 * changes.size)
+        if not 0.0 < below < 1.0:
+            return Undefined("all draws lie on one side of the difference")
+        bias, acceleration = float(special.ndtri(below)), _acceleration(self.cells)
+        ends = []
+        for z in (float(special.ndtri(tail)), -float(special.ndtri(tail))):
+            moved = bias + (bias + z) / (1.0 - acceleration * (bias + z))
+            ends.append(float(np.quantile(changes, float(special.ndtr(moved)))))
+        return ends[0], ends[1]
+
+
+def redraw(cells: Sequence[Cell], resamples: int, seed: int) -> Redrawn:
+    """Redraw each cell's values `resamples` times; some cell scatters."""
+    rng = np.random.default_rng(seed)
+    changes, variances = np.zeros(resamples), np.zeros(resamples)
+    for cell in cells:
+        n = cell.values.size
+        batch = max(1, BATCH_VALUES // n)
+        for start in range(0, resamples, batch):
+            drawn = cell.values[rng.integers(0, n, (min(batch, resamples - start), n))]
+            about = slice(start, start + batch)
+            means = drawn.mean(axis=1)
+            changes[about] += cell.weight * means
+            if n > 1:
+                squares = np.square(drawn - means[:, None]).sum(axis=1)
+                squares[drawn.min(axis=1) == drawn.max(axis=1)] = 0.0
+                variances[about] += cell.weight**2 / (n * (n - 1)) * squares
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = np.where(changes == 0.0, 0.0, changes / np.sqrt(variances))
+    return Redrawn(cells, np.sort(changes), np.sort(ratios))
+
+
+def _squared_error(cell: Cell) -> float:
+    n = cell.values.size
+    return cell.weight**2 * float(cell.values @ cell.values) / (n * (n - 1))
+
+
+def _acceleration(cells: Sequence[Cell]) -> float:
+    """Return a of BCa for several samples: cubes of the values' influence on the difference over their squares."""
+    influence = np.concatenate([cell.weight / cell.values.size * cell.values for cell in cells])
+    influence = influence / np.max(np.abs(influence))
+    return float(np.sum(influence**3) / (6.0 * np.sum(influence**2) ** 1.5))
+
+
+def _log10(p: float | Undefined) -> float | Undefined:
+    return p if isinstance(p, Undefined) else math.log10(p)
+
+
+def _within(n_days: int | Undefined) -> str:
+    return "" if isinstance(n_days, Undefined) else f" within {counted(n_days, 'day')}"
+
+
+def _sizes(found: Permutation | Bootstrap) -> str:
+    """Return the numbers of values, and how many of them are of days that only one group has."""
+    sizes = f"n = {found.n_a} and {found.n_b}"
+    if isinstance(found.difference, Undefined) or not (found.unused_a or found.unused_b):
+        return sizes
+    return f"{sizes}, of which {found.unused_a} and {found.unused_b} are of days of one group only and not used"
+
+
+@dataclass(frozen=True, slots=True)
+class Permutation(Result):
+    """Group a against group b by shuffling the labels within each day."""
+
+    n_a: int
+    """Number of values of group a."""
+    n_b: int
+    """Number of values of group b."""
+    n_days: int | Undefined
+    """Number of days that hold both groups."""
+    difference: float | Undefined
+    """a minus b within days, in the unit of the values."""
+    p: float | Undefined
+    """Two-sided: share of arrangements whose difference is at least as large either way."""
+    p_greater: float | Undefined
+    """Share of arrangements whose difference is at least the one found."""
+    p_less: float | Undefined
+    """Share of arrangements whose difference is at most the one found."""
+    exact: bool
+    """Whether all arrangements were counted."""
+    arrangements: int
+    """How many arrangements were counted or drawn."""
+    seed: int | Undefined
+    """Seed of the draws; undefined where all arrangements were counted."""
+    missing: int = 0
+    """Values left out because they or their day were missing."""
+    unused_a: int = 0
+    """How many of the n_a values are of days that group b lacks: they enter nothing."""
+    unused_b: int = 0
+    """How many of the n_b values are of days that group a lacks: they enter nothing."""
+
+    @property
+    def log10_p(self) -> float | Undefined:
+        """Decimal logarithm of `p`, which counts at least one arrangement."""
+        return _log10(self.p)
+
+    @property
+    def log10_p_greater(self) -> float | Undefined:
+        """Decimal logarithm of `p_greater`."""
+        return _log10(self.p_greater)
+
+    @property
+    def log10_p_less(self) -> float | Undefined:
+        """Decimal logarithm of `p_less`."""
+        return _log10(self.p_less)
+
+    def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
+        """Return the test in words: difference, p, how many arrangements, n."""
+        where = _sizes(self)
+        if isinstance(self.p, Undefined):
+            return f"No permutation test of {a} and {b} ({where}): {self.p.reason}."
+        within = _within(self.n_days)
+        how = (
+            f"all {self.arrangements} arrangements" if self.exact else counted(self.arrangements, "random arrangement")
+        )
+        return (
+            f"{a} minus {b}{within} is {number_text(self.difference)}{with_unit(unit)}, permutation test over {how}, "
+            f"{p_text(self.p)} ({where}{missing_text(self.missing)})."
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Bootstrap(Result):
+    """Interval of the difference of group a and group b by redrawing values within each day and group."""
+
+    n_a: int
+    """Number of values of group a."""
+    n_b: int
+    """Number of values of group b."""
+    n_days: int | Undefined
+    """Number of days that hold both groups."""
+    difference: float | Undefined
+    """a minus b within days, in the unit of the values."""
+    se: float | Undefined
+    """Standard deviation of the redrawn differences, in the unit of the values."""
+    interval: tuple[float, float] | Undefined
+    """Studentised (bootstrap-t), in the unit of the values."""
+    bca_interval: tuple[float, float] | Undefined
+    """Bias-corrected and accelerated, for comparison: a stated 95 % covers 82, 87, 92 and 94 % for 3, 5, 10 and 25
+    normal values a group."""
+    percentile_interval: tuple[float, float] | Undefined
+    """Plain percentiles, for comparison; a stated 95 % covers 81, 88 and 92 % for 3, 5 and 10 normal values a group."""
+    level: float
+    """Level of the intervals."""
+    resamples: int
+    """How many times the values were redrawn."""
+    seed: int
+    """Seed of the draws: the same seed gives the same digits."""
+    missing: int = 0
+    """Values left out because they or their day were missing."""
+    unused_a: int = 0
+    """How many of the n_a values are of days that group b lacks: they enter nothing."""
+    unused_b: int = 0
+    """How many of the n_b values are of days that group a lacks: they enter nothing."""
+
+    def sentence(self, a: str = "a", b: str = "b", unit: str = "") -> str:
+        """Return the difference and its interval in words."""
+        where = _sizes(self)
+        if isinstance(self.difference, Undefined):
+            return f"No bootstrap of {a} and {b} ({where}): {self.difference.reason}."
+        difference = number_text(self.difference, within=half_width(self.interval))
+        text = f"{a} minus {b} is {difference}{with_unit(unit)}"
+        if isinstance(self.interval, Undefined):
+            return f"{text} ({where}); no bootstrap interval, because {self.interval.reason}."
+        return (
+            f"{text} ({interval_text(self.interval, self.level, unit)} by studentised bootstrap"
+            f"{_within(self.n_days)}, {self.resamples} draws, "
+            f"seed {self.seed}; {where}{missing_text(self.missing)})."
+        )
+
 
 EXACT_LIMIT = 500_000
 """Number of arrangements up to which all of them are counted."""

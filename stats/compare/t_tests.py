@@ -11,12 +11,11 @@ from fractions import Fraction
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.exact.distributions import t_quantile
+from stats.exact.distributions import exact_df, t_quantile
 from stats.exact.error_free import exact_root, shortened
 from stats.exact.finite import Number, finite, interval_about
 from stats.exact.sums import Moments
 from stats.exact.tails import t_two_sided
-from stats.exact.welch_satterthwaite import exact_df
 
 Interval = tuple[float, float]
 Names = tuple[str, str]

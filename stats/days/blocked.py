@@ -21,8 +21,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_level, as_sample
 from stats.days.blocked_fit import Fit, Fitted, fit_by_day
 from stats.days.blocked_result import BlockedByDay, ExactTest, MixedModel
-from stats.days.blocks import Codes
-from stats.days.cells import cells_of
+from stats.days.cells import Codes, cells_of
 from stats.days.exact_by_day import exact_test, paired_tests
 from stats.days.strata import Strata, strata_of
 from stats.lines.complete import Labels, as_labels, complete_rows, label_text

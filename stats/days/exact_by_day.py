@@ -25,8 +25,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import Sample
 from stats.compare.t_tests import t_test
 from stats.days.blocked_result import Contrast, ExactTest
-from stats.days.blocks import Codes
-from stats.days.cells import Cells
+from stats.days.cells import Cells, Codes
 from stats.days.strata import Strata, fixed_blocks, units_of
 from stats.exact.distributions import t_quantile
 from stats.exact.error_free import exact_sum

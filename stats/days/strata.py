@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stats.days.blocks import Codes, Floats, blocks_of, parts_of
-from stats.days.cells import Cells
+from stats.days.cells import Cells, Codes, Floats, blocks_of, parts_of
 
 
 @dataclass(frozen=True, slots=True)

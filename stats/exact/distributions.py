@@ -4,18 +4,26 @@
 quantile of t errs by up to 7e-13 (near 2 degrees of freedom) and is lost for the farthest tails and the fewest degrees
 of freedom; Newton's steps on the tail of `stats.exact.tails` take it to the last digit or its neighbour. The p of a
 regression are scipy's, to 12 digits or more: those of `exact.tails` would make a fit of 25 values take twice as long.
+
+A sum of independent estimated variances has (sum of v_i)^2 / sum of (v_i^2 / df_i) degrees of freedom (Welch 1938,
+Satterthwaite 1946): those of the chi-squared whose multiple has the sum's mean and variance. One
+formula in three arithmetics. Doubles square shares of the sum, so that nothing overflows once the sum is a double, and
+a share whose square is no double adds nothing.
 """
 
 from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Sequence
 from fractions import Fraction
 from functools import lru_cache
 
+import numpy as np
 from scipy import special
 
 from stats.exact.finite import Number, to_double
+from stats.exact.quadrature import Floats
 from stats.exact.tails import t_log_ratio
 
 _MOST_STEPS = 100
@@ -150,3 +158,23 @@ def _exp(exponent: float) -> float:
 def f_upper_p(f: float, df_between: float, df_within: float) -> float:
     """Return P(F >= f)."""
     return float(special.fdtrc(df_between, df_within, f))
+
+
+def exact_df(parts: Sequence[tuple[Fraction, int]]) -> Fraction:
+    """Return those of (variance, degrees of freedom) of any sizes, not all variances 0, without any rounding."""
+    total = sum((variance for variance, _df in parts), Fraction(0))
+    doubt = sum((variance**2 / df for variance, df in parts), Fraction(0))
+    return total**2 / doubt
+
+
+def df_of_doubles(parts: Sequence[tuple[float, float]]) -> float:
+    """Return those of (variance, degrees of freedom); infinite where all is known exactly."""
+    total = math.fsum(variance for variance, _df in parts)
+    doubt = math.fsum((variance / total) ** 2 / df for variance, df in parts) if total > 0.0 else 0.0
+    return 1.0 / doubt if doubt > 0.0 else math.inf
+
+
+def df_of_arrays(part_a: Floats, part_b: Floats, df_a: float, df_b: float) -> Floats:
+    """Return those of many pairs of variances at once, of the shape of the parts; no pair is 0 twice."""
+    both = part_a + part_b
+    return np.asarray(1.0 / ((part_a / both) ** 2 / df_a + (part_b / both) ** 2 / df_b))

@@ -20,8 +20,7 @@ from typing import ClassVar
 import numpy as np
 from scipy import special
 
-from stats.exact.critical_values import critical_values
-from stats.exact.criticals_over_df import criticals_over_df
+from stats.exact.critical_values import critical_values, criticals_over_df
 from stats.exact.error_free import exact_root
 from stats.exact.finite import Number
 from stats.exact.known_scale import Floats, KnownScale

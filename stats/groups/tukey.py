@@ -18,10 +18,10 @@ from data_schema.errors import unknown_name
 from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
+from stats.exact.distributions import exact_df
 from stats.exact.error_free import exact_root, shortened
 from stats.exact.finite import Number, finite
 from stats.exact.tails import Tail
-from stats.exact.welch_satterthwaite import exact_df
 from stats.groups.groups import Group, Groups, read_groups
 from stats.groups.studentized_range import range_criticals, range_tails
 from stats.results import Result

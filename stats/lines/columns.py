@@ -7,7 +7,7 @@ slope no digit (W16), while a least-squares solver given the same column loses a
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, date, timedelta
 from decimal import Decimal
@@ -20,8 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused
 from stats.checks import as_values
-from stats.exact.double_double import Floats, Pair
-from stats.exact.error_free import dyadic_sum, scaled, two_sum
+from stats.exact.error_free import Floats, Pair, dyadic_sum, scaled, two_sum
 
 _TICKS_PER_SECOND = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15, "as": 1e18}
 
@@ -246,3 +245,19 @@ def _scaled(
         exact,
         *ends,
     )
+
+
+_UNITS = {"M": "s since 1970 UTC", "m": "s"}
+"""By numpy's kind of type: moments and durations."""
+
+
+def time_unit(values: Any) -> str | None:
+    """Return "s since 1970 UTC" for moments, "s" for durations, and None for numbers."""
+    first = values[:1] if isinstance(values, Sequence) else values  # of a list, no more than what tells the type
+    return _UNITS.get(np.asarray(first).dtype.kind)
+
+
+def time_units(columns: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return "start in s since 1970 UTC" or "duration in s" of each column that was given as time."""
+    units = {name: time_unit(values) for name, values in columns.items()}
+    return tuple(f"{name} in {unit}" for name, unit in units.items() if unit is not None)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
 from stats.checks import MISSING, NO_VALUE, Missing
+from stats.wording import missing_text
 
 Labels = Sequence[object] | ArrayLike
 """Names of conditions, days or runs, one for each value: words, numbers or anything with a text of its own."""
@@ -97,3 +98,16 @@ def _is_absent(value: object) -> bool:
     if type(value).__name__ in NO_VALUE:
         return True
     return value.is_nan() if isinstance(value, Decimal) else isinstance(value, Real) and bool(value != value)
+
+
+MINIMUM_ROWS = 3
+"""Two rows fix a line and leave nothing to measure its uncertainty with."""
+
+
+def refuse_few(n: int, what: str, left_out: int) -> None:
+    """Raise `InputRefused` for fewer rows, `what` in the plural, than show how well a line is known."""
+    if n < MINIMUM_ROWS:
+        raise InputRefused(
+            f"the number of {what} is {n}{missing_text(left_out)}, and the line needs at least {MINIMUM_ROWS}, or "
+            "nothing says how well it is known: give more (`fit_linear` gives the bare line of two)."
+        )

@@ -9,10 +9,9 @@ from numpy.typing import ArrayLike
 
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing
-from stats.lines.complete import complete_rows
-from stats.lines.few_rows import refuse_few
+from stats.lines.complete import complete_rows, refuse_few
+from stats.lines.fit import Response
 from stats.lines.regression import LinearFit, fit_linear
-from stats.lines.response import Response
 from stats.results import Result
 
 

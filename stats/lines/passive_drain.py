@@ -19,11 +19,10 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.exact.distributions import t_quantile
-from stats.exact.double_double import Floats
+from stats.exact.error_free import Floats
 from stats.exact.finite import Interval, as_interval, refuse_beyond
 from stats.exact.sums import common_shift, moments
-from stats.lines.complete import complete_rows
-from stats.lines.few_rows import MINIMUM_ROWS
+from stats.lines.complete import MINIMUM_ROWS, complete_rows
 from stats.lines.fit import EXACT
 from stats.lines.regression import fit_linear
 from stats.results import Result

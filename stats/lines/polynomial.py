@@ -17,17 +17,31 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
-from stats.exact.double_double import FRACTION_BITS, fixed_point, multiply, nearest_double
-from stats.exact.error_free import product_of_halves, shortened, split, two_sum
+from stats.exact.error_free import (
+    FRACTION_BITS,
+    fixed_point,
+    multiply,
+    nearest_double,
+    product_of_halves,
+    shortened,
+    split,
+    two_sum,
+)
 from stats.exact.finite import refuse_beyond, to_double
-from stats.lines.columns import Column, as_column, as_response, as_ticks
+from stats.lines.columns import Column, as_column, as_response, as_ticks, time_unit, time_units
 from stats.lines.complete import complete_rows
-from stats.lines.exact_fit import deciding_places, exact_coefficients, in_scale
-from stats.lines.fit import INTERCEPT, Fit
-from stats.lines.fit_of import BEYOND_DOUBLES, LEAST_SD, Scaled, fit_of
-from stats.lines.least_squares import Design, Factor, factorise, solve
-from stats.lines.response import Response, response_at, root_of_form
-from stats.lines.time_columns import time_unit, time_units
+from stats.lines.fit import (
+    BEYOND_DOUBLES,
+    INTERCEPT,
+    LEAST_SD,
+    Fit,
+    Response,
+    Scaled,
+    fit_of,
+    response_at,
+    root_of_form,
+)
+from stats.lines.least_squares import Design, Factor, deciding_places, exact_coefficients, factorise, in_scale, solve
 
 HIGHEST_DEGREE = 20
 """Beyond it the powers' condition exceeds what refinement in double-double answers for."""

@@ -13,8 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_sample
-from stats.exact.double_double import Floats
-from stats.exact.error_free import greatest, scaled, two_sum
+from stats.exact.error_free import Floats, greatest, scaled, two_sum
 from stats.exact.finite import finite
 from stats.lines.complete import complete_rows
 from stats.results import Result

@@ -15,8 +15,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
-from stats.exact.double_double import Floats
-from stats.exact.error_free import greatest, scaled
+from stats.exact.error_free import Floats, greatest, scaled
 from stats.exact.finite import refuse_beyond
 from stats.lines.complete import complete_rows
 from stats.lines.regression import fit_linear

@@ -23,8 +23,7 @@ from stats.compare.bayes_factor import bayes_factor
 from stats.compare.equivalence import equivalence
 from stats.compare.resampling import bootstrap_difference, permutation_test
 from stats.compare.savings import percent_savings
-from stats.compare.shared_error import SharedError, describe_shared
-from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.shared_error import SharedError, describe_shared, difference_with_shared
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from stats.days.autocorrelation import autocorrelation
@@ -33,8 +32,7 @@ from stats.energy import energy_budget
 from stats.groups.anova import one_way_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.multiple import holm
-from stats.groups.normal_quantiles import normal_quantiles
-from stats.groups.residuals import additive_residuals, residuals_of_groups
+from stats.groups.residuals import additive_residuals, normal_quantiles, residuals_of_groups
 from stats.groups.tukey import compare_all_pairs
 from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 from stats.groups.welch_anova import welch_anova
@@ -45,9 +43,8 @@ from stats.lines.regression import fit_linear
 from stats.lines.rmse import rmse_over_iqr
 from stats.lines.stiffness import fit_stiffness, force_points
 from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
-from stats.planning.power import power_anova, power_equivalence, power_t, power_welch
+from stats.planning.power import power_anova, power_equivalence, power_t, power_welch, sample_size
 from stats.planning.power_percent import power_percent_equivalence
-from stats.planning.sample_size import sample_size
 from stats.results import Result
 
 A, B, C = [42.1, 39.8, 44.0, 41.2], [36.9, 38.2, 35.1, 37.7], [30.0, 33.3, 31.2, 36.8]

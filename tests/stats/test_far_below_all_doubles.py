@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from stats.compare.equivalence import equivalence
-from stats.compare.shared_error import SharedError
-from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.shared_error import SharedError, difference_with_shared
 from stats.compare.two_sample import compare_two
 from stats.days.blocked import blocked_by_day
 from stats.groups.anova import one_way_anova

@@ -13,13 +13,10 @@ import pytest
 from scipy import special
 
 from stats.exact.distributions import t_upper_quantile
-from stats.exact.normal_wedge import between_lines
-from stats.exact.owens_q import normal_between
 from stats.exact.quadrature import Floats, Panels, Rows, integrals, panels_between
-from stats.planning.estimated_scatter import log_scale_density, stirling_rest
-from stats.planning.power import power_equivalence, power_welch
-from stats.planning.power_percent import power_percent_equivalence
-from stats.planning.welch_planned import t_upper_quantiles
+from stats.planning.estimated_scatter import log_scale_density, stirling_rest, t_upper_quantiles
+from stats.planning.power import normal_between, power_equivalence, power_welch
+from stats.planning.power_percent import between_lines, power_percent_equivalence
 from tests.stats import planned_integrals
 
 OF_ITSELF, PERCENT = 1e-10, 1e-9

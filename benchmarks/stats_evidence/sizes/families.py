@@ -14,8 +14,7 @@ from benchmarks.stats_evidence.sizes.design import Design, Floats, Groups, by_la
 from benchmarks.stats_evidence.sizes.method import ALPHA, Method, alike, columns, number
 from benchmarks.stats_evidence.sizes.several_groups import named
 from stats.compare.two_sample import compare_two
-from stats.groups.dunnett import dunnett
-from stats.groups.many_to_one import largest_critical
+from stats.groups.dunnett import dunnett, largest_critical
 from stats.groups.multiple import holm
 from stats.groups.studentized_range import range_critical
 from stats.groups.tukey import Variances, compare_all_pairs

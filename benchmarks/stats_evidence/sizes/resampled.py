@@ -20,8 +20,7 @@ from benchmarks.stats_evidence.sizes.design import (
     equal_groups,
 )
 from benchmarks.stats_evidence.sizes.method import Method, of_one_interval, of_one_p, of_p, studies
-from stats.compare.resampling import bootstrap_difference, permutation_test
-from stats.compare.resampling_result import Bootstrap
+from stats.compare.resampling import Bootstrap, bootstrap_difference, permutation_test
 
 QUICK, MOST_ARRANGEMENTS = 1000, 200_000
 """Arrangements of which many studies, and any, are counted over arrays."""

@@ -11,7 +11,7 @@ from benchmarks.stats_evidence.sizes.design import Design, Groups, designs_over_
 from benchmarks.stats_evidence.sizes.idle_line import LONGEST, OF_CONTROL, corrected
 from benchmarks.stats_evidence.sizes.method import Method, of_one_interval, there
 from benchmarks.stats_evidence.sizes.over_days import fit_of
-from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.shared_error import difference_with_shared
 from stats.exact.finite import as_interval
 
 IDLE_RUNS = 6

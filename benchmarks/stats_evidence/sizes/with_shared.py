@@ -25,8 +25,7 @@ from benchmarks.stats_evidence.sizes.method import (
 from benchmarks.stats_evidence.sizes.ratios import CONTROL, FIELDS, SAVINGS_PERCENT, VARIATION
 from benchmarks.stats_evidence.sizes.two_groups import OVER_ARRAYS
 from stats.compare.savings import percent_savings
-from stats.compare.shared_error import describe_shared
-from stats.compare.shared_error_test import SharedTest, difference_with_shared
+from stats.compare.shared_error import SharedTest, describe_shared, difference_with_shared
 from stats.compare.two_sample import ROUTES, Route, compare_two
 from stats.exact.finite import as_interval
 

@@ -25,7 +25,7 @@ from labbook.book.opening import Book
 from labbook.config.model import UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import LARGEST_PLAN, draw_plan
-from stats.planning.sample_size import SampleSize, sample_size
+from stats.planning.power import SampleSize, sample_size
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,9 +9,8 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import Undefined
 from labbook.actions.stats.output import ALPHA, CommandOutput
 from labbook.presenting.stats.fields import field_lines
-from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch
+from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
 from stats.planning.power_percent import power_percent_equivalence
-from stats.planning.sample_size import sample_size
 from stats.results import as_dict
 
 USUAL_POWER = 0.8

@@ -20,8 +20,7 @@ from labbook.analysis.results.result_cache import (
     result_fingerprint,
 )
 from stats.compare.savings import Savings, percent_savings
-from stats.compare.shared_error import SharedError, shared_of_mean
-from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.shared_error import SharedError, difference_with_shared, shared_of_mean
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova

@@ -12,7 +12,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparing import Pair, fingerprints_of_sides
 from labbook.analysis.comparison.day_weights import day_ratio, shared_by_day
 from labbook.analysis.results.result_cache import Algorithm, Computed, NewNumber, Request, ResultCache, fingerprint
-from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.shared_error import difference_with_shared
 from stats.days.blocked import blocked_by_day
 
 ALGORITHM = Algorithm("comparison_by_day", 9)

@@ -7,8 +7,7 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar
 
 from labbook.analysis.comparison.day_weights import day_ratio, shared_by_day, shared_by_day_means
-from stats.compare.shared_error import SharedError
-from stats.compare.shared_error_test import SharedTest, difference_with_shared
+from stats.compare.shared_error import SharedError, SharedTest, difference_with_shared
 from stats.compare.two_sample import TwoSample
 from stats.days.blocked_result import BlockedByDay, Contrast, ExactTest, MixedModel
 from stats.exact.finite import as_interval

@@ -14,8 +14,7 @@ from reports.figures.estimation import Estimation, EstimationGroup
 from reports.figures.quantiles import Quantiles
 from reports.figures.residuals import Against, ResidualPlot
 from reports.numbers import Number
-from stats.groups.normal_quantiles import normal_quantiles
-from stats.groups.residuals import Residuals, additive_residuals, residuals_of_groups
+from stats.groups.residuals import Residuals, additive_residuals, normal_quantiles, residuals_of_groups
 
 
 def number_of(value: float | Undefined, interval: tuple[float, float] | Undefined, level: float, unit: str) -> Number:

@@ -8,8 +8,8 @@ from typing import TypeVar
 from data_schema.rounding import alpha_beside
 from data_schema.vocabulary import Undefined
 from stats.groups.dunnett import AgainstControl, Dunnett
+from stats.groups.multiple import none_text, reasons_text
 from stats.groups.tukey import AllPairs, PairDifference
-from stats.groups.untested import none_text, reasons_text
 
 Compared = TypeVar("Compared", PairDifference, AgainstControl)
 

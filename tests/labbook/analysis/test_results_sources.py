@@ -161,9 +161,9 @@ def test_every_kind_of_result_is_in_the_registry() -> None:
         ("run_energy", "stats.lines.passive_drain.PassiveDrain"),
         ("run_apexes", "labbook.analysis.outcomes.detections.rest_length_m"),
         ("comparison_by_day", "labbook.analysis.comparison.day_weights.difference_weights"),
-        ("comparison_by_day", "stats.days.reml_search.minimise"),
+        ("comparison_by_day", "stats.days.reml.minimise"),
         ("prediction_check", "labbook.analysis.prediction.predicting.Predicted"),
-        ("family", "stats.exact.incomplete_beta.incomplete_beta"),
+        ("family", "stats.exact.tails.incomplete_beta"),
         ("passive_drain", "labbook.analysis.results.result_cache._number_row"),
     ],
 )

@@ -9,8 +9,7 @@ from reports.figures.kind import svg_bytes
 from reports.figures.quantiles import Quantiles, draw_quantiles
 from reports.figures.residuals import Against, ResidualPlot, draw_residuals
 from reports.figures.style import BLACK, ONE_COLUMN_IN, TWO_COLUMNS_IN
-from stats.groups.normal_quantiles import normal_quantiles
-from stats.groups.residuals import residuals_of_groups
+from stats.groups.residuals import normal_quantiles, residuals_of_groups
 
 WIDTHS = [ONE_COLUMN_IN, TWO_COLUMNS_IN]
 GROUPS = {"CE": [0.151, 0.148, 0.155], "active damping 100": [0.141, 0.149], "active damping 200": [0.139]}

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from stats.apexes.flight_window import FlightWindowParameters, window_ends
+from stats.apexes.flights import FlightWindowParameters, window_ends
 
 GRAVITY = 9.80665
 

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stats.apexes.parabola import fit_parabolas
+from stats.apexes.flights import fit_parabolas
 
 GRAVITY = 9.80665
 HALF_WINDOW_S = 0.055

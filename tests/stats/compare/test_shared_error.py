@@ -17,8 +17,7 @@ from mpmath import mp
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.compare.savings import percent_savings
-from stats.compare.shared_error import SharedError, describe_shared, joint, shared_of_mean
-from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.shared_error import SharedError, describe_shared, difference_with_shared, joint, shared_of_mean
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from stats.exact.distributions import t_quantile

@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stats.checks import as_sample
-from stats.days.blocks import blocks_of, pair_squares, parts_of
-from stats.days.cells import cells_of
+from stats.days.cells import blocks_of, cells_of, pair_squares, parts_of
 
 GROUPS = st.lists(st.integers(1, 9), min_size=1, max_size=6).map(
     lambda sizes: np.repeat(np.arange(len(sizes)), sizes)  # of one row and of many

@@ -5,13 +5,16 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stats.exact.double_double import (
+from stats.exact.error_free import (
     fixed_point,
     multiply,
     nearest_double,
+    product_of_halves,
+    scaled,
+    split,
     sum_pairs,
+    two_sum,
 )
-from stats.exact.error_free import product_of_halves, scaled, split, two_sum
 
 numbers = st.floats(-1e100, 1e100).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
 

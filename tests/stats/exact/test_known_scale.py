@@ -7,7 +7,7 @@ import pytest
 import scipy.special
 
 from stats.exact.over_scale import log_mean_over_scale
-from stats.groups.many_to_one import LargestAgainstControl, largest_log_upper
+from stats.groups.dunnett import LargestAgainstControl, largest_log_upper
 from stats.groups.studentized_range import RangeOfNormals
 
 STEEP = LargestAgainstControl(2, ((2, 1), (1_000_000, 1)), two_sided=True)

@@ -10,8 +10,7 @@ from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
 from stats.exact.distributions import t_two_sided_p
-from stats.groups.dunnett import dunnett
-from stats.groups.many_to_one import largest_critical, largest_log_upper
+from stats.groups.dunnett import dunnett, largest_critical, largest_log_upper
 
 CONTROL = [42.1, 39.8, 44.0, 41.2]
 TREATED = {"50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5], "150": [41.0, 42.2, 40.1, 39.9, 42.8]}

@@ -9,8 +9,7 @@ from scipy import stats as scipy_stats
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
 from stats.groups.anova import one_way_anova
-from stats.groups.normal_quantiles import normal_quantiles
-from stats.groups.residuals import additive_residuals, residuals_of_groups
+from stats.groups.residuals import additive_residuals, normal_quantiles, residuals_of_groups
 
 
 def test_residuals_of_groups_are_values_less_their_mean_with_the_scatter_of_the_anova():

@@ -24,8 +24,7 @@ from labbook.analysis.comparison.shared_error_tests import add_shared_error_by_d
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results.result_cache import ResultCache, number
 from labbook.presenting.report.making import MadeReport
-from stats.compare.shared_error import SharedError
-from stats.compare.shared_error_test import difference_with_shared
+from stats.compare.shared_error import SharedError, difference_with_shared
 from stats.days.blocked import blocked_by_day
 from stats.days.blocked_result import MIXED_MODEL, BlockedByDay, ExactTest
 from tests.helpers.books import ADA, DAYS, small_book

@@ -7,8 +7,7 @@ import math
 import pytest
 
 from labbook.analysis.comparison.shared_error_tests import add_shared_error
-from stats.compare.shared_error import SharedError
-from stats.compare.shared_error_test import NORMAL, difference_with_shared
+from stats.compare.shared_error import NORMAL, SharedError, difference_with_shared
 from stats.compare.two_sample import compare_two
 
 TREATED, CONTROL = [50.1, 51.2, 49.0, 50.4], [44.0, 45.2, 43.1, 44.4]
