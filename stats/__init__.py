@@ -1,7 +1,7 @@
 """Arrays in, numbers out: statistics of runs, and jumps and apexes of height logs. No database, no files.
 
 The functions that users call are here by name (`stats.compare_two(a, b)`); each is loaded when it is first asked for.
-They return frozen results, whose fields may be undefined with a reason; `joules_per_jump`, a formula, returns a number.
+They return frozen results, whose fields may be undefined with a reason.
 """
 
 from __future__ import annotations
@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from stats.compare.two_sample import compare_two
     from stats.days.autocorrelation import autocorrelation
     from stats.days.blocked import blocked_by_day
-    from stats.energy import energy_budget, joules_per_jump
     from stats.groups.anova import one_way_anova
     from stats.groups.dunnett import dunnett
     from stats.groups.multiple import holm
@@ -53,7 +52,6 @@ __all__ = [
     "describe_shared",
     "difference_with_shared",
     "dunnett",
-    "energy_budget",
     "equivalence",
     "f_test",
     "find_jumps",
@@ -67,7 +65,6 @@ __all__ = [
     "fraction_from_mass",
     "fraction_from_water",
     "holm",
-    "joules_per_jump",
     "levene",
     "normal_quantiles",
     "one_way_anova",
@@ -99,8 +96,6 @@ _MODULE_OF = {
     "compare_two": "compare.two_sample",
     "autocorrelation": "days.autocorrelation",
     "blocked_by_day": "days.blocked",
-    "energy_budget": "energy",
-    "joules_per_jump": "energy",
     "one_way_anova": "groups.anova",
     "dunnett": "groups.dunnett",
     "holm": "groups.multiple",

@@ -28,7 +28,6 @@ from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from stats.days.autocorrelation import autocorrelation
 from stats.days.blocked import blocked_by_day
-from stats.energy import energy_budget
 from stats.groups.anova import one_way_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.multiple import holm
@@ -99,9 +98,6 @@ DEFINED: dict[str, Callable[[], Any]] = {
     "residuals_of_groups": lambda: residuals_of_groups({"a": A, "b": B}),
     "additive_residuals": lambda: additive_residuals([*A, *B], ["a"] * 4 + ["b"] * 4, DAYS * 2),
     "normal_quantiles": lambda: normal_quantiles(residuals_of_groups({"a": A, "b": B})),
-    "energy_budget": lambda: energy_budget(
-        A, [25.0] * 4, reference_voltage_v=15.4, drain_se_run_j=0.3, drain_se_mean_j=0.3, resolution_mah=1.0
-    ),
 }
 UNDEFINED: dict[str, Callable[[], Any]] = {
     "describe": lambda: describe([]),
@@ -139,9 +135,6 @@ UNDEFINED: dict[str, Callable[[], Any]] = {
     "additive_residuals": lambda: additive_residuals([1.0, 2.0], ["a", "b"], ["mon", "tue"]),
     "normal_quantiles": lambda: normal_quantiles(residuals_of_groups({"a": [1.0], "b": [2.0]})),
     "rmse_over_iqr": lambda: rmse_over_iqr(FLAT, FLAT),
-    "energy_budget": lambda: energy_budget(
-        [40.0], [25.0], reference_voltage_v=15.4, drain_se_run_j=0.3, drain_se_mean_j=0.3, resolution_mah=1.0
-    ),
 }
 CASES = [(name, make, False) for name, make in DEFINED.items()] + [
     (name, make, True) for name, make in UNDEFINED.items()

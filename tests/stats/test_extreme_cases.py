@@ -12,6 +12,7 @@ import pytest
 import stats
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
+from labbook.analysis.outcomes.energy import energy_budget
 from stats.exact.distributions import t_quantile
 from stats.exact.error_free import exact_root
 from stats.exact.over_scale import FAR
@@ -176,7 +177,7 @@ def test_a_mean_of_values_that_cancel():
     [
         lambda: stats.fit_passive_drain([1.0, 2.0, 4.0], [1e200, 2e200, 5e200]),
         lambda: stats.fit_passive_drain([1.0, 2.0, 4.0], [1e-200, 2e-200, 5e-200]),
-        lambda: stats.energy_budget(
+        lambda: energy_budget(
             [1.0], [1e-310], reference_voltage_v=15.4, drain_se_run_j=0.0, drain_se_mean_j=0.0, resolution_mah=1.0
         ),
         lambda: stats.force_points([0.0, 1e-300], [0.0, 0.0], [0.0, 1e20], 1.0),

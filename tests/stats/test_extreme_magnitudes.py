@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 import stats
 from data_schema.errors import LabbookError
 from data_schema.vocabulary import Undefined
+from labbook.analysis.outcomes.energy import energy_budget, joules_per_jump
 from stats.compare.shared_error import SharedError
 from tests.helpers.extremes import assert_sound, degrees_of_freedom, doubles, groups, levels, positive
 
@@ -90,7 +91,7 @@ OF_ROWS: dict[str, Callable[[Three], Any]] = {
     "unbounded_fraction": lambda three: stats.unbounded_fraction(positive(three[0]), three[1], 0.002),
     "rmse_over_iqr": lambda three: stats.rmse_over_iqr(three[0], three[1]),
     "force_points": lambda three: stats.force_points(sorted(three[0]), three[1], three[2], 2.0),
-    "energy_budget": lambda three: stats.energy_budget(
+    "energy_budget": lambda three: energy_budget(
         three[0],
         positive(three[1]),
         reference_voltage_v=15.4,
@@ -164,7 +165,7 @@ OF_NUMBERS: dict[str, Callable[[float, float, float], Any]] = {
     "power_percent_equivalence": lambda one, two, three: stats.power_percent_equivalence(
         one, abs(two), abs(three), -3.0, 3.0, 5, 6
     ),
-    "joules_per_jump": lambda one, two, three: stats.joules_per_jump(abs(one), two, abs(three), 25),
+    "joules_per_jump": lambda one, two, three: joules_per_jump(abs(one), two, abs(three), 25),
     "fraction_from_mass": lambda one, two, three: stats.fraction_from_mass(abs(one), abs(two), abs(three)),
     "fraction_from_water": lambda one, two, three: stats.fraction_from_water(
         abs(one), abs(two), water_se_m3=abs(three)

@@ -20,7 +20,6 @@ from stats.compare.shared_error import SharedError, describe_shared
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from stats.days.blocked import blocked_by_day
-from stats.energy import energy_budget
 from stats.groups.anova import one_way_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.residuals import additive_residuals, residuals_of_groups
@@ -73,9 +72,6 @@ ROWS: dict[str, Call] = {
     "rmse_over_iqr": rmse_over_iqr,
     "additive_residuals": lambda a, b, **policy: additive_residuals(
         a, np.asarray(b, dtype=float) > 37.0, DAYS[: len(a)], **policy
-    ),
-    "energy_budget": lambda a, b, **policy: energy_budget(
-        a, b, reference_voltage_v=15.4, drain_se_run_j=0.1, drain_se_mean_j=0.1, resolution_mah=1.0, **policy
     ),
 }
 """Functions of values that belong together by rows."""
@@ -247,7 +243,7 @@ def shares(result: Any) -> list[float]:
     return found
 
 
-OF_A_MEAN = ("percent_savings", "unbounded_fraction", "fit_gain_line", "fit_passive_drain", "energy_budget")
+OF_A_MEAN = ("percent_savings", "unbounded_fraction", "fit_gain_line", "fit_passive_drain")
 """Shares of a mean, or of values that are near 0 by their nature."""
 
 

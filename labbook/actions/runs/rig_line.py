@@ -11,13 +11,13 @@ from data_schema.queries.signals import SignalRow
 from data_schema.vocabulary import GapKind, Undefined
 from ingest.model import ReadFile
 from labbook.analysis.outcomes.detections import Detections
+from labbook.analysis.outcomes.energy import joules_per_jump
 from labbook.analysis.outcomes.passive_drain import drain_lines
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.analysis.outcomes.run_energy import usable_charge
 from labbook.analysis.study_data import StudyData
 from labbook.statements.importing import PreparedImport
 from stats.compare.summary import describe
-from stats.energy import joules_per_jump
 from stats.lines.passive_drain import PassiveDrain
 
 LIMIT_SDS = 3.0

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from data_schema.queries.results import ResultRow
 from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.outcomes.energy import energy_budget
 from labbook.analysis.outcomes.run_energy import usable_charge
 from labbook.analysis.results.result_cache import (
     Algorithm,
@@ -19,7 +20,6 @@ from labbook.analysis.results.result_cache import (
 )
 from labbook.analysis.study_data import StudyData
 from stats.compare.shared_error import shared_of_mean
-from stats.energy import energy_budget
 
 ALGORITHM = Algorithm("energy_budget", 14)
 

@@ -9,6 +9,7 @@ from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.results import ResultRow
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Undefined
+from labbook.analysis.outcomes.energy import joules_per_jump, joules_per_mah
 from labbook.analysis.outcomes.passive_drain import Drain, recharge_of
 from labbook.analysis.outcomes.run_results import RunResults
 from labbook.analysis.results.facts import charge_input, run_input
@@ -23,7 +24,6 @@ from labbook.analysis.results.result_cache import (
 )
 from labbook.analysis.study_data import StudyData
 from stats.compare.shared_error import SharedError
-from stats.energy import joules_per_jump, joules_per_mah
 from stats.lines.passive_drain import PassiveDrain, rounding_sd_mah
 
 ALGORITHM = Algorithm("run_energy", 13)

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from scipy import stats as reference
 
 from data_schema.vocabulary import RunKind, Undefined
+from labbook.analysis.outcomes.energy import joules_per_jump, joules_per_mah
 from labbook.demo.campaign import make_campaign
 from labbook.demo.records import Campaign
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
 from stats.compare.savings import percent_savings
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
-from stats.energy import joules_per_jump, joules_per_mah
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
 SEEDS = range(200)

@@ -16,6 +16,7 @@ from data_schema.tables.results import result_number
 from data_schema.vocabulary import RunKind
 from labbook.actions.upkeep.recomputing import recompute
 from labbook.analysis.comparison.pairing import POOLED
+from labbook.analysis.outcomes.energy import joules_per_jump
 from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.opening import Book, opened
 from labbook.config.model import Bounds
@@ -24,7 +25,6 @@ from labbook.demo.records import Campaign
 from labbook.demo.running import Stopwatch, make_demo_book, run_demo
 from labbook.demo.truth import Condition
 from labbook.presenting.report.making import MadeReport, make_report
-from stats.energy import joules_per_jump
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
 SEEDS = (1, 2, 3, 4, 5)
