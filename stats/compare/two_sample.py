@@ -26,9 +26,9 @@ from stats.groups.variances import brown_forsythe_of, variance_ratio
 from stats.results import Result
 from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
 
-Route = Literal["welch", "f_then_t", "student"]
-ROUTES: tuple[Route, ...] = ("welch", "f_then_t", "student")
-"""How the t-test is chosen: fixed beforehand, or by the F-test at alpha (the thesis's route)."""
+Route = Literal["f_then_t", "welch", "student"]
+ROUTES: tuple[Route, ...] = ("f_then_t", "welch", "student")
+"""How the t-test is chosen: by the F-test at alpha (the thesis's route), or fixed beforehand."""
 
 _Interval = tuple[float, float]
 

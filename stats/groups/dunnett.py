@@ -32,8 +32,7 @@ from stats.checks import Missing, as_groups, as_level
 from stats.exact.critical_values import critical_values
 from stats.exact.error_free import exact_root, shortened
 from stats.exact.finite import finite
-from stats.exact.known_scale import Floats, KnownScale
-from stats.exact.over_scale import log_mean_over_scale, log_sum, log_upper_of_any
+from stats.exact.known_scale import Floats, KnownScale, log_mean_over_scale, log_sum, log_upper_of_any
 from stats.groups.groups import Groups, read_groups
 from stats.results import Result
 from stats.wording import missing_text, number_text, p_text, with_unit

@@ -23,8 +23,7 @@ from scipy import special
 from stats.exact.critical_values import critical_values, criticals_over_df
 from stats.exact.error_free import exact_root
 from stats.exact.finite import Number
-from stats.exact.known_scale import Floats, KnownScale
-from stats.exact.over_scale import FAR, log_means_over_scale, log_sum, log_upper_of_any
+from stats.exact.known_scale import FAR, Floats, KnownScale, log_means_over_scale, log_sum, log_upper_of_any
 from stats.exact.tails import Tail, t_two_sided
 
 _REACH = 9.6

@@ -15,7 +15,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.energy import energy_budget
 from stats.exact.distributions import t_quantile
 from stats.exact.error_free import exact_root
-from stats.exact.over_scale import FAR
+from stats.exact.known_scale import FAR
 from stats.exact.sums import moments
 from stats.groups.studentized_range import range_tail
 from tests.helpers.extremes import LEAST, MOST

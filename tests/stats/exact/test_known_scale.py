@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.special
 
-from stats.exact.over_scale import log_mean_over_scale
+from stats.exact.known_scale import log_mean_over_scale
 from stats.groups.dunnett import LargestAgainstControl, largest_log_upper
 from stats.groups.studentized_range import RangeOfNormals
 

@@ -10,7 +10,7 @@ from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
 from stats.compare.two_sample import compare_two
 from stats.exact.critical_values import criticals_over_df
-from stats.exact.over_scale import log_mean_over_scale
+from stats.exact.known_scale import log_mean_over_scale
 from stats.groups.studentized_range import (
     RangeOfNormals,
     range_critical,
