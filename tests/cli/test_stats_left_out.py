@@ -31,7 +31,7 @@ def test_rows_without_a_value_and_without_a_label_are_counted_apart(tmp_path: Pa
 
 def test_a_single_day_is_no_random_effect_and_bounds_the_claim(tmp_path: Path) -> None:
     said = blocked(tmp_path, "1,a,1 2,a,1 4,a,1 3,b,1 5,b,1 9,b,1 7,b,1")
-    assert "(exact test on values, day held fixed)" in said[0]
+    assert "(exact test on values, day held fixed, if all conditions scatter alike)" in said[0]
     assert "random effect" not in said[0]
     assert any(line.startswith("note: All values are of one day") and "holds for that day" in line for line in said)
 
