@@ -94,13 +94,12 @@ def test_savings_are_those_of_the_report(reported: Reported) -> None:
 
 
 def test_values_days_and_controls_are_the_books(reported: Reported) -> None:
-    conditions = {
-        condition.control: condition for condition in reported.content.conditions if condition.apex is not None
+    runs_by_role = {
+        condition.control: {value.run: value.value for value in apex.runs}
+        for condition in reported.content.conditions
+        if (apex := condition.summary(Outcome.APEX)) is not None
     }
-    control, treated = (
-        {value.run: value.value for value in conditions[is_control].apex.runs}  # type: ignore[union-attr]
-        for is_control in (True, False)
-    )
+    control, treated = runs_by_role[True], runs_by_role[False]
     found = reported.stats("blocked", "--quantity", "apex")
     runs = {**control, **treated}
     by_hand = blocked_by_day(
@@ -127,7 +126,7 @@ def test_joules_over_days_carry_the_drains_error(reported: Reported) -> None:
 
 def test_single_jumps_stay_within_their_run(reported: Reported) -> None:
     found = reported.stats("blocked", "--quantity", "apex", "--run-within-day", "run")
-    heights = [condition.apex for condition in reported.content.conditions]
+    heights = [condition.summary(Outcome.APEX) for condition in reported.content.conditions]
     assert found["blocked"]["n"] == sum(summary.jumps or 0 for summary in heights if summary is not None)
     assert found["blocked"]["n"] > 20
     assert found["blocked"]["n_runs"] == 8

@@ -68,8 +68,9 @@ def test_a_campaign_through_files_gives_what_was_drawn(seed: int, tmp_path: Path
     reported: dict[str, float] = {}
     for condition in content.conditions:
         label = {level.factor: level.label for level in condition.levels}
-        assert condition.joules is not None
-        for value in condition.joules.runs:
+        joules = condition.summary(Outcome.JOULES)
+        assert joules is not None
+        for value in joules.runs:
             reported[value.run] = value.value
             assert conditions[value.run] == Condition(label["foot"], int(label["k_gain"]), int(label["b_ad_gain"]))
     assert reported == pytest.approx(drawn, rel=1e-12)
@@ -80,8 +81,8 @@ def test_a_campaign_through_files_gives_what_was_drawn(seed: int, tmp_path: Path
     errors = [
         value.value - apexes[value.run]
         for condition in content.conditions
-        if condition.apex is not None
-        for value in condition.apex.runs
+        if (apex := condition.summary(Outcome.APEX)) is not None
+        for value in apex.runs
     ]
     # jumps that touch a gap are left out of a run's mean, so single runs of 4 jumps differ by the scatter of jumps
     assert abs(float(np.median(errors))) < 0.2e-3
