@@ -1,18 +1,23 @@
-"""The document `docs/performance.md`, and the same as text for the terminal."""
+"""The document `docs/performance.md`, and the same as text for the terminal.
+
+The document is where measurements are kept: benchmarks that were not run keep their sections as they stand in it, and
+the table of budgets is gathered from all sections.
+"""
 
 from __future__ import annotations
 
+import re
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from benchmarks.section import Budget, Section, Table
 
 INTRODUCTION = """\
 # Performance
 
-Written by `make bench`; do not edit. A budget is a promise about a ratio where that is possible, since a ratio to a
-known peer measured in the same run means the same on another machine. No test fails on time: a missed budget is stated
-here, and is work to do.
+Written by `make bench`, section by section by `python benchmarks/run.py NAME`; do not edit. A budget is a promise about
+a ratio where that is possible, since a ratio to a known peer measured in the same run means the same on another
+machine. No test fails on time: a missed budget is stated here, and is work to do.
 """
 
 NOISE = """\
@@ -22,22 +27,36 @@ Pieces of one comparison take turns, round by round, so that whatever else the m
 the first round does not count. Minimum and median of the repeats are given, and unless it says otherwise a budget is
 judged by minima, which other programs disturb least. Where the medians tell another story, the sentence under the table
 says so. Processor time is that of all threads together, the least of the repeats: it hardly depends on what else runs.
-The load at each benchmark's start (processes that wanted a core, mean of the last minute) stands beside its title: on
-an idle machine it is below the number of cores. Files are in the page cache when they are read.
+Under each title stand the day, the load at the benchmark's start (processes that wanted a core, mean of the last
+minute: below the number of cores on an idle machine) and the machine. Files are in the page cache when they are read.
 """
 
+_MARK = re.compile(r"^<!-- benchmark: (\w+) -->\n", re.MULTILINE)
+_BUDGET = re.compile(r"^- (MET|MISSED|NOT MEASURED): (.+): (.+) \(budget: (.+)\)$", re.MULTILINE)
+"""A line of `verdict_line` in the document."""
 
-def document(machine: Sequence[tuple[str, str]], sections: Sequence[tuple[Section, float]]) -> str:
-    """Return the whole document; each section with the load at its start."""
-    budgets = [(section, budget) for section, _load in sections for budget in section.budgets]
+
+def document(known: str, measured: Mapping[str, str], names: Iterable[str]) -> str:
+    """Return the document with sections anew.
+
+    `known` is the document as it is, `measured` the text of new sections by the name of their benchmark; all stand in
+    the order of `names`, and what is of no benchmark there goes.
+    """
+    sections = {**_sections(known), **measured}
+    kept = {name: sections[name] for name in names if name in sections}
     parts = [
         INTRODUCTION,
-        "## Machine\n\n" + table_text(Table(("", ""), tuple(machine), "")),
-        "## Budgets\n\n" + _budgets_text(budgets),
+        "## Budgets\n\n" + _budgets_text(_BUDGET.findall("\n".join(kept.values()))),
         NOISE,
-        *(_section_text(section, load) for section, load in sections),
+        *(f"<!-- benchmark: {name} -->\n{text}" for name, text in kept.items()),
     ]
     return "\n".join(part.rstrip("\n") + "\n" for part in parts)
+
+
+def _sections(known: str) -> dict[str, str]:
+    """Return the sections of a document by the names of their benchmarks."""
+    _head, *found = _MARK.split(known)
+    return dict(zip(found[::2], found[1::2], strict=True))
 
 
 def verdict_line(budget: Budget) -> str:
@@ -56,24 +75,22 @@ def table_text(table: Table) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _row_text(cells: Sequence[str]) -> str:
-    return "| " + " | ".join(cells) + " |"
-
-
-def _budgets_text(budgets: Sequence[tuple[Section, Budget]]) -> str:
-    missed = sum(budget.verdict == "missed" for _section, budget in budgets)
-    rows = tuple((budget.what, budget.limit_text, budget.measured_text, budget.verdict) for _section, budget in budgets)
-    summary = f"{len(budgets)} budgets, {missed} missed." if missed else f"{len(budgets)} budgets, none missed."
-    return summary + "\n\n" + table_text(Table(("budget", "limit", "measured", "verdict"), rows, ""))
-
-
-def _section_text(section: Section, load: float) -> str:
-    parts = [f"## {section.title}", f"Load at its start: {load:.1f}.", _filled(section.measured)]
+def section_text(section: Section, measured_on: str) -> str:
+    """Return a section; `measured_on` says when, under which load and on what."""
+    parts = [f"## {section.title}", _filled(measured_on), _filled(section.measured)]
     if section.budgets:
         parts.append("\n".join(f"- {verdict_line(budget)}" for budget in section.budgets))
     for table in section.tables:
         parts += [table_text(table).rstrip("\n"), _filled(table.shows)]
     return "\n\n".join(parts)
+
+
+def _budgets_text(budgets: Sequence[tuple[str, str, str, str]]) -> str:
+    """Return the table of (verdict, what, measured, limit)."""
+    missed = sum(verdict == "MISSED" for verdict, *_rest in budgets)
+    rows = tuple((what, limit, measured, verdict.lower()) for verdict, what, measured, limit in budgets)
+    summary = f"{len(budgets)} budgets, {missed} missed." if missed else f"{len(budgets)} budgets, none missed."
+    return summary + "\n\n" + table_text(Table(("budget", "limit", "measured", "verdict"), rows, ""))
 
 
 def _filled(text: str) -> str:

@@ -27,6 +27,13 @@ def described() -> list[tuple[str, str]]:
     ]
 
 
+def measured_on() -> str:
+    """Say in a sentence the date, the load of the last minute, and what the machine is."""
+    found = dict(described())
+    date, cores = found.pop("date"), f"{found.pop('cores')} cores"
+    return f"Measured on {date}, load at its start {load():.1f}: {', '.join([cores, *found.values()])}."
+
+
 def load() -> float:
     """Return the load of the last minute: processes that wanted a core."""
     return os.getloadavg()[0]

@@ -1,4 +1,4 @@
-"""Measures every budget and writes `docs/performance.md`; with names, only those, and only to the terminal.
+"""Measures every budget, or those of the benchmarks named, and writes their sections of `docs/performance.md`.
 
 python benchmarks/run.py [NAME...]
 """
@@ -9,9 +9,8 @@ import sys
 from pathlib import Path
 
 from benchmarks import machine
-from benchmarks.document import document, table_text, verdict_line
+from benchmarks.document import document, section_text, table_text, verdict_line
 from benchmarks.registry import BENCHMARKS
-from benchmarks.section import Section
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "performance.md"
 
@@ -21,21 +20,17 @@ def main(names: list[str]) -> None:
     unknown = [name for name in names if name not in BENCHMARKS]
     if unknown:
         sys.exit(f"there is no benchmark {unknown[0]!r}: there are {', '.join(BENCHMARKS)}.")
-    measured: list[tuple[Section, float]] = []
     for name in names or BENCHMARKS:
-        load = machine.load()
-        print(f"== {name} (load {load:.1f})", flush=True)
+        measured_on = machine.measured_on()
+        print(f"== {name} ({measured_on})", flush=True)
         section = BENCHMARKS[name].measure(lambda what: print(f"   {what}", flush=True))
-        measured.append((section, load))
         for table in section.tables:
             print(f"\n{table_text(table)}\n{table.shows}\n")
         for budget in section.budgets:
             print(verdict_line(budget), flush=True)
-    if names:
-        print("only some were run: docs/performance.md is left as it was.")
-        return
-    DOCUMENT.write_text(document(machine.described(), measured), encoding="utf-8")
-    print(f"wrote {DOCUMENT}")
+        known = DOCUMENT.read_text(encoding="utf-8")
+        DOCUMENT.write_text(document(known, {name: section_text(section, measured_on)}, BENCHMARKS), encoding="utf-8")
+        print(f"wrote its section of {DOCUMENT}")
 
 
 if __name__ == "__main__":
