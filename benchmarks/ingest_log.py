@@ -47,7 +47,7 @@ def measure(say: Callable[[str], None]) -> Section:
     return Section(
         "Ingest of a 12-minute log",
         f"A log of 12 minutes at 300 Hz, time and 8 channels, half of them noisy to the sixth decimal and half held "
-        f"({len(data) / 1e6:.1f} MB), through `labbook.ingesting.ingest_file` into a new book: read, checked, hashed, "
+        f"({len(data) / 1e6:.1f} MB), through `ingest_file` into a new book: read, checked, hashed, "
         "copied, its samples stored, its jumps found, rows and journal committed, every file synced to the disk. The "
         "parts are done one after the other and in memory: `pyarrow.csv.read_csv` with its defaults, one SHA-256, "
         f"zstd level {RAW_COMPRESSION_LEVEL} of the bytes (the level of the store), Parquet with zstd and pyarrow's "
