@@ -42,9 +42,10 @@ class WrittenReport:
 def write_report(content: ReportContent, out_dir: Path) -> WrittenReport:
     """Write the report into a folder: `report.html`, `figures/*.svg|pdf`, `tables/*.csv|tex`.
 
-    All of it is made before anything is written, and each file replaces its forerunner in one step, the page last:
-    a report that fails half-way leaves the earlier one as it was. Raises `UsageError` where the folder cannot be
-    written to.
+    Everything is made before anything is written, and each file replaces its predecessor in one step, the page last: a
+    report that fails half-way leaves the earlier one as it was. Folders that are missing are made.
+
+    Returns the paths of page, figures and tables. Raises `UsageError` where the folder cannot be written to.
     """
     with _writing_to(out_dir):
         for folder in ("figures", "tables"):

@@ -43,9 +43,23 @@ class Change:
 
 
 def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None = None) -> Scene:
-    """Return the scene changed by words `name=value` and by effects `+name,-name`; its title tells of them.
+    """Return the scene changed by the words of `labbook sim run`; its title lists them.
 
-    Raises `UsageError` for words that have no meaning, name the same thing twice, or lead to what no scene can have.
+    Parameters
+    ----------
+    sets : `name=value` each, a parameter in SI units or a word such as `drop_height`, as `--set` takes them
+    effects : `+name,-name`, as `--effects` takes them
+
+    Raises
+    ------
+    UnknownName for a name that does not exist; UsageError for words that have no meaning, name the same thing twice, or
+    lead to what cannot be simulated.
+
+    Examples
+    --------
+    >>> from simulator.scene_file import load_scene
+    >>> changed_by_words(load_scene("sim2"), ["b_ad=100"], "+passive_draw")["b_ad"]
+    100.0
     """
     on, off = _effects(effects)
     values: dict[str, float] = {}

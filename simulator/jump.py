@@ -47,8 +47,27 @@ _RECORDED_STEPS = 100_000
 def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> SceneResult:
     """Simulate all jumps of a scene.
 
-    `accuracy` is the relative error wanted in depth, lift-off time, apex height and cost. With `trajectory` the result
-    holds the sampled motion as an `xarray.Dataset`. Raises `UsageError` for an accuracy that cannot be had.
+    Parameters
+    ----------
+    scene : from `load_scene`, changed by `Scene.changed` or `changed_by_words`
+    accuracy : relative error wanted in depth, lift-off time, apex height and cost, 1e-13 to 0.1
+    trajectory : whether the result holds the sampled motion, as an `xarray.Dataset`
+
+    Returns
+    -------
+    One `JumpResult` for each jump, in SI units. The first call with a set of effects compiles a kernel, which takes
+    about ten seconds; it is cached on disk.
+
+    Raises
+    ------
+    UsageError for an accuracy outside these bounds.
+
+    Examples
+    --------
+    >>> from simulator.scene_file import load_scene
+    >>> found = simulate(load_scene("sim2"), accuracy=1e-6)
+    >>> f"{found.jump.apex_height_m:.3f} m, {found.jump.cost_J:.1f} J"
+    '0.303 m, 30.5 J'
     """
     limits = limits_for(accuracy)
     limits[JUMPS_WANTED] = scene.jumps

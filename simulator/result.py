@@ -24,17 +24,19 @@ class ModeChange:
 class JumpResult:
     """One jump, from touchdown on. Heights are above the undisturbed surface; None: not reached.
 
-    Heat, mechanical energy and drag of the stance are integrals from touchdown to the last lift-off before the apex,
-    those of the jump run to its end, as do the losses of ground, grains, rail and impact, and the energy book's
-    residual. `cost_J` is the sum of the stance's three (with the effect `cost_of_whole_jump`, the jump's) and the
-    passive draw. `decision_margin` is the distance of the closest decision of the sampled controller, in units of
-    the local error; below 10 the jump is `ill_conditioned`, and `other_branch` is the jump had that decision fallen
-    otherwise. So it is where the sampled damping lets errors grow (`error_growth`) until even rounding takes a share
-    of the accuracy.
+    Energies are in joules. Those of the stance are integrals from touchdown to the last lift-off before the apex; those
+    of the jump run to its end, as do the losses to ground, grains, rail and impact, and the residual of the energy
+    book. `cost_J` is the sum of heat, mechanical energy and drag of the stance (with the effect `cost_of_whole_jump`,
+    of the jump) and of the passive draw.
 
-    The scene was simulated `repeats` times again, with finer steps, because errors grow or the energy book of a jump
-    did not close within the accuracy; `open_book` says of a jump that it still does not. `under_surface`: the body gets
-    under the surface of the grains, which act on the foot alone.
+    `decision_margin` is the distance of the closest decision of the sampled controller, in units of the local error.
+    Below 10 the jump is `ill_conditioned`, and `other_branch` is the jump with the other decision. It is also
+    `ill_conditioned` where sampled damping amplifies errors (`error_growth`) until rounding alone takes half of the
+    accuracy.
+
+    `repeats` counts how often the scene was simulated again with finer steps, because errors grew or the energy book
+    did not close within the accuracy; where it never closed, `open_book` is true. `under_surface`: the body gets below
+    the surface of the grains, which act on the foot alone.
     """
 
     outcome: str

@@ -34,10 +34,20 @@ class Value:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A scene that can be simulated. `values` may hold parameters of effects that are off; those wait unread.
+    """A scene that can be simulated.
 
-    Raises `UsageError` with one sentence for what cannot be simulated: an unknown effect or parameter, a value that is
-    missing or outside its box, an effect without what it needs or beside what it excludes.
+    Parameters
+    ----------
+    name, title : what it is called in lists and above figures
+    effects : names of the effects that are on, in any order
+    values : parameters by name, in SI units; those of effects that are off may be among them and are not read
+    jumps : number of jumps that follow each other
+    description : one or more sentences
+
+    Raises
+    ------
+    UsageError for what cannot be simulated: an unknown effect or parameter, a value that is missing or outside its
+    range, an effect without what it needs or beside what it excludes.
     """
 
     name: str
@@ -94,9 +104,24 @@ class Scene:
         effects_off: Iterable[str] = (),
         jumps: int | None = None,
     ) -> Scene:
-        """Return the scene with other values and effects; an effect that is on, or off, already may be named again.
+        """Return the scene with other values, effects or number of jumps.
 
-        Raises `UsageError` for a value that nothing in force would read, and for what no scene can have.
+        Parameters
+        ----------
+        values : parameters in SI units by name; each is marked as set by the user
+        effects_on, effects_off : names of effects; one that is on, or off, already may be named again
+        jumps : number of jumps that follow each other, None for as many as before
+
+        Raises
+        ------
+        UnknownName for an effect or parameter that does not exist; UsageError for a value that no effect of the new
+        scene reads, and for what cannot be simulated.
+
+        Examples
+        --------
+        >>> from simulator.scene_file import load_scene
+        >>> load_scene("sim2").changed({"b_ad": 100.0}).set_by_user
+        ('b_ad',)
         """
         on, off = frozenset(effects_on), frozenset(effects_off)
         for name in sorted(on | off):

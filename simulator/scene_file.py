@@ -45,15 +45,35 @@ _SHIPPED = importlib.resources.files("simulator") / "scenes"
 
 
 def shipped_scenes() -> tuple[str, ...]:
-    """Return the names of the scenes that come with the simulator."""
+    """Return the names of the scenes that come with the simulator, in alphabetical order.
+
+    >>> shipped_scenes()
+    ('bed', 'emulator', 'force_plate', 'sim1', 'sim2')
+    """
     names = (entry.name for entry in _SHIPPED.iterdir())
     return tuple(sorted(name.removesuffix(_SUFFIX) for name in names if name.endswith(_SUFFIX)))
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
-    """Load a shipped scene by its name, or a file by its path, which ends in .toml.
+    """Load a scene.
 
-    Raises `UnknownName` for a name that is not shipped, `InputRefused` for a file that is no scene.
+    Parameters
+    ----------
+    name_or_path : a name of `shipped_scenes`, or the path of a file that ends in .toml
+
+    Returns
+    -------
+    The scene, named after its file, with every parameter in SI units and its source.
+
+    Raises
+    ------
+    UnknownName for a name that is not shipped; InputRefused for a file that is missing or is no scene.
+
+    Examples
+    --------
+    >>> scene = load_scene("sim2")
+    >>> scene["foot_radius"], scene.values["foot_radius"].source
+    (0.03, 'published with the simulations (2021)')
     """
     given = str(name_or_path)
     if given in shipped_scenes():
@@ -77,7 +97,10 @@ def load_scene(name_or_path: str | Path) -> Scene:
 
 
 def parse_scene(text: str, name: str, origin: str = "") -> Scene:
-    """Read a scene from TOML; `origin` names the file in messages. Raises `InputRefused` with one sentence."""
+    """Read a scene from the text of a TOML file.
+
+    `name` becomes the scene's name; `origin` names the file in messages. Raises `InputRefused` for what is no scene.
+    """
     origin = origin or f"scene {name}"
     try:
         top = tomllib.loads(text)
@@ -90,7 +113,12 @@ def parse_scene(text: str, name: str, origin: str = "") -> Scene:
 
 
 def write_scene(scene: Scene) -> str:
-    """Write a scene as TOML; `parse_scene` reads it back equal."""
+    """Return a scene as the text of a TOML file, which `parse_scene` reads back equal.
+
+    >>> scene = load_scene("bed")
+    >>> parse_scene(write_scene(scene), "bed") == scene
+    True
+    """
     lines = [f"title = {_text(scene.title)}", f"description = {_text(scene.description)}", f"jumps = {scene.jumps}"]
     effects = [name for name in EFFECTS if name in scene.effects]
     lines += ["effects = [", *(f"  {_text(name)}," for name in effects), "]"]

@@ -98,7 +98,16 @@ class _Drawn:
 
 
 def draw_estimation(estimation: Estimation, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw all values, mean and SD of each group, and the differences with their intervals."""
+    """Draw all values, mean and SD of each group, and the differences with their intervals.
+
+    Two groups are drawn side by side (Gardner and Altman 1986), more with the differences in a panel below (Cumming
+    2012). `width_in` is the figure's width in inches. Returns a matplotlib figure that belongs to no window.
+
+    >>> ce, ad = EstimationGroup("CE", (44.1, 42.8, 43.9)), EstimationGroup("AD", (38.0, 39.2, 37.5))
+    >>> saved = Number(-5.37, "J", ci_low=-6.98, ci_high=-3.75)
+    >>> figure = draw_estimation(Estimation("Energy of a jump", "J", (ce, ad), reference=0, differences=(None, saved)))
+    >>> figure.savefig("energy.pdf")  # doctest: +SKIP
+    """
     with publication_style():
         drawn = _drawn(estimation)
         if _fits_beside(drawn, estimation):

@@ -47,7 +47,10 @@ def knee_m(leg: LegDrawing, body_height_m: float, foot_height_m: float) -> tuple
 
 
 def write_animation(trajectory: Trajectory, path: Path) -> None:
-    """Write the motion as an animated GIF, under the title that its plot has."""
+    """Write the motion as an animated GIF, under the title of its plot.
+
+    `path` ends in .gif; an existing file is replaced.
+    """
     times, slower = frame_times(trajectory)
     body, foot, ground = (
         np.interp(times, trajectory.time_s, heights)

@@ -46,7 +46,10 @@ class _Look:
 
 
 def draw_log(log: RunLog, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw a run's log: overview above, one jump below; gaps are shaded and no line crosses them."""
+    """Draw a run's log: overview above, one jump below; gaps are shaded and no line crosses them.
+
+    `width_in` is the figure's width in inches. Returns a matplotlib figure.
+    """
     narrow = is_narrow(width_in)
     chosen = _panel_jump(log)
     with publication_style():

@@ -46,9 +46,10 @@ class Quantiles:
 
 
 def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Figure:
-    """Draw every residual over the normal value that belongs to its place, with line and pointwise band.
+    """Draw every residual over its normal quantile, with line and pointwise band.
 
-    Where all residuals are 0 there is nothing to draw, and the figure says so.
+    `quantiles.found` is what `stats.normal_quantiles` returns; `width_in` is the figure's width in inches. Returns a
+    matplotlib figure; where all residuals are 0 it says that there is nothing to draw.
     """
     about = f"{quantiles.quantity[:1].lower()}{quantiles.quantity[1:]}"
     if not any(quantiles.found.observed):

@@ -66,9 +66,10 @@ class ResidualPlot:
 
 
 def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw one panel for each thing that the residuals are drawn against; means that can differ as short lines.
+    """Draw one panel for each variable of `plot.against`, with means that can differ as short lines.
 
-    Where all residuals are 0 there is nothing to draw, and the figure says so.
+    `width_in` is the figure's width in inches. Returns a matplotlib figure; where all residuals are 0 it says that
+    there is nothing to draw.
     """
     quantity = f"{plot.quantity[:1].lower()}{plot.quantity[1:]}"
     if not any(plot.residuals):

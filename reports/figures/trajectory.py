@@ -33,7 +33,10 @@ _MARK_STYLES = ("--", "-.", ":")
 
 
 def draw_trajectory(trajectory: Trajectory, width_in: float = TWO_COLUMNS_IN) -> Figure:
-    """Draw heights above, the force below, on one axis of time."""
+    """Draw the heights of body, foot and ground, and below them the leg's force, over time.
+
+    `width_in` is the figure's width in inches. Returns a matplotlib figure.
+    """
     narrow = is_narrow(width_in)
     with publication_style():
         figure = new_figure(width_in, 4.4)
