@@ -18,9 +18,9 @@ from labbook.presenting.simulation.work_precision import SENSITIVE, TITLES, plai
 from reports.figures.style import publication_style
 from reports.figures.work_precision import draw_work_precision
 from simulator.accuracy.advice import COST, Need, needs
+from simulator.accuracy.fixed_step_euler import THESIS_STEP_S
 from simulator.accuracy.methods import EULER, LABBOOK
 from simulator.accuracy.study import AccuracyStudy, Point, accuracy_study
-from simulator.published import THESIS_STEP_S
 from simulator.scene_file import load_scene
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "accuracy.md"

@@ -8,10 +8,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from labbook.presenting.durations import time_text
-from labbook.presenting.simulation.effects_worth import alone_table, heading, verdict
+from labbook.presenting.simulation.effects_ablation import alone_table, heading, verdict
+from simulator.ablation.kernel_time import kernel_time
+from simulator.ablation.measure import ablation_of_effects
 from simulator.scene_file import load_scene
-from simulator.worth.kernel_time import kernel_time
-from simulator.worth.measure import worth_of_effects
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "accuracy.md"
 SCENES = ("sim2", "bed", "emulator", "force_plate", "sim1")
@@ -21,17 +21,17 @@ WITHIN = 0.01
 def measured(name: str) -> str:
     """Return the table of a scene and the sentence on its smallest set, as Markdown."""
     scene = load_scene(name)
-    worth = worth_of_effects(scene, WITHIN)
-    head, *rows = alone_table(worth, {}, None)
-    lines = [heading(scene, worth)[1], "", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    ablation = ablation_of_effects(scene, WITHIN)
+    head, *rows = alone_table(ablation, {}, None)
+    lines = [heading(scene, ablation)[1], "", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for effect, *values in rows:
         starred = " *" if effect.endswith("*") else ""
         name_cell = f"`{effect.rstrip('*')}`{starred}"
         lines.append(f"| {' | '.join([name_cell, *values])} |")
-    fewer = scene.changed({}, (), worth.smallest.left_out.effects)
-    full, smallest = (kernel_time(of, worth.accuracy).time_per_jump_s for of in (scene, fewer))
+    fewer = scene.changed({}, (), ablation.smallest.left_out.effects)
+    full, smallest = (kernel_time(of, ablation.accuracy).time_per_jump_s for of in (scene, fewer))
     times = f"A jump takes {time_text(full)} with all effects and {time_text(smallest)} with these."
-    return "\n".join([*lines, "", *verdict(worth), "", times])
+    return "\n".join([*lines, "", *verdict(ablation), "", times])
 
 
 def main() -> None:

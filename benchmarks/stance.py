@@ -8,12 +8,12 @@ from functools import partial
 
 from benchmarks.section import Benchmark, Budget, Section, Table
 from benchmarks.timing import Times, Work, in_turns
+from simulator.accuracy.fixed_step_euler import THESIS_STEP_S
 from simulator.accuracy.matching import stored_match
 from simulator.accuracy.methods import EULER, LABBOOK, METHODS, Attempt, Method, SolveIvpAttempt, stops_after
 from simulator.accuracy.outputs import NAMES, relative_errors
 from simulator.accuracy.peers import METHODS as SOLVE_IVP
 from simulator.accuracy.reference_of import stored_values
-from simulator.published import THESIS_STEP_S
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 

@@ -168,6 +168,17 @@ def ill_conditioned(decision_margin: Any, error_growth: Any, accuracy: float) ->
     return np.less(decision_margin, ILL_CONDITIONED_BELOW) | np.greater(error_growth * ROUNDING, 0.5 * accuracy)
 
 
+def close_decision(jump: JumpResult) -> bool:
+    """Whether the outcome hangs on a decision that lies under ten local errors from falling otherwise."""
+    return jump.decision_margin is not None and jump.decision_margin < ILL_CONDITIONED_BELOW
+
+
+def grown_rounding(jump: JumpResult, accuracy: float) -> float:
+    """Return the relative error that rounding alone has grown to, at most 1; 0 where `accuracy` has room for it."""
+    error = jump.error_growth * ROUNDING
+    return min(error, 1.0) if error > 0.5 * accuracy else 0.0
+
+
 def under_surface(min_body_height_m: Any, effects: Collection[str]) -> Any:
     """Whether the body gets under the surface of grains, which act on the foot alone; a number or an array of them."""
     return np.less(min_body_height_m, 0.0) & ("hydrostatic_stiffness" in effects)

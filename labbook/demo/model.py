@@ -1,7 +1,7 @@
 """The log of one run: what the string potentiometer and the robot would have recorded (thesis 5.1.3, 5.1.5).
 
 Per jump: rest on the clamp, lowering by hand to just past the 0.42 m mark, drop, stance, flight, a catch after
-the apex and before the second touchdown, lifting back to the clamp. The hop itself is `simulator.hop`.
+the apex and before the second touchdown, lifting back to the clamp. The hop itself is `labbook.demo.hop`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.hand import Wobble, carry_duration_s, carry_m, catch_duration_s, catch_m
+from labbook.demo.hop import Hop, hop_motion
 from labbook.demo.truth import Group
-from simulator.hop import Hop, hop_motion
 
 FloatArray = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from simulator.hop import Hop, hop_motion
+from labbook.demo.hop import Hop, hop_motion
 
 FloatArray = NDArray[np.float64]
 

@@ -35,7 +35,7 @@ class Group:
     """What is true of one foot with one extension gain.
 
     `saving` is (CE - AD) / CE, the same at every active-damping gain; `jamming_time_s` and
-    `extension_intrusion_m` shape the stance in the logs only (see `simulator.hop`).
+    `extension_intrusion_m` shape the stance in the logs only (see `labbook.demo.hop`).
     """
 
     foot: str

@@ -14,16 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.effects.effect import Function
-from simulator.kept import kept
-from simulator.kernel.around import make_control, make_follow, make_notice, make_touch_down
+from simulator.kernel.cached_entry import cached_entry
 from simulator.kernel.composition import Composition, compose
-from simulator.kernel.contact import make_lift_off, make_settle
-from simulator.kernel.controller import make_wants_switch
-from simulator.kernel.decide import make_must_land, make_switch, make_tick
-from simulator.kernel.emulator import make_timer
-from simulator.kernel.guards import make_guards
-from simulator.kernel.happen import make_happen
-from simulator.kernel.landing import make_meet_ground
+from simulator.kernel.control.controller import make_wants_switch
+from simulator.kernel.control.decisions import make_must_land, make_switch, make_tick
+from simulator.kernel.control.emulator import make_timer
+from simulator.kernel.events.contact import make_lift_off, make_settle
+from simulator.kernel.events.guards import make_guards
+from simulator.kernel.events.landing import make_meet_ground
+from simulator.kernel.events.transitions import make_transition
 from simulator.kernel.layout import (
     BOTTOMS,
     CAP_KINK,
@@ -55,10 +54,11 @@ from simulator.kernel.layout import (
     TRIAL,
     YIELDS,
 )
-from simulator.kernel.motion import make_rates
+from simulator.kernel.mechanics.motion import make_rates
 from simulator.kernel.report import make_finish
 from simulator.kernel.run import make_given_up
 from simulator.kernel.start import make_begin, make_begin_jump
+from simulator.kernel.steps.step_loop import make_control, make_finish_step, make_note_mode, make_touch_down
 
 Row = NDArray[np.float64]
 WISH = GUARDS
@@ -119,7 +119,7 @@ def _system(effects: frozenset[str]) -> HybridSystem:
             for mode, guards in _OF_MODE.items()
         },
         **{
-            name: kept(function, types, f"hybrid {name}", composition.effects)
+            name: cached_entry(function, types, f"hybrid {name}", composition.effects)
             for name, (function, types) in functions.items()
         },
     )
@@ -182,12 +182,12 @@ def _changing(composition: Composition) -> dict[str, tuple[Function, tuple[objec
     switch, lift_off = make_switch(composition), make_lift_off(composition)
     settle = make_settle(composition, lift_off)
     tick = make_tick(composition, make_wants_switch(composition), switch)
-    look, notice = make_control(composition, tick, settle), make_notice(composition)
+    look, notice = make_control(composition, tick, settle), make_note_mode(composition)
     meet_ground, prepare, put = make_meet_ground(composition), composition.prepare, make_begin(composition)
     meet_again = make_touch_down(meet_ground, settle)
     begin_jump, write = make_begin_jump(composition, meet_ground, settle), make_finish(composition)
     act, end = (
-        make_follow(composition, make_happen(composition, switch, settle, lift_off), settle),
+        make_finish_step(composition, make_transition(composition, switch, settle, lift_off), settle),
         make_given_up(composition),
     )
     sampled, rate = composition.on("sampled_control"), composition.position.get("control_rate", -1)

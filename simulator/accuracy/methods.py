@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator import published
+from simulator.accuracy import fixed_step_euler
 from simulator.accuracy.hybrid import system_for
 from simulator.accuracy.labbook_runs import KernelRun
 from simulator.accuracy.outputs import Outputs, outputs_of
@@ -77,7 +77,7 @@ class _Labbook:
 class _Euler:
     def __init__(self, scene: Scene, setting: float, stop_after: int) -> None:
         self._scene = scene
-        run, p, self._row = published.published_run(scene)
+        run, p, self._row = fixed_step_euler.fixed_step_euler_run(scene)
         to_liftoff = stop_after == STOP_AFTER_LIFTOFF
         self.run = partial(run, p, setting, to_liftoff, self._row)
 
@@ -114,7 +114,7 @@ def _tenths(first: int, last: int) -> tuple[float, ...]:
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
-        Method(EULER, "step", _tenths(3, 7), _Euler, "s", published.why_not),
+        Method(EULER, "step", _tenths(3, 7), _Euler, "s", fixed_step_euler.why_not),
         *(Method(f"solve_ivp {name}", "rtol", _tenths(3, 12), partial(SolveIvpAttempt, name)) for name in SOLVE_IVP),
         Method(LABBOOK, "accuracy", _tenths(2, 12), _Labbook),
     )

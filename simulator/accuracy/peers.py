@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 from simulator.accuracy.hybrid import WISH, HybridSystem
 from simulator.accuracy.peer_events import Watched
 from simulator.basics import GRAVITY_M_S2
-from simulator.kernel.events import GOES_ON
+from simulator.kernel.events.standstill import GOES_ON
 from simulator.kernel.layout import (
     AIRBORNE,
     FLIGHT,
@@ -37,7 +37,7 @@ from simulator.kernel.layout import (
 )
 from simulator.kernel.limits import LONGEST_FLIGHT_S, LONGEST_STANCE_S, STOP_AFTER_LIFTOFF
 from simulator.kernel.rows import COLUMN, COLUMNS
-from simulator.kernel.stride import TIMED, UNEVENTFUL
+from simulator.kernel.steps.stride import TIMED, UNEVENTFUL
 
 Row = NDArray[np.float64]
 METHODS = ("RK45", "DOP853", "LSODA")

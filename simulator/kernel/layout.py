@@ -122,9 +122,9 @@ KEPT = 53
     CONE_KINK,
 ) = range(16)
 GUARDS, PROMPT = 16, 14
-"""Functions of the state whose rise through zero is an event (`simulator.kernel.guards`). The first `PROMPT` of them
-are never positive while their mode lasts: one that is at the start of a step, because two events fell together,
-happens there.
+"""Functions of the state whose rise through zero is an event (`simulator.kernel.events.guards`). The first
+`PROMPT` of them are never positive while their mode lasts: one that is at the start of a step, because two events fell
+together, happens there.
 """
 
 GUARDS_EARLIER, GUARDS_BEFORE, GUARDS_AFTER, GUARDS_BETWEEN = _places(KEPT, KEPT + 4 * GUARDS, GUARDS)

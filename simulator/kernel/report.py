@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.book import make_booked, make_energy
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     BOTTOMED,
@@ -39,6 +38,7 @@ from simulator.kernel.layout import (
     WORST_GROWTH,
     X_BODY,
 )
+from simulator.kernel.mechanics.energy_book import make_booked, make_energy
 from simulator.kernel.rows import COLUMN
 
 Row = NDArray[np.float64]

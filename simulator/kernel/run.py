@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.around import make_control, make_follow, make_notice, make_record, make_touch_down
 from simulator.kernel.composition import Composition
-from simulator.kernel.contact import make_lift_off, make_settle
-from simulator.kernel.controller import make_wants_switch
-from simulator.kernel.decide import make_switch, make_tick
-from simulator.kernel.events import GOES_ON
-from simulator.kernel.happen import make_happen
-from simulator.kernel.landing import make_meet_ground
+from simulator.kernel.control.controller import make_wants_switch
+from simulator.kernel.control.decisions import make_switch, make_tick
+from simulator.kernel.events.contact import make_lift_off, make_settle
+from simulator.kernel.events.landing import make_meet_ground
+from simulator.kernel.events.standstill import GOES_ON
+from simulator.kernel.events.transitions import make_transition
 from simulator.kernel.layout import (
     AIRBORNE,
     ALLOWED,
@@ -56,7 +55,14 @@ from simulator.kernel.limits import (
 from simulator.kernel.limits import TOLERANCE as TOLERANCE_WANTED
 from simulator.kernel.report import make_finish
 from simulator.kernel.start import make_begin, make_begin_jump
-from simulator.kernel.stride import REJECTED, make_stride
+from simulator.kernel.steps.step_loop import (
+    make_control,
+    make_finish_step,
+    make_note_mode,
+    make_record,
+    make_touch_down,
+)
+from simulator.kernel.steps.stride import REJECTED, make_stride
 from simulator.kernel.working_row import address_of
 
 Row = NDArray[np.float64]
@@ -92,11 +98,11 @@ def make_run(composition: Composition) -> Function:
     settle = make_settle(composition, lift_off)
     control = make_control(composition, make_tick(composition, wants_switch, switch), settle)
     stride = make_stride(composition, wants_switch)
-    happen = make_happen(composition, switch, settle, lift_off)
-    follow, record, notice = (
-        make_follow(composition, happen, settle),
+    transition = make_transition(composition, switch, settle, lift_off)
+    finish_step, record, note_mode = (
+        make_finish_step(composition, transition, settle),
         make_record(composition),
-        make_notice(composition),
+        make_note_mode(composition),
     )
     meet_ground = make_meet_ground(composition)
     touch_down = make_touch_down(meet_ground, settle)
@@ -128,12 +134,12 @@ def make_run(composition: Composition) -> Function:
                 if outcome != TOUCHDOWN:  # it never came down
                     finish(outcome, work, row)
                     return jump + 1
-                notice(before, jump, work, row, changes)
+                note_mode(before, jump, work, row, changes)
             mode = work[MODE]
             if in_jump:
                 control(work, limits[FLIP_TICK])
                 if work[MODE] != mode:
-                    notice(mode, jump, work, row, changes)
+                    note_mode(mode, jump, work, row, changes)
             outcome = given_up(work, limits[MOST_STEPS])
             if work[MODE] == FLIGHT and work[AIRBORNE] == 1 and limits[STOP_AFTER] == STOP_AFTER_LIFTOFF:
                 outcome = LIFTOFF_REACHED
@@ -146,13 +152,13 @@ def make_run(composition: Composition) -> Function:
                 continue
             if recorded < trace.shape[0]:
                 recorded = record(mode, jump, recorded, work, trace)
-            outcome = follow(event, work, row, limits[STOP_AFTER])
+            outcome = finish_step(event, work, row, limits[STOP_AFTER])
             if outcome == TOUCHDOWN and in_jump:
                 outcome = touch_down(work, row)
             if sampled and in_jump and mode == FLIGHT and work[MODE] != FLIGHT:
                 while work[TICK] / work[rate] < work[TIME]:
                     work[TICK] += 1
             if work[MODE] != mode:
-                notice(mode, jump, work, row, changes)
+                note_mode(mode, jump, work, row, changes)
 
     return run

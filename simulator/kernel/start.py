@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 
 from simulator.compiled import inner
 from simulator.effects.effect import Function
-from simulator.kernel.book import make_energy
 from simulator.kernel.composition import Composition
-from simulator.kernel.contact import make_note_saturation
-from simulator.kernel.events import make_rail_turns
+from simulator.kernel.events.contact import make_note_saturation
+from simulator.kernel.events.standstill import make_rail_turns
 from simulator.kernel.layout import (
     AIRBORNE,
     BOOK,
@@ -57,7 +56,8 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.leg import make_set_gains
+from simulator.kernel.mechanics.energy_book import make_energy
+from simulator.kernel.mechanics.leg import make_set_gains
 from simulator.kernel.rows import COLUMN, COLUMNS
 
 Row = NDArray[np.float64]

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from simulator.claims import Claim, Finding, judged
 from simulator.steady.measured import MEASURES
 from simulator.steady.tables import SteadyTables
+from simulator.thesis.claims import Claim, Finding, judged
 
 _APEXES = ("emu.apex_low", "emu.apex_high")
 _OWN_KEYS = ("column", "gains", "beside", "reason")

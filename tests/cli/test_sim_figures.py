@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from simulator.claims import claims
+from simulator.thesis.claims import claims
 from tests.cli.shell import good, labbook, refused
 
 WANTED = ("3.2", "3.4")

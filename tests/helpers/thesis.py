@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 
-from simulator.figures_data.thesis_figures import ThesisFigures
+from simulator.thesis.figures import ThesisFigures
 
 
 @functools.cache

@@ -10,7 +10,7 @@ from simulator.jump import simulate
 from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from tests.helpers.published import outcome, published_jump
+from tests.helpers.fixed_step_euler import fixed_step_euler_jump, outcome
 
 SIM2 = load_scene("sim2")
 STIFF = (1e4, 1e6, 1e8)
@@ -26,12 +26,12 @@ def test_on_stiff_ground_fixed_steps_go_through_the_surface(kg_scale: float, too
     scene = SIM2.changed({"kg_scale": kg_scale})
     found, coarse = jump_of(scene), jump_of(scene, 1e-4)
     assert coarse.max_depth_m == pytest.approx(found.max_depth_m, rel=1e-4)
-    assert published_jump(scene)["max_depth_m"] > too_deep * found.max_depth_m
+    assert fixed_step_euler_jump(scene)["max_depth_m"] > too_deep * found.max_depth_m
 
 
 def test_at_the_stiffest_they_fold_the_leg() -> None:
     scene = SIM2.changed({"kg_scale": 1e8})
-    assert outcome(published_jump(scene)) == "leg_folded"
+    assert outcome(fixed_step_euler_jump(scene)) == "leg_folded"
     assert jump_of(scene).outcome == "touchdown"
 
 
@@ -59,7 +59,7 @@ def test_a_light_foot_is_no_foot_for_fixed_steps(foot_mass: float, apart: float)
     """The apex leaves the limit that it tends to; at a milligram the scheme calls some steps a stance."""
     limit_m = jump_of(SIM2.changed({"foot_mass": 1e-6})).apex_height_m
     scene = SIM2.changed({"foot_mass": foot_mass})
-    found, by_steps = jump_of(scene), published_jump(scene)
+    found, by_steps = jump_of(scene), fixed_step_euler_jump(scene)
     assert found.apex_height_m == pytest.approx(limit_m, rel=1e-3)
     assert limit_m is not None
     assert abs(by_steps["apex_height_m"] / limit_m - 1.0) > apart
@@ -71,17 +71,17 @@ def test_a_resting_foot_is_one_jam_here_and_thousands_of_flips_there() -> None:
     scene = SIM2.changed({"initial_velocity": 0.0})
     jump = jump_of(scene)
     assert len(jump.mode_changes) < 10
-    assert published_jump(scene)["mode_changes"] > 500 * len(jump.mode_changes)
+    assert fixed_step_euler_jump(scene)["mode_changes"] > 500 * len(jump.mode_changes)
 
 
 def test_under_much_sampled_damping_fixed_steps_miss_the_chatter() -> None:
     scene = SIM2.changed({"k_extension": 1091.36, "b_ad": 610.0})
     found = jump_of(scene)
     assert found.ill_conditioned
-    assert abs(published_jump(scene)["apex_height_m"] - (found.apex_height_m or 0.0)) > 0.004
+    assert abs(fixed_step_euler_jump(scene)["apex_height_m"] - (found.apex_height_m or 0.0)) > 0.004
 
 
 def test_a_leg_too_damped_to_jump_jumps_by_fixed_steps() -> None:
     scene = SIM2.changed({"b_extension": 1e4})
     assert jump_of(scene).outcome == "no_liftoff"
-    assert outcome(published_jump(scene)) == "apex"
+    assert outcome(fixed_step_euler_jump(scene)) == "apex"

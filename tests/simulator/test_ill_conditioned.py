@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from simulator.ill_conditioned import close_decision, grown_rounding
-from simulator.jump import simulate
+from simulator.jump import close_decision, grown_rounding, simulate
 from simulator.scene_file import load_scene
 
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
+from labbook.demo.hop import Hop, hop_motion
 from simulator.basics import GRAVITY_M_S2
-from simulator.hop import Hop, hop_motion
 from simulator.jump import simulate
 from simulator.kernel.layout import FLIGHT
 from simulator.scene_file import load_scene

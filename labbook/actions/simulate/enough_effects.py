@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from data_schema.errors import UsageError
+from simulator.ablation.measure import Ablation, ablation_of_effects
+from simulator.ablation.tolerance import tolerance_of
 from simulator.changes import changed_by_words, without_auto
 from simulator.scene import Scene
-from simulator.worth.measure import Worth, worth_of_effects
-from simulator.worth.tolerance import tolerance_of
 
 SEARCH_ACCURACY = 1e-6
 """The finest accuracy at which the smallest set is searched; the scene is then simulated to the one asked for."""
@@ -25,14 +25,14 @@ class Auto:
     tolerance: float | None
     accuracy: float
 
-    def worth(self, scene: Scene, step: Step, kept: frozenset[str] = frozenset()) -> Worth | None:
+    def ablation(self, scene: Scene, step: Step, kept: frozenset[str] = frozenset()) -> Ablation | None:
         """Search the smallest set of the scene's effects, those `kept` in it; None without a tolerance.
 
         `step` is told of each set of effects tried.
         """
         if self.tolerance is None:
             return None
-        return worth_of_effects(scene, self.tolerance, self.accuracy, step, kept)
+        return ablation_of_effects(scene, self.tolerance, self.accuracy, step, kept)
 
 
 def auto_of(effects: str | None, within: str | None, accuracy: float) -> Auto:
@@ -48,8 +48,8 @@ def auto_of(effects: str | None, within: str | None, accuracy: float) -> Auto:
     return Auto(words, None if within is None else tolerance_of(within, coarser), coarser)
 
 
-def with_enough(scene: Scene, worth: Worth | None) -> Scene:
+def with_enough(scene: Scene, ablation: Ablation | None) -> Scene:
     """Return the scene with the smallest set of effects that was found, and as it is where none was searched."""
-    if worth is None:
+    if ablation is None:
         return scene
-    return changed_by_words(scene, effects=",".join(f"-{name}" for name in worth.smallest.left_out.effects))
+    return changed_by_words(scene, effects=",".join(f"-{name}" for name in ablation.smallest.left_out.effects))

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from data_schema.errors import UsageError
 from labbook.actions.simulate.enough_effects import auto_of, with_enough
+from simulator.ablation.measure import Ablation
 from simulator.changes import changed_by_words
 from simulator.jump import simulate
 from simulator.result import SceneResult
 from simulator.scene_file import load_scene
-from simulator.worth.measure import Worth
 
 PLOT_KINDS = (".png", ".svg", ".pdf")
 ANIMATION_KINDS = (".gif",)
@@ -36,10 +36,10 @@ class RunRequest:
 
 @dataclass(frozen=True, slots=True)
 class DoneRun:
-    """What a run gave; `worth` is that of the scene with all its effects, where the smallest set was asked for."""
+    """What a run gave; `ablation` is that of the scene with all its effects, where the smallest set was asked for."""
 
     result: SceneResult
-    worth: Worth | None = None
+    ablation: Ablation | None = None
 
 
 def run_scene(request: RunRequest, step: Callable[[str], None] = lambda _done: None) -> DoneRun:
@@ -52,9 +52,9 @@ def run_scene(request: RunRequest, step: Callable[[str], None] = lambda _done: N
             raise UsageError(f"{option} {path} does not say which form: end it in {', '.join(kinds)}.")
     auto = auto_of(request.effects, request.within, request.accuracy)
     full = changed_by_words(load_scene(request.scene), request.sets, auto.words)
-    worth = auto.worth(full, step)
+    ablation = auto.ablation(full, step)
     drawn = request.plot is not None or request.animation is not None
-    result = simulate(with_enough(full, worth), request.accuracy, trajectory=drawn)
+    result = simulate(with_enough(full, ablation), request.accuracy, trajectory=drawn)
     if drawn:
         from labbook.presenting.simulation.trajectory import trajectory_of
 
@@ -69,4 +69,4 @@ def run_scene(request: RunRequest, step: Callable[[str], None] = lambda _done: N
             from reports.figures.jump_animation import write_animation
 
             write_animation(motion, request.animation)
-    return DoneRun(result, worth)
+    return DoneRun(result, ablation)

@@ -9,6 +9,8 @@ from pathlib import Path
 
 from data_schema.errors import UsageError
 from labbook.actions.simulate.enough_effects import Step, auto_of, with_enough
+from simulator.ablation.corners import Corners, compared_at_corners
+from simulator.ablation.measure import Ablation
 from simulator.changes import changed_by_words
 from simulator.declared import readers
 from simulator.scene import Scene
@@ -19,8 +21,6 @@ from simulator.sweep.run import Finished, run_sweep
 from simulator.sweep.sweep import Sweep
 from simulator.sweep.threads import Threads
 from simulator.sweep.words import axes_of, ranges_of
-from simulator.worth.corners import Corners, compared_at_corners
-from simulator.worth.measure import Worth
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,13 +45,13 @@ class SweepRequest:
 
 @dataclass(frozen=True, slots=True)
 class PlannedSweep:
-    """A sweep that can be run; `worth` is that of the effects, where the smallest set of them was asked for.
+    """A sweep that can be run; `ablation` is that of the effects, where the smallest set of them was asked for.
 
     `corners`: how far that set is off at the corners of what is swept, where it leaves anything out.
     """
 
     sweep: Sweep
-    worth: Worth | None
+    ablation: Ablation | None
     corners: Corners | None = None
 
 
@@ -70,12 +70,12 @@ def planned_sweep(request: SweepRequest, step: Step = lambda _done: None) -> Pla
         if scene.values.get(axis.parameter) is not given.values.get(axis.parameter):
             raise UsageError(f"{axis.parameter} is both set and swept: leave out one of --set and --over.")
     sweep = Sweep(scene, design, request.accuracy, importlib.metadata.version("robot-labbook"))
-    worth = auto.worth(scene, step, frozenset(name for axis in design.axes for name in readers(axis.parameter)))
-    if worth is None or not worth.smallest.left_out.effects:
-        return PlannedSweep(sweep, worth)
-    chosen = with_enough(scene, worth)
-    corners = compared_at_corners(scene, chosen, design.axes, worth.accuracy, step)
-    return PlannedSweep(replace(sweep, scene=chosen), worth, corners)
+    ablation = auto.ablation(scene, step, frozenset(name for axis in design.axes for name in readers(axis.parameter)))
+    if ablation is None or not ablation.smallest.left_out.effects:
+        return PlannedSweep(sweep, ablation)
+    chosen = with_enough(scene, ablation)
+    corners = compared_at_corners(scene, chosen, design.axes, ablation.accuracy, step)
+    return PlannedSweep(replace(sweep, scene=chosen), ablation, corners)
 
 
 def _design(request: SweepRequest, scene: Scene) -> Design:

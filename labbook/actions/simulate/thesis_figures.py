@@ -14,8 +14,8 @@ from labbook.presenting.simulation.thesis_figures import THESIS_FIGURES, ThesisF
 from reports.figures.kind import pdf_bytes, svg_bytes
 from reports.figures.style import publication_style
 from reports.tables.as_csv import csv_bytes
-from simulator.claims import Finding, claims, findings
-from simulator.figures_data.thesis_figures import ThesisFigures
+from simulator.thesis.claims import Finding, claims, findings
+from simulator.thesis.figures import ThesisFigures
 
 PNG_DOTS_PER_IN = 300
 FORMATS = ("png", "pdf", "svg")

@@ -47,8 +47,7 @@ def varied(scene: Scene, name: str, factor: float, accuracy: float) -> Mapping[s
 
 def simulated(scene: Scene, accuracy: float) -> Simulated:
     """Simulate a scene and take the mean over its jumps."""
-    from simulator.ill_conditioned import close_decision, grown_rounding
-    from simulator.jump import simulate
+    from simulator.jump import close_decision, grown_rounding, simulate
 
     jumps = simulate(scene, accuracy).jumps
     ended = next((jump.outcome for jump in jumps if jump.apex_height_m is None), jumps[-1].outcome)

@@ -45,9 +45,9 @@ def effects(
 
     Example: labbook sim effects --scene sim2 --within 1%
     """
-    from labbook.actions.simulate.effects_worth import EffectsRequest, effects_task, measure_effects
-    from labbook.presenting.simulation import effects_worth as shown
-    from labbook.presenting.simulation.effects_worth_data import time_data, times_data, worth_data
+    from labbook.actions.simulate.effects_ablation import EffectsRequest, effects_task, measure_effects
+    from labbook.presenting.simulation import effects_ablation as shown
+    from labbook.presenting.simulation.effects_ablation_data import ablation_data, time_data, times_data
 
     task = effects_task(EffectsRequest(scene, within, tuple(sets or ()), switched, accuracy, timings))
     if not as_json:
@@ -55,18 +55,18 @@ def effects(
     with progress("effects", task.steps, shown=not as_json) as step:
         done = measure_effects(task, step)
     data = {
-        **worth_data(done.scene, done.worth),
+        **ablation_data(done.scene, done.ablation),
         "times": {
             "full": time_data(done.full_time),
             "smallest": time_data(done.smallest_time),
             "without": times_data(done.times_without),
         },
     }
-    head, *rows = shown.alone_table(done.worth, done.times_without, done.full_time)
-    lines = [*shown.heading(done.scene, done.worth), "", *columns(head, rows)]
+    head, *rows = shown.alone_table(done.ablation, done.times_without, done.full_time)
+    lines = [*shown.heading(done.scene, done.ablation), "", *columns(head, rows)]
     if pairs:
-        head, *rows = shown.pairs_table(done.worth)
+        head, *rows = shown.pairs_table(done.ablation)
         lines += ["", *columns(head, rows)]
-    lines += ["", *shown.footnotes(done.worth), "", *shown.verdict(done.worth)]
+    lines += ["", *shown.footnotes(done.ablation), "", *shown.verdict(done.ablation)]
     lines += shown.time_lines(done.full_time, done.smallest_time)
     emit(data, lines, as_json)

@@ -54,14 +54,14 @@ def run(
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
     from labbook.actions.simulate.simulating import RunRequest, run_scene
-    from labbook.presenting.simulation.effects_worth import verdict
-    from labbook.presenting.simulation.effects_worth_data import chosen_data
+    from labbook.presenting.simulation.effects_ablation import verdict
+    from labbook.presenting.simulation.effects_ablation_data import chosen_data
     from labbook.presenting.simulation.simulated import as_data, as_lines
 
     request = RunRequest(scene, tuple(sets or ()), effects, accuracy, plot, animate, within)
     with progress("simulating", None, shown=not as_json) as step:
         done = run_scene(request, step)
-    said = [] if done.worth is None else ["", *verdict(done.worth)]
+    said = [] if done.ablation is None else ["", *verdict(done.ablation)]
     files = {name: str(path) for name, path in (("plot", plot), ("animation", animate)) if path is not None}
-    data = {**as_data(done.result), **chosen_data(done.worth), **files}
+    data = {**as_data(done.result), **chosen_data(done.ablation), **files}
     emit(data, [*as_lines(done.result), *said, *files.values()], as_json)

@@ -72,8 +72,8 @@ def sweep(
     Example: labbook sim sweep --scene sim2 --over b_ad=0:300:31 --over foot_radius=0.02,0.03,0.038 --out sweep.nc
     """
     from labbook.actions.simulate.sweeping import SweepRequest, planned_sweep, run_planned
-    from labbook.presenting.simulation.effects_worth import verdict
-    from labbook.presenting.simulation.effects_worth_data import chosen_data
+    from labbook.presenting.simulation.effects_ablation import verdict
+    from labbook.presenting.simulation.effects_ablation_data import chosen_data
     from labbook.presenting.simulation.swept import sweep_data, sweep_lines
     from labbook.presenting.simulation.swept_corners import corners_data, corners_lines
 
@@ -82,13 +82,13 @@ def sweep(
     )
     with progress("checking the sweep", None, shown=not as_json) as step:
         planned = planned_sweep(request, step)
-    corners = corners_lines(planned.corners, planned.worth)
+    corners = corners_lines(planned.corners, planned.ablation)
     refused = [f"note: {planned.sweep.refused}"] if planned.sweep.refused else []
     if not as_json:
         before_work([*refused, *corners])
     with counted("sweeping", planned.sweep.jumps_wanted, "jumps", shown=not as_json) as advance:
         done = run_planned(planned, request, advance)
     chosen_for = "The effects were chosen for the scene as it stands, before anything is swept:"
-    said = [] if planned.worth is None else ["", chosen_for, *verdict(planned.worth), *corners]
-    data = {**sweep_data(done), **chosen_data(planned.worth), **corners_data(planned.corners, planned.worth)}
+    said = [] if planned.ablation is None else ["", chosen_for, *verdict(planned.ablation), *corners]
+    data = {**sweep_data(done), **chosen_data(planned.ablation), **corners_data(planned.corners, planned.ablation)}
     emit(data, [*sweep_lines(done), *said], as_json)

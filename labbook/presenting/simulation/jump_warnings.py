@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from simulator.ill_conditioned import close_decision, grown_rounding
-from simulator.jump import ILL_CONDITIONED_BELOW
+from simulator.jump import ILL_CONDITIONED_BELOW, close_decision, grown_rounding
 from simulator.result import SceneResult
 
 

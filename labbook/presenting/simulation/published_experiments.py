@@ -13,10 +13,10 @@ from labbook.presenting.simulation.thesis_claims import claims_rows, claims_tabl
 from labbook.presenting.simulation.work_precision import plain_number
 from reports.tables.as_markdown import markdown_text
 from reports.tables.table import Table
-from simulator.claims import Finding
 from simulator.scene import Scene
 from simulator.steady.published_numbers import Comparison
 from simulator.steady.tables import SteadyTables
+from simulator.thesis.claims import Finding
 
 _WIDTH = 120
 _INTRODUCTION = (

@@ -12,7 +12,7 @@ from labbook.presenting.simulation.jump_warnings import times, warnings
 from labbook.presenting.simulation.mode_names import mode_name
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
-from simulator.ill_conditioned import grown_rounding
+from simulator.jump import grown_rounding
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 

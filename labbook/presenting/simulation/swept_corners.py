@@ -5,37 +5,37 @@ from __future__ import annotations
 from typing import Any
 
 from data_schema.vocabulary import Undefined
-from labbook.presenting.simulation.effects_worth import difference_text, percent
-from labbook.presenting.simulation.effects_worth_data import difference_data
-from simulator.worth.corners import Corner, Corners
-from simulator.worth.measure import Worth
-from simulator.worth.outputs import Difference
+from labbook.presenting.simulation.effects_ablation import difference_text, percent
+from labbook.presenting.simulation.effects_ablation_data import difference_data
+from simulator.ablation.corners import Corner, Corners
+from simulator.ablation.measure import Ablation
+from simulator.ablation.outputs import Difference
 
 
-def corners_lines(corners: Corners | None, worth: Worth | None) -> list[str]:
+def corners_lines(corners: Corners | None, ablation: Ablation | None) -> list[str]:
     """Return a sentence on the worst corner; none where no set was chosen or nothing was left out."""
-    return [] if corners is None or worth is None else [corners_line(corners, worth)]
+    return [] if corners is None or ablation is None else [corners_line(corners, ablation)]
 
 
-def corners_line(corners: Corners, worth: Worth) -> str:
+def corners_line(corners: Corners, ablation: Ablation) -> str:
     """Say where the set is farthest off and by how much; beyond the tolerance it is a warning with what to do."""
     worst = corners.worst
     if worst is None:
         return "warning: at no corner of what is swept can all effects be simulated, and the set was not checked there."
     left_out = f" ({corners.refused} more cannot be simulated)" if corners.refused else ""
     where = f"Of {len(corners.compared)} corners of what is swept{left_out}, the set is farthest off at {_at(worst)}"
-    found = f"{where}: there {_changed(worst.difference, worth)}."
-    if worst.difference.within(worth.tolerance):
+    found = f"{where}: there {_changed(worst.difference, ablation)}."
+    if worst.difference.within(ablation.tolerance):
         return found
     return (
-        f"warning: the chosen set of effects does not stay within {percent(worth.tolerance)} in all of this sweep. "
+        f"warning: the chosen set of effects does not stay within {percent(ablation.tolerance)} in all of this sweep. "
         f"{found} Sweep less far, give a smaller --within, or name the effects instead of auto."
     )
 
 
-def corners_data(corners: Corners | None, worth: Worth | None) -> dict[str, Any]:
+def corners_data(corners: Corners | None, ablation: Ablation | None) -> dict[str, Any]:
     """Return the worst corner for JSON; nothing where no set was chosen or nothing was left out."""
-    if corners is None or worth is None:
+    if corners is None or ablation is None:
         return {}
     worst = corners.worst
     at_worst = None
@@ -47,7 +47,7 @@ def corners_data(corners: Corners | None, worth: Worth | None) -> dict[str, Any]
             "compared": len(corners.compared),
             "refused": corners.refused,
             "worst": at_worst,
-            "within": worst is not None and worst.difference.within(worth.tolerance),
+            "within": worst is not None and worst.difference.within(ablation.tolerance),
         }
     }
 
@@ -57,11 +57,11 @@ def _ended(difference: Difference) -> str | None:
     return next((change.reason for change in difference.changes if isinstance(change, Undefined)), None)
 
 
-def _changed(difference: Difference, worth: Worth) -> str:
+def _changed(difference: Difference, ablation: Ablation) -> str:
     ended = _ended(difference)
     if ended is not None:
         return f"the jump ends otherwise than with all effects ({ended})"
-    return f"it changes {difference_text(difference, worth)}"
+    return f"it changes {difference_text(difference, ablation)}"
 
 
 def _at(corner: Corner) -> str:

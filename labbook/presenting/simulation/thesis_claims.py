@@ -8,7 +8,7 @@ from typing import Any
 from reports.display import DASH, general_text, with_unit
 from reports.tables.as_markdown import markdown_text
 from reports.tables.table import Cell, Column, Row, Table, words
-from simulator.claims import Claim, Finding
+from simulator.thesis.claims import Claim, Finding
 
 AGREES, DISAGREES = "agrees", "does not agree"
 CAPTION = (

@@ -19,11 +19,11 @@ from reports.figures import (
     thesis_joules_by_damping,
     thesis_power_surface,
 )
-from simulator.figures_data.controllers import Pair
-from simulator.figures_data.energies import JumpEnergies
-from simulator.figures_data.jump_grid import Jumps
-from simulator.figures_data.motions import Motion
-from simulator.figures_data.thesis_figures import ThesisFigures
+from simulator.thesis.controllers import Pair
+from simulator.thesis.energies import JumpEnergies
+from simulator.thesis.figures import ThesisFigures
+from simulator.thesis.jump_grid import Jumps
+from simulator.thesis.motions import Motion
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,7 +151,7 @@ def test_every_kind_of_result_is_in_the_registry() -> None:
         ("run_energy", "data_schema.units.MAH_TO_COULOMB"),
         ("energy_budget", "data_schema.units.MAH_TO_COULOMB"),
         ("prediction_check", "reports.predicted.COVERAGE_FACTOR"),
-        ("prediction", "simulator.ill_conditioned.close_decision"),
+        ("prediction", "simulator.jump.close_decision"),
         ("comparison", "stats.checks._doubles"),
         ("run_apexes", "stats.checks._doubles"),
         ("equivalence", "labbook.analysis.comparison.comparing.values_of"),

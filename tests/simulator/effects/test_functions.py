@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from simulator.kernel.composition import compose
-from simulator.kernel.leg import make_lever
+from simulator.kernel.mechanics.leg import make_lever
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from tests.helpers.kernels import interpreted

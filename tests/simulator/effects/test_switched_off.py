@@ -28,7 +28,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.motion import make_rates
+from simulator.kernel.mechanics.motion import make_rates
 
 Row = NDArray[np.float64]
 LEAST = ("hydrostatic_stiffness",)

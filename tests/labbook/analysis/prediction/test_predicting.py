@@ -28,8 +28,7 @@ from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.making import MadeReport
 from reports.numbers import Number
 from reports.predicted import PredictedQuantity, Prediction
-from simulator.ill_conditioned import grown_rounding
-from simulator.jump import simulate
+from simulator.jump import grown_rounding, simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene, parse_scene, write_scene
 from stats.exact.distributions import t_quantile

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from labbook.presenting.simulation.swept_corners import corners_data, corners_lines
-from simulator.worth.corners import Corner, Corners
-from simulator.worth.outputs import Difference
+from simulator.ablation.corners import Corner, Corners
+from simulator.ablation.outputs import Difference
 from tests.helpers.scenes import is_sentence
-from tests.labbook.presenting.simulation.test_effects_worth import FOLDED, WORTH
+from tests.labbook.presenting.simulation.test_effects_ablation import FOLDED, WORTH
 
 NEAR = Corner({"b_ad": 0.0, "gain": 300.0}, Difference(0.001, -0.002, 0.0))
 FAR = Corner({"b_ad": 300.0, "gain": 600.0}, Difference(0.012, -0.002, 0.0))

@@ -12,7 +12,7 @@ import pytest
 from labbook.presenting.simulation.thesis_claims import claims_data, claims_markdown, claims_rows, claims_table
 from labbook.presenting.simulation.thesis_figures import THESIS_FIGURES
 from reports.tables.as_csv import csv_bytes
-from simulator.claims import Claim, Finding, judged
+from simulator.thesis.claims import Claim, Finding, judged
 from tests.helpers.thesis import thesis_figures
 
 SAVING = Claim("own.saving", "3.2.3", ("3.8",), "it saves", "a | b", "1", published=0.2, at_least=0.15, at_most=0.25)

@@ -1,0 +1,126 @@
+"""What each effect of a scene is worth, alone and in pairs, and which of them are enough for a tolerance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from itertools import combinations
+
+from data_schema.errors import UsageError
+from simulator.ablation.interpreted import interpreted
+from simulator.ablation.leaving_out import LeavingOut, LeftOut, in_order, refusal
+from simulator.ablation.outputs import Outputs
+from simulator.ablation.smallest import Smallest, nothing_left_out, smallest_set
+from simulator.scene import Scene
+
+MEASURED_JUMPS = 10
+"""Of a scene with more jumps, so many are simulated for each set of effects, and the last of them is looked at."""
+CHECKED_JUMPS = 100
+"""Of a scene with more jumps, so many are simulated to check the smallest set: jumps grow steady by then."""
+_MOST_HALVINGS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Ablation:
+    """What the effects of a scene are worth at a tolerance.
+
+    `scene` is as it was measured, with few jumps. `alone`, by effect; `needed`: effects that cannot be left out alone,
+    each with the sentence that says why; `pairs`, by both effects in either order, where both may go. `checked`: what
+    the smallest set leaves out, after as many jumps as are checked; `searched_within`: the tolerance that the set was
+    searched for, finer than `tolerance` where differences grow from jump to jump.
+    """
+
+    scene: Scene
+    accuracy: float
+    tolerance: float
+    full: Outputs
+    alone: Mapping[str, LeftOut]
+    needed: Mapping[str, str]
+    pairs: Mapping[tuple[str, str], LeftOut]
+    smallest: Smallest
+    checked: LeftOut
+    searched_within: float
+
+
+def measured_scene(scene: Scene) -> Scene:
+    """Return the scene with as many jumps as are simulated to measure its effects."""
+    return scene.changed(jumps=min(scene.jumps, MEASURED_JUMPS))
+
+
+def sets_to_leave_out(scene: Scene, kept: frozenset[str] = frozenset()) -> tuple[frozenset[str], ...]:
+    """Return the effects but those kept, single and in pairs, without which there is still a scene to simulate."""
+    names = in_order(scene.effects - kept)
+    sets = [frozenset(left_out) for size in (1, 2) for left_out in combinations(names, size)]
+    return tuple(left_out for left_out in sets if refusal(scene, left_out) is None)
+
+
+def ablation_of_effects(
+    scene: Scene,
+    tolerance: float,
+    accuracy: float = 1e-6,
+    step: Callable[[str], None] = lambda _done: None,
+    kept: frozenset[str] = frozenset(),
+) -> Ablation:
+    """Leave out each effect, and each two, and search the smallest set within the tolerance; those `kept` stay.
+
+    The set is within it in the last jump that is measured and in the last that is checked. `step` is told of each set
+    of `sets_to_leave_out` when it was simulated, and then once when the search has ended. Raises `UsageError` for a
+    scene that does not come to an apex.
+    """
+    measured = measured_scene(scene)
+    with _leaving_out(measured, accuracy, kept) as leaving_out:
+        _check_jumps(scene, leaving_out.full)
+        found: list[LeftOut] = []
+        for left_out in sets_to_leave_out(measured, kept):
+            found.append(leaving_out.measure(left_out))
+            step(f"without {' and '.join(found[-1].effects)}")
+        if scene.jumps > measured.jumps:
+            with _leaving_out(scene.changed(jumps=min(scene.jumps, CHECKED_JUMPS)), accuracy, kept) as later:
+                smallest, checked, share = _smallest(leaving_out, later, found, tolerance)
+        else:
+            smallest, checked, share = _smallest(leaving_out, leaving_out, found, tolerance)
+        step("smallest set")
+        full = leaving_out.full
+    alone = {item.effects[0]: item for item in found if len(item.effects) == 1}
+    pairs = {(item.effects[0], item.effects[1]): item for item in found if len(item.effects) == 2}
+    refusals = {name: refusal(measured, frozenset({name})) for name in in_order(measured.effects)}
+    return Ablation(
+        scene=measured,
+        accuracy=accuracy,
+        tolerance=tolerance,
+        full=full,
+        alone=alone,
+        needed={name: sentence for name, sentence in refusals.items() if sentence is not None},
+        pairs={**pairs, **{(second, first): item for (first, second), item in pairs.items()}},
+        smallest=smallest,
+        checked=checked,
+        searched_within=share,
+    )
+
+
+@contextmanager
+def _leaving_out(scene: Scene, accuracy: float, kept: frozenset[str]) -> Iterator[LeavingOut]:
+    with interpreted(scene, accuracy) as outputs:
+        yield LeavingOut(scene, outputs, kept)
+
+
+def _check_jumps(scene: Scene, full: Outputs) -> None:
+    if full.apex_height_m is None:
+        raise UsageError(
+            f"jump {full.jumps} of {scene.name} ends in {full.outcome}, before an apex, so that there is no jump for "
+            "an effect to change: set other values until the robot jumps."
+        )
+
+
+def _smallest(
+    leaving_out: LeavingOut, later: LeavingOut, found: Sequence[LeftOut], tolerance: float
+) -> tuple[Smallest, LeftOut, float]:
+    """Search for ever finer tolerances until what is found is within the tolerance later, too."""
+    for halvings in range(_MOST_HALVINGS):
+        share = tolerance / 2**halvings
+        smallest = smallest_set(leaving_out, found, share)
+        checked = later.measure(frozenset(smallest.left_out.effects))
+        if checked.difference.within(tolerance):
+            return smallest, checked, share
+    return nothing_left_out(leaving_out), later.measure(frozenset()), 0.0

@@ -1,0 +1,75 @@
+"""The smallest set of a scene's effects whose results stay within a tolerance of the full scene's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import combinations
+
+from simulator.ablation.leaving_out import LeavingOut, LeftOut, in_order, refusal
+
+MOST_CANDIDATES = 8
+"""With so many effects that may go, all their subsets are simulated: at most 256."""
+
+Sets = tuple[frozenset[str], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Smallest:
+    """The effects that are enough, and what is left out. No single further effect can go.
+
+    `candidates`: effects that can go alone or together with one other. `exhaustive`: whether all subsets of the
+    candidates were looked at; otherwise effects were left out one by one, always the one that changes least.
+    """
+
+    effects: tuple[str, ...]
+    left_out: LeftOut
+    candidates: tuple[str, ...]
+    exhaustive: bool
+
+
+def smallest_set(leaving_out: LeavingOut, singles_and_pairs: Iterable[LeftOut], tolerance: float) -> Smallest:
+    """Search the smallest set; of several, the one with the smallest change.
+
+    `singles_and_pairs`: what leaving out one effect or two does, for all that may be left out so. Effects that go
+    only in a company of three or more, whose changes cancel, are not looked for. What is found was simulated, and
+    is within the tolerance.
+    """
+    gone = [item for item in singles_and_pairs if item.difference.within(tolerance)]
+    candidates = in_order(frozenset(name for item in gone for name in item.effects))
+    exhaustive = len(candidates) <= MOST_CANDIDATES
+    found = _largest_subset(leaving_out, candidates, tolerance) if exhaustive else frozenset[str]()
+    further = _one_by_one(leaving_out, found, tolerance)
+    return Smallest(
+        effects=in_order(leaving_out.scene.effects - further),
+        left_out=leaving_out.measure(further),
+        candidates=candidates,
+        exhaustive=exhaustive and further == found,
+    )
+
+
+def nothing_left_out(leaving_out: LeavingOut) -> Smallest:
+    """Return the full scene as the smallest set: no effect can go."""
+    return Smallest(in_order(leaving_out.scene.effects), leaving_out.measure(frozenset()), (), True)
+
+
+def _largest_subset(leaving_out: LeavingOut, candidates: tuple[str, ...], tolerance: float) -> frozenset[str]:
+    for size in range(len(candidates), 0, -1):
+        found = _best(leaving_out, tuple(map(frozenset, combinations(candidates, size))), tolerance)
+        if found is not None:
+            return found
+    return frozenset()
+
+
+def _one_by_one(leaving_out: LeavingOut, left_out: frozenset[str], tolerance: float) -> frozenset[str]:
+    """Leave out further effects, each time the one with the smallest change, until none can go."""
+    remaining = in_order(leaving_out.scene.effects - leaving_out.kept - left_out)
+    found = _best(leaving_out, tuple(left_out | {name} for name in remaining), tolerance)
+    return left_out if found is None else _one_by_one(leaving_out, found, tolerance)
+
+
+def _best(leaving_out: LeavingOut, sets: Sets, tolerance: float) -> frozenset[str] | None:
+    """Return the set whose absence changes least, None where none stays within the tolerance."""
+    possible = [leaving_out.measure(item) for item in sets if refusal(leaving_out.scene, item) is None]
+    within = [item for item in possible if item.difference.within(tolerance)]
+    return frozenset(min(within, key=lambda item: item.difference.largest).effects) if within else None

@@ -1,0 +1,1 @@
+"""Where guards have their zeros, and what the contact mode becomes there."""

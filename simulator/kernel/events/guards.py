@@ -1,0 +1,150 @@
+"""Guards: functions of time and state whose rise through zero is an event."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.basics import GRAVITY_M_S2
+from simulator.compiled import inlined, inner
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
+from simulator.kernel.events.foot_guards import make_contact_guards, make_flight_guards
+from simulator.kernel.layout import (
+    BEYOND,
+    CAP_KINK,
+    COST_CAPPED,
+    COST_KINK,
+    EMULATOR,
+    EXTENSION,
+    FLIGHT,
+    FOLDS,
+    GUARDS,
+    HOLD,
+    HOLD_SINCE,
+    MODE,
+    PHASE,
+    RAIL,
+    RELEASED,
+    RELEASES,
+    RESTS,
+    SATURATED,
+    STRAIGHTENS,
+    SWITCHES,
+    V_BODY,
+    X_BODY,
+    X_FOOT,
+)
+from simulator.kernel.mechanics.leg import make_lever
+from simulator.kernel.mechanics.margins import make_forces
+
+Row = NDArray[np.float64]
+HARD_GROUND_INSETS_M = (1e-3, 1e-4)
+"""On rigid and emulated ground the leg counts as folded or straight this much before it is, in flight too: the cost
+counts there, and the joint's speed has a pole at both lengths."""
+KINK = 1e-12
+"""Share of the cap within which the force is at it."""
+
+
+def make_reach_guards(composition: Composition) -> Function:
+    """Compose `(work, place, mode, length_m)`: the leg is folded, or straight."""
+    upper, lower = composition.position["upper_link"], composition.position["lower_link"]
+    levered, straight_ends_flight = composition.levered, composition.straight_ends_flight
+    unyielding = composition.on("touchdown_impact")
+    inset_folded_m, inset_straight_m = HARD_GROUND_INSETS_M if unyielding else (0.0, 0.0)
+
+    @inlined
+    def reach_guards(work: Row, place: int, mode: float, length_m: float) -> None:
+        work[place + FOLDS] = work[lower] - work[upper] + inset_folded_m - length_m
+        if mode != FLIGHT or straight_ends_flight:
+            work[place + STRAIGHTENS] = length_m - work[upper] - work[lower] + inset_straight_m
+        elif levered:  # the lever's corner
+            beyond_m = length_m - work[upper] - work[lower]
+            work[place + STRAIGHTENS] = beyond_m if work[BEYOND] == 0 else -beyond_m
+
+    return reach_guards
+
+
+@inlined
+def beyond_cap(sign: float, force_n: float, most_n: float) -> float:
+    """How far the force is beyond its cap (where `sign` is 0), or back from it, N."""
+    beyond_n = abs(force_n) - most_n if sign == 0.0 else most_n - sign * force_n
+    return beyond_n - KINK * most_n
+
+
+def make_cost_guards(composition: Composition) -> Function:
+    """Compose `(work, place, length_m, applied_n)`: the force goes beyond the cap of the cost, or back."""
+    if not composition.has("cost_cap_n"):
+        return inner(lambda work, place, length_m, applied_n: None)
+    cost_cap_n, lever = composition.slots["cost_cap_n"], make_lever(composition)
+
+    @inlined
+    def cost_guards(work: Row, place: int, length_m: float, applied_n: float) -> None:
+        most_n = cost_cap_n(work, lever(work, length_m))
+        work[place + COST_KINK] = beyond_cap(work[COST_CAPPED], applied_n, most_n)
+
+    return cost_guards
+
+
+def make_release_guards(composition: Composition) -> Function:
+    """Compose `(t, work, place, length_m)`: the ratchet lets the platform go."""
+    if not composition.has("travel_m"):
+        return inner(lambda t, work, place, length_m: None)
+    at = composition.position
+    rest, tolerance, shortest = at["rest_length"], at["release_tolerance"], at["shortest_hold"]
+
+    @inlined
+    def release_guards(t: float, work: Row, place: int, length_m: float) -> None:
+        if work[EMULATOR] == HOLD and work[PHASE] == EXTENSION and work[RELEASED] == 0:
+            near_m = length_m - work[rest] + work[tolerance]
+            work[place + RELEASES] = min(near_m, t - work[HOLD_SINCE] - work[shortest])
+
+    return release_guards
+
+
+def make_rail_guards(composition: Composition) -> Function:
+    """Compose `(work, row, place, applied_n)`: the body comes to rest on its rail, or is pushed off it."""
+    if not composition.has("rail_friction_n"):
+        return inner(lambda work, row, place, applied_n: None)
+    friction_n, body = composition.slots["rail_friction_n"], composition.position["body_mass"]
+
+    @inlined
+    def rail_guards(work: Row, row: int, place: int, applied_n: float) -> None:
+        drive_n = -applied_n - work[body] * GRAVITY_M_S2
+        if work[RAIL] == 0.0:
+            work[place + RESTS] = abs(drive_n) - friction_n(work)
+        else:
+            work[place + RESTS] = -work[RAIL] * work[row + V_BODY]
+
+    return rail_guards
+
+
+def make_guards(composition: Composition, wants_switch: Function) -> Function:
+    """Compose `(t, work, row, place)`; guards that cannot fire in the mode read -1."""
+    forces, capped = make_forces(composition), composition.has("cap_n")
+    flight_guards, contact_guards = make_flight_guards(composition), make_contact_guards(composition)
+    reach_guards, cost_guards = make_reach_guards(composition), make_cost_guards(composition)
+    release_guards, rail_guards = make_release_guards(composition), make_rail_guards(composition)
+    continuous, granular = not composition.on("sampled_control"), composition.on("hydrostatic_stiffness")
+
+    @inner
+    def guards(t: float, work: Row, row: int, place: int) -> None:
+        for i in range(GUARDS):
+            work[place + i] = -1.0
+        mode = work[MODE]
+        length_m = work[row + X_BODY] - work[row + X_FOOT]
+        commanded_n, applied_n, most_n = forces(work, row)
+        reach_guards(work, place, mode, length_m)
+        if mode == FLIGHT:
+            flight_guards(t, work, row, place)
+        else:
+            contact_guards(t, work, row, place, mode, applied_n)
+        if capped:
+            work[place + CAP_KINK] = beyond_cap(work[SATURATED], commanded_n, most_n)
+        cost_guards(work, place, length_m, applied_n)
+        if continuous and (not granular or mode != FLIGHT):  # on grains the controller waits for the ground
+            work[place + SWITCHES] = wants_switch(work, work[PHASE], row, 1.0, 1.0)
+        release_guards(t, work, place, length_m)
+        rail_guards(work, row, place, applied_n)
+
+    return guards

@@ -1,0 +1,164 @@
+"""What happens at an event: the mode graph's edges, and the outcomes that end a jump.
+
+intruding --stops--> jammed --yields--> intruding (or creeping, on very stiff ground) ; creeping --settles--> jammed
+jammed --lifts--> flight --touches--> intruding | jammed | carried ; carried --lifts--> flight
+intruding --bottoms--> jammed (the emulator's stop)
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.compiled import inner
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition
+from simulator.kernel.events.contact import make_note_saturation
+from simulator.kernel.events.foot_events import make_bottoms, make_falls, make_stops, make_touches, make_unsettles, rest
+from simulator.kernel.events.standstill import GOES_ON, make_held_still, make_rail_turns, make_stop_foot
+from simulator.kernel.layout import (
+    ABOVE_PRINT,
+    BEYOND,
+    BOTTOMS,
+    CAP_KINK,
+    CLEAR,
+    CLEARED,
+    CLEARS,
+    COMPRESSION,
+    COST_CAPPED,
+    COST_KINK,
+    CREEPING,
+    EMULATOR,
+    EMULATOR_SINCE,
+    FALLS,
+    FLIGHT,
+    FOLDS,
+    HOLD,
+    IN_PRINT,
+    INTRUDING,
+    JAMMED,
+    LEG_FOLDED,
+    LEG_STRAIGHT,
+    LIFTS,
+    MODE,
+    NO_LIFTOFF,
+    NOW,
+    PHASE,
+    RELEASE,
+    RELEASE_MISSED,
+    RELEASED,
+    RELEASES,
+    RESTS,
+    SATURATED,
+    SETTLES,
+    STOPS,
+    STRAIGHTENS,
+    SWITCHES,
+    TIME,
+    TOUCHES,
+    YIELDS,
+)
+from simulator.kernel.mechanics.margins import make_forces
+from simulator.kernel.mechanics.platform import make_stop_platform
+
+Row = NDArray[np.float64]
+
+
+def make_cap_turns(composition: Composition, settle: Function) -> Function:
+    """The force reaches its cap or leaves it: `(work)`."""
+    forces, follows = make_forces(composition), composition.follows
+
+    @inner
+    def cap_turns(work: Row) -> None:
+        if work[SATURATED] == 0.0:
+            work[SATURATED] = 1.0 if forces(work, NOW)[0] > 0.0 else -1.0
+        else:
+            work[SATURATED] = 0.0
+        if follows and work[MODE] == CREEPING:
+            settle(work)
+
+    return cap_turns
+
+
+def make_switches(composition: Composition, switch: Function, settle: Function) -> Function:
+    """A controller without a clock changes its phase: `(work)`."""
+    note, held_still = make_note_saturation(composition), make_held_still(composition)
+    emulated = composition.has("travel_m")
+
+    @inner
+    def switches(work: Row) -> int:
+        switch(work)
+        note(work)
+        if emulated and work[EMULATOR] == HOLD and work[PHASE] == COMPRESSION and work[RELEASED] == 0:
+            work[RELEASE_MISSED] += 1
+        if work[MODE] in (JAMMED, CREEPING):
+            settle(work)
+        return NO_LIFTOFF if held_still(work) else GOES_ON
+
+    return switches
+
+
+def make_releases(composition: Composition, settle: Function) -> Function:
+    """The ratchet lets the platform go: `(work)`."""
+    stop_foot, stop_platform = make_stop_foot(composition), make_stop_platform(composition)
+
+    @inner
+    def releases(work: Row) -> None:
+        work[EMULATOR], work[RELEASED] = RELEASE, 1
+        work[EMULATOR_SINCE] = work[TIME]
+        stop_platform(work)
+        if work[MODE] in (INTRUDING, CREEPING):
+            stop_foot(work)
+            settle(work)
+
+    return releases
+
+
+def make_transition(composition: Composition, switch: Function, settle: Function, lift_off: Function) -> Function:
+    """Compose `(guard, work, row, stop_after)`.
+
+    Returns an outcome that ends the jump, or `GOES_ON`. A touchdown leaves the foot where it is.
+    """
+    touches, falls, rail_turns = make_touches(composition), make_falls(composition), make_rail_turns(composition)
+    stops, bottoms = make_stops(composition, settle), make_bottoms(composition, settle)
+    unsettles, cap_turns = make_unsettles(composition, settle, lift_off), make_cap_turns(composition, settle)
+    switches, releases = make_switches(composition, switch, settle), make_releases(composition, settle)
+    forces, straight_ends_flight = make_forces(composition), composition.straight_ends_flight
+
+    @inner
+    def transition(guard: int, work: Row, row: Row, stop_after: float) -> int:
+        if guard == STOPS:
+            stops(work)
+        elif guard in (YIELDS, LIFTS):
+            unsettles(work)
+        elif guard == SETTLES:
+            rest(work)
+            work[MODE] = JAMMED
+        elif guard == TOUCHES:
+            return touches(work)
+        elif guard == CLEARS:
+            work[CLEARED] = ABOVE_PRINT if work[CLEARED] == IN_PRINT else CLEAR
+        elif guard == FALLS:
+            return falls(work, row, stop_after)
+        elif guard == CAP_KINK:
+            cap_turns(work)
+        elif guard == COST_KINK:
+            turned = 1.0 if forces(work, NOW)[1] > 0.0 else -1.0
+            work[COST_CAPPED] = turned if work[COST_CAPPED] == 0.0 else 0.0
+        elif guard == FOLDS:
+            return LEG_FOLDED
+        elif guard == STRAIGHTENS:
+            if work[MODE] != FLIGHT or straight_ends_flight:
+                return LEG_STRAIGHT
+            work[BEYOND] = 1 - work[BEYOND]
+        elif guard == SWITCHES:
+            return switches(work)
+        elif guard == RELEASES:
+            releases(work)
+        elif guard == BOTTOMS:
+            bottoms(work)
+        elif guard == RESTS:
+            rail_turns(work)
+        return GOES_ON
+
+    return transition

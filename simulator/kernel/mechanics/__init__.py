@@ -1,0 +1,1 @@
+"""Forces, motion and energy of body, foot, leg and platform."""

@@ -1,0 +1,221 @@
+"""Equations of motion in every contact mode, with the integrals of the energy book as states of their own.
+
+    body   m_b a_b = -F - m_b g (- rail friction)
+    foot   (m_f + m_a) a_f = F + K + D w^2 (+ alpha w) - (m_f + m_a) g     intruding, w = -v_f
+           m_f a_f = F - m_f g                                            flight
+           at rest                                                        jammed
+
+F is the leg's force, tension positive (`../docs/decisions.md` says how the book is kept).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simulator.basics import GRAVITY_M_S2
+from simulator.compiled import inlined, inner
+from simulator.effects.effect import Function
+from simulator.kernel.composition import Composition, made_once
+from simulator.kernel.layout import (
+    CARRIED,
+    CREEPING,
+    FLIGHT,
+    INTRUDING,
+    LEG_WORK,
+    MECHANICAL,
+    RAIL,
+    V_BODY,
+    V_FOOT,
+    X_BODY,
+    X_FOOT,
+)
+from simulator.kernel.mechanics.body import make_body_acceleration
+from simulator.kernel.mechanics.leg import make_apply, make_command, make_lever
+from simulator.kernel.mechanics.massless_foot import make_follow_platform
+from simulator.kernel.mechanics.platform import make_platform, make_slide
+
+Row = NDArray[np.float64]
+
+
+def make_powers(composition: Composition) -> Function:
+    """Rates of the drive's integrals: `(mode, work, stage, lever_m, leg_speed_m_s, commanded_n, applied_n)`.
+
+    In flight the leg may pass straight, where the drag has a pole: it counts there only if the cost of flight does.
+    """
+    has_heat, has_drag = composition.has("heat_w"), composition.has("drag_w")
+    heat_w, drag_w = composition.slot("heat_w"), composition.slot("drag_w")
+    heat, drag = composition.integrals.get("heat", -1), composition.integrals.get("drag", -1)
+    chosen = composition.slot("cost_force_n")
+    choose = composition.has("cost_force_n")
+    drags_in_flight = composition.on("cost_of_whole_jump")
+
+    @inner
+    def powers(
+        mode: float,
+        work: Row,
+        stage: int,
+        lever_m: float,
+        speed_m_s: float,
+        commanded_n: float,
+        applied_n: float,
+    ) -> None:
+        cost_n = chosen(work, lever_m, commanded_n, applied_n) if choose else applied_n
+        work[stage + LEG_WORK] = -applied_n * speed_m_s
+        work[stage + MECHANICAL] = -cost_n * speed_m_s
+        if has_heat:
+            work[stage + heat] = heat_w(work, lever_m, speed_m_s, cost_n)
+        if has_drag:
+            counts = drags_in_flight or mode != FLIGHT
+            work[stage + drag] = drag_w(work, lever_m, speed_m_s, cost_n) if counts else 0.0
+
+    return powers
+
+
+@made_once
+def make_ground(composition: Composition) -> Function:
+    """Acceleration of an intruding foot, the power that the ground takes, and that of the grains that move with it:
+    `(work, applied_n, x_f, v_f)`.
+    """
+    foot = composition.position["foot_mass"]
+    if not composition.has("resistance_n"):
+        return inner(lambda work, applied_n, x_f, v_f: (0.0, 0.0, 0.0))
+    resistance_n = composition.slots["resistance_n"]
+    quadratic, linear = composition.slot("quadratic_drag_kg_m"), composition.slot("linear_drag_kg_s")
+    mass, mass_slope = composition.slot("added_mass_kg"), composition.slot("added_mass_slope_kg_m")
+    has_quadratic, has_linear = composition.has("quadratic_drag_kg_m"), composition.has("linear_drag_kg_s")
+    has_mass = composition.has("added_mass_kg")
+    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
+
+    @inner
+    def ground(work: Row, applied_n: float, x_f: float, v_f: float) -> tuple[float, float, float]:
+        depth_m, sinking = -x_f, -v_f
+        push_n, moved_kg, grain_w = resistance_n(work, depth_m), work[foot], 0.0
+        if has_quadratic:
+            push_n += quadratic(work, depth_m) * sinking * sinking
+        if has_linear:
+            push_n += linear(work) * sinking
+        if has_mass:
+            added_kg = mass(work, depth_m)
+            moved_kg += added_kg
+            grain_w = sinking * (added_kg * GRAVITY_M_S2 + 0.5 * mass_slope(work, depth_m) * sinking * sinking)
+        up_n = applied_n + push_n
+        if heavy:  # the platform's weight is carried by its motors
+            moved_kg += platform_kg(work)
+            up_n += platform_kg(work) * GRAVITY_M_S2
+        return up_n / moved_kg - GRAVITY_M_S2, push_n * sinking, grain_w
+
+    return ground
+
+
+def make_rates(composition: Composition) -> Function:
+    """Rates of the whole state: `(mode, t, work, row, rates, stage)`.
+
+    The state is at the place `row`; the rates are written at the place `stage`, every one of them.
+    """
+    foot = composition.position["foot_mass"]
+    per_foot, accelerate = composition.position["inverse_foot_mass"], make_body_acceleration(composition)
+    lever, command, apply = make_lever(composition), make_command(composition), make_apply(composition)
+    powers, ground, creep = make_powers(composition), make_ground(composition), make_creep(composition)
+    has_friction = composition.has("rail_friction_n")
+    friction_n = composition.slot("rail_friction_n")
+    friction = composition.integrals.get("friction_loss", -1)
+    has_loss, loss = "ground_loss" in composition.integrals, composition.integrals.get("ground_loss", -1)
+    has_grain, grain = "grain_energy" in composition.integrals, composition.integrals.get("grain_energy", -1)
+    resistance_n = composition.slot("resistance_n")
+    platform, slide, slides = make_platform(composition), make_slide(composition), composition.platform >= 0
+    follows, follow_platform = composition.follows, make_follow_platform(composition)
+    emulated, reset_work = composition.has("travel_m"), composition.integrals.get("reset_work", -1)
+
+    @inlined
+    def rates_of(mode: int, t: float, work: Row, row: int, stage: int) -> None:
+        x_b, v_b = work[row + X_BODY], work[row + V_BODY]
+        x_f, v_f = work[row + X_FOOT], work[row + V_FOOT]
+        following_m_s2 = 0.0
+        if follows and mode == CREEPING:
+            v_f, following_m_s2 = follow_platform(work, row)
+            work[row + V_FOOT] = v_f
+        length_m, speed_m_s = x_b - x_f, v_b - v_f
+        lever_arm_m = lever(work, length_m)
+        commanded_n = command(work, length_m, speed_m_s, v_f)
+        applied_n = apply(work, lever_arm_m, commanded_n)
+        a_b = accelerate(work, applied_n)
+        sinking, a_f, loss_w, grain_w, reset_w = -v_f, 0.0, 0.0, 0.0, 0.0
+        if has_friction:
+            work[stage + friction] = friction_n(work) * work[RAIL] * v_b
+        if slides:
+            loss_w = slide(work, row, stage)
+        if mode == FLIGHT:
+            a_f = applied_n * work[per_foot] - GRAVITY_M_S2
+        elif mode == INTRUDING:
+            a_f, loss_w, grain_w = ground(work, applied_n, x_f, v_f)
+        elif follows and mode == CREEPING:
+            _, loss_w, _ = ground(work, applied_n, x_f, v_f)
+            a_f = following_m_s2
+        elif has_loss and mode == CREEPING:
+            sinking = creep(work, length_m, v_b, a_b, -x_f)
+            loss_w = resistance_n(work, -x_f) * sinking
+        elif emulated and mode == CARRIED:
+            a_f = platform(work, t)[2]
+            reset_w = (work[foot] * (a_f + GRAVITY_M_S2) - applied_n) * v_f
+        else:
+            sinking = 0.0
+        # written only now: the compiler then knows that what was computed twice has not changed
+        work[stage + X_BODY], work[stage + V_BODY] = v_b, a_b
+        work[stage + X_FOOT], work[stage + V_FOOT] = -sinking, a_f
+        if has_loss:
+            work[stage + loss] = loss_w
+        if has_grain:
+            work[stage + grain] = grain_w
+        if emulated:
+            work[stage + reset_work] = reset_w
+        powers(mode, work, stage, lever_arm_m, v_b + sinking, commanded_n, applied_n)
+
+    return rates_of
+
+
+def make_creep(composition: Composition) -> Function:
+    """Sinking speed of a foot that follows a rising force on very stiff ground, quasi-statically.
+
+    From d/dt [F + K - (m_f + m_a) g] = 0 with the foot's speed left out of the leg's: K' z' = -(k v_b + b a_b) + ...
+    """
+    if not composition.has("resistance_n"):
+        return inner(lambda work, length_m, v_b, a_b, depth_m: 0.0)
+    slope = composition.slots["resistance_slope_n_m"]
+    force_rate = make_force_rate(composition)
+    has_mass, mass_slope = composition.has("added_mass_kg"), composition.slot("added_mass_slope_kg_m")
+
+    @inner
+    def creep(work: Row, length_m: float, v_b: float, a_b: float, depth_m: float) -> float:
+        give_n_m = slope(work, depth_m)
+        if has_mass:
+            give_n_m -= mass_slope(work, depth_m) * GRAVITY_M_S2
+        return -force_rate(work, length_m, v_b, a_b) / give_n_m
+
+    return creep
+
+
+@made_once
+def make_force_rate(composition: Composition) -> Function:
+    """Rate of the applied force while the foot rests, N/s: `(work, length_m, v_b, a_b)`."""
+    lever, command = make_lever(composition), make_command(composition)
+    has_cap, bends, cap_n = composition.has("cap_n"), composition.has("cap_bends"), composition.slot("cap_n")
+    nudge_m = 1e-6
+
+    @inner
+    def force_rate(work: Row, length_m: float, v_b: float, a_b: float) -> float:
+        nudge_s = 1e-6
+        before_n = command(work, length_m, v_b, 0.0)
+        if has_cap:
+            most_n = cap_n(work, lever(work, length_m))
+            if abs(before_n) >= most_n:
+                if bends:
+                    ahead_n = cap_n(work, lever(work, length_m + nudge_m))
+                    behind_n = cap_n(work, lever(work, length_m - nudge_m))
+                    rate = (ahead_n - behind_n) / (2.0 * nudge_m) * v_b
+                    return rate if before_n > 0.0 else -rate
+                return 0.0
+        after_n = command(work, length_m + v_b * nudge_s, v_b + a_b * nudge_s, 0.0)
+        return (after_n - before_n) / nudge_s
+
+    return force_rate

@@ -1,0 +1,1 @@
+"""How a step is chosen, tried, taken and read between its ends."""

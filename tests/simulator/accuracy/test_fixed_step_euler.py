@@ -1,0 +1,73 @@
+"""The fixed-step scheme of the thesis: what it gives, how it converges, what it does not cover."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from data_schema.errors import UsageError
+from simulator.accuracy.fixed_step_euler import fixed_step_euler_run, why_not
+from simulator.scene_file import load_scene
+from tests.helpers.fixed_step_euler import Jump, fixed_step_euler_jump, outcome
+
+SCENE = load_scene("sim2")
+TRUE = {
+    "max_depth_m": 0.0707555505702115,
+    "liftoff_time_s": 0.31374130706118,
+    "apex_height_m": 0.303334225186479,
+    "stance_heat_J": 26.8783689454916,
+    "stance_mechanical_J": 3.65279414276101,
+}
+"""Scene sim2 by Taylor series to 36 digits."""
+
+
+@pytest.fixture(scope="module")
+def at_thesis_step() -> Jump:
+    return fixed_step_euler_jump(SCENE)
+
+
+def test_what_the_published_code_gives_at_its_recommended_step(at_thesis_step: Jump) -> None:
+    assert at_thesis_step["max_depth_m"] == pytest.approx(0.0707571, abs=5e-8)
+    assert outcome(at_thesis_step) == "apex"
+
+
+def test_it_converges_to_the_truth_slowly(at_thesis_step: Jump) -> None:
+    coarse = fixed_step_euler_jump(SCENE, 1e-4)
+    for name, true in TRUE.items():
+        assert coarse[name] == pytest.approx(true, rel=0.02)
+        assert at_thesis_step[name] == pytest.approx(true, rel=2e-4)
+    assert at_thesis_step["max_depth_m"] != pytest.approx(TRUE["max_depth_m"], rel=1e-6)
+
+
+def test_a_resting_foot_flips_the_more_often_the_finer_the_step(at_thesis_step: Jump) -> None:
+    assert at_thesis_step["mode_changes"] > 5000
+    assert fixed_step_euler_jump(SCENE, 1e-4)["mode_changes"] < 200
+
+
+def test_the_stance_alone_ends_at_lift_off(at_thesis_step: Jump) -> None:
+    stance = fixed_step_euler_jump(SCENE, to_liftoff=True)
+    assert outcome(stance) == "liftoff"
+    assert math.isnan(stance["apex_height_m"])
+    assert stance["liftoff_time_s"] == at_thesis_step["liftoff_time_s"]
+    assert stance["steps"] < at_thesis_step["steps"]
+
+
+def test_a_robot_too_weak_to_jump_is_an_outcome() -> None:
+    weak = fixed_step_euler_jump(SCENE.changed({"force_cap": 1.0}), 1e-4)
+    assert outcome(weak) in ("no_liftoff", "leg_folded")
+    assert math.isnan(weak["liftoff_time_s"])
+    assert math.isnan(weak["apex_height_m"])
+
+
+@pytest.mark.parametrize("name", ["emulator", "force_plate"])
+def test_other_grounds_are_refused_with_a_sentence(name: str) -> None:
+    scene = load_scene(name)
+    assert why_not(scene) == "the thesis's scheme knows granular ground only"
+    with pytest.raises(UsageError, match="knows granular ground only"):
+        fixed_step_euler_run(scene)
+
+
+def test_the_rail_is_refused_too() -> None:
+    assert why_not(SCENE) is None
+    assert "rail" in str(why_not(SCENE.changed(effects_on=("rail_friction",))))
