@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterable
 from statistics import median_low
 
+from data_schema.rounding import SIGNIFICANT, decimals_for, df_text, error_of, fixed_text, known_error, statistic_text
 from data_schema.rounding import level_text as level_in_percent
-from data_schema.rounding import on_its_side
+from data_schema.rounding import number_text as plain_number_text
+from data_schema.rounding import p_text as plain_p_text
+from data_schema.rounding import stated_text as plain_stated_text
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number, SignificanceTest, Value
 
@@ -47,55 +49,43 @@ def as_shown(number: Number) -> Number:
     )
 
 
+def typeset(text: str) -> str:
+    """Set a number's text as a page has it: true minus signs, no line breaks, powers of ten."""
+    mantissa, exponent, power = text.partition("e")
+    if exponent:
+        text = f"{mantissa} × 10^{int(power)}"
+    return text.replace("-", MINUS).replace("inf", "\u221e").replace(" ", NO_BREAK)
+
+
 def decimal_text(value: float, places: int) -> str:
     """Write a number with so many decimals and a true minus sign; "-0.00" becomes "0.00"."""
-    if math.isinf(value):
-        return f"{MINUS if value < 0 else ''}\u221e"
-    text = f"{value:.{places}f}"
-    if float(text) == 0.0:
-        text = text.lstrip("-")
-    return text.replace("-", MINUS)
+    return typeset(fixed_text(value, places))
 
 
-def general_text(value: float, digits: int = 4) -> str:
+def general_text(value: float, digits: int = SIGNIFICANT) -> str:
     """Write a number with so many significant digits, without exponent where it is of ordinary size."""
-    if value == 0.0:
-        return "0"
-    exponent = math.floor(math.log10(abs(value))) if math.isfinite(value) else 0
-    if -5 < exponent < 7:
-        text = decimal_text(value, max(0, digits - 1 - exponent))
-        return text.rstrip("0").rstrip(".") if "." in text else text
-    mantissa, power = f"{value:.{digits - 1}e}".split("e")
-    return f"{mantissa} × 10^{int(power)}".replace("-", MINUS)
+    return typeset(plain_number_text(value, digits))
 
 
-def decimals_for(uncertainty: float) -> int:
-    """Return how many decimals show this uncertainty with two significant digits."""
-    if not math.isfinite(uncertainty) or uncertainty <= 0:
-        return 0
-    rounded = float(f"{uncertainty:.1e}")
-    return max(0, 1 - math.floor(math.log10(rounded)))
+def stated_text(value: float) -> str:
+    """Write a number as a person gave it."""
+    return typeset(plain_stated_text(value))
 
 
 def _spread(number: Number) -> float | None:
-    """Return the uncertainty that decides the digits: the SE, else a quarter of the interval."""
-    if isinstance(number.se, int | float) and 0 < number.se < math.inf:
-        return float(number.se)
+    """Return the error that decides the digits: the standard error, else that of the interval; None for neither."""
+    errors = []
+    if isinstance(number.se, int | float):
+        errors.append(float(number.se))
     if isinstance(number.ci_low, int | float) and isinstance(number.ci_high, int | float):
-        width = float(number.ci_high - number.ci_low)
-        return width / 4 if 0 < width < math.inf else None
-    return None
+        errors.append(error_of((number.ci_low, number.ci_high)))
+    return next(filter(known_error, errors), None)
 
 
 def places_of(number: Number) -> int | None:
     """Return the decimals that suit a number in its shown unit, None where it has no uncertainty."""
     spread = _spread(as_shown(number))
     return None if spread is None else decimals_for(spread)
-
-
-def _places_of_size(size: float) -> int:
-    """Return the decimals that give a number of this size three significant digits."""
-    return max(0, 2 - math.floor(math.log10(size))) if 0 < size < math.inf else 0
 
 
 def common_places(numbers: Iterable[Number | None], default: int = 2) -> int:
@@ -110,7 +100,7 @@ def value_text(value: Value | None, places: int | None = None) -> str:
         return DASH
     if isinstance(value, Undefined):
         return f"undefined: {value.reason}"
-    return general_text(value, 3) if places is None else decimal_text(value, places)
+    return general_text(value) if places is None else decimal_text(value, places)
 
 
 def with_unit(text: str, unit: str) -> str:
@@ -127,8 +117,6 @@ def interval_text(number: Number, places: int | None = None, *, unit: bool = Tru
         if isinstance(end, Undefined):
             return f"undefined: {end.reason}"
     places = places_of(number) if places is None else places
-    if places is None:
-        places = _places_of_size(max(abs(end) for end in (shown.ci_low, shown.ci_high) if isinstance(end, int | float)))
     text = f"{value_text(shown.ci_low, places)} to {value_text(shown.ci_high, places)}"
     return with_unit(text, shown.unit) if unit else text
 
@@ -158,26 +146,15 @@ def number_text(number: Number) -> str:
 
 
 def p_text(p: Value, *, name: bool = True) -> str:
-    """Write a p-value: "p = .023", "p < .001"; `name=False` leaves "p = " out, for a table's column.
-
-    No p is rounded onto a usual level or past it: .0503 keeps four digits.
-    """
-    lead = f"p{NO_BREAK}" if name else ""
+    """Write a p-value: "p = .023", "p < .001"; `name=False` leaves "p = " out, for a table's column."""
     if isinstance(p, Undefined):
-        return f"{lead}undefined: {p.reason}"
-    if p < 0.001:
-        return f"{lead}<{NO_BREAK}.001"
-    if p > 0.999:
-        return f"{lead}>{NO_BREAK}.999"
-    digits = on_its_side(p, (f"{p:.{places}f}" for places in range(3, 18))).removeprefix("0")
-    return f"p{EQUALS}{digits}" if name else digits
+        return f"{f'p{NO_BREAK}' if name else ''}undefined: {p.reason}"
+    return typeset(plain_p_text(p, name=name))
 
 
 def degrees_text(df: tuple[Value, ...]) -> str:
     """Write degrees of freedom with one decimal, and none where it would be 0: 64 and 63.99998 are both "64"."""
-    return f",{NO_BREAK}".join(
-        value_text(entry) if isinstance(entry, Undefined) else decimal_text(entry, 1).removesuffix(".0") for entry in df
-    )
+    return f",{NO_BREAK}".join(value_text(entry) if isinstance(entry, Undefined) else df_text(entry) for entry in df)
 
 
 def significance_text(test: SignificanceTest, *, name: bool = True) -> str:
@@ -187,7 +164,7 @@ def significance_text(test: SignificanceTest, *, name: bool = True) -> str:
     """
     letter = "t" if len(test.df) == 1 else "F"
     called = test.name.removesuffix(letter).strip() if name else ""
-    title = NO_BREAK.join([*called.split(), letter])
+    title = "".join(f"{word}{NO_BREAK}" for word in called.split())
     if isinstance(test.statistic, Undefined):
-        return f"{title} {value_text(test.statistic)}"
-    return f"{title}({degrees_text(test.df)}){EQUALS}{decimal_text(test.statistic, 2)}, {p_text(test.p)}"
+        return f"{title}{letter} {value_text(test.statistic)}"
+    return f"{title}{typeset(statistic_text(letter, test.statistic, test.df))}, {p_text(test.p)}"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from reports.content import Level, ReportContent
-from reports.display import general_text, with_unit
-from reports.naming import formula_text, is_number, physical_text, title_of
+from reports.display import with_unit
+from reports.naming import formula_text, is_number, level_value, physical_text, title_of
 from reports.wording import list_text, sentence_start
 
 
@@ -30,4 +30,4 @@ def gains_text(content: ReportContent) -> str:
 
 def _size_text(level: Level) -> str:
     """Write a label with its size: "small 0.038 m"."""
-    return with_unit(f"{level.label} {general_text(level.value or 0.0)}", level.unit)
+    return with_unit(f"{level.label} {level_value(level)}", level.unit)

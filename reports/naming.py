@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from reports.content import Comparison, Condition, Factor, Level, ReportContent
-from reports.display import EQUALS, MINUS, NO_BREAK, general_text, with_unit
+from reports.display import EQUALS, MINUS, NO_BREAK, general_text, stated_text, with_unit
 from reports.wording import count_text, list_text
 
 _MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
@@ -59,7 +59,7 @@ def formula_text(factor: Factor) -> str:
     if factor.slope is None or factor.offset is None:
         return ""
     sign = "+" if factor.offset >= 0 else MINUS
-    slope, offset = general_text(factor.slope, 6), general_text(abs(factor.offset), 6)
+    slope, offset = stated_text(factor.slope), stated_text(abs(factor.offset))
     text = f"{factor.symbol} = {slope} g {sign} {offset}".replace(" ", NO_BREAK)
     called = swept_words(factor)
     control = called.control if called.of_active_damping else f"the {called.control}"
@@ -67,9 +67,15 @@ def formula_text(factor: Factor) -> str:
     return with_unit(text, factor.unit) + zero
 
 
+def level_value(level: Level) -> str:
+    """Write a level's value: what its gain stands for with three digits, any other as it was stated."""
+    write = stated_text if level.gain is None else general_text
+    return write(level.value or 0.0)
+
+
 def physical_text(level: Level) -> str:
-    """Write a level's physical value, "835.4 N/m", or its label where it has none."""
-    return level.label if level.value is None else with_unit(general_text(level.value), level.unit)
+    """Write a level's physical value, "835 N/m", or its label where it has none."""
+    return level.label if level.value is None else with_unit(level_value(level), level.unit)
 
 
 def is_number(level: Level) -> bool:
@@ -87,7 +93,7 @@ def level_name(factor: Factor, level: Level, *, gain: bool = False) -> str:
     if level.gain is None:
         name = factor.title.lower()
         return f"{name}{EQUALS}{physical_text(level)}" if is_number(level) else f"{level.label} {name}"
-    beside = f" (gain{NO_BREAK}{general_text(level.gain)})" if gain else ""
+    beside = f" (gain{NO_BREAK}{stated_text(level.gain)})" if gain else ""
     return f"{factor.symbol or factor.title}{EQUALS}{physical_text(level)}{beside}"
 
 
@@ -119,9 +125,9 @@ def _known_levels(content: ReportContent) -> dict[tuple[str, str], Level]:
 
 
 def level_of(content: ReportContent, comparison: Comparison) -> str:
-    """Name the level that a comparison sets against its control: "d = 185.7 kg/s (gain 50)" or "pooled".
+    """Name the level that a comparison sets against its control: "d = 186 kg/s (gain 50)" or "pooled".
 
-    Between two levels of a further factor the level carries the other, and its side: "k = 1091 N/m less k = 835.4 N/m,
+    Between two levels of a further factor the level carries the other, and its side: "k = 1091 N/m less k = 835 N/m,
     treated".
     """
     swept = swept_factor(content)
@@ -183,7 +189,7 @@ def _levels_in_brackets(factor: Factor, levels: list[Level]) -> str:
         return f"{count_text(len(levels), 'level')} of the {title_of(factor).lower()}"
     if levels[0].gain is None and not is_number(levels[0]):
         return f"{list_text([level.label for level in levels])} {factor.title.lower()}"
-    values = list_text([general_text(level.value or 0.0) for level in levels])
+    values = list_text([level_value(level) for level in levels])
     name = factor.symbol or factor.title.lower()
     return f"{name}{EQUALS}{with_unit(values, levels[0].unit)}"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from reports.content import ReportContent
-from reports.display import general_text
+from reports.display import stated_text
 from reports.predicted import PredictedQuantity, Prediction
 from reports.wording import count_text, list_text, sentence_start
 
@@ -70,9 +70,9 @@ def _simulated(content: ReportContent) -> str:
 
 def _errors(content: ReportContent) -> str:
     about = content.predictions
-    inputs = list_text([f"{one.name} by {general_text(100.0 * one.varied_by)} %" for one in about.assumed])
+    inputs = list_text([f"{one.name} by {stated_text(100.0 * one.varied_by)} %" for one in about.assumed])
     rests = f"inputs without a source, each raised and lowered ({inputs})" if about.assumed else "nothing else"
-    accuracy = general_text(about.accuracy, 1)
+    accuracy = stated_text(about.accuracy)
     return (
         f"The error of a prediction is that of the simulator, {accuracy} of the value, and that of {rests}. Its parts "
         "are added in quadrature and count as one standard uncertainty. What the scene leaves out, such as what is "

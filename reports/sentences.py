@@ -11,13 +11,13 @@ from reports.display import (
     EQUALS,
     MINUS,
     as_shown,
-    general_text,
     interval_text,
     level_text,
     p_text,
     places_of,
     shown_unit,
     significance_text,
+    stated_text,
     value_text,
     with_unit,
 )
@@ -111,7 +111,7 @@ def _exploratory(why: str, what: str = "comparison") -> str:
 def bounds_text(item: Equivalence) -> str:
     """Write the bounds as "-5 to 5 mm"."""
     unit, factor = shown_unit(item.estimate.unit)
-    low, high = (general_text(bound * factor) for bound in (item.low, item.high))
+    low, high = (stated_text(bound * factor) for bound in (item.low, item.high))
     return with_unit(f"{low} to {high}", unit)
 
 

@@ -13,13 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
 from stats.exact.finite import refuse_beyond
 from stats.lines.complete import complete_rows, refuse_few
 from stats.lines.regression import fit_linear
 from stats.results import Result
-from stats.wording import bounded_texts, estimate_texts, missing_text, number_text, share_text
+from stats.wording import bounded_texts, missing_text, share_text
 
 DENSEST = math.pi / math.sqrt(18.0)
 """0.7405: no packing of equal spheres is denser (Hales 2005)."""
@@ -40,7 +41,7 @@ class PackingFraction(Result):
 
     def sentence(self) -> str:
         """Return the fraction in words, with its standard error and the largest cause of it."""
-        text = f"The volume fraction is {estimate_texts([self.fraction], self.se)[0]}"
+        text = f"The volume fraction is {number_text(self.fraction, error=self.se)}"
         if self.se > 0.0:
             name, _ = max(self.error_terms, key=lambda term: abs(term[1]))
             text += f" (standard error {number_text(self.se, 2)}, most of it from the {name})"
@@ -77,7 +78,7 @@ class UnboundedPacking(Result):
         fraction, interval = bounded_texts(self.fraction, self.ci, self.se, self.level)
         return (
             f"Without walls the volume fraction is {fraction} ({interval}; "
-            f"line over grain size / container radius, R squared {share_text(self.r_squared, 3)}, df = {self.df}, "
+            f"line over grain size / container radius, R squared {share_text(self.r_squared)}, df = {self.df}, "
             f"n = {self.n} measurements{missing_text(self.missing)})."
         )
 

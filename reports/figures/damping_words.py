@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
-from reports.display import general_text, shown_unit
+from reports.display import shown_unit, stated_text
 from reports.figures.series import axis_of, drawn_factor, series_lie_apart, series_of
 from reports.naming import swept_factor, swept_words
 from reports.sentences import absence_text
@@ -60,7 +60,7 @@ def _control_text(content: ReportContent) -> str:
     """Say where the control stands: at its value, or before the levels that have none."""
     called, axis = swept_words(swept_factor(content)), axis_of(content)
     name = f"The control, {called.control_long}," if called.of_active_damping else f"The {called.control_level}"
-    return f"{name} stands {f'at {general_text(axis.control_position)}' if axis.continuous else 'first'}."
+    return f"{name} stands {f'at {stated_text(axis.control_position)}' if axis.continuous else 'first'}."
 
 
 def range_text(content: ReportContent, quantity: Outcome) -> str:

@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from data_schema.rounding import level_text as level_in_percent
 from data_schema.vocabulary import Undefined
 from reports.content import DrainFit, ReportContent
-from reports.display import general_text, level_text, number_text
+from reports.display import level_text, number_text, stated_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import (
     BLACK,
@@ -124,7 +124,7 @@ def _draw_estimate(axes: Axes, fit: DrainFit, look: _Look) -> None:
         color=look.estimate,
         markersize=4,
         capsize=3,
-        label=f"run of {general_text(fit.run_duration_min)} min",
+        label=f"run of {stated_text(fit.run_duration_min)} min",
         zorder=5,
     )
 
@@ -183,7 +183,7 @@ def caption(content: ReportContent) -> str:
     else:
         counts = [f"{len(fit.points)} of {fit.robot}" for fit in fits]
         idle, lines, diamonds = f"idle runs ({list_text(counts)})", "each robot's line and its", "A diamond"
-    durations = list_text(list(dict.fromkeys(general_text(fit.run_duration_min) for fit in fits)))
+    durations = list_text(list(dict.fromkeys(stated_text(fit.run_duration_min) for fit in fits)))
     enlarged = ", enlarged in the inset," if _inset_range(fits) is not None else ""
     return (
         f"Charge put back after {idle} over the time the robot was on, with {lines} "

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from reports.content import ReportContent
-from reports.display import general_text, level_text, shown_unit
+from reports.display import level_text, shown_unit, stated_text
 from reports.evidence import POOLED
 from reports.figures.forest import draw_estimate, tidy_rows
 from reports.figures.kind import FigureKind
@@ -115,7 +115,7 @@ def caption(content: ReportContent) -> str:
     )
     return (
         f"Measured means (circles) with their {level}, and what the scene {about.scene} predicts for each condition as "
-        f"it was run (diamonds), with {general_text(COVERAGE_FACTOR)} standard uncertainties: the simulator's accuracy "
+        f"it was run (diamonds), with {stated_text(COVERAGE_FACTOR)} standard uncertainties: the simulator's accuracy "
         f"and every assumed input varied.{savings}"
     )
 

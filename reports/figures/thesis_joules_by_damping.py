@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from reports.display import general_text
+from reports.display import stated_text
 from reports.figures.series import LineStyle
 from reports.figures.style import (
     BLACK,
@@ -48,8 +48,8 @@ def draw_joules_by_damping(costs: DampingCosts, width_in: float = TWO_COLUMNS_IN
                 style = _GAIN_STYLES[gain % len(_GAIN_STYLES)]
                 axes.plot(costs.active_damping_kg_m, cost_j, color=colour, linestyle=style)
                 axes.plot(costs.active_damping_kg_m[0], cost_j[0], "o", color=colour, markersize=2.5, clip_on=False)
-            stiffness = general_text(costs.stiffness_factors[row])
-            drag = general_text(costs.drag_factors[column])
+            stiffness = stated_text(costs.stiffness_factors[row])
+            drag = stated_text(costs.drag_factors[column])
             axes.set_title(
                 f"{stiffness} × K, {drag} × D" if narrow else f"stiffness × {stiffness}, drag × {drag}",
                 loc="left",
@@ -78,7 +78,7 @@ def _handles(costs: DampingCosts) -> list[Line2D]:
             [],
             color=BLACK,
             linestyle=_GAIN_STYLES[place % len(_GAIN_STYLES)],
-            label=f"gain {general_text(gain)} ({stiffness:.0f} N/m)",
+            label=f"gain {stated_text(gain)} ({stiffness:.0f} N/m)",
         )
         for place, (gain, stiffness) in enumerate(
             zip(costs.extension_gains, costs.extension_stiffnesses_n_m, strict=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from data_schema.outcomes import Outcome
 from reports.content import Condition, Factor, ReportContent, Summary
-from reports.display import DASH, common_places, general_text, level_text, shown_unit
-from reports.naming import formula_text, group_name, is_number, swept_factor, swept_words
+from reports.display import DASH, common_places, general_text, level_text, shown_unit, stated_text
+from reports.naming import formula_text, group_name, is_number, level_value, swept_factor, swept_words
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -78,8 +78,8 @@ def factor_cells(content: ReportContent, condition: Condition) -> tuple[Cell, ..
             cells += [Cell(DASH, (None,)), Cell(DASH, (None,))]
             continue
         numeric = level.gain is not None or is_number(level)
-        shown = general_text(level.value) if numeric and level.value is not None else level.label
-        gain = DASH if level.gain is None else general_text(level.gain)
+        shown = level_value(level) if numeric and level.value is not None else level.label
+        gain = DASH if level.gain is None else stated_text(level.gain)
         text = swept_words(factor).control_level if factor.swept and condition.control else shown
         cells += [Cell(text, (level.value,)), Cell(gain, (level.label,))]
     return tuple(cells)

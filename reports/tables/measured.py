@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from reports.content import Condition, Day, Factor, ReportContent
-from reports.display import DASH, EQUALS, general_text, with_unit
+from reports.display import DASH, EQUALS, with_unit
 from reports.flow_steps import flow_lines
-from reports.naming import group_name, swept_factor, swept_words
+from reports.naming import group_name, level_value, swept_factor, swept_words
 from reports.tables.table import Cell, Column, Row, Table, TableKind, count, provenance_cell, words
 
 
@@ -36,7 +36,7 @@ def _day_cells(content: ReportContent, day: Day) -> tuple[Cell, ...]:
 
 
 def _conditions_text(content: ReportContent, day: Day) -> str:
-    """Sum up the conditions of a day's analysed runs: "small foot, k = 1091 N/m: CE, d = 185.7, 351.7 kg/s"."""
+    """Sum up the conditions of a day's analysed runs: "small foot, k = 1091 N/m: CE, d = 186, 352 kg/s"."""
     swept, runs = swept_factor(content), set(day.runs)
     groups: dict[str, list[Condition]] = {}
     for condition in content.conditions:
@@ -50,7 +50,7 @@ def _levels_text(swept: Factor | None, conditions: list[Condition]) -> str:
         return ""
     names = [swept_words(swept).control_level] if any(condition.control for condition in conditions) else []
     levels = [level for c in conditions if not c.control and (level := c.level(swept.name)) is not None]
-    values = [level.label if level.value is None else general_text(level.value) for level in levels]
+    values = [level.label if level.value is None else level_value(level) for level in levels]
     if values:
         lead = f"{swept.symbol}{EQUALS}" if swept.symbol else ""
         names.append(with_unit(f"{lead}{', '.join(values)}", swept.unit))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
-from reports.display import DASH, common_places, general_text, level_text, shown_unit, with_unit
+from reports.display import DASH, common_places, level_text, shown_unit, stated_text, with_unit
 from reports.evidence import POOLED
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number, Value
@@ -46,7 +46,7 @@ def title_text(quantity: PredictedQuantity) -> str:
 
 
 def level_text_of(content: ReportContent, item: Prediction) -> str:
-    """Name the level of a prediction: "CE", "d = 185.7 kg/s (gain 50)", "pooled"; "all runs" without a swept factor."""
+    """Name the level of a prediction: "CE", "d = 186 kg/s (gain 50)", "pooled"; "all runs" without a swept factor."""
     swept = swept_factor(content)
     if item.level == POOLED:
         return POOLED
@@ -126,9 +126,9 @@ def _assumed(content: ReportContent) -> Table:
         Row(
             (
                 words(one.name),
-                Cell(with_unit(general_text(one.value), one.unit), (one.value, one.unit)),
+                Cell(with_unit(stated_text(one.value), one.unit), (one.value, one.unit)),
                 words(one.why),
-                Cell(general_text(100.0 * one.varied_by), (one.varied_by,)),
+                Cell(stated_text(100.0 * one.varied_by), (one.varied_by,)),
                 *(value_cell(value, places, factor) for value, places, factor in _changes(one)),
             )
         )

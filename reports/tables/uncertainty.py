@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
 from reports.content import BudgetItem, DrainFit, ReportContent
-from reports.display import common_places, decimals_for, level_text, places_of, shown_unit
+from reports.display import common_places, level_text, places_of, shown_unit
 from reports.numbers import Number, Value
 from reports.tables.table import (
     PROVENANCE,

@@ -19,10 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_number
 from stats.results import Result
-from stats.wording import number_text
 
 CAUCHY_SCALE = math.sqrt(0.5)
 """Usual scale of the prior ("medium" of the R package BayesFactor)."""

@@ -18,7 +18,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.rounding import level_text
+from data_schema.rounding import error_of, interval_text, level_text, number_text, p_text, stated_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.contrast import Contrast, Ends, contrasts
@@ -27,7 +27,7 @@ from stats.exact.distributions import complement_level
 from stats.exact.finite import finite, finite_pair
 from stats.groups.groups import read_groups
 from stats.results import Result
-from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import missing_text, with_unit
 
 NO_LOW = Undefined("no lower bound was asked for")
 NO_HIGH = Undefined("no upper bound was asked for")
@@ -162,17 +162,17 @@ class Equivalence(Result):
         if isinstance(self.estimate, Undefined):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.estimate.reason}."
         unit, short = (unit, unit) if self.bounds == "raw" else (f"% of {b}'s mean", "%")
-        estimate = number_text(self.estimate, within=half_width(self.estimate_ci))
+        estimate = number_text(self.estimate, error=error_of(self.estimate_ci))
         estimate = f"{a} (n = {self.n_a}) minus {b} (n = {self.n_b}) is {estimate}{with_unit(unit)}"
         if isinstance(self.p, Undefined):
             return f"{estimate}; no test whether it lies {self._bounds(unit)}, because {self.p.reason}."
         chosen = self.welch if self.route == "welch" else self.student
         tests = [
-            f"t({df_text(df)}) = {number_text(t)}"
+            statistic_text("t", t, (df,))
             for t, df in ((chosen.t_low, chosen.df_low), (chosen.t_high, chosen.df_high))
             if not isinstance(t, Undefined)
         ]
-        told = f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.log10_p, self.alpha)}"
+        told = f"{chosen.test}'s {' and '.join(tests)}, {p_text(self.p, self.alpha)}"
         if isinstance(self.estimate_ci, Undefined):
             why = f"because its {level_text(1.0 - 2.0 * self.alpha)} CI is undefined: {self.estimate_ci.reason}"
             return (
@@ -188,10 +188,10 @@ class Equivalence(Result):
 
     def _bounds(self, unit: str) -> str:
         if isinstance(self.high, Undefined):
-            return f"above {number_text(self.low)}{with_unit(unit)} (non-inferiority)"
+            return f"above {stated_text(self.low)}{with_unit(unit)} (non-inferiority)"
         if isinstance(self.low, Undefined):
-            return f"below {number_text(self.high)}{with_unit(unit)} (non-superiority)"
-        return f"within {number_text(self.low)} to {number_text(self.high)}{with_unit(unit)} (equivalence)"
+            return f"below {stated_text(self.high)}{with_unit(unit)} (non-superiority)"
+        return f"within {stated_text(self.low)} to {stated_text(self.high)}{with_unit(unit)} (equivalence)"
 
 
 def equivalence(

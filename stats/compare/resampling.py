@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
+from data_schema.rounding import error_of, interval_text, number_text, p_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_count, as_level
 from stats.days.two_by_day import Cell, two_by_day
@@ -27,7 +28,7 @@ from stats.exact.finite import finite_pair, times_power
 from stats.exact.tied_scale import on_tied_scale
 from stats.lines.complete import Labels
 from stats.results import Result
-from stats.wording import counted, half_width, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import counted, missing_text, with_unit
 
 Floats = NDArray[np.float64]
 Interval = tuple[float, float]
@@ -228,7 +229,7 @@ class Bootstrap(Result):
         where = _sizes(self)
         if isinstance(self.difference, Undefined):
             return f"No bootstrap of {a} and {b} ({where}): {self.difference.reason}."
-        difference = number_text(self.difference, within=half_width(self.interval))
+        difference = number_text(self.difference, error=error_of(self.interval))
         text = f"{a} minus {b} is {difference}{with_unit(unit)}"
         if isinstance(self.interval, Undefined):
             return f"{text} ({where}); no bootstrap interval, because {self.interval.reason}."

@@ -43,6 +43,7 @@ from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
+from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_pair
 from stats.compare.shared_error import CANCELLED, Joint, SharedError, as_shared, degrees_of_fits, joints
@@ -52,7 +53,7 @@ from stats.exact.error_free import exact_root, shortened
 from stats.exact.finite import QUANTILE_BEYOND_DOUBLES, Interval, finite, finite_pair
 from stats.groups.groups import Group, Groups, read_groups
 from stats.results import Result
-from stats.wording import half_width, interval_text, missing_text, number_text
+from stats.wording import missing_text
 
 Terms = Mapping[tuple[str, str], Fraction]
 """Signed standard errors by (fit, term)."""
@@ -250,8 +251,8 @@ class Savings(Result):
         sizes = f"(n = {self.n_treated} against {self.n_control})"
         if isinstance(self.percent, Undefined):
             return f"The savings of {treated} against {control} {sizes} are undefined: {self.percent.reason}."
-        half = half_width(self.percent_ci)
-        estimate = f"{number_text(self.percent, 3, half)} %"
+        error = error_of(self.percent_ci)
+        estimate = f"{number_text(self.percent, error=error)} %"
         interval = interval_text(self.percent_ci, self.level, "%")
         if isinstance(self.percent_ci, Undefined):
             interval += f", because {self.percent_ci.reason}"
@@ -276,7 +277,7 @@ class Savings(Result):
                 f"{estimate} ({interval}) {end}"
             )
         return (
-            f"The mean of {treated} is {number_text(abs(self.percent), 3, half)} % "
+            f"The mean of {treated} is {number_text(abs(self.percent), error=error)} % "
             f"{'below' if self.percent > 0.0 else 'above'} that of {control} (savings {estimate}, {interval}) {end}"
         )
 

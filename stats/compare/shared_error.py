@@ -17,7 +17,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.rounding import alpha_beside
+from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.compare.summary import Summary, describe
@@ -25,7 +25,7 @@ from stats.exact.distributions import df_of_doubles, t_quantile
 from stats.exact.finite import QUANTILE_BEYOND_DOUBLES, as_interval, finite, refuse_beyond, times_power
 from stats.exact.tails import normal_two_sided, t_two_sided
 from stats.results import Result
-from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import missing_text, with_unit
 
 CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""
@@ -210,7 +210,7 @@ class SharedSummary(Result):
         if isinstance(self.scatter.mean, Undefined):
             return self.scatter.sentence(name, unit)
         ends = as_interval(self.ci_low, self.ci_high)
-        mean = number_text(self.scatter.mean, within=half_width(ends))
+        mean = number_text(self.scatter.mean, error=error_of(ends))
         return (
             f"{name} {mean}{with_unit(unit)} ({interval_text(ends, self.level, unit)}, "
             f"standard error shared with other means {number_text(self.shared_se, 2)}{with_unit(unit)}, "
@@ -273,10 +273,10 @@ class SharedTest(Result):
         if isinstance(self.t, Undefined):
             return f"No test of {difference} with its shared error: {self.t.reason}."
         ends = as_interval(self.ci_low, self.ci_high)
-        name = "z" if self.df is NORMAL else f"t({df_text(self.df)})"
+        df, letter = ((), "z") if self.df is NORMAL else ((self.df,), "t")
         return (
             f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
-            f"{name} = {number_text(self.t)}, {p_text(self.p, self.log10_p, alpha_beside(self.level))}."
+            f"{statistic_text(letter, self.t, df)}, {p_text(self.p, alpha_beside(self.level))}."
         )
 
 

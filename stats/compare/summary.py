@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
+from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_sample
 from stats.exact.distributions import t_quantile
@@ -14,7 +15,7 @@ from stats.exact.error_free import exact_root
 from stats.exact.finite import as_interval, finite
 from stats.exact.sums import moments
 from stats.results import Result
-from stats.wording import half_width, interval_text, missing_text, number_text, with_unit
+from stats.wording import missing_text, with_unit
 
 _NO_SCATTER = Undefined("the values do not scatter")
 
@@ -45,7 +46,7 @@ class Summary(Result):
         if isinstance(self.mean, Undefined):
             return f"{name}: undefined, {self.mean.reason} (n = {self.n}{missing_text(self.missing)})."
         interval = as_interval(self.ci_low, self.ci_high)
-        mean = number_text(self.mean, within=half_width(interval))
+        mean = number_text(self.mean, error=error_of(interval))
         return (
             f"{name} {mean}{with_unit(unit)} (SD {number_text(self.sd)}, "
             f"{interval_text(interval, self.level)}, n = {self.n}{missing_text(self.missing)})."

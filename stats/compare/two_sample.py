@@ -14,6 +14,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from data_schema.errors import unknown_name
+from data_schema.rounding import error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_pair, as_sample
 from stats.compare.effect_size import hedges_factor, hedges_g_ci
@@ -24,7 +25,7 @@ from stats.exact.finite import finite
 from stats.exact.sums import Moments, moments
 from stats.groups.variances import brown_forsythe_of, variance_ratio
 from stats.results import Result
-from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import missing_text, with_unit
 
 Route = Literal["f_then_t", "welch", "student"]
 ROUTES: tuple[Route, ...] = ("f_then_t", "welch", "student")
@@ -112,24 +113,25 @@ class TwoSample(Result):
         a, b = self.names[0] if a is None else a, self.names[1] if b is None else b
         if isinstance(self.difference, Undefined):
             return f"{a} (n = {self.n_a}) and {b} (n = {self.n_b}) cannot be compared: {self.difference.reason}."
-        half = half_width(self.difference_ci)
-        within = min((size for size in (half, abs(self.difference)) if size > 0.0), default=0.0)
-        mean_a, mean_b = (number_text(mean, within=within) for mean in (self.mean_a, self.mean_b))
+        error = error_of(self.difference_ci)
+        smaller = min((size for size in (error, abs(self.difference)) if size > 0.0), default=0.0)
+        mean_a, mean_b = (number_text(mean, error=smaller) for mean in (self.mean_a, self.mean_b))
         lost = "; the means differ beyond the digits of a double" if self.difference and mean_a == mean_b else ""
         text = (
             f"{a} (mean {mean_a}{with_unit(unit)}, n = {self.n_a}) minus "
             f"{b} (mean {mean_b}{with_unit(unit)}, n = {self.n_b}) is "
-            f"{number_text(self.difference, within=half)}{with_unit(unit)} "
+            f"{number_text(self.difference, error=error)}{with_unit(unit)} "
             f"({interval_text(self.difference_ci, 1.0 - self.alpha, unit)}{lost})"
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
-        p = p_text(self.p, self.log10_p, self.alpha)
-        text += f", {self.test}'s t({df_text(self.df)}) = {number_text(self.t)}, {p}"
+        p = p_text(self.p, self.alpha)
+        text += f", {self.test}'s {statistic_text('t', self.t, (self.df,))}, {p}"
         if self.test != "Welch" and not isinstance(self.welch_t, Undefined):
-            welch_p = p_text(self.welch_p, self.welch_log10_p, self.alpha)
-            text += f" (Welch's t({df_text(self.welch_df)}) = {number_text(self.welch_t)}, {welch_p})"
-        effect = f"Hedges's g {number_text(self.hedges_g)} ({interval_text(self.hedges_g_ci, 1.0 - self.alpha)})"
+            welch_p = p_text(self.welch_p, self.alpha)
+            text += f" (Welch's {statistic_text('t', self.welch_t, (self.welch_df,))}, {welch_p})"
+        g = number_text(self.hedges_g, error=error_of(self.hedges_g_ci))
+        effect = f"Hedges's g {g} ({interval_text(self.hedges_g_ci, 1.0 - self.alpha)})"
         return f"{text}, {effect}{missing_text(self.missing_a, self.missing_b)}."
 
 

@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_sample
 from stats.exact.sums import deviations, sum_of_products
 from stats.lines.complete import complete_rows
 from stats.results import Result
-from stats.wording import counted, number_text
+from stats.wording import counted
 
 
 @dataclass(frozen=True, slots=True)

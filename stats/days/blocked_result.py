@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from data_schema.rounding import alpha_beside
+from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.exact.tails import Tail, f_upper
 from stats.results import Result
-from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import missing_text, with_unit
 
 Interval = tuple[float, float]
 
@@ -60,13 +60,13 @@ class Contrast(Result):
         """Return the difference in words, with its interval of that level and its test, or why there is none."""
         text = (
             f"{self.condition} minus {self.control} is "
-            f"{number_text(self.difference, within=half_width(self.interval))}{with_unit(unit)} "
+            f"{number_text(self.difference, error=error_of(self.interval))}{with_unit(unit)} "
             f"({interval_text(self.interval, level, unit)})"
         )
         if isinstance(self.t, Undefined):
             return f"{text}; no test, because {self.t.reason}."
-        p = p_text(self.p, self.log10_p, alpha_beside(level))
-        return f"{text}, t({df_text(self.df)}) = {number_text(self.t)}, {p}."
+        p = p_text(self.p, alpha_beside(level))
+        return f"{text}, {statistic_text('t', self.t, (self.df,))}, {p}."
 
 
 @dataclass(frozen=True, slots=True)
@@ -281,16 +281,16 @@ class BlockedByDay(Result):
             return []
         return [
             f"Paired on the means of {int(paired.df) + 1} days, which holds however much either scatters, it is "
-            f"{number_text(paired.difference, within=half_width(paired.interval))}{with_unit(unit)} "
-            f"({interval_text(paired.interval, self.level, unit)}), t({df_text(paired.df)}) = {number_text(paired.t)}, "
-            f"{p_text(paired.p, paired.log10_p, alpha_beside(self.level))}."
+            f"{number_text(paired.difference, error=error_of(paired.interval))}{with_unit(unit)} "
+            f"({interval_text(paired.interval, self.level, unit)}), {statistic_text('t', paired.t, (paired.df,))}, "
+            f"{p_text(paired.p, alpha_beside(self.level))}."
         ]
 
     def _exact_text(self, exact: ExactTest) -> str:
         alike = "" if self._is_paired(exact) else ", if all conditions scatter alike"
         return (
-            f"F({exact.df_between}, {exact.df_within}) = {number_text(exact.f)}, "
-            f"{p_text(exact.p, exact.log10_p, alpha_beside(self.level))} ({exact.method}{alike})"
+            f"{statistic_text('F', exact.f, (exact.df_between, exact.df_within))}, "
+            f"{p_text(exact.p, alpha_beside(self.level))} ({exact.method}{alike})"
         )
 
     def _mixed_text(self) -> str:
@@ -305,6 +305,6 @@ class BlockedByDay(Result):
             limit = f"; days estimated not to differ, so that {units} count as independent"
         mixed = self.mixed
         return (
-            f"{effects}F({mixed.df_between}, {df_text(mixed.df_within)}) = {number_text(mixed.f)}, "
-            f"{p_text(mixed.p, mixed.log10_p, alpha_beside(self.level))} (REML, Satterthwaite{limit})"
+            f"{effects}{statistic_text('F', mixed.f, (mixed.df_between, mixed.df_within))}, "
+            f"{p_text(mixed.p, alpha_beside(self.level))} (REML, Satterthwaite{limit})"
         )

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.rounding import alpha_beside, level_text
+from data_schema.rounding import alpha_beside, level_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_level
 from stats.exact.critical_values import critical_values
@@ -35,7 +35,7 @@ from stats.exact.finite import finite
 from stats.exact.known_scale import Floats, KnownScale, log_mean_over_scale, log_sum, log_upper_of_any
 from stats.groups.groups import Groups, read_groups
 from stats.results import Result
-from stats.wording import missing_text, number_text, p_text, with_unit
+from stats.wording import missing_text, with_unit
 
 _REACH = 9.5
 """Standard deviations beyond which a normal adds nothing to 16 digits."""
@@ -225,14 +225,14 @@ class Dunnett(Result):
         """Return one of the comparisons in words, as it stands in the sentence."""
         about = item.difference
         ends = (end for end in (item.ci_low, item.ci_high) if not isinstance(end, Undefined))
-        within = 0.0 if isinstance(about, Undefined) else max((abs(end - about) for end in ends), default=0.0)
-        text = f"{item.treatment} (n = {item.n}) {number_text(about, within=within)}{with_unit(unit)}"
+        error = 0.0 if isinstance(about, Undefined) else max((abs(end - about) for end in ends), default=0.0) / 2.0
+        text = f"{item.treatment} (n = {item.n}) {number_text(about, error=error)}{with_unit(unit)}"
         if isinstance(item.t, Undefined):
             return f"{text}, no test, because {item.t.reason}"
-        low = "" if item.ci_low is _UNBOUNDED else f"from {number_text(item.ci_low, within=within)}{with_unit(unit)} "
-        high = "" if item.ci_high is _UNBOUNDED else f"to {number_text(item.ci_high, within=within)}{with_unit(unit)}"
-        p = p_text(item.p, item.log10_p, alpha_beside(self.level))
-        return f"{text} (CI {(low + high).strip()}), t({self.df}) = {number_text(item.t)}, {p}"
+        low = "" if item.ci_low is _UNBOUNDED else f"from {number_text(item.ci_low, error=error)}{with_unit(unit)} "
+        high = "" if item.ci_high is _UNBOUNDED else f"to {number_text(item.ci_high, error=error)}{with_unit(unit)}"
+        p = p_text(item.p, alpha_beside(self.level))
+        return f"{text} (CI {(low + high).strip()}), {statistic_text('t', item.t, (self.df,))}, {p}"
 
 
 def dunnett(

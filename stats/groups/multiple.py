@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import p_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number
 from stats.results import Result
-from stats.wording import p_text
 
 MOST_NAMED = 10
 """Of more tests than these with one reason only the first are named."""
@@ -98,9 +98,7 @@ class HolmFamily(Result):
 
     def _verdicts(self) -> str:
         """Return which tests are rejected and which are left open."""
-        members = [
-            (f"{one.name} ({p_text(one.adjusted_p, one.adjusted_log10_p, self.alpha)})", one) for one in self.rows()
-        ]
+        members = [(f"{one.name} ({p_text(one.adjusted_p, self.alpha)})", one) for one in self.rows()]
         found = [text for text, one in members if one.rejected is True]
         left_open = [
             text

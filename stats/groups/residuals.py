@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from data_schema.errors import InputRefused
-from data_schema.rounding import level_text
+from data_schema.rounding import level_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_level, as_sample
 from stats.exact.error_free import Floats, exact_root, scaled
@@ -20,7 +20,7 @@ from stats.exact.finite import finite, refuse_beyond, times_power, to_double
 from stats.exact.sums import common_shift, moments, out_of_range
 from stats.lines.complete import Labels, as_labels, complete_rows
 from stats.results import Result
-from stats.wording import counted, missing_text, number_text
+from stats.wording import counted, missing_text
 
 _SD = "the residual standard deviation"
 

@@ -15,7 +15,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from data_schema.errors import unknown_name
-from data_schema.rounding import alpha_beside
+from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.exact.distributions import exact_df
@@ -25,7 +25,7 @@ from stats.exact.tails import Tail
 from stats.groups.groups import Group, Groups, read_groups
 from stats.groups.studentized_range import range_criticals, range_tails
 from stats.results import Result
-from stats.wording import df_text, half_width, interval_text, missing_text, number_text, p_text, with_unit
+from stats.wording import missing_text, with_unit
 
 Variances = Literal["equal", "unequal"]
 VARIANCES: tuple[Variances, ...] = ("equal", "unequal")
@@ -92,7 +92,7 @@ class AllPairs(Result):
     def pair_text(self, pair: PairDifference, unit: str = "") -> str:
         """Return one of the pairs in words, as it stands in the sentence."""
         return (
-            f"{pair.a} minus {pair.b} {number_text(pair.difference, within=half_width(pair.difference_ci))}"
+            f"{pair.a} minus {pair.b} {number_text(pair.difference, error=error_of(pair.difference_ci))}"
             f"{with_unit(unit)} ({self._test(pair, unit)})"
         )
 
@@ -103,8 +103,8 @@ class AllPairs(Result):
         if isinstance(pair.q, Undefined):
             return f"no test, because {pair.q.reason}"
         return (
-            f"{interval_text(pair.difference_ci, self.level, unit)}, q({len(self.groups)}, {df_text(pair.df)}) = "
-            f"{number_text(pair.q)}, {p_text(pair.p, pair.log10_p, alpha_beside(self.level))}"
+            f"{interval_text(pair.difference_ci, self.level, unit)}, "
+            f"{statistic_text('q', pair.q, (len(self.groups), pair.df))}, {p_text(pair.p, alpha_beside(self.level))}"
         )
 
 

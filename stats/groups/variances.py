@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special
 
+from data_schema.rounding import interval_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_groups, as_level, as_sample
 from stats.compare.t_tests import AS_A_AND_B, Names, too_small, two_names
@@ -28,7 +29,7 @@ from stats.exact.finite import finite, finite_pair
 from stats.exact.sums import Moments, moments, out_of_range
 from stats.exact.tails import Tail, chi2_upper, f_two_sided, f_upper
 from stats.results import Result
-from stats.wording import counted, interval_text, missing_text, number_text, p_text
+from stats.wording import counted, missing_text
 
 _MANY = 1000
 
@@ -103,11 +104,10 @@ class VarianceTest(Result):
         if isinstance(self.p, Undefined):
             return f"{self.test} test of equal variances {sizes}: none, because {self.p.reason}."
         sign = "chi-squared" if self.test == "Bartlett" else "F"
-        df = ", ".join(map(str, self.df))
         ratio = f", ratio of variances {interval_text(self.ratio_ci, self.level)}" if self.test == "F" else ""
         return (
-            f"{self.test} test of equal variances {sizes}: {sign}({df}) = {number_text(self.statistic)}, "
-            f"{p_text(self.p, self.log10_p)}{ratio}."
+            f"{self.test} test of equal variances {sizes}: {statistic_text(sign, self.statistic, self.df)}, "
+            f"{p_text(self.p)}{ratio}."
         )
 
 

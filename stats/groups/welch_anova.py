@@ -26,7 +26,7 @@ from fractions import Fraction
 
 from numpy.typing import ArrayLike
 
-from data_schema.rounding import alpha_beside
+from data_schema.rounding import alpha_beside, interval_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.compare.effect_size import eta_squared_ci
@@ -35,7 +35,7 @@ from stats.exact.finite import Interval, finite
 from stats.exact.tails import f_upper
 from stats.groups.groups import Group, read_groups
 from stats.results import Result
-from stats.wording import counted, df_text, interval_text, missing_text, number_text, p_text, share_text
+from stats.wording import counted, missing_text, share_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +97,9 @@ class WelchAnova(Result):
             return f"No Welch ANOVA over {what} ({counted(len(self.groups), 'group')}, n = {n}): {self.f.reason}."
         limit = f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
         return (
-            f"Welch ANOVA over {what}: F({self.df_between}, {df_text(self.df_within)}) = {number_text(self.f)}, "
-            f"{p_text(self.p, self.log10_p, alpha_beside(self.level))}, eta squared {share_text(self.eta_squared, 3)}, "
-            f"omega squared {share_text(self.omega_squared, 3)} ({interval_text(self.eta_squared_ci, self.level)}) "
+            f"Welch ANOVA over {what}: {statistic_text('F', self.f, (self.df_between, self.df_within))}, "
+            f"{p_text(self.p, alpha_beside(self.level))}, eta squared {share_text(self.eta_squared)}, "
+            f"omega squared {share_text(self.omega_squared)} ({interval_text(self.eta_squared_ci, self.level)}) "
             f"({counted(len(self.groups), 'group')}, n = {n}{missing_text(self.missing)}{limit})."
         )
 

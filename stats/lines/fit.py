@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 
 from data_schema.errors import InputRefused
-from data_schema.rounding import alpha_beside
+from data_schema.rounding import alpha_beside, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.exact.distributions import f_upper_p, t_quantile, t_two_sided_p
 from stats.exact.error_free import Floats
 from stats.exact.finite import Interval, finite, finite_pair, refuse_beyond, times_power
 from stats.exact.tails import f_upper, t_two_sided
 from stats.results import Result
-from stats.wording import half_width, interval_text, missing_text, number_text, p_text, share_text, with_unit
+from stats.wording import missing_text, share_text, with_unit
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,24 +150,22 @@ class Fit(Result):
 
     def sentence(self, response: str = "the response", unit: str = "") -> str:
         """Return the fit in words: each coefficient with interval, t, df and p; R squared, residual SD, n."""
-        parts, logs = [], self.log10_p
+        parts = []
         for row, (name, value) in enumerate(zip(self.names, self.coefficients, strict=True)):
             interval = self.ci if isinstance(self.ci, Undefined) else self.ci[row]
-            text = f"{name} {number_text(value, 6, half_width(interval))}"
+            text = f"{name} {number_text(value, error=error_of(interval))}"
             inside = []
             if not isinstance(interval, Undefined):
                 inside.append(interval_text(interval, self.level))
             if not isinstance(self.t, Undefined) and not isinstance(self.p, Undefined):
-                log10_p = logs if isinstance(logs, Undefined) else logs[row]
                 inside.append(
-                    f"t({self.df}) = {number_text(self.t[row])}, "
-                    f"{p_text(self.p[row], log10_p, alpha_beside(self.level))}"
+                    f"{statistic_text('t', self.t[row], (self.df,))}, {p_text(self.p[row], alpha_beside(self.level))}"
                 )
             parts.append(f"{text} ({', '.join(inside)})" if inside else text)
-        about = [f"R squared {share_text(self.r_squared, 6)}"]
+        about = [f"R squared {share_text(self.r_squared)}"]
         if not isinstance(self.f, Undefined):
-            test = f"F({self.df_model}, {self.df}) = {number_text(self.f)}"
-            about.append(f"{test}, {p_text(self.f_p, self.f_log10_p, alpha_beside(self.level))}")
+            test = statistic_text("F", self.f, (self.df_model, self.df))
+            about.append(f"{test}, {p_text(self.f_p, alpha_beside(self.level))}")
         if isinstance(self.residual_sd, Undefined):
             about.append(f"no standard errors, because {self.residual_sd.reason}")
         else:
@@ -343,7 +341,7 @@ class Response(Result):
         """Return the response in words, with its interval, degrees of freedom, and whether it is extrapolated."""
         beyond = ", outside the range that was fitted" if self.extrapolated else ""
         return (
-            f"{response} is {number_text(self.value, within=half_width(self.ci))}{with_unit(unit)} there "
+            f"{response} is {number_text(self.value, error=error_of(self.ci))}{with_unit(unit)} there "
             f"({interval_text(self.ci, self.level, unit)}, df = {self.df}{beyond})."
         )
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.exact.distributions import t_quantile
@@ -26,7 +27,7 @@ from stats.lines.complete import MINIMUM_ROWS, complete_rows
 from stats.lines.fit import EXACT
 from stats.lines.regression import fit_linear
 from stats.results import Result
-from stats.wording import bounded_texts, missing_text, number_text, share_text
+from stats.wording import bounded_texts, missing_text, share_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,7 +151,7 @@ class PassiveDrain(Result):
         charge, interval = estimate.texts()
         text = (
             f"The electronics draw {charge} mAh in {number_text(duration_s / 60.0)} min ({interval}; "
-            f"n = {self.n} idle runs{missing_text(self.missing)}, R squared {share_text(self.r_squared, 6)})"
+            f"n = {self.n} idle runs{missing_text(self.missing)}, R squared {share_text(self.r_squared)})"
         )
         if estimate.extrapolated:
             text += (

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Sample, as_sample
 from stats.exact.error_free import Floats, greatest, scaled, two_sum
 from stats.exact.finite import finite
 from stats.lines.complete import complete_rows
 from stats.results import Result
-from stats.wording import missing_text, number_text, with_unit
+from stats.wording import missing_text, with_unit
 
 QUARTILES: dict[str, Callable[[int, float], float]] = {
     "linear": lambda n, share: share * (n - 1),

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values
 from stats.exact.error_free import Floats, greatest, scaled
@@ -20,7 +21,7 @@ from stats.exact.finite import refuse_beyond
 from stats.lines.complete import complete_rows
 from stats.lines.regression import fit_linear
 from stats.results import Result
-from stats.wording import bounded_texts, missing_text, number_text, share_text
+from stats.wording import bounded_texts, missing_text, share_text
 
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
@@ -94,7 +95,7 @@ class Stiffness(Result):
         d, d_ci = bounded_texts(self.damping_kg_s, self.damping_ci, self.damping_se, self.level, "kg/s")
         return (
             f"{what} is a spring of {k} N/m ({k_ci}) with damping {d} kg/s "
-            f"({d_ci}): plane fit, R squared {share_text(self.r_squared, 4)}, "
+            f"({d_ci}): plane fit, R squared {share_text(self.r_squared)}, "
             f"residual SD {number_text(self.residual_sd_n)} N, df = {self.df}, "
             f"n = {self.n} points{missing_text(self.missing)}."
         )

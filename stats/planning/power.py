@@ -23,7 +23,7 @@ import numpy as np
 from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.rounding import level_text
+from data_schema.rounding import error_of, level_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_number, as_values
 from stats.compare.equivalence import ROUTES, EquivalenceRoute
@@ -34,7 +34,6 @@ from stats.exact.quadrature import Floats, Rows
 from stats.exact.sums import moments
 from stats.planning.estimated_scatter import mean_over_criticals, mean_over_scale, over_standard_error
 from stats.results import Result
-from stats.wording import half_width, number_text
 
 _FAR = 1e150
 """Standard errors that count as infinitely many."""
@@ -173,7 +172,7 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     if truth.size < 2:
         raise InputRefused(f"{truth.size} means were given: give the true means of at least 2 groups.")
     n, k = as_count("n", n), truth.size
-    means_text = ", ".join(number_text(mean, within=sd) for mean in truth)
+    means_text = ", ".join(number_text(mean, error=sd) for mean in truth)
     test = f"one-way ANOVA for means {means_text} at sd {number_text(sd)}"
     sizes = (n,) * k
     never = "the true means are equal" if truth.min() == truth.max() else None
@@ -220,7 +219,7 @@ def power_equivalence(
         raise InputRefused(f"the standard deviations are {sd!r} and {sd_b!r}: Student's test has one, give sd alone.")
     sizes = _sizes(n_a, n_b)
     scatter = " and ".join(map(number_text, dict.fromkeys(sds)))
-    between = " and ".join(number_text(end, within=half_width((low, high))) for end in (low, high))
+    between = " and ".join(number_text(end, error=error_of((low, high))) for end in (low, high))
     test = (
         f"{route.capitalize()}'s equivalence test (TOST) between {between} for "
         f"{_difference_text(difference, min(sds))} at sd {scatter}"
@@ -251,7 +250,7 @@ _NO_VARIANCE = Undefined("each group needs at least 2 values for its variance")
 
 
 def _difference_text(difference: float, sd: float) -> str:
-    return f"a difference of {number_text(difference, within=sd)}"
+    return f"a difference of {number_text(difference, error=sd)}"
 
 
 def _no_difference(difference: float, sides: int) -> str | None:

@@ -306,8 +306,8 @@ def test_the_days_of_a_table_are_heard_of(words: tuple[str, ...], tmp_path: Path
     assert "AD and CE share 0 of 2 days; X and CE share 0 of 2 days: what differs from day to day passes" in said
     assert not re.search(r"is shown to|% less|% more|equivalent +yes|rejected +yes", said)
     if words[0] in ("compare", "anova"):
-        assert "X (p = 0.0" in without.split(" rejected.")[0]
-        assert re.search(r"at 0.05: AD \(p = 0\.0\d+\), X \(p = 0\.0\d+\) left open\.", said)
+        assert "X (p = ." in without.split(" rejected.")[0]
+        assert re.search(r"at 0.05: AD \(p = \.0\d+\), X \(p = \.0\d+\) left open\.", said)
         family = run(path, words[0], *BY, "--day", "date")["holm"]
         assert all(isinstance(p, float) for p in family["adjusted_p"])
         assert [one for one in family["rejected"] if isinstance(one, bool)] == []

@@ -42,7 +42,7 @@ def test_groups_are_called_as_in_the_report(tmp_path: Path) -> None:
             return observations_of_book(connection, book.store, book.configuration, Asked(by=by))
 
         swept, foot, day = observed(None), observed("foot"), observed("day")
-    assert [drawn_name(swept, label).replace("\xa0", " ") for label in swept.labels] == ["CE", "d = 351.7 kg/s"]
+    assert [drawn_name(swept, label).replace("\xa0", " ") for label in swept.labels] == ["CE", "d = 352 kg/s"]
     assert drawn_name(swept.pooled(), swept.rest) == "active damping"
     assert [drawn_name(foot, label) for label in foot.labels] == ["large foot", "small foot"]
     assert [drawn_name(day, label) for label in day.labels] == ["2021-06-14", "2021-06-16"]
@@ -123,10 +123,10 @@ def test_residuals_are_named_as_in_the_report(tmp_path: Path) -> None:
         observed = observations_of_book(connection, book.store, book.configuration, Asked())
     quantiles, residuals = residual_figures(observed)
     (legend,) = quantiles.legends
-    assert [text.get_text().replace("\xa0", " ") for text in legend.get_texts()] == ["CE", "d = 351.7 kg/s"]
+    assert [text.get_text().replace("\xa0", " ") for text in legend.get_texts()] == ["CE", "d = 352 kg/s"]
     sizes = [len(line.get_xdata()) for line in quantiles.axes[0].lines if line.get_marker() in ("o", "s")]
     assert sizes == [len(observed.values(label)) for label in observed.labels]
-    assert ticks(residuals)[:2] == ["CE", "d = 351.7 kg/s"]
+    assert ticks(residuals)[:2] == ["CE", "d = 352 kg/s"]
     assert residuals.axes[0].get_xlabel() == "Active-damping coefficient"
 
 

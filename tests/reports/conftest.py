@@ -265,7 +265,7 @@ def _days(points):
         Day(
             name,
             tuple(point.run for point in points if point.day == name),
-            conditions=("small foot, k = 1091 N/m: CE, d = 185.7, 351.7 kg/s",),
+            conditions=("small foot, k = 1091 N/m: CE, d = 186, 352 kg/s",),
             packs=tuple(dict.fromkeys(point.pack for point in points if point.day == name)),
             checks_made=("rail angle", "lubrication"),
             checks_not_made=("sensor zero",) if index == 2 else (),

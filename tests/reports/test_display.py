@@ -60,7 +60,7 @@ def test_a_level_next_to_one_keeps_its_digits():
     assert plain(level_text(Number(1.0, "J", ci_level=0.9999999))) == "99.99999 % CI"
 
 
-def test_without_uncertainty_four_digits():
+def test_without_uncertainty_three_digits():
     assert number_text(Number(1091.36, "1")) == "1091"
 
 
@@ -118,7 +118,7 @@ def test_a_column_has_one_number_of_decimals():
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(835.36, "835.4"), (185.67, "185.7"), (400.0, "400"), (0.038, "0.038"), (0.0, "0"), (1.5e9, "1.500 × 10^9")],
+    [(835.36, "835"), (185.67, "186"), (400.0, "400"), (0.038, "0.038"), (0.0, "0"), (1.5e-9, "1.5\u00a0×\u00a010^−9")],
 )
 def test_general_text(value, text):
     assert general_text(value) == text

@@ -28,7 +28,7 @@ def test_the_bed_of_the_thesis_from_its_mass():
     same = fraction_from_mass(22.32, 2500.0, 0.0144)
     assert same.fraction == pytest.approx(found.fraction, rel=1e-14)
     assert same.se == 0.0
-    assert same.sentence() == "The volume fraction is 0.620."
+    assert same.sentence() == "The volume fraction is 0.62."
 
 
 def test_the_standard_error_is_that_of_repeated_measurements():
@@ -63,7 +63,7 @@ def test_fractions_on_one_line_have_no_interval():
     found = unbounded_fraction([1.0, 2.0, 4.0], [0.5, 0.5, 0.5], 0.001)
     assert (found.fraction, found.se) == (0.5, 0.0)
     assert isinstance(found.ci, Undefined)
-    assert found.sentence().startswith("Without walls the volume fraction is 0.500 (95 % CI undefined; line over")
+    assert found.sentence().startswith("Without walls the volume fraction is 0.5 (95 % CI undefined; line over")
 
 
 def test_too_few_containers_are_refused():

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.power import Needed, StudyPower
 from labbook.actions.planning.power_tests import Assumed
 from labbook.analysis.outcomes.run_spread import LEVEL
 from labbook.analysis.preregistration.planned import FAMILY_OF
-from stats.wording import number_text
 
 _NOT_KNOWN = (
     "Assumed: independent normal values with one standard deviation everywhere, complete runs, and nothing of the "

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.rounding import number_text
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_number, as_values
@@ -23,7 +24,7 @@ from stats.exact.sums import moments
 from stats.lines.complete import complete_rows
 from stats.lines.passive_drain import rounding_sd_mah
 from stats.results import Result
-from stats.wording import missing_text, number_text, with_unit
+from stats.wording import missing_text, with_unit
 
 _TERM = "the standard error"
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from labbook.presenting.report.day_layout import WHOSE
 from labbook.presenting.report.error_rate_uses import Use
 from labbook.presenting.report.spreads import spreads_text
-from reports.display import general_text
+from reports.display import general_text, stated_text
 from reports.wording import count_text, list_text
 from stats.planning.recorded import SIZE, Recorded
 
@@ -104,7 +104,7 @@ def _of_what(row: Recorded) -> tuple[str, str]:
 
 def _said(verb: str, of: str, nominal: float, found: Sequence[_Found]) -> str:
     """Say what methods of one kind do, what they state once; the numbers of uses are those of the methods in turn."""
-    stated = f"({general_text(100.0 * nominal)} % stated)"
+    stated = f"({stated_text(100.0 * nominal)} % stated)"
     (first, row, *_uses), *others = found
     said = [f"{first} {verb} {_share(row)}{of} {stated}"]
     said += [f"{name} {'in ' if verb.endswith(' in') else ''}{_share(row)}" for name, row, *_uses in others]
@@ -121,4 +121,4 @@ def _uses_text(counts: Sequence[int]) -> str:
 
 
 def _share(row: Recorded) -> str:
-    return f"{general_text(100.0 * row.value, 3)} %"
+    return f"{general_text(100.0 * row.value)} %"

@@ -11,5 +11,5 @@ def spreads_text(row: Recorded) -> str:
     if row.sd_ratio == 1.0:
         return ""
     last = len(row.groups) - 1
-    sds = [general_text(row.sd_ratio ** (1.0 - place / last), 3) for place in range(len(row.groups))]
+    sds = [general_text(row.sd_ratio ** (1.0 - place / last)) for place in range(len(row.groups))]
     return f", should standard deviations be {' : '.join(sds)}"

@@ -18,7 +18,7 @@ from labbook.config.model import Bounds
 from labbook.presenting.numbers import values_as
 from labbook.presenting.report.error_rate_uses import uses
 from labbook.presenting.report.known_error_rates import known_error_rates
-from reports.display import general_text
+from reports.display import stated_text
 from reports.naming import SweptWords
 from reports.wording import count_text, list_text
 from stats.days.blocked_result import MIXED_MODEL
@@ -108,7 +108,7 @@ def _equivalence(analysis: StudyAnalysis) -> str:
 
 def _bounds(bounds: Bounds) -> str:
     factor, unit = (1.0, "% of the control's mean") if bounds.percent else (1000.0, "mm")
-    return f"{general_text(factor * bounds.low)} to {general_text(factor * bounds.high)} {unit}"
+    return f"{stated_text(factor * bounds.low)} to {stated_text(factor * bounds.high)} {unit}"
 
 
 def _savings(analysis: StudyAnalysis, called: SweptWords) -> str:

@@ -56,20 +56,20 @@ def _row(finding: Finding) -> Row:
 
 
 def _number(value: float, unit: str) -> str:
-    return with_unit(general_text(value, 3), unit)
+    return with_unit(general_text(value), unit)
 
 
 def _range(finding: Finding) -> str:
-    ends = [general_text(value, 3) for value in (finding.lowest, finding.highest)]
+    ends = [general_text(value) for value in (finding.lowest, finding.highest)]
     if ends[0] == ends[1]:
         return with_unit(ends[0], finding.claim.unit)
-    median = general_text(finding.median, 3)
+    median = general_text(finding.median)
     return f"{with_unit(f'{ends[0]} to {ends[1]}', finding.claim.unit)} (median {median})"
 
 
 def _limits(claim: Claim) -> str:
     if claim.at_least is not None and claim.at_most is not None:
-        ends = general_text(claim.at_least, 3), general_text(claim.at_most, 3)
+        ends = general_text(claim.at_least), general_text(claim.at_most)
         return with_unit(ends[0] if ends[0] == ends[1] else f"{ends[0]} to {ends[1]}", claim.unit)
     if claim.at_least is not None:
         return f"at least {_number(claim.at_least, claim.unit)}"

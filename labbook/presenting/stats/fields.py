@@ -10,8 +10,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import is_dataclass
 from typing import Any
 
+from data_schema.rounding import error_of, number_text
 from stats.results import as_dict
-from stats.wording import half_width, number_text
 
 DIGITS = 6
 """Significant digits shown; JSON has all."""
@@ -97,7 +97,7 @@ def value_text(name: str, value: Any) -> str:
         case float():
             return number_text(value, DIGITS)
         case [float(), float()] if name.endswith(_INTERVALS):
-            return " to ".join(number_text(end, DIGITS, half_width((value[0], value[1]))) for end in value)
+            return " to ".join(number_text(end, DIGITS, error_of((value[0], value[1]))) for end in value)
         case list():
             return ", ".join(value_text("", item) for item in value)
         case _:

@@ -41,9 +41,9 @@ def sentence_case(words: str) -> str:
 
 
 def drawn_name(observed: Observations, label: str, *, gain: bool = False) -> str:
-    """Name a group: "CE", "d = 185.7 kg/s", "active damping", "small foot"; groups of a table as the table does.
+    """Name a group: "CE", "d = 186 kg/s", "active damping", "small foot"; groups of a table as the table does.
 
-    With `gain` a level that is one has it behind: "d = 185.7 kg/s (gain 50)".
+    With `gain` a level that is one has it behind: "d = 186 kg/s (gain 50)".
     """
     configuration, factor = observed.configuration, _factor(observed)
     if configuration is None or factor is None:

@@ -29,8 +29,8 @@ from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
 SEEDS = (1, 2, 3, 4, 5)
 JUMPS = 4
-SOFT, STIFF = "small foot, k = 835.4 N/m", "small foot, k = 1091 N/m"
-LARGE = "large foot, k = 835.4 N/m"
+SOFT, STIFF = "small foot, k = 835 N/m", "small foot, k = 1091 N/m"
+LARGE = "large foot, k = 835 N/m"
 PREDICTED_J = {(SOFT, "0"): 40.391692, (STIFF, "0"): 46.233119, (STIFF, "150"): 41.639542, (LARGE, "0"): 41.620428}
 PREDICTED_M = {(SOFT, "0"): 0.28553619, (STIFF, "0"): 0.31408899, (STIFF, "150"): 0.31567884, (LARGE, "0"): 0.30808764}
 """Joules a jump and apexes of the scene `bed`, by two independent implementations."""

@@ -35,7 +35,7 @@ def test_every_run_of_control_and_treatment_is_drawn(content, name, quantity, fa
     uppers, lowers = panels(name, content)
     assert len(uppers) == len(lowers) == 4
     titles = [axes.get_title().replace("\u00a0", " ").split("\n") for axes in uppers]
-    assert titles[0] == ["small foot", "k = 835.4 N/m"]
+    assert titles[0] == ["small foot", "k = 835 N/m"]
     for axes, (foot, gain) in zip(
         uppers, [("small", 300), ("small", 400), ("large", 300), ("large", 400)], strict=True
     ):

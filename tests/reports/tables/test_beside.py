@@ -84,7 +84,7 @@ def test_confounded_days_are_said_once_with_the_comparisons_that_it_is_true_of(c
     assert "No day joins them." in quick_page(every)
     one = changed(content, confounded, lambda c: c is joules[0])
     (sentence,) = by_day_sentences(one, Outcome.JOULES)
-    assert sentence.replace("\u00a0", " ") == "No day joins them. This holds for: small foot, k = 835.4 N/m, pooled."
+    assert sentence.replace("\u00a0", " ") == "No day joins them. This holds for: small foot, k = 835 N/m, pooled."
     assert by_day_sentences(one, Outcome.APEX) == []
     pooled = changed(content, confounded, lambda c: c.level != "pooled")
     assert by_day_sentences(pooled, Outcome.JOULES) == [

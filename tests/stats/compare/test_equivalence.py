@@ -103,7 +103,7 @@ def test_non_inferiority_asks_for_one_bound():
 
 def test_sentence():
     text = equivalence(AD, CE, low=-0.004, high=0.004).sentence("AD", "CE", "m")
-    assert text.startswith("AD (n = 6) minus CE (n = 5) is -0.0003")
+    assert text.startswith("AD (n = 6) minus CE (n = 5) is -0.0004 m (90 % CI -0.0026 to 0.0018 m)")
     assert "is shown to lie within -0.004 to 0.004 m (equivalence), Welch's t(" in text
     assert "90 % CI" in text
     percent = equivalence(AD, CE, low=-0.5, high=0.5, bounds="percent").sentence("AD", "CE", "m")

@@ -183,7 +183,7 @@ def test_the_sentence_says_more_or_less():
         (
             [1.0, 2.0, 3.0],
             [1.0, 2.1, 3.0],
-            "No difference between AD and CE is shown: the estimated savings are -1.67 %",
+            "No difference between AD and CE is shown: the estimated savings are -2 %",
         ),
         ([1.0, 2.0, 3.0], [3.0, 2.0, 1.0], "The means of AD and CE are equal (savings 0 %, 95 % CI -"),
         ([1.0, 1.0], [1.0, 1.0], "The means of AD and CE are equal (savings 0 %, 95 % CI undefined, because neither"),
@@ -193,7 +193,7 @@ def test_the_sentence_says_more_or_less():
             "The savings of AD against CE cannot be bounded: the best estimate is -5900 % (95 % CI undef",
         ),
         ([3.0, -2.0, 5.0], [1.0, 2.0, 400.0], "The savings of AD against CE cannot be bounded: the best estimate is"),
-        ([1e6, 1.1e6, 9e5], [1.0, 2.0, 3.0], "The mean of AD is 99.9998 % below that of CE (savings 99.9998 %"),
+        ([1e6, 1.1e6, 9e5], [1.0, 2.0, 3.0], "The mean of AD is 99.99980 % below that of CE (savings 99.99980 %"),
     ],
 )
 def test_the_sentence_claims_no_more_than_the_interval_bears_out(control, treated, said):

@@ -15,7 +15,7 @@ def test_small_sample_by_hand():
     assert found.se == pytest.approx(2.0 / 3.0**0.5, rel=1e-15)
     low, high = scipy.stats.t.interval(0.95, 2, loc=4.0, scale=found.se)
     assert (found.ci_low, found.ci_high) == pytest.approx((low, high), rel=1e-12)
-    assert found.sentence("joules", "J").startswith("joules 4 J (SD 2, 95 % CI ")
+    assert found.sentence("joules", "J").startswith("joules 4.0 J (SD 2, 95 % CI ")
 
 
 def test_what_does_not_exist_is_undefined_field_by_field():

@@ -11,10 +11,10 @@ import scipy.stats
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from data_schema.rounding import p_text
 from data_schema.vocabulary import Undefined
 from stats.days.blocked import blocked_by_day
 from stats.days.blocked_result import MIXED_MODEL, BlockedByDay, ExactTest
-from stats.wording import p_text
 
 UNBALANCED = [("A", "w", 1.0), ("A", "w", 1.2), ("B", "w", 2.1), ("A", "x", 0.4), ("B", "x", 1.1), ("B", "x", 1.4)]
 BALANCED = [("A", "w", 1.0), ("A", "w", 1.2), ("B", "w", 2.1), ("B", "w", 1.4), ("A", "x", 0.4), ("A", "x", 1.1)]
@@ -51,7 +51,7 @@ def test_f_and_p_are_those_of_the_sentence(rows: Rows) -> None:
         assert found.sentence().startswith("No test of the conditions")
         return
     first = found.sentence().split("; ")[0].split("(REML")[0].split("(exact")[0]
-    assert first.rstrip().endswith(p_text(found.p, found.log10_p, 0.05))
+    assert first.rstrip().endswith(p_text(found.p, 0.05))
     assert f"F({found.df_between}, " in first
     (contrast,) = found.contrasts
     assert contrast.sentence(found.level) in found.sentence()

@@ -57,7 +57,7 @@ def test_a_test_without_p_belongs_to_the_family_still():
     assert found.adjusted_log10_p[1] == none
     text = found.sentence()
     assert "Family gains against control (2 tests, 1 of them undefined and counted all the same)" in text
-    assert "a (p = 0.04) rejected" in text
+    assert "a (p = .040) rejected" in text
     assert "none rejected" in holm({}, "no tests").sentence()
 
 
@@ -65,7 +65,7 @@ def test_what_a_caller_leaves_open_is_not_rejected_in_words():
     why = Undefined("days cannot be told from groups")
     found = holm({"a": 0.001, "b": 0.01, "c": 0.3}, "gains")
     some = dataclasses.replace(found, rejected=(why, True, False)).sentence()
-    assert some.endswith("adjusted by Holm at 0.05: b (p = 0.02) rejected, a (p = 0.003) left open.")
+    assert some.endswith("adjusted by Holm at 0.05: b (p = .020) rejected, a (p = .003) left open.")
     none = dataclasses.replace(found, rejected=(why, why, False)).sentence()
     assert none.endswith(": none rejected, a (p = 0.003), b (p = 0.02) left open.")
     every = dataclasses.replace(found, rejected=(why, why, why)).sentence()

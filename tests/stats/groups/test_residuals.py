@@ -101,7 +101,7 @@ def test_sentences_of_residuals_and_of_their_order():
     groups = {"a": [1.0, 3.0, 5.0], "b": [2.0, 4.0, 9.0]}
     residuals = residuals_of_groups(groups)
     assert residuals.values == (-2.0, 0.0, 2.0, -3.0, -1.0, 4.0)
-    assert residuals.sentence() == "The residuals reach from -3 to 4, with SD 2.915 (df = 4, n = 6)."
+    assert residuals.sentence() == "The residuals reach from -3 to 4, with SD 2.92 (df = 4, n = 6)."
     order = normal_quantiles(residuals, 0.5)
     outside = sum(
         not low <= value <= high for value, low, high in zip(order.observed, order.low, order.high, strict=True)

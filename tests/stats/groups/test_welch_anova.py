@@ -42,7 +42,7 @@ def test_the_share_of_variance_stands_in_the_sentence_and_at_the_level_asked_for
     found = welch_anova(APART, level=0.9)
     low, high = found.eta_squared_ci
     shares = f"eta squared {found.eta_squared:.3g}, omega squared {found.omega_squared:.3g}"
-    assert f"{shares} (90 % CI {low:.4g} to {high:.4g})" in found.sentence()
+    assert f"{shares} (90 % CI {low:.2f} to {high:.2f})" in found.sentence()
     wide_low, wide_high = welch_anova(APART).eta_squared_ci
     assert 0.0 < wide_low < low < found.omega_squared < high < wide_high < 1.0
     with pytest.raises(InputRefused, match="level"):

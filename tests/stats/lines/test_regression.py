@@ -238,7 +238,7 @@ def test_the_sentence_says_what_was_fitted():
     assert sentence.startswith("Least squares of the charge: intercept 4.")
     assert "time -0.0003" in sentence
     assert "t(24) = -" in sentence
-    assert "p < 0.0001" in sentence
+    assert "p < .001" in sentence
     assert "95 % CI" in sentence
     assert sentence.endswith("Ah, n = 26.")
 

@@ -11,6 +11,7 @@ import pytest
 from scipy import stats
 
 from data_schema.errors import UsageError
+from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.power import Needed, StudyPower, study_power
 from labbook.actions.planning.power_lines import power_foot, power_head, power_table
@@ -20,7 +21,6 @@ from labbook.actions.planning.runs import PlanRequest, make_plan
 from labbook.demo.truth import Condition
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 from stats.planning.power import power_equivalence
-from stats.wording import number_text
 from tests.helpers.books import ADA, TRUTH, SmallBook, small_book, small_runs
 from tests.helpers.statements import said_alike
 
@@ -148,10 +148,10 @@ def test_sentences_have_the_digits_of_other_sentences_and_the_data_all(fresh: Sm
     )
     assert (found.difference, found.primary.sd) == (4.268321, 0.3247491)
     said = {item.test.partition(",")[0]: item.sentence for item in found.needed}
-    assert "a difference of 4.268 at sd 0.3247 (two-sided)" in said["Student's t"]
-    assert "a difference of 4.268 at sd 0.3247 and 0.3247 (two-sided) at alpha = 0.008333 has" in said["Welch's t"]
-    assert "for means -2.134, 2.134, 0 at sd 0.3247" in said["ANOVA over 3 levels"]
-    assert "and 0.3211 in truth, for a difference of 0 at sd 0.01235 at alpha" in row(found, "no loss").sentence
+    assert "a difference of 4.27 at sd 0.325 (two-sided)" in said["Student's t"]
+    assert "a difference of 4.27 at sd 0.325 and 0.325 (two-sided) at alpha = 0.00833 has" in said["Welch's t"]
+    assert "for means -2.13, 2.13, 0.00 at sd 0.325" in said["ANOVA over 3 levels"]
+    assert "and 0.321 in truth, for a difference of 0.000 at sd 0.0123 at alpha" in row(found, "no loss").sentence
 
 
 def test_pooled_levels_count_together_and_holm_costs_runs(fresh: SmallBook) -> None:
@@ -204,7 +204,7 @@ def test_the_scatter_is_that_of_the_runs_so_far(tmp_path: Path) -> None:
     equal = row(found, "no loss")
     assert isinstance(found.apex, Assumed)
     assert not isinstance(found.apex.mean, Undefined)
-    mean = number_text(found.apex.mean, within=found.apex.sd)
+    mean = number_text(found.apex.mean, error=found.apex.sd)
     assert f"between -3 and 3 % of the control's mean, itself estimated and {mean} in truth" in equal.sentence
     assert "the mean that the percent are of is estimated in the study" in equal.note
     assert equal.n_over_sd is not None

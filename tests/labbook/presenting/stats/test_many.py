@@ -72,7 +72,7 @@ def test_names_that_hold_signs_of_the_sentence_are_told_whole() -> None:
     small = [pair for pair in pairs.pairs if isinstance(pair.p, float) and pair.p <= 0.05]
     assert len(small) == 12
     head = "All pairs by Tukey, simultaneous (13 groups, n = 52): 12 of 78 pairs have an adjusted p of at most 0.05"
-    assert text.startswith(f"{head} (the 10 smallest: foot: 0; no. 0.  minus foot: 12; no. 12.  -20 J (95 % CI")
+    assert text.startswith(f"{head} (the 10 smallest: foot: 0; no. 0.  minus foot: 12; no. 12.  -20.0 J (95 % CI")
     assert sum(pairs.pair_text(pair, "J") in text for pair in small) == MOST_IN_WORDS
     control, *treated = values
     against = dunnett(values[control], {name: values[name] for name in treated}, control_name=control)
