@@ -5,6 +5,9 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 
+# Tests start many processes: what they import is compiled once, whatever the surroundings say.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo test lint types layers check soak bench system clean
 
 demo: $(STAMP) ## make the demonstration book, ingest it, write its report
@@ -12,9 +15,12 @@ demo: $(STAMP) ## make the demonstration book, ingest it, write its report
 	  echo "the demonstration is there already: demo-book/book/reports/demo/report.html (remove demo-book to make it anew)"; \
 	else rm -rf demo-book && $(BIN)/labbook demo demo-book; fi
 
-test: $(STAMP) system check ## lint, types, layers, all tests
-	@echo "== tests"
-	@$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not soak" tests
+test: $(STAMP) system lint layers ## lint, layers, then types and all tests side by side
+	@$(BIN)/mypy > .venv/types.txt 2>&1 & types=$$!; \
+	echo "== tests, and types beside them"; failed=; \
+	$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "not soak" tests || failed=tests; \
+	echo "== types"; wait $$types || failed="$$failed types"; cat .venv/types.txt; \
+	if [ "$$failed" ]; then echo "failed: $$failed"; exit 1; fi
 
 check: lint types layers
 
@@ -32,7 +38,7 @@ layers: $(STAMP)
 	@$(BIN)/lint-imports --no-cache | tail -n 1
 
 soak: $(STAMP) ## the longer tests
-	@$(BIN)/python -m pytest -n 2 -q -m soak tests
+	@$(BIN)/python -m pytest -n 2 --dist worksteal -q -m "soak or hypothesis" --hypothesis-profile=many tests
 
 bench: $(STAMP) ## measure against the budgets, write docs/performance.md
 	@$(BIN)/python benchmarks/run.py
