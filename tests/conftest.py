@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,11 +16,23 @@ from data_schema.engine import postgres_engine, sqlite_engine
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands, running_commands
 from tests.helpers.databases import ENGINES, make_empty_sqlite, migrate
+from tests.helpers.once import SHARED
 from tests.helpers.postgres import Cluster, NoServer, running_cluster
 
-# A loaded machine is no fault of the code.
-hypothesis.settings.register_profile("labbook", deadline=None)
-hypothesis.settings.load_profile("labbook")
+# A loaded machine is no fault of the code. Each run draws examples of its own: few, or in `make soak` many.
+for profile, examples in (("few", 20), ("many", 200)):
+    hypothesis.settings.register_profile(
+        profile, max_examples=examples, deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+    )
+hypothesis.settings.load_profile("few")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Make the folder that the processes of this run share; those that are started for it inherit its name."""
+    if not hasattr(config, "workerinput"):
+        shared = tempfile.TemporaryDirectory(prefix="labbook-tests-")
+        config.add_cleanup(shared.cleanup)
+        os.environ[SHARED] = shared.name
 
 
 @pytest.fixture(scope="session")

@@ -1,7 +1,7 @@
 """A small but whole book for tests, made by the demonstration's own writers.
 
 Two days, two feet, one extension gain, the control and one active-damping gain: twelve jump runs of three jumps, four
-idle runs, a charger sheet a day. The finished book is made once a process and copied, so that asking for it is quick.
+idle runs, a charger sheet a day. The finished book is made once a test run and copied, so that asking for it is quick.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import contextlib
 import datetime as dt
 import functools
 import shutil
-import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -31,6 +30,7 @@ from labbook.demo.truth import CHAPTER_5, Condition
 from labbook.demo.writers.charger_sheet import SheetRow, charger_sheet
 from labbook.demo.writers.run_sheet import RunRow, run_sheet
 from labbook.demo.writers.string_pot_log import string_pot_log
+from tests.helpers.once import made_once
 
 ADA = "Ada Nwosu"
 BEN = "Ben Ode"
@@ -102,7 +102,10 @@ def small_book(
     """
     if database_url is not None:
         return _make(folder, runs, ingested, two_people, database_url)
-    shutil.copytree(_finished(runs, ingested, two_people), folder, dirs_exist_ok=True, copy_function=shutil.copyfile)
+    made = made_once(
+        f"small-book-{runs:d}{ingested:d}{two_people:d}", lambda above: _make(above, runs, ingested, two_people, None)
+    )
+    shutil.copytree(made.folder.parent, folder, dirs_exist_ok=True, copy_function=shutil.copyfile)
     return SmallBook(folder / "book", folder / "instruments")
 
 
@@ -169,18 +172,6 @@ def ingest_all(book: Book, instruments: Path, person: str = ADA) -> None:
     """Ingest everything that the instruments wrote."""
     for path in files_of([instruments / "charger", instruments / "logs"], book.folder):
         ingest_file(book, path, IngestRequest(person=person))
-
-
-_HOLD: list[tempfile.TemporaryDirectory[str]] = []
-"""Keeps the finished books until the process ends."""
-
-
-@functools.cache
-def _finished(runs: bool, ingested: bool, two_people: bool) -> Path:
-    _HOLD.append(tempfile.TemporaryDirectory(prefix="small-book-"))
-    folder = Path(_HOLD[-1].name)
-    _make(folder, runs, ingested, two_people, None)
-    return folder
 
 
 def _make(folder: Path, runs: bool, ingested: bool, two_people: bool, database_url: str | None) -> SmallBook:

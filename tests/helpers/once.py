@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import fcntl
+import os
 import pickle
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
 
-import pytest
-
 T = TypeVar("T")
+SHARED = "LABBOOK_TESTS_SHARED"
+"""The environment variable with the folder of one test run; `tests/conftest.py` makes and removes it."""
 
 
-def made_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path], T]) -> T:
+def made_once(name: str, make: Callable[[Path], T]) -> T:
     """Return what `make` returned for a folder of this name, in whichever process asked first; it must be picklable."""
-    parallel = "popen-" in factory.getbasetemp().name
-    shared = factory.getbasetemp().parent if parallel else factory.getbasetemp()
+    shared = Path(os.environ[SHARED])
     folder, result = shared / name, shared / f"{name}.pickle"
     with (shared / f"{name}.lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import functools
 import shutil
-import tempfile
 from pathlib import Path
 
 from labbook.actions.files.assigning import assign
@@ -18,6 +16,7 @@ from labbook.actions.runs.runs_importing import import_runs
 from labbook.actions.runs.typed_charge import state_charge
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, BEN, DAYS, SmallBook, ingest_all, small_book
+from tests.helpers.once import made_once
 from tests.helpers.statements import note
 
 UNNAMED = "log of the morning.csv"
@@ -25,15 +24,9 @@ PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[files]"
 UNREADABLE = b"%PDF-1.7 not a log at all\n"
 
 
-@functools.cache
-def _finished() -> tuple[tempfile.TemporaryDirectory[str], SmallBook]:
-    hold = tempfile.TemporaryDirectory(prefix="whole-book-")
-    return hold, whole_book(Path(hold.name))
-
-
 def copy_of_whole_book(folder: Path) -> SmallBook:
-    """Copy one on SQLite, made once a process, to `folder/book`; the instruments' files are shared."""
-    made = _finished()[1]
+    """Copy one on SQLite, made once a test run, to `folder/book`; the instruments' files are shared."""
+    made = made_once("whole-book", whole_book)
     shutil.copytree(made.folder, folder / "book")
     return SmallBook(folder / "book", made.instruments)
 

@@ -415,6 +415,6 @@ def run_log():
 
 
 @pytest.fixture(scope="session")
-def written(content, tmp_path_factory):
+def written(content):
     """The campaign's report, written once for all tests that look at it."""
-    return made_once(tmp_path_factory, "report", lambda folder: write_report(content, folder / "out"))
+    return made_once("report", lambda folder: write_report(content, folder / "out"))

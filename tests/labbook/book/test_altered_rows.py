@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import functools
 import random
-import shutil
 import sqlite3
 import struct
-import tempfile
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,19 +28,12 @@ from labbook.cli.common import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.journals import renumbered
 from tests.helpers.statements import in_file, note
-from tests.helpers.whole_book import whole_book
-
-
-@functools.cache
-def finished() -> tuple[tempfile.TemporaryDirectory[str], SmallBook]:
-    hold = tempfile.TemporaryDirectory(prefix="whole-book-")
-    return hold, whole_book(Path(hold.name))
+from tests.helpers.whole_book import copy_of_whole_book, whole_book
 
 
 @pytest.fixture
 def whole(tmp_path: Path) -> SmallBook:
-    shutil.copytree(finished()[1].folder, tmp_path / "book")
-    return SmallBook(tmp_path / "book", finished()[1].instruments)
+    return copy_of_whole_book(tmp_path)
 
 
 def check(book: SmallBook, *, deep: bool = False) -> Health:
