@@ -8,11 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from hypothesis import settings
 from numpy.typing import NDArray
-
-settings.register_profile("statistics", deadline=None)  # the first example of a process loads what others find loaded
-settings.load_profile("statistics")
 
 GRAVITY = 9.80665
 REST_LENGTH_M = 0.27

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stats.checks import as_sample
@@ -56,7 +56,6 @@ def test_whole_numbers_keep_their_digits_at_an_offset(kind, offset):
     )
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(NUMBERS, min_size=36, max_size=36), st.sampled_from(sorted(designs(3, 3, 2, 2))), st.booleans())
 def test_balanced_contrasts_are_differences_of_means(numbers, design, with_runs):
     condition, day, run = designs(3, 3, 2, 2)[design]

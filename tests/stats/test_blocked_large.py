@@ -58,7 +58,12 @@ def table(values: np.ndarray, run_axes: tuple[int, ...]) -> dict[str, tuple[Frac
 
 
 @pytest.mark.parametrize(
-    ("of_run", "shape"), [(False, (200, 50, 3, 2)), (True, (200, 17, 3, 4)), (True, (4, 900, 3, 2))]
+    ("of_run", "shape"),
+    [
+        (True, (200, 17, 3, 4)),
+        pytest.param(False, (200, 50, 3, 2), marks=pytest.mark.soak),
+        pytest.param(True, (4, 900, 3, 2), marks=pytest.mark.soak),
+    ],
 )
 def test_ten_thousand_runs_have_the_variances_and_the_f_of_their_sums_of_squares(of_run, shape):
     """Runs that hold every condition, runs of one condition each, and few days of very many runs."""
@@ -115,7 +120,7 @@ def variances_of(found: BlockedByDay) -> np.ndarray:
 
 
 def test_uneven_runs_have_the_criterion_and_the_means_of_matrices_day_by_day():
-    data = uneven(60, 3000)
+    data = uneven(60, 1200)
     found = blocked_by_day(*data)
     at = variances_of(found)
     criterion, means, covariance = by_matrices(data, at)

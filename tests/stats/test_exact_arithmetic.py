@@ -10,7 +10,7 @@ from itertools import combinations, pairwise
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import special
 
@@ -71,7 +71,6 @@ def same(found: object, right: Fraction | mpmath.mpf, rel: float = 1e-14) -> boo
     return found == pytest.approx(float(right), rel=rel, abs=1e-300)
 
 
-@settings(max_examples=40)
 @given(three_groups())
 def test_moments_and_series(groups):
     a = exact(groups[0])
@@ -82,7 +81,6 @@ def test_moments_and_series(groups):
     assert same(autocorrelation(groups[0]).r, products / squares(a), rel=1e-13)
 
 
-@settings(max_examples=40)
 @given(three_groups())
 def test_variances(groups):
     parts = [exact(group) for group in groups]
@@ -102,7 +100,6 @@ def test_variances(groups):
     assert same(bartlett(named).statistic, right, rel=1e-13)
 
 
-@settings(max_examples=40)
 @given(three_groups())
 def test_several_groups(groups):
     parts = [exact(group) for group in groups]
@@ -132,7 +129,6 @@ def test_several_groups(groups):
         assert same(each.t, (mean(part) - mean(parts[0])) / se)
 
 
-@settings(max_examples=40)
 @given(three_groups())
 def test_bounds_and_savings(groups):
     a, b = exact(groups[0]), exact(groups[1])
@@ -160,7 +156,6 @@ def test_bounds_and_savings(groups):
         assert saved.percent_ci == pytest.approx([float(end) for end in ends], rel=1e-12, abs=1e-20)
 
 
-@settings(max_examples=40)
 @given(OFFSETS, st.integers(0, 2**32))
 def test_days_held_fixed(offset, seed):
     """Three conditions twice on each of four days: the exact test's residual is that of an additive model."""
@@ -180,7 +175,6 @@ def test_days_held_fixed(offset, seed):
     assert same(found.f, (between / 2) / (residual / 18), rel=1e-12)
 
 
-@settings(max_examples=40)
 @given(three_groups())
 def test_errors_in_quartile_ranges(groups):
     n = min(map(len, groups))
@@ -198,7 +192,6 @@ def test_errors_in_quartile_ranges(groups):
     assert same(found.ratio, rmse / (ends[1] - ends[0]), rel=1e-13)
 
 
-@settings(max_examples=40)
 @given(st.lists(st.integers(-8, 8), min_size=8, max_size=8), st.integers(-(2**50), 2**50), st.integers(-40, 0))
 def test_permutations(numbers, offset, exponent):
     values = [math.ldexp(x + offset, exponent) for x in numbers]

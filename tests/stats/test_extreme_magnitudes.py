@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import stats
@@ -138,14 +138,12 @@ def check(call: Callable[[], Any]) -> None:
 
 
 @pytest.mark.parametrize("name", OF_GROUPS)
-@settings(max_examples=60)
 @given(THREE)
 def test_groups_of_any_magnitude_give_numbers_or_reasons(name, three):
     check(lambda: OF_GROUPS[name](three))
 
 
 @pytest.mark.parametrize("name", OF_ROWS)
-@settings(max_examples=60)
 @given(SIX)
 @example(BETWEEN_PLACES)
 def test_rows_of_any_magnitude_give_numbers_or_reasons(name, three):
@@ -174,7 +172,6 @@ OF_NUMBERS: dict[str, Callable[[float, float, float], Any]] = {
 
 
 @pytest.mark.parametrize("name", OF_NUMBERS)
-@settings(max_examples=60)
 @given(doubles(), doubles(), doubles())
 def test_numbers_of_any_magnitude_give_numbers_or_reasons(name, one, two, three):
     check(lambda: OF_NUMBERS[name](one, two, three))
@@ -229,14 +226,12 @@ ROWS_AT_LEVELS: dict[str, Callable[[Three, float, float], Any]] = {
 
 
 @pytest.mark.parametrize("name", AT_LEVELS)
-@settings(max_examples=60)
 @given(THREE, levels(), degrees_of_freedom())
 def test_groups_at_any_level_and_degrees_of_freedom_give_numbers_or_reasons(name, three, level, df):
     check(lambda: AT_LEVELS[name](three, level, df))
 
 
 @pytest.mark.parametrize("name", ROWS_AT_LEVELS)
-@settings(max_examples=60)
 @given(SIX, levels())
 def test_rows_at_any_level_give_numbers_or_reasons(name, three, level):
     check(lambda: ROWS_AT_LEVELS[name](three, level, 1.0))
@@ -260,7 +255,6 @@ POWERS: dict[str, Callable[[float, float, float, float], Any]] = {
 
 
 @pytest.mark.parametrize("name", POWERS)
-@settings(max_examples=60)
 @given(doubles(), doubles(), doubles(), levels())
 def test_powers_at_any_level_give_numbers_or_reasons(name, one, two, three, alpha):
     check(lambda: POWERS[name](one, two, three, alpha))

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -108,7 +108,7 @@ def test_jump_heights_are_right_within_their_standard_error(count: int) -> None:
 
 def test_the_simulator_s_impulse_and_height_are_found() -> None:
     """The robot lands with another leg length than it leaves with: heights from flight times are 5 % too low."""
-    scene = load_scene("force_plate").changed(effects_off=["drag"], jumps=20)
+    scene = load_scene("force_plate").changed(jumps=20)
     result = simulate(scene, trajectory=True)
     motion, body_kg, foot_kg = result.trajectory, scene["body_mass"], scene["foot_mass"]
     assert motion is not None
@@ -144,7 +144,6 @@ def test_too_few_jumps_have_no_height_from_impulse() -> None:
     assert isinstance(jump_heights(Hops(3).contacts()), Undefined)
 
 
-@settings(deadline=None, max_examples=25)
 @given(st.floats(-500.0, 500.0), st.floats(-0.2, 0.2), st.floats(0.1, 50.0), st.integers(0, 2**16))
 def test_zero_drift_and_scale_do_not_matter(offset_n: float, drift_n_s: float, scale: float, seed: int) -> None:
     hops = Hops(5, seed=seed)

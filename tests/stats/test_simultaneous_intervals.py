@@ -15,7 +15,7 @@ ALPHAS = st.floats(0.001, 0.6)
 NEAREST = 1e-9
 """Where p is alpha to so many digits, rounding may put it on either side."""
 
-EXAMPLES = settings(max_examples=15, deadline=None)
+EXAMPLES = settings(max_examples=15)
 
 
 def leaves_out_0(one: AgainstControl) -> bool:

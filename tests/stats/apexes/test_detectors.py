@@ -5,7 +5,7 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 import scipy.signal
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
@@ -272,7 +272,6 @@ def test_logs_without_a_jump_have_none(detector, height_m):
     assert len(found.with_apex) == 0
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.sampled_from([0.0, 0.1, 0.2, 0.26, 0.28, 0.3, 0.35, 0.46, 2.0, math.nan]), min_size=1, max_size=40),
     st.integers(1, 30),

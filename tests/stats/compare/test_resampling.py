@@ -9,7 +9,7 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 import scipy.stats
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.stats_evidence.weaknesses.days import TENTHS_A, TENTHS_B, by_fractions
@@ -83,7 +83,6 @@ def test_draws_are_seeded_and_near_the_count():
     st.integers(-(2**40), 2**40),
     st.integers(-500, 500),
 )
-@settings(max_examples=60, deadline=None)
 def test_shift_scale_and_order_leave_p_as_it_is(a, b, shift, exponent):
     one = permutation_test(a, b)
     other = permutation_test(

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import statsmodels.api as sm
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.vocabulary import Undefined
@@ -157,7 +157,6 @@ def test_conditions_on_their_own_days_are_compared_by_day_means():
 
 
 @given(st.integers(0, 29), st.integers(-500, 500), st.integers(-(2**20), 2**20), st.integers(0, 99))
-@settings(max_examples=25, deadline=None)
 def test_shift_scale_and_order_leave_p_as_it_is(number, exponent, shift, seed):
     rows = DATA[list(DATA)[number]]
     values = np.round(np.array([float(row["value"]) for row in rows]) * 1024.0)

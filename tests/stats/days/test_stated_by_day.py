@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import scipy.stats
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.rounding import p_text
@@ -32,7 +32,6 @@ def compared(rows: Rows) -> BlockedByDay:
     return blocked_by_day(values, names, days)
 
 
-@settings(deadline=None, max_examples=60)
 @given(designs)
 def test_the_exact_test_leads_just_where_it_is_balanced(rows: Rows) -> None:
     found = compared(rows)
@@ -42,7 +41,6 @@ def test_the_exact_test_leads_just_where_it_is_balanced(rows: Rows) -> None:
     assert balanced or isinstance(found.exact, Undefined) or not isinstance(found.mixed.f, Undefined)
 
 
-@settings(deadline=None, max_examples=60)
 @given(designs)
 def test_f_and_p_are_those_of_the_sentence(rows: Rows) -> None:
     """The fields were the mixed model's where the sentence began with the exact test."""

@@ -3,7 +3,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stats.exact.error_free import exact_root, exact_sum, ordered_two_sum, scaled, shortened, two_product, two_sum
@@ -12,7 +12,6 @@ FINITE = st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=0, 
 FACTORS = st.floats(-1e100, 1e100).filter(lambda x: x == 0.0 or abs(x) > 1e-100)
 
 
-@settings(deadline=None)
 @given(FINITE)
 def test_sums_have_no_error(numbers):
     assert exact_sum(np.array(numbers, dtype=np.float64)) == sum(map(Fraction, numbers), Fraction(0))
@@ -28,7 +27,6 @@ def test_sums_of_many_values_that_cancel():
     assert exact_sum(np.full(7, 5e-324)) == 7 * Fraction(5e-324)
 
 
-@settings(deadline=None)
 @given(st.floats(-1e300, 1e300), st.floats(-1e300, 1e300))
 def test_a_sum_and_its_error(a, b):
     total, error = two_sum(np.array([a]), b)
@@ -38,7 +36,6 @@ def test_a_sum_and_its_error(a, b):
     assert Fraction(float(total[0])) + Fraction(float(error[0])) == Fraction(a) + Fraction(b)
 
 
-@settings(deadline=None)
 @given(FACTORS, FACTORS)
 def test_a_product_and_its_error(a, b):
     for one, two in ((a, b), (a, a)):

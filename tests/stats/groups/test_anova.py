@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.stats
 import statsmodels.api as sm
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
@@ -151,7 +151,6 @@ def test_shares_of_variance_and_their_interval():
 @given(
     st.lists(st.lists(st.floats(-5.0, 5.0).map(lambda x: round(x, 2)), min_size=2, max_size=6), min_size=2, max_size=4)
 )
-@settings(max_examples=60, deadline=None)
 def test_the_estimate_of_the_share_lies_in_its_interval(anova, level, groups):
     """F below 1 gives 0, as effectsize shows it; a negative share once stood beside an interval that begins at 0."""
     found = anova(groups, level=level)

@@ -134,7 +134,7 @@ def test_wrong_input():
     assert "more than one value" in dunnett([1.0], {"a": [2.0]}).comparisons[0].p.reason
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     st.lists(st.lists(st.integers(-99, 99), min_size=2, max_size=5, unique=True), min_size=3, max_size=3),
     st.integers(-(2**40), 2**40),

@@ -55,7 +55,7 @@ def test_conditions_with_days_of_their_own_leave_what_is_within_days():
         additive_residuals([1.0, 3.0, 7.0, 8.0], ["a", "a", "b", "b"], ["1", "1", "2"])
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(1, 60))
 def test_expected_values_are_the_medians_of_order_statistics(n):
     found = normal_quantiles(residuals_of_groups({"a": [0.0] * n, "b": [-1.0, 1.0]}))

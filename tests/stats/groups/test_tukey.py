@@ -129,7 +129,7 @@ def test_wrong_input():
     assert compare_all_pairs({"a": [1.0], "b": [1.0, 2.0, 4.0]}).pairs[0].df == 2.0
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     st.lists(st.lists(st.integers(-99, 99), min_size=2, max_size=5, unique=True), min_size=3, max_size=3),
     st.integers(-(2**40), 2**40),
