@@ -123,6 +123,7 @@ def test_an_apex_within_the_landing_is_one() -> None:
     assert jump.apex_height_m == pytest.approx(jump.liftoff_body_height_m, rel=1e-7)
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("accuracy", [1e-5, 1e-7, 1e-9])
 def test_heat_in_flight_is_as_accurate_as_all_else_where_the_leg_passes_straight(accuracy: float) -> None:
     """An undamped leg rings in flight; where it passes straight the lever is 0, and the heating turns sharply."""
@@ -133,6 +134,7 @@ def test_heat_in_flight_is_as_accurate_as_all_else_where_the_leg_passes_straight
     assert found.jump_heat_J == pytest.approx(finest.jump_heat_J, rel=accuracy)
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("k_compression", [2500.0, 1e4, 1e5])
 def test_a_body_held_between_two_gains_never_lifts_off(k_compression: float) -> None:
     """Without a clock an unlatched controller whose extension is too weak switches without end, and the body stands."""

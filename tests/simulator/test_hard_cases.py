@@ -81,6 +81,7 @@ def test_creeping_takes_the_place_of_ringing_that_the_accuracy_does_not_see() ->
     assert crept.cost_J == pytest.approx(rung.cost_J, rel=4e-5)
 
 
+@pytest.mark.soak
 def test_a_creeping_foot_settles_where_the_body_held_back_by_its_rail_lets_the_force_rise_no_more() -> None:
     scene = load_scene("sim2").changed(
         {"kg_scale": 1e8, "initial_velocity": 0.0, "rail_friction_force": 9.0}, ("rail_friction",)

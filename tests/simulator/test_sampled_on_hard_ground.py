@@ -44,6 +44,7 @@ def test_the_leg_decides_in_flight_too() -> None:
     assert sampled.stance_heat_J == pytest.approx(continuous.stance_heat_J, rel=4e-4)
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize("gain", [300, 400, 600])
 def test_a_force_held_between_ticks_makes_no_jump_that_is_none(gain: float) -> None:
     """A held force that pulls at lift-off once gave contacts of a microsecond, each counted as a jump."""

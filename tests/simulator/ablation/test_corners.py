@@ -14,6 +14,7 @@ from simulator.sweep.words import axes_of
 FULL = load_scene("sim2")
 CHOSEN = FULL.changed(effects_off=["added_mass"])
 ACCURACY = 1e-6
+pytestmark = pytest.mark.soak  # two kernels of their own; tests/cli/test_sim_effects.py looks at corners without any
 
 
 def test_every_corner_is_what_two_simulations_give() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from itertools import chain, combinations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulator.ablation.leaving_out import LeavingOut, refusal
@@ -45,7 +45,6 @@ def shares(lowest: float) -> st.SearchStrategy[dict[str, float]]:
     return st.fixed_dictionaries({name: st.floats(lowest, 0.02) for name in REMOVABLE})
 
 
-@settings(max_examples=25, deadline=None)
 @given(shares(0.0))
 def test_of_effects_that_do_not_cancel_the_fewest_remain(worths: dict[str, float]) -> None:
     scene = adding_up(PLATE, worths)
@@ -57,7 +56,6 @@ def test_of_effects_that_do_not_cancel_the_fewest_remain(worths: dict[str, float
     assert found.left_out.difference.largest <= least + 1e-12
 
 
-@settings(max_examples=25, deadline=None)
 @given(shares(-0.02))
 def test_what_is_found_stays_within_and_none_further_can_go(worths: dict[str, float]) -> None:
     scene = adding_up(PLATE, worths)
@@ -74,7 +72,6 @@ def test_what_is_found_stays_within_and_none_further_can_go(worths: dict[str, fl
     )
 
 
-@settings(max_examples=25, deadline=None)
 @given(shares(-0.02), st.sets(st.sampled_from(REMOVABLE)).map(frozenset))
 def test_what_is_kept_stays(worths: dict[str, float], kept: frozenset[str]) -> None:
     found = searched(adding_up(PLATE, {**worths, **dict.fromkeys(kept, 0.0)}, kept))

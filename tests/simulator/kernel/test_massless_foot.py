@@ -55,6 +55,7 @@ def test_a_heavy_foot_does_not_follow_however_damped_its_leg() -> None:
     assert abs(jump.energy_residual_J) < 1e-6 * (abs(jump.leg_work_J) + jump.ground_loss_J)
 
 
+@pytest.mark.soak
 def test_the_friction_of_the_rail_counts_in_how_a_following_foot_slows_down() -> None:
     values = {"foot_mass": 2e-6, "k_extension": 12900.0, "b_compression": 5060.0, "initial_velocity": -1.382}
     values |= {"platform_travel": 0.01263, "rail_friction_force": 747.1}

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulator.declared import all_parameters
@@ -89,7 +89,6 @@ def assert_walks_the_graph(scene: Scene, jump: JumpResult, edges: set[tuple[str,
 
 @pytest.mark.parametrize("name", EDGES)
 def test_only_edges_of_the_graph_are_taken(name: str) -> None:
-    @settings(max_examples=40, deadline=None)
     @given(near(name))
     def walks(values: dict[str, float]) -> None:
         scene = scene_or_sentence(CASES[name].changed, values, jumps=min(CASES[name].jumps, 3))

@@ -48,6 +48,7 @@ def test_a_robot_dropped_from_higher_goes_on_jumping_higher(gain: float, changed
     assert low[1].min_leg_length_m > guard_m >= high[1].min_leg_length_m
 
 
+@pytest.mark.soak
 @pytest.mark.parametrize(("gain", "changed"), BISTABLE)
 def test_without_the_guard_there_is_no_higher_branch(gain: float, changed: Mapping[str, float]) -> None:
     values = {"k_extension": stiffness_n_m(gain), "initial_height": 0.45, **changed}
