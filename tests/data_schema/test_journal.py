@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 import sqlalchemy as sa
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema import journal
@@ -45,7 +45,6 @@ SAID = st.fixed_dictionaries(
         "origin": st.none() | st.fixed_dictionaries({"seq": st.integers(1, 99), "hash": TEXT}),
     }
 )
-FEW = settings(max_examples=40)  # each writes and reads files
 CHAINS = st.lists(SAID, min_size=2, max_size=6).map(chain)
 
 
@@ -80,7 +79,6 @@ def test_lines_that_earlier_labbooks_wrote_are_valid_byte_for_byte(tmp_path: Pat
     assert '"origin"' not in path.read_text()
 
 
-@FEW
 @given(CHAINS)
 def test_entries_come_back_from_the_file(mirror: JournalFile, entries: list[Entry]) -> None:
     written(mirror, entries[:1])
@@ -119,7 +117,6 @@ def test_canonical_text_knows_no_nan() -> None:
 # --- the chain
 
 
-@FEW
 @given(CHAINS, st.data())
 def test_a_changed_byte_is_seen(mirror: JournalFile, entries: list[Entry], data: st.DataObject) -> None:
     content = bytearray(written(mirror, entries))
@@ -130,7 +127,6 @@ def test_a_changed_byte_is_seen(mirror: JournalFile, entries: list[Entry], data:
         list(mirror.entries())
 
 
-@FEW
 @given(CHAINS, st.data())
 def test_a_removed_line_is_seen(mirror: JournalFile, entries: list[Entry], data: st.DataObject) -> None:
     lines = written(mirror, entries).splitlines(keepends=True)
@@ -140,7 +136,6 @@ def test_a_removed_line_is_seen(mirror: JournalFile, entries: list[Entry], data:
         list(mirror.entries())
 
 
-@FEW
 @given(CHAINS, st.data())
 def test_swapped_lines_are_seen(mirror: JournalFile, entries: list[Entry], data: st.DataObject) -> None:
     lines = written(mirror, entries).splitlines(keepends=True)
@@ -151,7 +146,6 @@ def test_swapped_lines_are_seen(mirror: JournalFile, entries: list[Entry], data:
         list(mirror.entries())
 
 
-@FEW
 @given(CHAINS, st.data())
 def test_a_line_forged_with_its_own_hash_is_seen_by_the_next(entries: list[Entry], data: st.DataObject) -> None:
     place = data.draw(st.integers(0, len(entries) - 2), "line")
@@ -207,7 +201,6 @@ def test_placed_entries_follow_each_other_and_part_into_their_commands(said: lis
     assert [one.following for one in made[0]] == list(range(len(made[0])))[::-1]
 
 
-@FEW
 @given(COMMANDS, st.data())
 def test_of_a_command_that_was_cut_off_anywhere_nothing_counts(
     mirror: JournalFile, said: list[list[dict[str, Any]]], data: st.DataObject
@@ -238,7 +231,6 @@ def test_a_command_of_many_entries_is_there_whole_or_not_at_all_at_every_byte(mi
         assert list(mirror.entries()) == there + said
 
 
-@FEW
 @given(COMMANDS)
 def test_a_journal_that_lacks_only_its_last_newline_lacks_nothing(
     mirror: JournalFile, said: list[list[dict[str, Any]]]
@@ -323,7 +315,6 @@ def test_a_command_that_lost_an_entry_in_the_middle_of_the_journal_is_seen() -> 
 # --- the file
 
 
-@FEW
 @given(CHAINS, st.data())
 def test_a_cut_off_last_line_does_not_count_and_is_written_again(
     mirror: JournalFile, entries: list[Entry], data: st.DataObject

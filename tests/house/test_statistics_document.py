@@ -33,6 +33,7 @@ def number(digits: str) -> float:
     return 0.0 if digits == "none" else float(digits)
 
 
+@pytest.mark.soak
 @pytest.mark.skipif(importlib.util.find_spec("pingouin") is None, reason="comparing with pingouin needs it")
 def test_the_digits_come_out_as_they_are_written() -> None:
     of_labbook = Counter[str]()

@@ -96,6 +96,7 @@ def test_every_refusal_is_on_the_page_and_exists() -> None:
     assert {rule for rule in said if f'"{rule}"' not in code} == set()
 
 
+@pytest.mark.soak
 def test_the_plug_in_of_the_page_is_installed_and_reads(tmp_path: Path) -> None:
     (project,) = (block for block in blocks("toml") if "entry-points" in block)
     (code,) = blocks("python")

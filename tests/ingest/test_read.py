@@ -7,7 +7,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import LabbookError, UsageError
@@ -151,7 +151,6 @@ DECLARED = st.sampled_from(
 )
 
 
-@settings(max_examples=150, deadline=None)
 @given(st.binary(max_size=3000), DECLARED)
 def test_any_bytes_give_a_result_or_a_labbook_error(data: bytes, declared: Declarations) -> None:
     with contextlib.suppress(LabbookError):
@@ -173,7 +172,6 @@ TOKENS = st.sampled_from(
 )
 
 
-@settings(max_examples=200, deadline=None)
 @given(
     st.sampled_from(SEEDS),
     st.lists(st.tuples(st.floats(0, 1), st.integers(0, 60), TOKENS), max_size=8),

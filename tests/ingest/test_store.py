@@ -35,7 +35,7 @@ def encodings(path: Path) -> dict[str, set[str]]:
 
 
 @given(columns=st.integers(0, 200).flatmap(lambda n: st.lists(arrays(np.float64, n), min_size=1, max_size=4)))
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_samples_come_back_bit_by_bit(tmp_path: Path, columns: list[FloatArray]) -> None:
     store, kept = Store(tmp_path), part(*columns)
     sha256, path = store.put_signal(kept)

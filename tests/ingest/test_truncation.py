@@ -76,7 +76,7 @@ def edited(whole: bytes, edits: list[tuple[float, int, bytes]]) -> bytes:
 
 
 @pytest.mark.parametrize("name", GOOD_FILES)
-@settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(edits=EDITS)
 @example(edits=[(0.25, 26, b'"'), (0.13352092079026615, 2, b'"')])  # a quote that spans lines, an IndexError once
 def test_any_damage_ends_in_sentences(name: str, edits: list[tuple[float, int, bytes]]) -> None:
@@ -85,13 +85,13 @@ def test_any_damage_ends_in_sentences(name: str, edits: list[tuple[float, int, b
 
 @pytest.mark.soak
 @pytest.mark.parametrize("name", GOOD_FILES)
-@settings(max_examples=3000, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=3000, suppress_health_check=list(HealthCheck))
 @given(edits=EDITS)
 def test_any_damage_ends_in_sentences_at_length(name: str, edits: list[tuple[float, int, bytes]]) -> None:
     read(edited(GOOD_FILES[name](), edits), name)
 
 
-@settings(max_examples=150, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=150, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(
     st.one_of(st.binary(max_size=300), st.text(alphabet='0123456789.,;:-+eE\t\n\r "#$/', max_size=300).map(str.encode))
 )

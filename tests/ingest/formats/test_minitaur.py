@@ -6,7 +6,7 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
@@ -92,7 +92,6 @@ LAYOUTS = {"old": (old_header(), old_records(times_ms(300))), "new": (NEW_HEADER
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
-@settings(deadline=None, max_examples=25)
 @given(st.integers(5, 290), st.integers(0, 80), st.integers(1, 120))
 def test_lost_bytes_cost_the_records_they_cut_and_are_said(layout: str, record: int, place: int, n_bytes: int) -> None:
     header, records = LAYOUTS[layout]

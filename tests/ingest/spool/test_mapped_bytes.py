@@ -24,7 +24,11 @@ from tests.ingest.test_bad_text import TEXT
 from tests.ingest.test_bad_time import TIME
 from tests.ingest.test_bad_values import VALUES
 
-CASES = [case for case in [*BYTES, *TEXT, *TIME, *VALUES] if case.data]
+CASES = [
+    pytest.param(case, marks=pytest.mark.soak if place % 4 else ())
+    for place, case in enumerate(case for case in [*BYTES, *TEXT, *TIME, *VALUES] if case.data)
+]
+"""Every fourth in a normal run."""
 
 
 @pytest.fixture(autouse=True)

@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import pyarrow as pa
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ingest.model import Declarations, SignalPart
@@ -45,7 +45,6 @@ def same(first: SignalPart, second: SignalPart) -> bool:
     )
 
 
-@settings(max_examples=120, deadline=None)
 @given(st.lists(st.tuples(NUMBERS, NUMBERS), min_size=5, max_size=40), DECIMAL_SIGNS)
 def test_fast_and_slow_route_give_identical_values(cells: list[tuple[str, str]], signs: tuple[str, str]) -> None:
     delimiter, decimal = signs

@@ -6,7 +6,7 @@ from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
@@ -103,7 +103,6 @@ def test_a_time_that_does_not_exist_is_left_out_alone() -> None:
     assert "time_missing" in rules(result)
 
 
-@settings(max_examples=60, deadline=None)
 @given(moment=st.datetimes(day("2000-01-01"), day("2099-01-01")), order=st.sampled_from(DATE_FORMATS))
 def test_what_strftime_writes_is_read_back(moment: datetime, order: str) -> None:
     moment = moment.replace(microsecond=0)
@@ -113,7 +112,6 @@ def test_what_strftime_writes_is_read_back(moment: datetime, order: str) -> None
         assert iso_text(written, order) == moment.isoformat()
 
 
-@settings(max_examples=30, deadline=None)
 @given(start=st.datetimes(day("2021-01-01"), day("2022-01-01")), step_s=st.integers(1, 900))
 def test_a_declared_order_gives_the_axis_of_iso_texts(start: datetime, step_s: int) -> None:
     moments = [start.replace(microsecond=0) + timedelta(seconds=k * step_s) for k in range(6)]

@@ -258,9 +258,8 @@ def test_any_order_of_statements() -> None:
     run_state_machine_as_test(
         Statements,
         settings=settings(
-            max_examples=9,
-            stateful_step_count=15,
-            deadline=None,
+            max_examples=5,
+            stateful_step_count=12,
             derandomize=True,
             phases=PHASES,
             suppress_health_check=CHECKS,
@@ -272,7 +271,5 @@ def test_any_order_of_statements() -> None:
 def test_any_order_of_many_statements() -> None:
     run_state_machine_as_test(
         Statements,
-        settings=settings(
-            max_examples=300, stateful_step_count=30, deadline=None, phases=PHASES, suppress_health_check=CHECKS
-        ),
+        settings=settings(max_examples=300, stateful_step_count=30, phases=PHASES, suppress_health_check=CHECKS),
     )

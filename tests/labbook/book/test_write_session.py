@@ -30,7 +30,7 @@ from tests.helpers.folders import contents
 from tests.helpers.journals import entry
 from tests.helpers.statements import in_file, in_table, note, notes, said_alike
 
-SIMPLE = settings(deadline=None, max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
+SIMPLE = settings(max_examples=12, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def refused(book: Book, kind: type[LabbookError], says: str, state: Callable[[WriteSession], object]) -> None:

@@ -7,7 +7,7 @@ import re
 import tomllib
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UsageError
@@ -15,8 +15,6 @@ from data_schema.vocabulary import FactorKind, StudyKind
 from ingest.model import DEFAULT_LIMITS, Limits
 from labbook.config.model import Detector, GainSettings, ProfileColumn
 from labbook.config.parsing import parse_configuration, template
-
-unhurried = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines differ in speed
 
 SAMPLE = r"""
 [study]
@@ -328,7 +326,6 @@ def test_every_example_in_the_template_is_right() -> None:
 plain = st.text("aZ ø砂\"'\\#=[]{}\x7f\t\n", min_size=1, max_size=12)
 
 
-@unhurried
 @given(plain, plain)
 def test_any_name_survives_the_template(name: str, person: str) -> None:
     if person != person.strip() or re.search(r"[\x00-\x1f\x7f]", person):

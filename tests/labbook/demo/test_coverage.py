@@ -1,4 +1,4 @@
-"""Over 200 campaigns, from arrays: do the intervals cover the truth as often as they claim?
+"""Over 100 campaigns, or 200 in a soak, from arrays: do the intervals cover the truth as often as they claim?
 
 Every quantity's count of covering intervals must lie in the 99 % binomial band, save for the few of many that a 1 %
 rate explains; and the mean coverage of a kind of quantity must agree with 95 % within its 99 % interval over seeds
@@ -6,6 +6,7 @@ rate explains; and the mean coverage of a kind of quantity must agree with 95 % 
 """
 
 from collections import defaultdict
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,8 +22,8 @@ from stats.compare.savings import percent_savings
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
+from tests.helpers.once import made_once
 
-SEEDS = range(200)
 LEVEL = 0.95
 RESOLUTION_MAH = 1.0
 
@@ -93,11 +94,15 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
     return covered
 
 
-@pytest.fixture(scope="module")
-def coverage() -> dict[str, NDArray[np.bool_]]:
+@pytest.fixture(scope="module", params=[100, pytest.param(200, marks=pytest.mark.soak)])
+def coverage(request: pytest.FixtureRequest) -> dict[str, NDArray[np.bool_]]:
     """By kind of quantity: arrays of shape (seeds, quantities)."""
-    campaigns = [coverage_of(seed) for seed in SEEDS]
-    return {kind: np.array([covered[kind] for covered in campaigns]) for kind in campaigns[0]}
+
+    def simulated(_folder: Path) -> dict[str, NDArray[np.bool_]]:
+        campaigns = [coverage_of(seed) for seed in range(request.param)]
+        return {kind: np.array([covered[kind] for covered in campaigns]) for kind in campaigns[0]}
+
+    return made_once(f"coverage-{request.param}", simulated)
 
 
 KINDS = {
@@ -113,9 +118,10 @@ KINDS = {
 def test_each_interval_covers_within_the_99_percent_binomial_band(
     coverage: dict[str, NDArray[np.bool_]], kind: str
 ) -> None:
+    seeds, quantities = coverage[kind].shape
+    assert quantities == KINDS[kind]
     counts = coverage[kind].sum(axis=0)
-    assert counts.shape == (KINDS[kind],)
-    low, high = reference.binom.interval(0.99, len(SEEDS), LEVEL)
+    low, high = reference.binom.interval(0.99, seeds, LEVEL)
     outside = np.count_nonzero((counts < low) | (counts > high))
     assert outside <= reference.binom.ppf(0.99, counts.size, 0.01), counts.tolist()
 
@@ -123,5 +129,5 @@ def test_each_interval_covers_within_the_99_percent_binomial_band(
 @pytest.mark.parametrize("kind", KINDS)
 def test_mean_coverage_of_a_kind_is_the_level(coverage: dict[str, NDArray[np.bool_]], kind: str) -> None:
     by_seed = coverage[kind].mean(axis=1)
-    margin = reference.norm.ppf(0.995) * by_seed.std(ddof=1) / len(SEEDS) ** 0.5
+    margin = reference.norm.ppf(0.995) * by_seed.std(ddof=1) / len(by_seed) ** 0.5
     assert abs(by_seed.mean() - LEVEL) < margin, by_seed.mean()

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UsageError
@@ -28,7 +28,6 @@ def phases(hop: Hop) -> dict[str, tuple[float, float]]:
     }
 
 
-@settings(deadline=None)
 @given(hops)
 def test_ballistic_phases_are_exact_parabolas(hop: Hop) -> None:
     g = STANDARD_GRAVITY_M_S2
@@ -45,7 +44,6 @@ def test_ballistic_phases_are_exact_parabolas(hop: Hop) -> None:
     )
 
 
-@settings(deadline=None)
 @given(hops)
 def test_apex_is_the_highest_point_after_lift_off(hop: Hop) -> None:
     time_s = np.sort(np.append(np.linspace(hop.switch_s, hop.landing_s, 500), hop.apex_s))
@@ -56,7 +54,6 @@ def test_apex_is_the_highest_point_after_lift_off(hop: Hop) -> None:
     assert motion.body_velocity_m_s[top] == 0.0
 
 
-@settings(deadline=None)
 @given(hops)
 def test_height_velocity_and_leg_are_continuous(hop: Hop) -> None:
     for edge_s in (hop.touchdown_s, hop.switch_s, hop.lift_off_s):
@@ -68,7 +65,6 @@ def test_height_velocity_and_leg_are_continuous(hop: Hop) -> None:
             assert abs(np.diff(around.leg_velocity_m_s)[0]) < 1e-4
 
 
-@settings(deadline=None)
 @given(hops)
 def test_velocities_are_the_derivatives(hop: Hop) -> None:
     step_s = 1e-6
@@ -84,7 +80,6 @@ def test_velocities_are_the_derivatives(hop: Hop) -> None:
             np.testing.assert_allclose(slope, getattr(at, rate), atol=2e-3)
 
 
-@settings(deadline=None)
 @given(hops)
 def test_controller_switches_where_the_leg_stops_shortening(hop: Hop) -> None:
     compression_s = np.linspace(hop.touchdown_s, hop.switch_s, 60)[1:-1]

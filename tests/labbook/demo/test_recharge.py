@@ -1,12 +1,11 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from labbook.demo.recharge import recharge_course
 
 
-@settings(deadline=None)
 @given(st.integers(1, 500), st.integers(0, 100))
 def test_counter_ends_at_the_charge_and_agrees_with_the_current(charge_mah: int, seed: int) -> None:
     course = recharge_course(seed, charge_mah, 15.4)

@@ -2,7 +2,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UsageError
@@ -15,7 +15,6 @@ def conditions(day: Day) -> list[Condition]:
     return [slot.condition for slot in day.slots if slot.kind is RunKind.JUMPS and slot.condition is not None]
 
 
-@settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32), st.integers(2, 12))
 def test_every_day_has_its_controls_and_every_condition_its_runs(seed: int, runs: int) -> None:
     days = draw_calendar(np.random.default_rng(seed), CHAPTER_5, runs, 30)

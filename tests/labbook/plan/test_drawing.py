@@ -7,14 +7,12 @@ from collections import Counter
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UnknownName, UsageError
 from data_schema.vocabulary import PlanMethod, RunKind
 from labbook.plan.drawing import Plan, PlanFactor, PlannedRun, draw_plan
-
-unhurried = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines differ in speed
 
 CHAPTER_5 = (
     PlanFactor("foot", ("small", "large")),
@@ -67,7 +65,6 @@ def is_control(run: PlannedRun, plan: Plan) -> bool:
     return treatment is not None and dict(run.condition or ()).get(treatment.name) == treatment.control
 
 
-@unhurried
 @given(requests())
 def test_every_condition_reaches_its_number_and_only_controls_exceed_it(request: dict[str, Any]) -> None:
     plan = draw_plan(**request)
@@ -92,7 +89,6 @@ def test_every_condition_reaches_its_number_and_only_controls_exceed_it(request:
     assert idle == Counter(60.0 * minutes for minutes in request["idle_minutes"])
 
 
-@unhurried
 @given(requests(treated=True))
 def test_every_day_has_a_control_of_each_group_in_it(request: dict[str, Any]) -> None:
     plan = draw_plan(**request)
@@ -101,7 +97,6 @@ def test_every_day_has_a_control_of_each_group_in_it(request: dict[str, Any]) ->
         assert {group_of(run, plan) for run in jumps} == {group_of(run, plan) for run in jumps if is_control(run, plan)}
 
 
-@unhurried
 @given(requests())
 def test_days_are_full_but_never_too_full(request: dict[str, Any]) -> None:
     plan = draw_plan(**request)
@@ -111,7 +106,6 @@ def test_days_are_full_but_never_too_full(request: dict[str, Any]) -> None:
     assert lengths[-1] >= 1
 
 
-@unhurried
 @given(requests())
 def test_positions_count_without_holes(request: dict[str, Any]) -> None:
     plan = draw_plan(**request)
@@ -125,13 +119,11 @@ def test_positions_count_without_holes(request: dict[str, Any]) -> None:
             assert run.duration_s == request["run_duration_s"]
 
 
-@unhurried
 @given(requests())
 def test_the_same_seed_gives_the_same_plan(request: dict[str, Any]) -> None:
     assert draw_plan(**request) == draw_plan(**request)
 
 
-@unhurried
 @given(requests())
 def test_blocked_keeps_each_group_together_in_the_day_and_in_the_plan(request: dict[str, Any]) -> None:
     plan = draw_plan(**{**request, "method": PlanMethod.BLOCKED})

@@ -6,7 +6,7 @@ import datetime
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused
@@ -14,8 +14,6 @@ from data_schema.vocabulary import RunKind
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet_reader import RunSheetRefused, RunSheetRow, read_run_sheet
 from labbook.plan.sheet_times import SheetQuestion
-
-unhurried = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])  # machines differ in speed
 
 FACTORS = (PlanFactor("foot", ("small", "large")), PlanFactor("k_gain", ("300", "62.5"), control="300"))
 HEADER = "run,date,position,kind,foot,k_gain,battery,robot,started,duration_s,jumps_made,starts,note"
@@ -216,7 +214,6 @@ def test_what_is_no_table_is_refused(text: str, words: str) -> None:
         read_run_sheet(text, FACTORS, source="runs.csv")
 
 
-@unhurried
 @given(st.text(HEADER + '\n";\t0123r\x00\u2028', max_size=80))
 def test_any_text_is_read_or_refused(text: str) -> None:
     for sheet in (text, f"{HEADER}\n{text}"):

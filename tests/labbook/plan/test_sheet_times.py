@@ -6,7 +6,7 @@ import datetime
 from zoneinfo import ZoneInfo
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from labbook.plan.sheet_times import FIRST, SECOND, SheetQuestion, read_clock, to_utc
@@ -39,7 +39,6 @@ def test_a_time_that_clocks_repeat_or_skip_is_asked_about(
         assert to_utc(date, HALF_PAST_TWO, BERLIN, known_utc=instant) == instant
 
 
-@settings(deadline=None)
 @given(
     st.integers(631_152_000, 2_051_222_400),
     st.sampled_from(["Europe/Berlin", "Africa/Johannesburg", "America/New_York", "Australia/Lord_Howe", "UTC"]),

@@ -5,7 +5,7 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
@@ -144,7 +144,6 @@ def test_the_same_estimation_gives_the_same_bytes(two, five):
         assert svg_bytes(draw_estimation(each)) == svg_bytes(draw_estimation(each))
 
 
-@settings(deadline=None, max_examples=60)
 @given(st.lists(st.floats(0, 20).map(lambda x: round(x, 1)), min_size=1, max_size=17))
 def test_no_point_of_a_swarm_covers_another(values):
     axes = Figure(figsize=(3.5, 4)).add_subplot()

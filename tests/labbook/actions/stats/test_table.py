@@ -6,7 +6,7 @@ from decimal import Decimal
 
 import pytest
 import sqlalchemy as sa
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UnknownName
@@ -19,7 +19,6 @@ NUMBERS = st.decimals(-(10**9), 10**9, places=4) | st.decimals(-1, 1, places=2)
 SEPARATORS = st.sampled_from([",", ";", "\t", "|"])
 
 
-@settings(deadline=None, max_examples=80)
 @given(
     st.lists(NUMBERS | st.none(), min_size=1, max_size=12), SEPARATORS, st.booleans(), st.sampled_from(["\n", "\r\n"])
 )
@@ -122,7 +121,6 @@ CONDITIONS = st.recursive(
 )
 
 
-@settings(deadline=None, max_examples=150)
 @given(ROWS, CONDITIONS)
 def test_conditions_choose_the_rows_that_a_database_chooses(rows: list[tuple[str, str]], condition: str) -> None:
     """The same words mean the same on a table and on a book's runs, empty cells included."""

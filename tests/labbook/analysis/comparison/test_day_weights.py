@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -54,7 +54,6 @@ def generalised(rows: Rows, found: BlockedByDay) -> NDArray[np.float64]:
     return np.asarray(np.linalg.solve(weighed @ design, weighed))
 
 
-@settings(deadline=None, max_examples=60)
 @given(designs)
 def test_the_weights_are_those_of_the_difference_that_is_stated(rows: Rows) -> None:
     found = compared(rows)
@@ -68,7 +67,6 @@ def test_the_weights_are_those_of_the_difference_that_is_stated(rows: Rows) -> N
         assert sum(weights) == pytest.approx(0.0, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=60)
 @given(designs, st.lists(st.floats(-2.0, 2.0), min_size=24, max_size=24))
 def test_the_error_is_the_same_sum_of_the_values_errors_for_every_contrast(rows: Rows, sizes: Sequence[float]) -> None:
     found = compared(rows)
@@ -86,7 +84,6 @@ def test_the_error_is_the_same_sum_of_the_values_errors_for_every_contrast(rows:
         assert (with_error.t, with_error.df, with_error.p) == (alone.t, alone.df, alone.p)
 
 
-@settings(deadline=None, max_examples=40)
 @given(designs, st.lists(st.floats(-2.0, 2.0).map(lambda x: round(x, 2)), min_size=24, max_size=24))
 def test_the_error_of_day_means_is_what_it_does_to_their_difference(rows: Rows, sizes: Sequence[float]) -> None:
     names, days, values = zip(*rows, strict=True)

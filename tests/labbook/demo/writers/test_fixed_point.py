@@ -1,12 +1,11 @@
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from labbook.demo.writers.fixed_point import delimited
 
 
-@settings(deadline=None)
 @given(
     hnp.arrays(np.float64, st.integers(1, 20), elements=st.floats(-999_999, 999_999, width=64)),
     st.integers(1, 6),

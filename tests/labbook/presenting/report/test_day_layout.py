@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from benchmarks.stats_evidence.sizes.record import every_rate
@@ -60,7 +60,6 @@ def excess(a: Counter[str], b: Counter[str]) -> float:
     return float(weights @ covariance @ weights) / expected
 
 
-@settings(deadline=None)
 @given(counts, counts)
 def test_a_design_looked_up_exceeds_as_much_what_is_expected_or_is_the_worst_on_record(
     a: list[int], b: list[int]
