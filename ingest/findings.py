@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from data_schema.vocabulary import Severity
-from ingest.explanation import TableUse
-from ingest.model import Finding
+from ingest.model import Finding, TableUse
 
 NOTE, ROW, FILE = Severity.NOTE, Severity.ROW, Severity.FILE
 

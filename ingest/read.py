@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from data_schema.errors import unknown_name
-from ingest.explanation import Candidate, Explanation
 from ingest.findings import FILE, FindingCollector
-from ingest.formats import plugins
-from ingest.formats.format import UNKNOWN, Format, Recognition
-from ingest.formats.head import Head, sniff
-from ingest.model import Declarations, ReadFile, Reading
-from ingest.tables.second_header import SecondHeader
+from ingest.formats import registry
+from ingest.formats.format import UNKNOWN, Format, Head, Recognition, sniff
+from ingest.model import Candidate, Declarations, Explanation, ReadFile, Reading
+from ingest.tables.header_lines import SecondHeader
 from ingest.text.cells import GROUPED
 
 MOST_REJECTED = 0.01
@@ -34,7 +32,7 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
             _report_unknown(head, findings)
     else:
         try:
-            reading = plugins.reading(chosen, head, findings)
+            reading = registry.reading(chosen, head, findings)
         except SecondHeader as found:
             reading = Reading()
             message = "Another header stands inside the data: export one table a file."
@@ -87,14 +85,14 @@ def _candidates(head: Head, findings: FindingCollector) -> list[tuple[Format, Re
     """Return the formats that recognise the file, the one with the highest score first."""
     found = [
         (format_, seen)
-        for format_ in plugins.all_formats()
-        if (seen := plugins.recognition(format_, head, findings)) is not None
+        for format_ in registry.all_formats()
+        if (seen := registry.recognition(format_, head, findings)) is not None
     ]
     return sorted(found, key=lambda each: -each[1].score)
 
 
 def _named(name: str) -> Format:
-    by_name = {format_.name: format_ for format_ in plugins.all_formats()}
+    by_name = {format_.name: format_ for format_ in registry.all_formats()}
     if name not in by_name:
         raise unknown_name("format", name, by_name, "`labbook formats` lists all.")
     return by_name[name]

@@ -12,8 +12,7 @@ import pyarrow.parquet as pq
 
 from data_schema.errors import BookDamaged
 from ingest.model import ChannelData, SignalPart
-from ingest.spool.columns import let_go, row_blocks
-from ingest.tables.arrow_columns import to_arrow, to_numpy
+from ingest.spool import let_go, row_blocks, to_arrow, to_numpy
 
 _PICKED = 1 << 12
 _GROUP_ROWS = 1 << 20

@@ -4,27 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from data_schema.vocabulary import FileRole
-from ingest.channels.axes import turn_axes
 from ingest.channels.checks import held_rows, note_missing, note_still_channels, out_of_range
-from ingest.channels.columns import ColumnPlan, Plan, plan_columns
-from ingest.channels.declared import note_absent
-from ingest.channels.forces import check_plates, note_assumed_signs, orient
+from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns
+from ingest.channels.forces import check_plates, note_assumed_signs, orient, turn_axes
+from ingest.channels.names import UNIT_OF_NAME, is_cop, normal_unit, parse_header, squash
 from ingest.channels.robot_facts import check_robot
-from ingest.channels.synonyms import is_cop
-from ingest.explaining import table_use
+from ingest.declared import declared_columns, note_absent, with_profile_for_names, without
 from ingest.findings import NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
-from ingest.model import ChannelData, Declarations, FloatArray, Gap, Reading, SignalPart
-from ingest.profiles import with_profile_for_names
-from ingest.spool.columns import by_blocks, take
+from ingest.model import ChannelData, ColumnUse, Declarations, FloatArray, Gap, Reading, SignalPart, TableUse
+from ingest.spool import by_blocks, take
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, recordings
-from ingest.timebase.clock_column import split_clocks
-from ingest.timebase.trials import trial_position, trials
+from ingest.timebase.clock import split_clocks
+from ingest.timebase.order import trial_position, trials
 
 
 def read_signals(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Reading:
@@ -148,3 +146,128 @@ def _part(
         channels,
         tuple(sorted((*axis.gaps, *held), key=lambda gap: gap.start_s)),
     )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class NamedTable:
+    """A table and how it is read; the instrument's `part` is the name of what comes of it, unique in the file."""
+
+    table: Table
+    instrument: Instrument
+
+
+def read_several(tables: Sequence[NamedTable], declared: Declarations, findings: FindingCollector) -> Reading:
+    """Read each table into parts; what is declared of a column concerns the tables that have it."""
+    present = [{*named.table.names, *(parse_header(name).base for name in named.table.names)} for named in tables]
+    anywhere = set().union(*present)
+    readings = []
+    for named, names in zip(tables, present, strict=True):
+        instrument = named.instrument
+        if declared.instrument is not None:
+            instrument = dataclasses.replace(instrument_named(declared.instrument), part=instrument.part)
+        own = dataclasses.replace(without(declared, anywhere - names), instrument=None)
+        readings.append(read_signals(named.table, own, findings, instrument))
+    return combine(readings)
+
+
+def combine(readings: Sequence[Reading]) -> Reading:
+    """Return the readings of a file's tables as one: their parts and charges in order, their rows added."""
+    roles = {reading.role for reading in readings}
+    charges = [charge for reading in readings for charge in reading.charges]
+    return Reading(
+        tuple(part for reading in readings for part in reading.parts),
+        tuple(dataclasses.replace(charge, row_number=number) for number, charge in enumerate(charges, start=1)),
+        sum(reading.rows_read for reading in readings),
+        sum(reading.rows_rejected for reading in readings),
+        next((role for role in (FileRole.FORCE, FileRole.CHARGE, FileRole.LOG) if role in roles), None),
+    )
+
+
+LEFT_OUT = {
+    CellKind.TEXT: "it holds text",
+    CellKind.CLOCK: "it holds dates or times",
+    CellKind.EMPTY: "it is empty",
+}
+
+
+def table_use(
+    table: Table,
+    plan: Plan,
+    columns: Sequence[ColumnPlan],
+    declared: Declarations,
+    instrument: Instrument,
+    trial_column: int | None,
+) -> TableUse:
+    """Say what became of a table whose final columns are `columns`."""
+    by_position = {column.position: column for column in columns}
+    origin = _UnitOrigin(table, declared, instrument)
+    uses = []
+    for position, name in enumerate(table.names):
+        use = ColumnUse(position + 1, name, None)
+        found = by_position.get(position)
+        if plan.time is not None and position == plan.time.position:
+            unit = plan.time.unit or ("clock" if plan.time.kind is CellKind.CLOCK else None)
+            use = dataclasses.replace(use, holds="time", unit=unit, unit_from=origin.of_time(plan.time))
+        elif plan.time is not None and position == plan.time.date_position:
+            use = dataclasses.replace(use, holds="date")
+        elif found is not None:
+            use = ColumnUse(
+                position + 1,
+                name,
+                found.channel,
+                found.source_unit,
+                found.unit,
+                origin.of(position, found.source_unit),
+                found.sign,
+                found.assumed,
+            )
+        elif position == trial_column:
+            use = dataclasses.replace(use, holds="trial")
+        else:
+            use = dataclasses.replace(use, left_out=LEFT_OUT.get(table.kinds[position], "nothing is known of it"))
+        uses.append(use)
+    return TableUse(table.text, tuple(uses), _rate_from(table, plan, declared, instrument))
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class _UnitOrigin:
+    table: Table
+    declared: Declarations
+    instrument: Instrument
+
+    def of(self, position: int, unit: str | None) -> str | None:
+        """Return where the unit of a column was found; None where it is nowhere."""
+        name = self.table.names[position]
+        directly = dataclasses.replace(self.declared, profile_columns={})
+        for declared, where in ((directly, "declared"), (self.declared, f"profile {self.declared.profile}")):
+            said = declared_columns(declared, self.table.names).get(position)
+            if said is not None and said.unit and normal_unit(said.unit) == unit:
+                return where
+        cell = parse_header(name)
+        row = self.table.units[position]
+        if unit is None:
+            return None
+        if unit in (cell.unit, cell.suffix_unit):
+            return "header"
+        if row is not None and normal_unit(row) == unit:
+            return "header" if self.table.text is None else "row of units"
+        if UNIT_OF_NAME.get(squash(cell.base)) == unit:
+            return "name"
+        return self.instrument.convention.maker or None
+
+    def of_time(self, time: TimePlan) -> str | None:
+        """Return where the unit of the time column was found."""
+        if time.unit is not None and self.declared.time_unit is not None:
+            return "declared" if self.declared.profile is None else f"declared, or profile {self.declared.profile}"
+        return self.of(time.position, time.unit)
+
+
+def _rate_from(table: Table, plan: Plan, declared: Declarations, instrument: Instrument) -> str | None:
+    if plan.time is not None:
+        fixed = f", or {instrument.fixed_rate_hz:g} Hz fixed by the maker" if instrument.fixed_rate_hz else ""
+        return f"the stamps in column {plan.time.source_name!r}{fixed}"
+    if declared.rate_hz is not None:
+        return "declared" if declared.profile is None else f"declared, or profile {declared.profile}"
+    if table.preamble.rate_hz is not None:
+        return "the file's header" if table.preamble.rate_line is None else f"the line {table.preamble.rate_line!r}"
+    return None

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 
 from data_schema.disk import make_folder, sync_names
 from data_schema.errors import BookDamaged
-from ingest.spool.mapped_bytes import LARGE_BYTES, blocks, map_and_hash, mapped, read_and_hash
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,6 +42,8 @@ class Store:
         """Keep the bytes of a file; returns the path in the store. Keeping the same bytes again changes nothing."""
         import pyarrow as pa
 
+        from ingest.spool import mapped
+
         path = f"raw/{sha256[:2]}/{sha256}.zst"
         if (self.root / path).exists():
             self._sync_names(path)
@@ -59,12 +60,16 @@ class Store:
 
         Raises `OSError` where the file cannot be read, `InputRefused` where it has more than `largest_bytes`.
         """
+        from ingest.spool import read_and_hash
+
         return read_and_hash(path, self.root, largest_bytes)
 
     def raw(self, store_path: str, sha256: str) -> bytes:
         """Return the kept bytes, mapped where they are many; raises `BookDamaged` when they are missing or no longer
         what was kept."""
         import pyarrow as pa
+
+        from ingest.spool import LARGE_BYTES, map_and_hash
 
         try:
             with pa.input_stream(str(self.root / store_path), compression="zstd") as stream:
@@ -158,6 +163,8 @@ class Store:
 
 def _compress_blocks(data: bytes, handle: pa.NativeFile) -> None:
     import pyarrow as pa
+
+    from ingest.spool import blocks
 
     with pa.CompressedOutputStream(handle, "zstd") as stream:
         for block in blocks(data, 0, len(data)):

@@ -11,8 +11,8 @@ from collections import Counter
 from pathlib import Path
 
 from data_schema.vocabulary import Severity
-from ingest.formats.described import Described, described_formats
 from ingest.formats.recognised import RECOGNISED
+from ingest.formats.registry import Described, described_formats
 from ingest.model import Declarations, ReadFile, SignalPart
 from ingest.read import read_file
 

@@ -14,11 +14,10 @@ import numpy as np
 
 from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.fitting_units import fitting_unit, say_unit
-from ingest.channels.synonyms import channel_kind, is_cop, plate_of
+from ingest.channels.names import channel_kind, fitting_unit, is_cop, plate_of, say_unit
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray
-from ingest.spool.columns import let_go, row_blocks
+from ingest.spool import let_go, row_blocks
 from ingest.tables.table import Block
 
 LOADED_N = 20.0

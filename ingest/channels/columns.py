@@ -8,12 +8,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.vocabulary import CHANNELS
-from ingest.channels.declared import argument, declared_columns, positions_of
-from ingest.channels.factors import factor, is_common, refuse_other_unit, refuse_two_units
-from ingest.channels.synonyms import TIME_NAMES, UNIT_OF_NAME, channel_kind, channel_of
+from ingest.channels.names import (
+    TIME_NAMES,
+    UNIT_OF_NAME,
+    channel_kind,
+    channel_of,
+    clean_name,
+    factor,
+    is_common,
+    normal_unit,
+    parse_header,
+    refuse_other_unit,
+    refuse_two_units,
+    squash,
+)
+from ingest.declared import argument, declared_columns, positions_of
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import ColumnDeclaration, Declarations
-from ingest.tables.header_cells import clean_name, normal_unit, parse_header, squash
 from ingest.tables.table import CellKind, Table
 
 TIME = "time"

@@ -12,8 +12,7 @@ import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from ingest.channels.columns import ColumnPlan
-from ingest.channels.fitting_units import fitting_unit, in_unit, say_unit
-from ingest.channels.synonyms import channel_kind
+from ingest.channels.names import channel_kind, fitting_unit, in_unit, say_unit
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, RobotFacts
 

@@ -15,7 +15,7 @@ from datetime import datetime
 import numpy as np
 
 from ingest.findings import FindingCollector
-from ingest.formats.chargers.sheet_cells import LIMITS, STORED_UNIT
+from ingest.formats.chargers.sheet_columns import LIMITS, STORED_UNIT
 from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.model import ChargeRow, Finding, Reading, SignalPart
 

@@ -7,8 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.model import Reading
 
 _TEXT = "export its data as delimited text with a header, units and time"

@@ -9,24 +9,26 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ingest.explanation import TextShape
+from ingest.channels.names import strip_comment
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.model import Declarations
-from ingest.tables.header_cells import strip_comment
+from ingest.model import Declarations, TextShape
 from ingest.tables.header_lines import declared_header, find_header, report_no_header, report_other_width
 from ingest.tables.table import CellKind
 from ingest.text.cells import (
     COMMA_NUMBER,
     COMMENT_STARTS,
     NUMBER,
+    ONE_COLUMN,
+    Row,
+    Split,
+    best_split,
+    debug_line,
     is_clock_like,
     is_grouped,
     is_infinite,
     is_missing,
     is_number,
 )
-from ingest.text.debug_lines import debug_line
-from ingest.text.delimiters import ONE_COLUMN, Row, Split, best_split
 from ingest.text.source import Line, TextSource
 
 _UNCLEAR_COMMA = re.compile(rb"[+-]?[1-9]\d{0,2}(?:,\d{3})+")

@@ -11,9 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.tables.header_lines import with_units_joined
+from ingest.tables.header_lines import is_header, second_header, with_units_joined
 from ingest.tables.layout import Layout
-from ingest.tables.second_header import is_header, second_header
 from ingest.tables.table import Block, CellKind, Column, Wanted
 from ingest.text.cells import (
     COMMENT_STARTS,
@@ -26,8 +25,7 @@ from ingest.text.cells import (
     parse_cell,
     split_cells,
 )
-from ingest.text.logical_lines import logical_line, physical_line
-from ingest.text.source import TextSource
+from ingest.text.source import TextSource, logical_line, physical_line
 
 _NO_NUMBER = re.compile(rb"[_\s]")
 """What `float` passes over, and a damaged byte may be."""

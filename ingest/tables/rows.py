@@ -3,29 +3,34 @@
 The fast route hands the bytes, uncopied, to pyarrow's CSV parser. A block counts as clean when every cell is a finite
 number or a missing value and there are as many rows as lines; both routes then give identical values, both
 converting decimals with correct rounding. A block that is not clean is cut into pieces, so that one bad line costs
-one piece. The rows of a large file are read in blocks, and their columns lie in temporary files.
+one piece. The rows of a large file are read in blocks, and their columns lie in temporary files. Where the data end,
+padding is stripped, and a last line that was cut while being written is left out.
 """
 
 from __future__ import annotations
 
 import dataclasses
+import re
 import time
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from ingest.findings import FindingCollector
-from ingest.spool.mapped_bytes import let_go, mapped
-from ingest.tables.joining import joiner
+from ingest.findings import NOTE, ROW, FindingCollector
+from ingest.model import IntArray
+from ingest.spool import ColumnFile, let_go_bytes, mapped
 from ingest.tables.layout import Layout
 from ingest.tables.row_reader import read_lines
 from ingest.tables.table import Block, CellKind, Column, Wanted
-from ingest.tables.tail import data_end
+from ingest.text.cells import split_cells
 from ingest.text.source import TextSource
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
 
 PIECE_BYTES = 1 << 18
 BLOCK_BYTES = 1 << 24
@@ -45,7 +50,7 @@ def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], find
         stop = _block_end(source, start, tried_bytes, end.stop)
         block = _read_clean(source, layout, wanted, start, stop, line, ordinal)
         if block is not None:
-            let_go(source.data, start, stop)
+            let_go_bytes(source.data, start, stop)
             rows.add(block)
             start, line, ordinal = stop, line + block.n_rows, ordinal + block.rows_read
             continue
@@ -57,7 +62,7 @@ def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], find
             else:
                 span = (start, piece_end, end.stop)
                 block, start, line = read_lines(source, layout, wanted, span, line, ordinal, findings)
-            let_go(source.data, piece_start, start)
+            let_go_bytes(source.data, piece_start, start)
             ordinal += block.rows_read
             rows.add(block)
     block = rows.joined()
@@ -79,7 +84,7 @@ def _read_clean(
     ordinal: int,
 ) -> Block | None:
     """Return the rows of `data[start:stop]`, whole lines, or None where they are not proved clean."""
-    from ingest.tables.arrow_columns import to_numpy
+    from ingest.spool import to_numpy
 
     if start >= stop or not wanted:
         return None
@@ -159,3 +164,210 @@ def _has_infinity(values: np.ndarray) -> bool:
     """A sum is finite where every value is; one that is not may be of missing or large values."""
     with np.errstate(all="ignore"):
         return not np.isfinite(values.sum()) and bool(np.isinf(values).any())
+
+
+_SHAPE = re.compile(rb"[+-]?(\d*)(?:[.,](\d*))?(?:[eE][+-]?(\d+))?")
+
+
+@dataclass(frozen=True, slots=True)
+class DataEnd:
+    """`data[:stop]` holds the whole rows; `rows_rejected` is 1 when a cut last line follows."""
+
+    stop: int
+    rows_rejected: int
+
+
+def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> DataEnd:
+    """Find the end of the data; a last line without line end is kept only if it is as complete as those before it."""
+    stop = _without_padding(source.data, layout.data_start, findings)
+    if stop <= layout.data_start or source.data[stop - 1 : stop] in (b"\n", b"\r"):
+        return DataEnd(stop, 0)
+    start = max(source.data.rfind(b"\n", layout.data_start, stop) + 1, layout.data_start)
+    start = max(source.data.rfind(b"\r", start, stop) + 1, start)
+    if layout.is_debug(source.data[start:stop]):
+        return DataEnd(stop, 0)
+    if not _is_cut(source.data[start:stop], _cell_above(source.data, layout, start), layout):
+        findings.add(
+            NOTE, "no_final_newline", "The last line has no line end; it is as complete as the others and kept."
+        )
+        return DataEnd(stop, 0)
+    findings.add(
+        ROW,
+        "last_line_cut",
+        "The last line ends in the middle, as when power is cut while it is written; it is left out.",
+        lines=[source.data.count(b"\n", layout.data_start, start) + layout.data_line],
+        value=source.decode(source.data[start:stop][:80]),
+    )
+    return DataEnd(start, 1)
+
+
+def _without_padding(data: bytes, start: int, findings: FindingCollector) -> int:
+    """Return the end without trailing NULs, Ctrl-Z and blank lines, keeping the line end of the last row."""
+    stop = len(data)
+    while stop > start and data[stop - 1] in b"\0\x1a\r\n":
+        stop -= 1
+    padding = data[stop:]
+    if b"\0" in padding:
+        findings.add(NOTE, "nul_padding", "The file ends in NUL bytes, as preallocated files do; they are skipped.")
+    if b"\x1a" in padding:
+        findings.add(NOTE, "ctrl_z", "A Ctrl-Z (old end-of-file mark) is skipped.")
+    for end in (b"\r\n", b"\n", b"\r"):
+        if padding.startswith(end):
+            return stop + len(end)
+    return stop
+
+
+def _cell_above(data: bytes, layout: Layout, start: int) -> bytes | None:
+    """Return the last cell of the line before the one at `start`."""
+    begin = max(data.rfind(b"\n", layout.data_start, start - 1) + 1, layout.data_start)
+    cells = split_cells(data[begin:start].strip(b"\r\n"), layout.delimiter) if begin < start else None
+    return cells[-1] if cells else None
+
+
+def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
+    """Whether cells are missing, or the last number may miss digits: it has fewer than some seen above it.
+
+    A number that repeats the one above it is whole. One row less of a log is no loss, 79 for 799 is a wrong value.
+    """
+    cells = split_cells(line, layout.delimiter)
+    if cells is None or len(cells) < layout.width + layout.trailing:
+        return True
+    if layout.trailing:
+        return len(cells) == layout.width  # every whole row ends in a delimiter
+    last = _SHAPE.fullmatch(cells[-1])
+    above = [shape for shape in map(_SHAPE.fullmatch, layout.last_cells) if shape and shape[0]]
+    if not layout.last_cells:
+        return True  # nothing to compare with
+    if last is None:
+        return False  # no number: the reader of rows judges it
+    if not last[0]:
+        return all(layout.last_cells)
+    decimals = [len(shape[2]) for shape in above if shape[2] is not None]
+    exponents = [len(shape[3]) for shape in above if shape[3] is not None]
+    if len(exponents) == len(above) and exponents:
+        return last[3] is None or len(last[3]) < min(exponents)
+    if cells[-1] == cell_above:
+        return False
+    if decimals:
+        # Numbers of one precision have fewer decimals the longer they are.
+        fewer_digits = len(last[1] + (last[2] or b"")) < max(len(shape[1] + (shape[2] or b"")) for shape in above)
+        one_format = len(decimals) == len(above) and min(decimals) == max(decimals)
+        return len(last[2] or b"") < max(decimals) or (fewer_digits and not one_format)
+    return bool(above) and len(last[1]) < max(len(shape[1]) for shape in above)
+
+
+class Joiner(Protocol):
+    """Takes blocks in the order of the rows and gives one."""
+
+    @property
+    def filled(self) -> bool:
+        """Whether a block was added."""
+
+    def add(self, block: Block) -> None:
+        """Add the block that follows."""
+
+    def joined(self) -> Block:
+        """Return all rows as one block."""
+
+
+def joiner(folder: Path | None) -> Joiner:
+    """Return what joins blocks in memory, or in temporary files of `folder`."""
+    return _InMemory() if folder is None else _InFiles(folder)
+
+
+class _InMemory:
+    def __init__(self) -> None:
+        self._blocks: list[Block] = []
+
+    @property
+    def filled(self) -> bool:
+        return bool(self._blocks)
+
+    def add(self, block: Block) -> None:
+        self._blocks.append(block)
+
+    def joined(self) -> Block:
+        blocks = self._blocks
+        if len(blocks) == 1:
+            return blocks[0]
+        numbers = {at: np.concatenate([block.numbers[at] for block in blocks]) for at in blocks[0].numbers}
+        lines, ordinals = None, None
+        if not _follow_on(blocks):
+            lines = np.concatenate([_lines(block) for block in blocks])
+            ordinals = np.concatenate([block.ordinal() for block in blocks])
+        return _whole(blocks, numbers, lines, ordinals)
+
+
+class _InFiles:
+    """Writes the columns of each block, and the numbers of its lines and rows where these have holes."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._blocks: list[Block] = []
+        self._columns: dict[int, ColumnFile[Any]] = {}
+        self._numbers: tuple[ColumnFile[np.int64], ColumnFile[np.int64]] | None = None
+
+    @property
+    def filled(self) -> bool:
+        return bool(self._blocks)
+
+    def add(self, block: Block) -> None:
+        for position, values in block.numbers.items():
+            if position not in self._columns:
+                self._columns[position] = ColumnFile(self._folder, values.dtype)
+            self._columns[position].append(values)
+        before = len(self._blocks)
+        self._blocks.append(dataclasses.replace(block, numbers={}, lines=None, ordinals=None))
+        if self._numbers is None and (block.lines is not None or not _follow_on(self._blocks[-2:])):
+            whole = np.dtype(np.int64)
+            self._numbers = (ColumnFile(self._folder, whole), ColumnFile(self._folder, whole))
+            for earlier in self._blocks[:before]:
+                self._number(earlier)
+        self._number(block)
+
+    def _number(self, block: Block) -> None:
+        if self._numbers is not None:
+            self._numbers[0].append(_lines(block))
+            self._numbers[1].append(block.ordinal())
+
+    def joined(self) -> Block:
+        numbers: dict[int, Column] = {position: column.finish() for position, column in self._columns.items()}
+        lines, ordinals = (None, None) if self._numbers is None else (file.finish() for file in self._numbers)
+        return _whole(self._blocks, numbers, lines, ordinals)
+
+
+def _whole(
+    blocks: Sequence[Block],
+    numbers: Mapping[int, Column],
+    lines: IntArray | None,
+    ordinals: IntArray | None,
+) -> Block:
+    first = blocks[0]
+    clocks = {position: [cell for block in blocks for cell in block.clocks[position]] for position in first.clocks}
+    return Block(
+        numbers,
+        clocks,
+        sum(block.n_rows for block in blocks),
+        first.first_line,
+        lines,
+        first.first_ordinal,
+        ordinals,
+        sum(block.rows_rejected for block in blocks),
+    )
+
+
+def _follow_on(blocks: Sequence[Block]) -> bool:
+    """Whether row follows row and line follows line through all blocks."""
+    line, ordinal = blocks[0].first_line, blocks[0].first_ordinal
+    for block in blocks:
+        numbered = block.lines is not None or block.ordinals is not None
+        if numbered or (block.first_line, block.first_ordinal) != (line, ordinal):
+            return False
+        line, ordinal = line + block.n_rows, ordinal + block.n_rows
+    return True
+
+
+def _lines(block: Block) -> IntArray:
+    if block.lines is None:
+        return np.arange(block.first_line, block.first_line + block.n_rows, dtype=np.int64)
+    return block.lines

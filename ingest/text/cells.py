@@ -1,4 +1,4 @@
-"""What one cell of a table says: a number, a missing value, or why it is neither.
+"""What one cell of a table says, how a line parts into cells, and by which delimiter.
 
 Only ASCII spellings count as numbers: Python's own `float` would also take `1_000` and Arabic digits.
 """
@@ -7,7 +7,11 @@ from __future__ import annotations
 
 import csv
 import re
+from collections import Counter
 from dataclasses import dataclass
+from typing import NamedTuple
+
+from ingest.text.source import Line
 
 NUMBER = re.compile(rb"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 COMMA_NUMBER = re.compile(rb"[+-]?(?:\d+,\d*|,\d+)(?:[eE][+-]?\d+)?")
@@ -126,3 +130,117 @@ def split_cells(line: bytes, delimiter: bytes) -> list[bytes] | None:
     except csv.Error:
         return None
     return [cell for cell in cells if cell] if delimiter == b" " else cells
+
+
+# A name begins with a letter, so that a row of numbers or clock times, cut anywhere, is none.
+_NUMBER = re.compile(rb"[+-]?(?:\d+[.,]?\d*|\.\d+)(?:[eE][+-]?\d+)?(?:\s*[A-Za-z%/*^0-9]{1,8})?")
+_DEBUG_LINE = re.compile(rb"\s*([A-Za-z_][\w ./\[\]()-]{0,60}?)\s*[:=]\s*(\S.*?)\s*")
+
+
+class DebugLine(NamedTuple):
+    """The name before the colon or equals sign, and the text after it, both stripped."""
+
+    name: bytes
+    value: bytes
+
+
+def debug_line(content: bytes) -> DebugLine | None:
+    """Return the parts of a line `name: value` or `name = value`, None for any other line."""
+    match = _DEBUG_LINE.fullmatch(content)
+    return None if match is None else DebugLine(match[1], match[2])
+
+
+def is_single_number(line: DebugLine | None) -> bool:
+    """Whether the text after the name is one number, a unit perhaps behind it: such a line is no row of a table."""
+    return line is not None and _NUMBER.fullmatch(line.value) is not None
+
+
+# A single space stands for any run of blanks; last, because blanks also pad other separators.
+CANDIDATES = (b"\t", b";", b",", b"|", b" ")
+ONE_COLUMN = b"\x1f"
+"""Stands for no delimiter: a character that no line holds."""
+
+_ROWS_JUDGED = 60
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A line split into cells; `data_like` when at least half of its cells are numbers, times or missing."""
+
+    line: Line
+    cells: list[bytes]
+    data_like: bool
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
+class Split:
+    """The sample under one delimiter: `head` the first lines, `rows` the data rows of the usual `width`."""
+
+    delimiter: bytes
+    width: int
+    head: tuple[Row, ...]
+    rows: tuple[Row, ...]
+    quality: float
+
+
+def best_split(head: list[Line], further: list[Line], delimiter: bytes | None = None) -> Split | None:
+    """Return the sample under its most likely delimiter, None when no line looks like data.
+
+    `head` are the first lines of the file, `further` lines from deeper inside; `delimiter` is the one declared.
+    """
+    if delimiter is not None:
+        declared = _split(head, further, delimiter)
+        return declared if declared.rows else None
+    filled = [line for line in [*head, *further] if line.content.strip() and not _is_debug(line)]
+    frequent = [sign for sign in CANDIDATES if sum(sign in line.content for line in filled) * 2 >= len(filled)]
+    tried = [_split(head, further, delimiter) for delimiter in (*frequent, ONE_COLUMN)]
+    possible = [split for split in tried if split.rows]
+    if not possible:
+        return None
+    best = max(split.quality for split in possible)
+    close = [split for split in possible if split.quality >= 0.98 * best]
+    return max(close, key=lambda split: (_has_header(split), split.width > 1))
+
+
+def row_of(line: Line, delimiter: bytes) -> Row:
+    """Split one line and judge whether it holds data."""
+    cells = split_cells(line.content, delimiter) or []
+    numbers = sum(is_number(cell, comma=True) or is_clock(cell) or is_grouped(cell) for cell in cells)
+    empty = sum(is_missing(cell.lower()) for cell in cells)
+    share = (numbers + empty) / len(cells) if cells else 0.0
+    return Row(line, cells, numbers > 0 and share >= 0.5 and not _is_debug(line), share)
+
+
+def _is_debug(line: Line) -> bool:
+    return is_single_number(debug_line(line.content))
+
+
+def _split(head: list[Line], further: list[Line], delimiter: bytes) -> Split:
+    rows = []
+    data_rows = []
+    for line in head:
+        row = row_of(line, delimiter)
+        rows.append(row)
+        if row.data_like:
+            data_rows.append(row)
+            if len(data_rows) == _ROWS_JUDGED:
+                break
+    data_rows += [row_of(line, delimiter) for line in further]
+    data_rows = [row for row in data_rows if row.data_like]
+    widths = Counter(len(row.cells) for row in data_rows)
+    if not widths:
+        return Split(delimiter, 0, tuple(rows), (), 0.0)
+    width, _ = widths.most_common(1)[0]
+    usual = tuple(row for row in data_rows if len(row.cells) == width)
+    return Split(delimiter, width, tuple(rows), usual, sum(row.share for row in usual))
+
+
+def _has_header(split: Split) -> bool:
+    """Whether some line above the first data row has as many cells and no number."""
+    for row in split.head:
+        if row.data_like:
+            return False
+        if len(row.cells) == split.width and row.share == 0.0:
+            return True
+    return False

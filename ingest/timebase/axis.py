@@ -9,25 +9,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from ingest.channels.columns import Plan, TimePlan
-from ingest.channels.declared import argument
+from ingest.channels.names import parse_header
+from ingest.declared import argument
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, IntArray
-from ingest.spool.columns import by_blocks, take
-from ingest.tables.header_cells import parse_header
-from ingest.tables.preamble import Preamble
-from ingest.tables.table import Block, CellKind
+from ingest.spool import by_blocks, take
+from ingest.tables.table import Block, CellKind, Preamble
 from ingest.timebase import clock
-from ingest.timebase.arrivals import are_continuous, burst_starts, from_bursts, rate_within
-from ingest.timebase.clock_column import ClockColumn, read_clocks
+from ingest.timebase.clock import ClockColumn, read_clocks
 from ingest.timebase.order import Order, put_in_order, unwrap
 from ingest.timebase.stamps import (
     GAP_RULES,
     RATE_REFUSED,
     TICKS_PER_SECOND,
     Timebase,
+    are_continuous,
+    burst_starts,
     check_rate,
+    from_bursts,
     from_rate,
     from_stamps,
+    rate_within,
     rows_after_gaps,
 )
 

@@ -1,6 +1,7 @@
-"""Time stamps put in order: which rows have an impossible stamp, where a counter wrapped, where recording began anew.
+"""Which rows belong to one recording: trials told apart by a column, and time stamps put in order.
 
-Stamps are never changed to fit, except that a 32-bit counter which passed its end is counted on.
+Which rows have an impossible stamp, where a counter wrapped, where recording began anew. Stamps are never changed to
+fit, except that a 32-bit counter which passed its end is counted on.
 """
 
 from __future__ import annotations
@@ -9,9 +10,49 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ingest.channels.names import clean_name
+from ingest.declared import positions_of
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, FloatArray
-from ingest.tables.table import Block
+from ingest.tables.table import Block, Table
+
+MOST_TRIALS = 500
+
+
+def trial_position(column: str | None, table: Table, findings: FindingCollector) -> int | None:
+    """Return where the column stands that tells trials apart; a column that is not there refuses the file."""
+    if column is None:
+        return None
+    positions = positions_of(column, table.names)
+    if positions:
+        return positions[0]
+    listed = ", ".join(map(repr, table.names[:12]))
+    message = f"The trials are told apart by column {column!r}, which the file does not have: it has {listed}."
+    findings.add(FILE, "trial_column_absent", message, column=column)
+    return None
+
+
+def trials(block: Block, position: int | None, findings: FindingCollector) -> list[tuple[str | None, BoolArray]]:
+    """Return the name of each trial and its rows, shape (n_rows,), in order of their first row; one where none are told
+    apart.
+    """
+    if position is None:
+        return [(None, np.ones(block.n_rows, dtype=np.bool_))]
+    if position in block.clocks:
+        values = np.array([cell.decode("utf-8", errors="replace").strip() for cell in block.clocks[position]])
+    else:
+        values = np.array([f"{value:.15g}" for value in np.asarray(block.numbers[position]).tolist()])
+    found, first, which = np.unique(values, return_index=True, return_inverse=True)
+    if len(found) > MOST_TRIALS:
+        message = f"The column has {len(found)} values, more than the {MOST_TRIALS} trials allowed: name another one."
+        findings.add(FILE, "too_many_trials", message)
+        return []
+    names: list[str] = []
+    for value in found.tolist():
+        name = clean_name(value) or "without_name"
+        names.append(name if name not in names else f"{name}_{len(names)}")
+    return [(names[trial], which == trial) for trial in np.argsort(first).tolist()]
+
 
 RESTART_S = 1.0
 """A step back by more than this is a new recording, by less a row out of order."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ingest.explanation import ColumnUse, TableUse
+from ingest.model import ColumnUse, TableUse
 from labbook.actions.files.explaining import Explained, PartStored
 from labbook.cli.common import columns
 from labbook.cli.ingest_lines import finding_lines

@@ -17,8 +17,7 @@ def formats(as_json: JsonOption = False) -> None:
 
     Example: labbook formats
     """
-    from ingest.formats.described import described_formats
-    from ingest.formats.plugins import plugins
+    from ingest.formats.registry import described_formats, plugins
 
     found = described_formats()
     rows = [(each.name, str(each.version), each.plugin or "-", each.evidence, each.what) for each in found]

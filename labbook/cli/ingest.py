@@ -90,7 +90,7 @@ def ingest(
 
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007; labbook ingest odd.txt --explain
     """
-    from ingest.formats.plugins import plugins
+    from ingest.formats.registry import plugins
     from labbook.actions.files.declaring import ask_for, declared_options, declared_words
     from labbook.actions.files.files_meant import files_of
     from labbook.actions.files.ingesting import (

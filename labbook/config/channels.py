@@ -30,7 +30,7 @@ def channel_meant(text: str) -> str:
 
     Raises `UnknownName` with the nearest for what is no channel, `UsageError` for an own name that is none.
     """
-    from ingest.channels.synonyms import channel_kind  # here, for every command reads a configuration
+    from ingest.channels.names import channel_kind  # here, for every command reads a configuration
 
     if text in (TIME, DATE, *SHEET_COLUMNS):
         return text
@@ -48,10 +48,8 @@ def channel_meant(text: str) -> str:
 def check_unit(unit: str, channel: str | None) -> None:
     """Raise `UsageError` for a unit that is none, or that `channel` cannot have; without one any unit will do."""
     from data_schema import units
-    from ingest.channels.factors import factor
-    from ingest.channels.synonyms import channel_kind
+    from ingest.channels.names import channel_kind, factor, is_unit, normal_unit
     from ingest.findings import FindingCollector
-    from ingest.tables.header_cells import is_unit, normal_unit
 
     kind = None if channel is None else channel_kind(channel)
     written = normal_unit(unit) or unit

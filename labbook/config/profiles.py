@@ -89,7 +89,7 @@ def _words(table: TableReader) -> dict[str, str | None]:
         said["date_format"] = _one_of(table, "date", DATE_FORMATS)
         said["clock_format"] = _one_of(table, "clock", CLOCK_FORMATS)
     if table.value("axes") is not None:
-        from ingest.channels.axes import AXES
+        from ingest.channels.forces import AXES
 
         said["axes"] = _one_of(table, "axes", AXES)
     return said

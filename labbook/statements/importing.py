@@ -15,7 +15,7 @@ from typing import Any, Self
 import numpy as np
 
 from data_schema.errors import unknown_name
-from ingest.declared_json import declared_from_json, declared_to_json
+from ingest.declared import declared_from_json, declared_to_json
 from ingest.model import ColumnDeclaration, Declarations, FloatArray, Limits, Profile, ReadFile, RobotFacts, SignalPart
 from ingest.read import read_file
 from ingest.store import Store

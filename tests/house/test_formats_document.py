@@ -8,7 +8,7 @@ from types import ModuleType
 
 import pytest
 
-from ingest.formats import FORMATS
+from ingest.formats.registry import FORMATS
 
 PROJECT = Path(__file__).parents[2]
 SAMPLES = PROJECT.parent / "shared" / "samples"

@@ -10,7 +10,7 @@ from typing import Any, get_args, get_origin, get_type_hints
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ingest.declared_json import declared_from_json, declared_to_json
+from ingest.declared import declared_from_json, declared_to_json
 from ingest.model import Declarations
 
 TEXT = st.text(max_size=8)

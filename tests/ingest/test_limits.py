@@ -11,7 +11,7 @@ import pytest
 from data_schema.errors import InputRefused
 from ingest.model import Declarations, Limits
 from ingest.read import read_file
-from ingest.spool.mapped_bytes import read_and_hash
+from ingest.spool import read_and_hash
 from tests.ingest.bad_input import LOG, with_row
 from tests.ingest.formats.test_archive import zipped
 from tests.ingest.formats.test_excel import LOG as ROWS

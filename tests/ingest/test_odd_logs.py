@@ -13,8 +13,8 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, Finding, ReadFile
 from ingest.read import read_file
-from ingest.spool.mapped_bytes import map_and_hash
-from ingest.tables import cell_units
+from ingest.spool import map_and_hash
+from ingest.tables import text_table
 from tests.ingest.formats.test_excel import workbook
 
 HEIGHTS = [0.30 + 0.05 * abs(math.sin(k / 20)) for k in range(120)]
@@ -166,7 +166,7 @@ def test_a_row_without_units_above_the_first_with_is_refused() -> None:
 
 
 def test_lines_are_counted_across_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(cell_units, "_BLOCK_BYTES", 100)
+    monkeypatch.setattr(text_table, "_BLOCK_BYTES", 100)
     rows = with_units()
     check_heights(read(["time;body_height", *rows]))
     rows[70:71] = ["", "350 ms;31.1 cm"]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from data_schema.errors import LabbookError, UsageError
 from data_schema.vocabulary import Severity
-from ingest.formats import FORMATS
+from ingest.formats.registry import FORMATS
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
 from tests.ingest.synthetic import (

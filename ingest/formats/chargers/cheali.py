@@ -10,8 +10,14 @@ import dataclasses
 import re
 
 from ingest.findings import NOTE, FindingCollector
-from ingest.formats.chargers.charge_counter import COUNTER_ANEW, direction_by_voltage
-from ingest.formats.chargers.charger_log import Field, LogLayout, Work, read_procedures
+from ingest.formats.chargers.charger_log import (
+    COUNTER_ANEW,
+    Field,
+    LogLayout,
+    Work,
+    direction_by_voltage,
+    read_procedures,
+)
 from ingest.formats.chargers.records import (
     Procedure,
     Procedures,
@@ -22,8 +28,7 @@ from ingest.formats.chargers.records import (
     reject_record,
     usual_fields,
 )
-from ingest.formats.format import LAYOUT, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.model import Reading
 
 # Clock, measurements, resistances of cells, pack and leads, checksum; newer firmware adds percent and remaining time.

@@ -13,8 +13,7 @@ import re
 import numpy as np
 
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.chargers.charge_counter import Modes, direction_by_modes
-from ingest.formats.chargers.charger_log import Field, LogLayout, Work, read_procedures
+from ingest.formats.chargers.charger_log import Field, LogLayout, Modes, Work, direction_by_modes, read_procedures
 from ingest.formats.chargers.records import (
     Procedure,
     Procedures,
@@ -25,8 +24,7 @@ from ingest.formats.chargers.records import (
     reject_record,
     usual_fields,
 )
-from ingest.formats.format import LAYOUT, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.model import Reading
 
 _FIELDS = (22, 20)  # DUO with 10 cells, X8 with 8

@@ -12,8 +12,14 @@ import numpy as np
 
 from data_schema.vocabulary import ChargeMode
 from ingest.findings import FindingCollector
-from ingest.formats.chargers.charge_counter import COUNTER_ANEW, direction_by_modes
-from ingest.formats.chargers.charger_log import Field, LogLayout, Work, read_procedures
+from ingest.formats.chargers.charger_log import (
+    COUNTER_ANEW,
+    Field,
+    LogLayout,
+    Work,
+    direction_by_modes,
+    read_procedures,
+)
 from ingest.formats.chargers.icharger import MODE, MODES
 from ingest.formats.chargers.records import (
     Procedure,
@@ -24,8 +30,7 @@ from ingest.formats.chargers.records import (
     reject_record,
     usual_fields,
 )
-from ingest.formats.format import LAYOUT, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.model import Reading
 
 _CELLS_OF_WIDTH = {16: 6, 18: 8, 20: 10}

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from data_schema.vocabulary import FileRole
-from ingest.channels.declared import declared_columns
+from ingest.declared import declared_columns, with_profile_for_names
 from ingest.findings import FILE, FindingCollector
 from ingest.formats.chargers.charger_log import part_charges
 from ingest.formats.chargers.records import (
@@ -23,11 +23,9 @@ from ingest.formats.chargers.records import (
     reject_record,
     usual_fields,
 )
-from ingest.formats.format import NAMES, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import NAMES, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
-from ingest.profiles import with_profile_for_names
 from ingest.signals import read_signals
 from ingest.tables.table import array_table
 from ingest.text.cells import COMMA_NUMBER, NUMBER

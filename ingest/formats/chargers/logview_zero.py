@@ -16,14 +16,12 @@ import numpy as np
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.logview import joined, parse_number
 from ingest.formats.chargers.records import reject_record
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, FloatArray, Reading
 from ingest.signals import read_signals
-from ingest.tables.preamble import Preamble
-from ingest.tables.table import Column, array_table
-from ingest.text.logical_lines import numbered_lines
+from ingest.tables.table import Column, Preamble, array_table
+from ingest.text.source import numbered_lines
 
 _HEADER = re.compile(r"\$([A-Z])(\d*)\$;?(.*)")
 _NAMED = re.compile(r"(.*?)\s*\[([^\],]*)(?:,[^\]]*)?\]\s*")

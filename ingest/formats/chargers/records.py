@@ -18,9 +18,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.formats.head import Head
+from ingest.formats.format import Head
 from ingest.model import FloatArray, IntArray
-from ingest.text.logical_lines import numbered_lines
+from ingest.text.source import numbered_lines
 
 _RECORD = re.compile(rb"\$\d{1,2}(?:;[^;\x00-\x1f]{0,24})+")
 _HEAD_RECORD = re.compile(r"\$\d{1,2}(?:;[^;]*){3}")

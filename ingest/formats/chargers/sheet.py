@@ -10,19 +10,25 @@ import re
 from collections.abc import Iterator, Mapping
 
 from data_schema.vocabulary import ChargeMode, FileRole
-from ingest.channels.declared import declared_columns, note_absent
-from ingest.channels.factors import refuse_other_unit
-from ingest.explanation import ColumnUse, TableUse, TextShape
+from ingest.channels.names import refuse_other_unit, squash
+from ingest.declared import declared_columns, note_absent
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.formats.chargers.sheet_cells import FACTORS, STORED_UNIT, UNIT_MISSING, Quantity, parse_mode, parse_quantity
-from ingest.formats.chargers.sheet_header import SheetHeader, find_sheet_header, is_sheet_header
-from ingest.formats.format import NAMES, Format, Recognition
-from ingest.formats.head import Head
-from ingest.model import ChargeRow, Declarations, Reading
-from ingest.tables.header_cells import squash
+from ingest.formats.chargers.sheet_columns import (
+    FACTORS,
+    STORED_UNIT,
+    UNIT_MISSING,
+    Quantity,
+    SheetHeader,
+    find_sheet_header,
+    is_sheet_header,
+    parse_mode,
+    parse_quantity,
+)
+from ingest.formats.format import NAMES, Format, Head, Recognition
+from ingest.model import ChargeRow, ColumnUse, Declarations, Reading, TableUse, TextShape
 from ingest.tables.layout import too_wide
 from ingest.text.cells import COMMA_NUMBER, NUMBER, CellFault, split_cells
-from ingest.text.logical_lines import numbered_lines
+from ingest.text.source import numbered_lines
 from ingest.timebase.clock import to_utc
 from ingest.timebase.clock_formats import Unclear, date_order, iso_text, parse_stamp
 

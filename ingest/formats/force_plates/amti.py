@@ -9,13 +9,11 @@ from __future__ import annotations
 import re
 
 from ingest.findings import FindingCollector
-from ingest.formats.force_plates.maker_header import plate_channel, positive, read_fixed, refuse_layout
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import HEAD_LINES, Head
+from ingest.formats.fixed_table import FixedHeader, plate_channel, positive, read_fixed, refuse_layout
+from ingest.formats.format import HEAD_LINES, SIGNATURE, Format, Head, Recognition
 from ingest.instruments import INSTRUMENTS
 from ingest.model import Reading
-from ingest.tables.fixed_table import FixedHeader
-from ingest.tables.preamble import Preamble
+from ingest.tables.table import Preamble
 from ingest.text.cells import is_number, split_cells
 
 INSTRUMENT = "amti"

@@ -13,13 +13,11 @@ import numpy as np
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_DOWN_ACTION
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
-from ingest.tables.preamble import Preamble
-from ingest.tables.table import array_table
+from ingest.tables.table import Preamble, array_table
 
 _VERSION = 105
 _AFTER_VERSION = 4

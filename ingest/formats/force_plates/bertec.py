@@ -17,13 +17,12 @@ import dataclasses
 import re
 from itertools import pairwise
 
+from ingest.channels.names import parse_header, squash, strip_comment
 from ingest.findings import FindingCollector
-from ingest.formats.format import LAYOUT, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.instruments import INSTRUMENTS, Instrument, bertec_sdk
 from ingest.model import Reading
 from ingest.signals import read_signals
-from ingest.tables.header_cells import parse_header, squash, strip_comment
 from ingest.tables.text_table import text_table
 
 _EVIDENCE = "columns as Bertec's programs order them"

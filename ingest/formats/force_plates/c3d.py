@@ -6,19 +6,19 @@ residual; its place is NaN.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ingest.channels.columns import Convention
+from ingest.channels.names import squash
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.force_plates.c3d_plates import Plate, length_factor, plate
 from ingest.formats.force_plates.c3d_sections import C3dDamagedError, C3dSections, read_sections
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import FloatArray, Reading
-from ingest.several import NamedTable, read_several
-from ingest.tables.preamble import Preamble
-from ingest.tables.table import array_table
+from ingest.signals import NamedTable, read_several
+from ingest.tables.table import Preamble, array_table
 
 _UNITS = {f"{quantity}_{axis}": unit for quantity, unit in (("force", "N"), ("moment", "N*m")) for axis in "xyz"}
 _CONVENTION = Convention("the C3D standard", _UNITS)
@@ -128,3 +128,142 @@ def _padded(texts: tuple[str, ...], count: int, word: str) -> list[str]:
 
 
 FORMAT = Format("c3d", 2, _recognise, _read)
+
+
+CHANNELS_OF_TYPE = {1: 6, 2: 6, 3: 8, 4: 6}
+
+_FORCES = {"n": 1.0, "nt": 1.0, "newton": 1.0, "newtons": 1.0, "kn": 1e3, "lbf": 4.4482216152605}
+_LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+_LENGTHS |= dict.fromkeys(("mete", "meter", "meters", "metre", "metres"), 1.0)
+_MOMENTS = {
+    force + length: newtons * metres for force, newtons in _FORCES.items() for length, metres in _LENGTHS.items()
+}
+_ASSUMED_LENGTH = 1e-3
+_DOWN_TO_UP = np.diag([1.0, -1.0, -1.0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plate:
+    """Reaction on the subject: `force_n` and `moment_nm` of shape (n_samples, 3), z up.
+
+    `channels` are the analog channels it was made of; `assumed` names what is not stated in the file.
+    """
+
+    channels: tuple[int, ...]
+    force_n: FloatArray
+    moment_nm: FloatArray
+    units_stated: bool
+
+
+def length_factor(sections: C3dSections) -> float | None:
+    """Return metres per unit of length of points, corners and origins; None where it is not stated."""
+    stated = sections.texts("POINT:UNITS")
+    return _LENGTHS.get(squash(stated[0])) if stated else None
+
+
+def plate(sections: C3dSections, number: int, analogs: FloatArray, units: list[str]) -> Plate | None:
+    """Return platform `number` (from 0), None for a type other than 1 to 4 or where a parameter of it is missing.
+
+    `analogs` has shape (n_samples, n_analogs) in the units of the file, `units` one for each.
+    """
+    types = sections.numbers("FORCE_PLATFORM:TYPE")
+    kind = int(types[number]) if number < types.size else 0
+    channels = _channels(sections, number, CHANNELS_OF_TYPE.get(kind, 0), len(units))
+    matrix = _matrix(sections, number) if kind == 4 else np.eye(6)
+    if channels is None or matrix is None:
+        return None
+    length = length_factor(sections)
+    metres = length or _ASSUMED_LENGTH
+    stated = [squash(units[channel]) for channel in channels]
+    newtons = _FORCES.get(stated[0])
+    newton_metres = _MOMENTS.get(stated[5]) if kind in (2, 4) else metres * (newtons or 1.0)
+    per_force, per_moment = newtons or 1.0, newton_metres or metres * (newtons or 1.0)
+    origin = _origin(sections, number) * metres
+    raw = analogs[:, list(channels)]
+    if kind == 1:
+        place, free = _LENGTHS.get(stated[3], metres), _MOMENTS.get(stated[5], per_moment)
+        values = _of_point(raw * np.array([per_force] * 3 + [place] * 2 + [free]))
+        origin = origin * 0.0
+    elif kind == 3:
+        values = _of_four_sensors(raw * per_force, *origin[:2])
+        origin = origin * np.array([0.0, 0.0, 1.0])
+    else:
+        values = (raw @ matrix.T if kind == 4 else raw) * np.array([per_force] * 3 + [per_moment] * 3)
+    force, moment = values[:, :3], values[:, 3:]
+    turn = _to_room(sections, number)
+    moment = moment + np.cross(force, origin)
+    return Plate(channels, force @ turn.T, moment @ turn.T, None not in (newtons, newton_metres, length))
+
+
+def _table(sections: C3dSections, name: str, dimensions: int) -> FloatArray | None:
+    """Return a parameter of numbers in its shape; None where it is absent or has other dimensions."""
+    found = sections.parameters.get(f"FORCE_PLATFORM:{name}")
+    if found is None or found.texts or len(found.shape) != dimensions:
+        return None
+    return found.numbers.reshape(found.shape, order="F")
+
+
+def _channels(sections: C3dSections, number: int, count: int, n_analogs: int) -> tuple[int, ...] | None:
+    found = _table(sections, "CHANNEL", 2)
+    if found is None or not count or found.shape[0] < count or number >= found.shape[1]:
+        return None
+    channels = tuple(int(channel) - 1 for channel in found[:count, number])
+    return channels if all(0 <= channel < n_analogs for channel in channels) else None
+
+
+def _matrix(sections: C3dSections, number: int) -> FloatArray | None:
+    """Return the calibration of a type 4 platform, shape (6, 6)."""
+    found = _table(sections, "CAL_MATRIX", 3)
+    if found is None or found.shape[:2] != (6, 6) or number >= found.shape[2]:
+        return None
+    by_row = "BYROW" in sections.texts("FORCE_PLATFORM:MATRIX_STORE")
+    return found[:, :, number].T if by_row else found[:, :, number]
+
+
+def _origin(sections: C3dSections, number: int) -> FloatArray:
+    """Return the vector to the sensors' origin; it lies below the surface, some files write it the other way round."""
+    origins = sections.numbers("FORCE_PLATFORM:ORIGIN")[3 * number : 3 * number + 3]
+    origin = origins if origins.size == 3 else np.zeros(3)
+    return -origin if origin[2] > 0 else origin
+
+
+def _of_four_sensors(raw: FloatArray, across: float, along: float) -> FloatArray:
+    """Return forces and moments, shape (n, 6), of Kistler's channels Fx12, Fx34, Fy14, Fy23, Fz1 to Fz4."""
+    x12, x34, y14, y23, z1, z2, z3, z4 = raw.T
+    return np.column_stack(
+        [
+            x12 + x34,
+            y14 + y23,
+            z1 + z2 + z3 + z4,
+            along * (z1 + z2 - z3 - z4),
+            across * (z2 + z3 - z1 - z4),
+            along * (x34 - x12) + across * (y14 - y23),
+        ]
+    )
+
+
+def _of_point(raw: FloatArray) -> FloatArray:
+    """Return forces and moments, shape (n, 6), of Fx, Fy, Fz, the point where they act and the free moment."""
+    fx, fy, fz, x, y, free = raw.T
+    return np.column_stack([fx, fy, fz, y * fz, -x * fz, free + x * fy - y * fx])
+
+
+def _to_room(sections: C3dSections, number: int) -> FloatArray:
+    """Return the rotation, shape (3, 3), from the platform's axes to those of the room with z up.
+
+    Where the platform lies in another plane of the room than x and y, the axes are exchanged in turn until z is
+    across it; without corners the platform is turned over about its x axis.
+    """
+    corners = sections.numbers("FORCE_PLATFORM:CORNERS")[12 * number : 12 * number + 12]
+    if corners.size < 12:
+        return _DOWN_TO_UP
+    first, second, _, fourth = corners.reshape(4, 3)
+    normal = np.cross(first - second, first - fourth)
+    size = float(np.linalg.norm(normal))
+    if not np.isfinite(size) or size == 0:
+        return _DOWN_TO_UP
+    x = (first - second) / np.linalg.norm(first - second)
+    z = normal / size
+    turn = np.column_stack([x, np.cross(z, x), z])
+    across = int(np.abs(z).argmax())
+    return np.roll(turn, 2 - across, axis=0)

@@ -16,22 +16,21 @@ from ingest.channels.checks import LOADED_N
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.force_plates.maker_header import (
+from ingest.formats.fixed_table import (
     MILLIMETRE_UNITS,
+    FixedHeader,
     check_count,
+    fixed_table,
     number,
     plate_channel,
     positive,
     refuse_layout,
 )
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
-from ingest.tables.fixed_table import FixedHeader, fixed_table
-from ingest.tables.preamble import Preamble
-from ingest.tables.table import Block, CellKind, Wanted
+from ingest.tables.table import Block, CellKind, Preamble, Wanted
 
 _CORTEX = Instrument("force", Convention("Motion Analysis Cortex", MILLIMETRE_UNITS), Z_UP_REACTION, evidence="Cortex")
 _ENTRY = re.compile(r"\s*(\w+)\s*=\s*(\S.*?)\s*")

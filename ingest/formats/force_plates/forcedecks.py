@@ -9,15 +9,13 @@ import re
 
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
+from ingest.channels.names import squash
 from ingest.findings import NOTE, FindingCollector
-from ingest.formats.force_plates.maker_header import positive, read_fixed, refuse_layout
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.fixed_table import FixedHeader, positive, read_fixed, refuse_layout
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
-from ingest.tables.fixed_table import FixedHeader
-from ingest.tables.header_cells import squash
-from ingest.tables.preamble import Preamble
+from ingest.tables.table import Preamble
 from ingest.text.cells import split_cells
 
 _FORCEDECKS = Instrument(

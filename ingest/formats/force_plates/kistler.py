@@ -12,16 +12,14 @@ from collections.abc import Mapping, Sequence
 
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
+from ingest.channels.names import parse_header, squash
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.force_plates.maker_header import number, plate_channel, positive, read_fixed, refuse_layout
-from ingest.formats.format import NAMES, SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.fixed_table import FixedHeader, number, plate_channel, positive, read_fixed, refuse_layout
+from ingest.formats.format import NAMES, SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
-from ingest.tables.fixed_table import FixedHeader
-from ingest.tables.header_cells import parse_header, squash
-from ingest.tables.preamble import Preamble
+from ingest.tables.table import Preamble
 from ingest.tables.text_table import text_table
 
 _BIOWARE = Instrument("force", Convention("Kistler BioWare", {}, "s"), Z_UP_REACTION, evidence="BioWare")

@@ -12,18 +12,17 @@ import re
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
 from ingest.findings import FindingCollector
-from ingest.formats.force_plates.maker_header import (
+from ingest.formats.fixed_table import (
+    FixedHeader,
     next_filled,
     number,
     plate_channel,
     read_fixed,
     refuse_layout,
 )
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
-from ingest.tables.fixed_table import FixedHeader
 
 _GROUND_FORCES = Instrument(
     "force", Convention("OpenSim", PLATE_UNITS, "s"), Z_UP_REACTION, evidence="OpenSim", frame="y up"

@@ -15,13 +15,11 @@ import numpy as np
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_DOWN_ACTION, Z_UP_REACTION
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.force_plates.maker_header import number, positive, read_fixed, refuse_layout
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.fixed_table import FixedHeader, number, positive, read_fixed, refuse_layout
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
-from ingest.tables.fixed_table import FixedHeader
-from ingest.tables.preamble import Preamble
+from ingest.tables.table import Preamble
 
 _UNITS = {kind: "mm" if unit == "m" else unit for kind, unit in PLATE_UNITS.items()}
 _QUALISYS = Instrument("force", Convention("Qualisys QTM", _UNITS, "s"), Z_UP_REACTION, evidence="QTM")

@@ -16,17 +16,14 @@ import numpy as np
 
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_UP_REACTION
+from ingest.channels.names import clean_name
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.force_plates.maker_header import joined, plate_channel, positive, refuse_layout
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.fixed_table import FixedHeader, fixed_table, joined, plate_channel, positive, refuse_layout
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
-from ingest.tables.fixed_table import FixedHeader, fixed_table
-from ingest.tables.header_cells import clean_name
-from ingest.tables.preamble import Preamble
-from ingest.tables.table import Block, CellKind, Table, Wanted
+from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
 from ingest.text.cells import split_cells
 from ingest.text.source import Line, TextSource
 from ingest.timebase.stamps import RATE_NOTED

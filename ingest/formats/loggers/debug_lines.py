@@ -11,16 +11,13 @@ from collections import Counter
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.formats.format import LAYOUT, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
 from ingest.tables.table import array_table
-from ingest.text.cells import NUMBER
-from ingest.text.debug_lines import debug_line, is_single_number
-from ingest.text.logical_lines import numbered_lines
-from ingest.text.source import TextSource
+from ingest.text.cells import NUMBER, debug_line, is_single_number
+from ingest.text.source import TextSource, numbered_lines
 
 _LOG = Instrument()
 _FEWEST_LINES = 4

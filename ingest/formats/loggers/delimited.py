@@ -5,13 +5,18 @@ Units and time come from the header, a profile or the command line (formats: kno
 
 from __future__ import annotations
 
-from ingest.findings import FindingCollector
-from ingest.formats.format import ANY_TEXT, Format, Recognition
-from ingest.formats.head import Head
+import dataclasses
+from collections.abc import Sequence
+
+from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.formats.format import ANY_TEXT, Format, Head, Recognition
 from ingest.instruments import Instrument
-from ingest.model import Reading
-from ingest.stacked import read_stacked
-from ingest.text.source import HEAD_BYTES
+from ingest.model import Declarations, Reading
+from ingest.signals import NamedTable, read_several, read_signals
+from ingest.tables.header_lines import SecondHeader
+from ingest.tables.text_table import text_table
+from ingest.text.cells import best_split
+from ingest.text.source import HEAD_BYTES, TextSource
 
 _LOG = Instrument()
 
@@ -29,3 +34,47 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
 
 
 FORMAT = Format("delimited_log", 6, _recognise, _read)
+
+
+MOST_TABLES = 20
+
+
+def read_stacked(
+    source: TextSource, declared: Declarations, findings: FindingCollector, instrument: Instrument
+) -> Reading:
+    """Read the table in a text, or each of several under its own header."""
+    sections: list[TextSource] = []
+    header_lines: list[int] = []
+    while len(sections) < MOST_TABLES:
+        found = FindingCollector()
+        try:
+            table = text_table(source, declared, found)
+            reading = Reading() if table is None else read_signals(table, declared, found, instrument)
+        except SecondHeader as another:
+            section = dataclasses.replace(source, data=source.data[: another.offset])
+            source = dataclasses.replace(source, start=another.offset, first_line=another.line)
+            if best_split(section.head_lines(), section.sample_lines(0.5)) is not None:  # else it is a title
+                sections.append(section)
+                header_lines.append(another.header_line)
+            continue
+        if not sections:
+            findings.take_over(found)
+            return reading
+        message = "Another header stands inside the data: what follows is read under it, as a part of its own."
+        findings.add(NOTE, "second_header", message, lines=header_lines)
+        return _read_sections([*sections, source], declared, findings, instrument)
+    message = f"More than {MOST_TABLES} headers stand inside the data: export one table a file."
+    findings.add(FILE, "too_many_tables", message)
+    return Reading()
+
+
+def _read_sections(
+    sections: Sequence[TextSource], declared: Declarations, findings: FindingCollector, instrument: Instrument
+) -> Reading:
+    named = []
+    for number, section in enumerate(sections, start=1):
+        table = text_table(section, declared, findings)
+        part = instrument.part if number == 1 else f"{instrument.part}_table_{number}"
+        if table is not None:
+            named.append(NamedTable(table, dataclasses.replace(instrument, part=part)))
+    return read_several(named, declared, findings)

@@ -15,14 +15,11 @@ import zipfile
 from collections.abc import Sequence
 from itertools import pairwise
 
-from ingest.channels.synonyms import TIME_NAMES
+from ingest.channels.names import TIME_NAMES, parse_header, squash
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.archive import ArchiveRefusedError, check_zip, is_workbook
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
-from ingest.formats.members import read_members
+from ingest.formats.archive import ArchiveRefusedError, check_zip, is_workbook, read_members
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.model import Declarations, Limits, Reading
-from ingest.tables.header_cells import parse_header, squash
 from ingest.text.cells import COMMA_NUMBER, is_number
 
 Cell = object

@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.formats.loggers.framed_records import SYNC, FramedRecords, find_records, spacing
 from ingest.instruments import Instrument
 from ingest.model import ColumnDeclaration, Declarations, Reading, SignalPart

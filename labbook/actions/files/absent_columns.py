@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from data_schema.vocabulary import Severity
-from ingest.channels.declared import ABSENT
+from ingest.declared import ABSENT
 from ingest.model import ReadFile
 
 

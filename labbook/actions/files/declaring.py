@@ -9,7 +9,7 @@ import typer
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.vocabulary import Severity
-from ingest.channels.axes import AXES
+from ingest.channels.forces import AXES
 from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.config.channels import channel_meant, check_unit

@@ -12,11 +12,9 @@ from typing import Any
 
 from data_schema.errors import InputRefused, nearest
 from data_schema.vocabulary import CHANNELS
-from ingest.channels.synonyms import channel_kind
-from ingest.explaining import LEFT_OUT
-from ingest.explanation import ColumnUse, TableUse, TextShape
-from ingest.model import ReadFile
-from ingest.tables.header_cells import clean_name
+from ingest.channels.names import channel_kind, clean_name
+from ingest.model import ColumnUse, ReadFile, TableUse, TextShape
+from ingest.signals import LEFT_OUT
 from ingest.tables.table import CellKind
 from labbook.actions.files.explaining import bytes_of, read_as_ingest
 from labbook.actions.files.ingesting import readable

@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from data_schema.queries.facts import find_uid
-from ingest.explanation import Explanation
-from ingest.model import ChargeRow, Finding, Limits, ReadFile
+from ingest.model import ChargeRow, Explanation, Finding, Limits, ReadFile
 from ingest.read import read_file
 from labbook.actions.files.absent_columns import refused_without_columns
 from labbook.actions.files.day_of_run import with_day_of_run

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import CHANNELS, FileRole, IngestStatus, RunKind
-from ingest.channels.synonyms import channel_kind
+from ingest.channels.names import channel_kind, squash
 from ingest.model import ChannelData
-from ingest.tables.header_cells import squash
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.book.opening import Book

@@ -10,7 +10,7 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
 from data_schema.vocabulary import FileRole, Undefined
-from ingest.channels.synonyms import channel_kind
+from ingest.channels.names import channel_kind
 from ingest.store import Store
 from labbook.analysis.outcomes.detecting import heeded_gaps
 from labbook.analysis.outcomes.detections import Detections

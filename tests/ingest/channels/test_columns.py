@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from data_schema.vocabulary import CHANNELS
-from ingest.channels.synonyms import channel_kind, channel_of
+from ingest.channels.names import channel_kind, channel_of, parse_header
 from ingest.model import ChannelData, ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
-from ingest.tables.header_cells import parse_header
 from tests.ingest.synthetic import text
 
 

@@ -12,9 +12,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.vocabulary import Severity
-from ingest.formats import FORMATS
-from ingest.formats.described import described_formats
-from ingest.formats.plugins import Plugins, all_formats, plugins
+from ingest.formats.registry import FORMATS, Plugins, all_formats, described_formats, plugins
 from ingest.model import Declarations, ReadFile
 from ingest.read import read_file
 from tests.ingest.synthetic import bertec_acquire, robot_log

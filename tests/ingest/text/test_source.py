@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ingest.findings import FindingCollector
 from ingest.model import Declarations
 from ingest.read import read_file
-from ingest.tables.preamble import read_preamble
+from ingest.tables.table import read_preamble
 from ingest.text.source import is_text, open_text
 from tests.ingest.synthetic import robot_log, robot_rows, text
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.vocabulary import IngestStatus
-from ingest.spool import mapped_bytes
+from ingest import spool
 from ingest.store import Store
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from tests.helpers.books import SmallBook, small_book
@@ -66,7 +66,7 @@ def test_a_large_file_leaves_what_a_small_one_does(
     with book.open() as opened:
         small = ingest_file(opened, path, IngestRequest(dry_run=True))
         before = kept(opened.store)
-        monkeypatch.setattr(mapped_bytes, "LARGE_BYTES", 1000)
+        monkeypatch.setattr(spool, "LARGE_BYTES", 1000)
         outcome = ingest_file(opened, path, IngestRequest())
         assert (outcome.sha256, outcome.status) == (small.sha256, small.status)
         new = [name for name in kept(opened.store) if name not in before]

@@ -19,8 +19,8 @@ from types import ModuleType
 import pytest
 
 import labbook.analysis
-from ingest.formats import FORMATS
 from ingest.formats.recognised import RECOGNISED
+from ingest.formats.registry import FORMATS
 from labbook.analysis.algorithms import ALGORITHMS
 from labbook.analysis.results.result_cache import Algorithm
 from stats.apexes.detectors import DETECTORS

@@ -12,7 +12,7 @@ import pytest
 
 from data_schema.queries.charges import every_charge
 from data_schema.vocabulary import Action, IngestStatus
-from ingest.formats.plugins import plugins
+from ingest.formats.registry import plugins
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.kept_files import reread_named, show_file, show_lines
 from labbook.actions.files.rereading import RereadRequest

@@ -1,25 +1,74 @@
-"""Formats of others: Python packages with an entry point in the group `labbook.formats`.
+"""All formats: labbook's own, a line each in `FORMATS`, and those of plug-ins; what each is, in words.
 
-An entry point is a `Format`, a list of them, or a function without arguments that returns either. What is wrong with
-a plug-in is a sentence, and never keeps the other formats from being read.
+A plug-in is a Python package with an entry point in the group `labbook.formats`: a `Format`, a list of them, or a
+function without arguments that returns either. What is wrong with a plug-in is a sentence, and never keeps the other
+formats from being read.
 """
 
 from __future__ import annotations
 
 import functools
 import importlib.metadata
+import inspect
+import sys
 import traceback
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from data_schema.errors import InputRefused, UsageError
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats import FORMATS
-from ingest.formats.format import UNKNOWN, Format, Recognition
-from ingest.formats.head import Head
+from ingest.formats import archive
+from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
+from ingest.formats.force_plates import (
+    amti,
+    amti_bsf,
+    bertec,
+    c3d,
+    cortex,
+    forcedecks,
+    kistler,
+    opensim,
+    pasco,
+    qualisys,
+    vicon,
+)
+from ingest.formats.format import UNKNOWN, Format, Head, Recognition
+from ingest.formats.loggers import debug_lines, delimited, excel, matlab, minitaur
 from ingest.formats.plugin_results import check_format, check_reading, check_recognition
+from ingest.formats.recognised import RECOGNISED
 from ingest.model import Reading
-from ingest.tables.second_header import SecondHeader
+from ingest.tables.header_lines import SecondHeader
+
+FORMATS: tuple[Format, ...] = (
+    *RECOGNISED,
+    archive.ZIP,
+    archive.GZIP,
+    excel.XLSX,
+    excel.XLS,
+    matlab.FORMAT,
+    icharger.FORMAT,
+    icharger_serial.FORMAT,
+    cheali.FORMAT,
+    logview.FORMAT,
+    logview_zero.FORMAT,
+    minitaur.FORMAT,
+    debug_lines.FORMAT,
+    amti.FORMAT,
+    amti_bsf.FORMAT,
+    bertec.FORMAT,
+    cortex.FORMAT,
+    forcedecks.FORMAT,
+    kistler.FORMAT,
+    kistler.CHANNELS_FORMAT,
+    opensim.FORMAT,
+    pasco.FORMAT,
+    qualisys.FORMAT,
+    vicon.FORMAT,
+    c3d.FORMAT,
+    sheet.FORMAT,
+    delimited.FORMAT,
+)
+
 
 GROUP = "labbook.formats"
 
@@ -134,3 +183,36 @@ def _failed(format_: Format, error: BaseException) -> str:
 def _said(error: BaseException) -> str:
     """Return what kind of error it is and what it says, on one line."""
     return " ".join(traceback.format_exception_only(error)[-1].split())[:_LONGEST_ERROR]
+
+
+@dataclass(frozen=True, slots=True)
+class Described:
+    """A format: `what` its files are, `evidence` by what one is recognised, `plugin` where it comes from."""
+
+    name: str
+    version: int
+    what: str
+    evidence: str
+    plugin: str | None
+
+
+def described_formats() -> tuple[Described, ...]:
+    """Describe all formats, in the order of the registry; those without words of their own by their module's."""
+    return tuple(
+        Described(each.name, each.version, each.what or _of_module(each), _of_recognise(each), each.plugin)
+        for each in all_formats()
+    )
+
+
+def _of_module(format_: Format) -> str:
+    module = sys.modules.get(format_.read.__module__)
+    return _first_sentence(inspect.getdoc(module) or "")
+
+
+def _of_recognise(format_: Format) -> str:
+    return _first_sentence(inspect.getdoc(format_.recognise) or "")
+
+
+def _first_sentence(text: str) -> str:
+    words = " ".join(text.partition("\n\n")[0].split())
+    return words.partition(". ")[0].rstrip(".") + "." if words else ""

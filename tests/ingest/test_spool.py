@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from data_schema.errors import InputRefused
+from ingest import spool
 from ingest.model import Declarations, ReadFile
 from ingest.read import read_file
 from ingest.samples import read_samples, signal_sha256
-from ingest.spool import columns, mapped_bytes
-from ingest.spool.mapped_bytes import beginning, map_and_hash, mapped, read_and_hash
+from ingest.spool import beginning, map_and_hash, mapped, read_and_hash
 from ingest.store import Store
 from ingest.tables import rows
 from tests.ingest.bad_input import Case
@@ -34,10 +34,10 @@ CASES = [
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     """Blocks of a few hundred rows, so that a small file is read as a large one is."""
-    monkeypatch.setattr(mapped_bytes, "BLOCK_BYTES", 4096)
+    monkeypatch.setattr(spool, "BLOCK_BYTES", 4096)
     monkeypatch.setattr(rows, "BLOCK_BYTES", 6000)
     monkeypatch.setattr(rows, "PIECE_BYTES", 900)
-    monkeypatch.setattr(columns, "BLOCK_ROWS", 100)
+    monkeypatch.setattr(spool, "BLOCK_ROWS", 100)
 
 
 def map_of(data: bytes, folder: Path) -> bytes:
@@ -89,12 +89,12 @@ def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
     path.write_bytes(data)
     store = Store(tmp_path / "store")
     assert mapped(read_and_hash(path, tmp_path, 10**9)[0]) is None
-    monkeypatch.setattr(mapped_bytes, "LARGE_BYTES", 10_000)
+    monkeypatch.setattr(spool, "LARGE_BYTES", 10_000)
     found, sha256 = store.read_and_hash(path, 10**9)
     assert mapped(found) is not None
     assert bytes(store.raw(store.put_raw(found, sha256), sha256)) == data
     (part,) = read_file(found, Declarations()).parts
-    assert columns.folder_of(part.channels[0].values) == store.root
+    assert spool.folder_of(part.channels[0].values) == store.root
     _, kept = store.put_signal(part)
     (whole,) = read_file(data, Declarations()).parts
     for name, values in read_samples(store.root / kept, ["body_height", "leg_length"]).items():
@@ -109,7 +109,7 @@ def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
 def test_a_file_that_grows_or_is_replaced_meanwhile_is_read_as_it_was(
     large: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mapped_bytes, "LARGE_BYTES", large)
+    monkeypatch.setattr(spool, "LARGE_BYTES", large)
     data = text(LOG_HEADER, robot_rows(3000))
     path = tmp_path / "log.csv"
     path.write_bytes(data)

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ingest.tables.arrow_columns import to_arrow, to_numpy
+from ingest.spool import to_arrow, to_numpy
 
 DOUBLES = st.lists(st.none() | st.floats(width=64), max_size=12)
 WHOLE = st.lists(st.integers(-(2**63), 2**63 - 1), max_size=12)

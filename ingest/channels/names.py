@@ -1,0 +1,311 @@
+"""Names and units of columns: what a header cell says (`height [m]`, `height_mm`, `legLength/mm`), and what that means.
+
+A unit is read only where it is marked as one; nothing is inferred from the name of the quantity. Names of channels are
+compared without case, blanks and underscores. Those that mean different things in different labs (`z`, `h`, `velocity`,
+`voltage`, `position`) are left out on purpose: they are declared, not guessed.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from data_schema.errors import InputRefused
+from data_schema.units import conversion
+from data_schema.vocabulary import CHANNELS
+from ingest.findings import FILE, FindingCollector
+from ingest.model import Declarations
+
+if TYPE_CHECKING:
+    from ingest.channels.columns import ColumnPlan
+
+
+# Spellings of units as instruments and people write them, case kept: `mV` is not `MV`.
+_SPELLINGS = {
+    "sec": "s", "secs": "s", "second": "s", "seconds": "s",
+    "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
+    "usec": "us", "microsecond": "us", "microseconds": "us",
+    "minute": "min", "minutes": "min", "mins": "min", "hour": "h", "hours": "h", "hr": "h",
+    "metre": "m", "meter": "m", "metres": "m", "meters": "m", "inch": "in", "inches": "in",
+    "Newton": "N", "Newtons": "N", "newton": "N", "newtons": "N",
+    "Nm": "N*m", "N.m": "N*m", "N-m": "N*m", "N m": "N*m",
+    "Nmm": "N*mm", "N.mm": "N*mm", "N-mm": "N*mm", "N mm": "N*mm",
+    "mps": "m/s", "m_s": "m/s", "mm_s": "mm/s", "cm_s": "cm/s", "rad_s": "rad/s", "deg_s": "deg/s",
+    "m s^-1": "m/s", "m s-1": "m/s", "m.s-1": "m/s",
+    "volt": "V", "volts": "V", "amp": "A", "amps": "A", "ampere": "A",
+    "mah": "mAh", "mA*h": "mAh", "mA.h": "mAh", "ah": "Ah", "A*h": "Ah",
+    "C": "degC", "°C": "degC", "degree": "deg", "degrees": "deg", "°": "deg",
+    "-": "1", "none": "1", "FILETIME": "filetime",
+}  # fmt: skip
+_UNITS = {
+    "s", "ms", "us", "ns", "min", "h", "filetime", "m", "cm", "mm", "um", "in", "ft", "m/s", "cm/s", "mm/s",
+    "m/s^2", "m/s2", "m/s²", "N", "kN", "lbf", "N*m", "N*mm", "N*cm", "V", "mV", "A", "mA", "mAh", "Ah", "W", "J",
+    "degC", "K", "deg", "rad", "rad/s", "deg/s", "rpm", "Hz", "kHz", "kg", "g", "Pa", "kPa", "%", "1",
+}  # fmt: skip
+# After an underscore only units that no word ends in by chance; single letters need a name that is known.
+_SAFE_SUFFIXES = {
+    "ms", "us", "ns", "mm", "cm", "um", "mV", "mA", "mAh", "Ah", "Nm", "Nmm", "kN", "degC", "deg", "rad", "rad_s",
+    "deg_s", "m_s", "mm_s", "cm_s", "mps", "Hz", "kHz", "sec", "msec", "usec", "rpm",
+}  # fmt: skip
+_SUFFIX = re.compile(r"(.+?)[_ .]((?:rad|deg|mm|cm|m)_s|[A-Za-zµμ°%]+)")
+_BRACKETS = re.compile(r"(.*?)\s*(\[|\()\s*([^\])]*?)\s*[\])]\s*(.*)")
+_SEPARATED = re.compile(r"(.*\S)\s*(?:/|,|\bin\b)\s*(\S+)")
+_LONGEST_NAME = 200
+"""A longer cell is no name with a unit; to look for brackets in one of 100 kB takes minutes."""
+_CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+
+
+@dataclass(frozen=True, slots=True)
+class HeaderCell:
+    """A column's name as written, without its unit, and the unit in the spelling used here; None where none is marked.
+
+    `suffix_unit` is a one-letter ending (`height_m`, `time_s`) that counts only where the name before it is known;
+    `suffix_base` is that name.
+    """
+
+    base: str
+    unit: str | None
+    suffix_base: str | None = None
+    suffix_unit: str | None = None
+
+
+def parse_header(text: str) -> HeaderCell:
+    """Take a header cell apart; the words around a unit in brackets stay part of the name."""
+    text = text.strip().strip("\u200e\u200f\ufeff").strip()
+    if len(text) > _LONGEST_NAME:
+        return HeaderCell(text, None)
+    brackets = _BRACKETS.fullmatch(text)
+    if brackets and (brackets[2] == "[" or is_unit(brackets[3])):
+        return HeaderCell(f"{brackets[1]} {brackets[4]}".strip(), normal_unit(brackets[3]))
+    separated = _SEPARATED.fullmatch(text)
+    if separated and is_unit(separated[2]):
+        return HeaderCell(separated[1], normal_unit(separated[2]))
+    suffix = _SUFFIX.fullmatch(text)
+    if suffix and suffix[2] in _SAFE_SUFFIXES:
+        return HeaderCell(suffix[1], normal_unit(suffix[2]))
+    if suffix and is_unit(suffix[2]):
+        return HeaderCell(text, None, suffix[1], normal_unit(suffix[2]))
+    return HeaderCell(text, None)
+
+
+def normal_unit(text: str) -> str | None:
+    """Return a unit in the spelling used here; None for no text. Unknown units stay as they are written."""
+    text = text.strip().strip("[]()").strip().replace("µ", "u").replace("μ", "u").replace("·", "*")
+    return _SPELLINGS.get(text, text) or None
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit known here (and not just any word)."""
+    return normal_unit(text) in _UNITS
+
+
+def squash(name: str) -> str:
+    """Return a name for comparing: `Leg Length`, `legLength` and `leg_length` are one."""
+    return "".join(letter for letter in name.lower() if letter.isalnum())
+
+
+def clean_name(name: str) -> str:
+    """Return a channel name from a column's: lower case words joined by `_`; empty when no letter or digit is left."""
+    words = re.split(r"[\W_]+", _CAMEL.sub("_", name))
+    return "_".join(word.lower() for word in words if word)
+
+
+def strip_comment(text: str) -> str:
+    """Return a header cell without the comment sign that some loggers write before the first name, and without NULs."""
+    return text.replace("\0", "").strip().lstrip("#%").removeprefix("//").strip()
+
+
+TIME_NAMES = frozenset(
+    {
+        "millis",
+        "micros",
+        "filetime",
+        "time",
+        "t",
+        "timestamp",
+        "elapsed",
+        "elapsedtime",
+        "timeelapsed",
+        "epoch",
+        "unixtime",
+        "datetime",
+        "dateandtime",
+    }
+)
+UNIT_OF_NAME = {"millis": "ms", "micros": "us", "filetime": "filetime", "mah": "mAh"}
+"""Names that say their unit: Arduino's clock functions are defined in milliseconds and microseconds."""
+
+_WRITTEN_AS = {
+    "body_height": "height, robot height, string pot, string pot height, string potentiometer, pot height, body z",
+    "foot_height": "toe height",
+    "leg_length": "leg len, leg extension length",
+    "leg_velocity": "leg vel, leg speed, leg length velocity",
+    "body_velocity": "body vel, vertical velocity, height rate",
+    "platform_height": "platform, ground height, emulator height",
+    "k_gain": "stiffness gain, extension gain",
+    "b_gain": "damping gain",
+    "b_ad_gain": "ad gain, b ad, active damping gain, active damping",
+    "controller_state": "state, controller mode, control mode, fsm state",
+    "battery_voltage": "v bat, pack voltage, v pack, battery v",
+    "input_voltage": "v in, supply voltage",
+    "current": "i bat, battery current",
+    "charge": "mah",
+    "temperature_internal": "int temp, t int, internal temperature",
+    "temperature_external": "ext temp, t ext, external temperature",
+    "force_x": "fx",
+    "force_y": "fy",
+    "force_z": "fz, grf v, grf z, v grf, vertical grf, vertical ground reaction force",
+    "moment_x": "mx",
+    "moment_y": "my",
+    "moment_z": "mz",
+    "cop_x": "cx",
+    "cop_y": "cy",
+    "cop_z": "cz",
+    "free_moment_z": "tz",
+    "sync": "",
+    "aux": "",
+    "sequence": "seq, sample, sample number, packet, packet number, frame",
+}
+_PLATED = re.compile(r"((?:force|moment|free_moment|cop)_[xyz])(?:_\d+)?")
+_PLATE = re.compile(r"_(\d+)$")
+_PLATE_NUMBER = re.compile(r"(f[xyz]|m[xyz]|cop[xyz]|force[xyz]|moment[xyz])([1-9])")
+
+_CHANNEL_OF = {squash(name): name for name in CHANNELS}
+_CHANNEL_OF |= {squash(word): name for name, words in _WRITTEN_AS.items() for word in words.split(",") if word}
+
+_CHANNEL_IN_UNIT: dict[tuple[str, str | None], str] = {
+    ("battery", "V"): "battery_voltage",
+    ("battery", "mV"): "battery_voltage",
+}
+"""Names that may be those of several quantities, and the units that decide which."""
+
+
+def channel_of(name: str, unit: str | None = None) -> str | None:
+    """Return the channel that a source column of this name, in this unit, holds, None when it is not known.
+
+    Force plates number their columns (`Fx1`, `COPx2`): plate 1 keeps the plain name, further ones a suffix.
+    """
+    squashed = squash(name)
+    plate = _PLATE_NUMBER.fullmatch(squashed)
+    if plate:
+        channel = _CHANNEL_OF[plate[1]]
+        return channel if plate[2] == "1" else f"{channel}_{plate[2]}"
+    return _CHANNEL_OF.get(squashed) or _CHANNEL_IN_UNIT.get((squashed, unit))
+
+
+def channel_kind(channel: str) -> str | None:
+    """Return the key of `CHANNELS` for a channel, its plate suffix removed; None for a name that is not known."""
+    plated = _PLATED.fullmatch(channel)
+    if plated:
+        return plated[1]
+    return channel if channel in CHANNELS else None
+
+
+def is_cop(channel: str) -> bool:
+    """Whether a channel is a coordinate of a centre of pressure, of any plate."""
+    return (channel_kind(channel) or "").startswith("cop_")
+
+
+def plate_of(channel: str) -> int:
+    """Return the number of the plate that a channel belongs to, 1 where it has none."""
+    match = _PLATE.search(channel)
+    return int(match[1]) if match else 1
+
+
+FACTORS = {
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
+    "m/s": {"m/s": 1.0, "cm/s": 1e-2, "mm/s": 1e-3},
+    "N": {"N": 1.0, "kN": 1e3},
+    "N*m": {"N*m": 1.0, "N*mm": 1e-3},
+    "V": {"V": 1.0, "mV": 1e-3},
+    "A": {"A": 1.0, "mA": 1e-3, "10 mA": 1e-2},
+    "mAh": {"mAh": 1.0, "Ah": 1e3},
+    "degC": {"degC": 1.0, "0.1 degC": 0.1, "0.01 degC": 0.01},
+    "1": {"1": 1.0},
+}
+"""The units that logs are full of, by the stored one: the units library, slow to load, is for the others."""
+
+
+def factor(column: str, unit: str, stored: str, findings: FindingCollector) -> tuple[float, float]:
+    """Return `(scale, offset)` with `stored = scale * value + offset`; a unit of another quantity refuses the file."""
+    common = FACTORS.get(stored, {}).get(unit)
+    if common is not None:
+        return common, 0.0
+    try:
+        return conversion(unit, stored)
+    except InputRefused as error:
+        findings.add(FILE, "unit_not_convertible", f"Column {column!r}: {error}", column=column, value=unit)
+        return 1.0, 0.0
+
+
+def is_common(unit: str, stored: str) -> bool:
+    """Whether a unit is one in which logs often give a quantity that is stored in `stored`."""
+    return unit in FACTORS.get(stored, {})
+
+
+def same_unit(one: str, other: str) -> bool:
+    """Whether two spellings mean one unit."""
+    if one == other:
+        return True
+    try:
+        scale, offset = conversion(one, other)
+    except InputRefused:
+        return False
+    return math.isclose(scale, 1.0) and offset == 0.0
+
+
+def refuse_other_unit(
+    column: str, own: str | None, stated: str | None, declared: Declarations, findings: FindingCollector
+) -> None:
+    """Refuse a file whose header says another unit of a column than is declared, unless declarations override it."""
+    if own and stated and is_unit(own) and not declared.override_units and not same_unit(own, stated):
+        findings.add(
+            FILE,
+            "unit_contradicts",
+            f"The header of column {column!r} says {own} and {stated} is declared: leave the declaration out, "
+            "or say `--override-units` if the header is wrong.",
+            column=column,
+            value=own,
+        )
+
+
+def refuse_two_units(column: str, name: str | None, below: str | None, findings: FindingCollector) -> None:
+    """Refuse a column whose name says one unit and the row of units, or the cells, below it another."""
+    if name and below and is_unit(name) and is_unit(below) and not same_unit(name, below):
+        findings.add(
+            FILE,
+            "unit_contradicts",
+            f"The header of column {column!r} says {name} and below it stands {below}: correct the file, or say which "
+            f'holds with `--column "{column}=CHANNEL:{below}" --override-units`.',
+            column=column,
+            value=below,
+        )
+
+
+_LENGTHS = {**FACTORS["m"], "in": 0.0254, "ft": 0.3048}
+_USUAL = {"m": 0.4}
+"""What a value of a hopping leg is about, in stored units; of the rest only that it is within what is allowed."""
+
+
+def fitting_unit(plan: ColumnPlan, value: float, low: float, high: float, *, usual: float | None = None) -> str | None:
+    """Return the unit in which a stored `value` would lie in `low` to `high`, the nearest to what is usual."""
+    source = value / plan.scale
+    units = _LENGTHS if plan.unit == "m" else FACTORS.get(plan.unit or "", {})
+    fitting = {unit: abs(source * scale) for unit, scale in units.items() if low <= source * scale <= high}
+    fitting.pop(plan.source_unit or plan.unit or "", None)
+    near = usual or _USUAL.get(plan.unit or "", 1.0)
+    return min(fitting, key=lambda unit: abs(math.log((fitting[unit] or 1e-30) / near)), default=None)
+
+
+def in_unit(plan: ColumnPlan, value: float, unit: str) -> float:
+    """Return a stored length as it would be, its column being in another unit."""
+    return value / plan.scale * _LENGTHS[unit]
+
+
+def say_unit(plan: ColumnPlan, unit: str) -> str:
+    """Return the flags that have the column read in a unit."""
+    if channel_kind(plan.channel) is None:
+        return f'`--unit "{plan.source_name}={unit}" --override-units`'
+    return f'`--column "{plan.source_name}={plan.channel}:{unit}" --override-units`'

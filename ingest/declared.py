@@ -1,0 +1,238 @@
+"""What was declared about a file: the profile that applies to it, the columns of a table that are meant, and JSON.
+
+What was said directly stands over what a profile says. A column is meant by its name, by `name#2` among equal names, or
+by its place from 1. As JSON declarations are kept beside a file: every field is written, also where it says what is
+usual, for that may change; reading back, a field that is not there has its default, for whoever wrote it did not know
+the field.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+import types
+import typing
+from collections.abc import Collection, Mapping, Sequence
+from fnmatch import fnmatchcase
+from typing import Any, TypeVar
+
+from data_schema.errors import nearest
+from ingest.channels.names import parse_header, squash, strip_comment
+from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.model import ColumnDeclaration, Declarations, Profile, ReadingSettings
+from ingest.text.cells import CANDIDATES, split_cells
+from ingest.text.source import TextSource
+
+
+def with_profile(declared: Declarations, source: TextSource | None, findings: FindingCollector) -> Declarations:
+    """Return `declared` completed by the profile for a file, as far as its name and its first lines show one."""
+    if not declared.profiles:
+        return declared
+    fitting = [profile for profile in declared.profiles if _fits(profile, declared, _headers(profile, source))]
+    return _completed(declared, fitting, findings)
+
+
+def with_profile_for_names(declared: Declarations, names: Sequence[str], findings: FindingCollector) -> Declarations:
+    """Return `declared` completed by the profile for a table of these columns, where none was found before."""
+    if declared.profile is not None or not declared.profiles:
+        return declared
+    present = _present(names)
+    return _completed(declared, [p for p in declared.profiles if _fits(p, declared, [present])], findings)
+
+
+def _fits(profile: Profile, declared: Declarations, headers: Sequence[Collection[str]]) -> bool:
+    if declared.profile is not None:
+        return profile.name == declared.profile
+    if profile.files is not None:
+        if declared.file_name is None or not fnmatchcase(declared.file_name.lower(), profile.files.lower()):
+            return False
+    elif not profile.recognise:
+        return False
+    return not profile.recognise or any(set(header).issuperset(profile.recognise) for header in headers)
+
+
+def _headers(profile: Profile, source: TextSource | None) -> list[frozenset[str]]:
+    """Return the names in those of the first lines that may hold all the profile asks for, under each delimiter."""
+    if source is None or not profile.recognise:
+        return []
+    encoding = source.encoding if source.encoding == "utf-8" else profile.encoding or source.encoding
+    page = dataclasses.replace(source, encoding=encoding)
+    delimiters = CANDIDATES if profile.delimiter is None else (profile.delimiter.encode("latin-1", "replace"),)
+    found = []
+    for line in source.head_lines():
+        text = page.decode(line.content)
+        if all(name in text for name in profile.recognise):
+            for delimiter in delimiters:
+                cells = split_cells(line.content, delimiter) or []
+                found.append(_present([strip_comment(page.decode(cell)) for cell in cells]))
+            found.append(_present([strip_comment(text)]))
+    return found
+
+
+def _present(names: Sequence[str]) -> frozenset[str]:
+    return frozenset(names) | {parse_header(name).base for name in names}
+
+
+def _completed(declared: Declarations, fitting: Sequence[Profile], findings: FindingCollector) -> Declarations:
+    """Return `declared` with what the most specific profile says: more columns named first, then the longer pattern."""
+    if not fitting:
+        return declared
+    highest = max(map(_specificity, fitting))
+    closest = [profile for profile in fitting if _specificity(profile) == highest]
+    if len(closest) > 1:
+        listed = " and ".join(repr(profile.name) for profile in closest)
+        message = f"Profiles {listed} fit this file equally: say which with `--profile {closest[0].name}`, "
+        message += "or let one of them ask for more in `recognise` or `files`."
+        findings.add(FILE, "profile_ambiguous", message)
+        return dataclasses.replace(declared, profiles=())
+    (profile,) = closest
+    findings.add(NOTE, "profile_used", f"Read with profile {profile.name!r}.")
+    said = {
+        setting.name: getattr(profile, setting.name)
+        for setting in dataclasses.fields(ReadingSettings)
+        if setting.name != "columns" and getattr(declared, setting.name) is None
+    }
+    return dataclasses.replace(
+        declared,
+        **said,
+        profile_columns={**declared.profile_columns, **profile.columns},
+        profile=profile.name,
+        profiles=(),
+    )
+
+
+def _specificity(profile: Profile) -> tuple[int, int]:
+    pattern = profile.files or ""
+    return len(profile.recognise), sum(letter not in "*?" for letter in pattern)
+
+
+ABSENT = "declared_column_absent"
+"""The rule of a declared column that the file does not have."""
+
+_NUMBERED = re.compile(r"(.+)#(\d{1,4})")
+_PLACE = re.compile(r"[1-9]\d{0,3}")
+
+
+def positions_of(column: str, names: Sequence[str]) -> tuple[int, ...]:
+    """Return the places, from 0, of the columns that a declaration means; `names` are the header's cells.
+
+    A whole cell counts before its name without the unit, both before `name#2`, and a place only where no column is
+    named so.
+    """
+    for spelled in (list(names), [parse_header(name).base for name in names]):
+        found = tuple(position for position, name in enumerate(spelled) if name == column)
+        if found:
+            return found
+    numbered = _NUMBERED.fullmatch(column)
+    if numbered is not None:
+        equal = positions_of(numbered[1], names)
+        return equal[int(numbered[2]) - 1 : int(numbered[2])] if int(numbered[2]) else ()
+    if _PLACE.fullmatch(column) and int(column) <= len(names):
+        return (int(column) - 1,)
+    return ()
+
+
+def argument(text: str) -> str:
+    """Return what stands behind a flag, in quotes where a shell would part it."""
+    return text if re.fullmatch(r"[\w@%+=:,./#-]+", text, re.ASCII) else f'"{text}"'
+
+
+def declared_columns(declared: Declarations, names: Sequence[str]) -> Mapping[int, ColumnDeclaration]:
+    """Return what is declared about the columns of these names, by place from 0: directly, over what the profile says.
+
+    Of several declarations of a column the one that means it alone counts, then the one by its whole header cell.
+    """
+    profile, direct = _by_position(declared.profile_columns, names), _by_position(declared.columns, names)
+    return {**profile, **{position: _over(said, profile.get(position)) for position, said in direct.items()}}
+
+
+def _by_position(columns: Mapping[str, ColumnDeclaration], names: Sequence[str]) -> dict[int, ColumnDeclaration]:
+    found: dict[int, tuple[tuple[bool, bool], ColumnDeclaration]] = {}
+    for column, said in columns.items():
+        positions = positions_of(column, names)
+        exactness = len(positions) == 1, column in names
+        for position in positions:
+            if position not in found or found[position][0] < exactness:
+                found[position] = exactness, said
+    return {position: said for position, (_, said) in found.items()}
+
+
+def _over(said: ColumnDeclaration, profile: ColumnDeclaration | None) -> ColumnDeclaration:
+    if profile is None:
+        return said
+    sign = said.sign if said.sign != 1 else profile.sign
+    return ColumnDeclaration(said.channel or profile.channel, said.unit or profile.unit, sign)
+
+
+def without(declared: Declarations, names: Collection[str]) -> Declarations:
+    """Return the declarations without those of columns of these names, which another table of the file has."""
+    columns, by_profile = (
+        {name: said for name, said in declarations.items() if name not in names}
+        for declarations in (declared.columns, declared.profile_columns)
+    )
+    return dataclasses.replace(declared, columns=columns, profile_columns=by_profile)
+
+
+def note_absent(declared: Declarations, names: Sequence[str], findings: FindingCollector) -> None:
+    """Report declarations of columns that the table does not have."""
+    single = (declared.time_column, declared.date_column, declared.trials)
+    for column in [*declared.columns, *declared.profile_columns, *(column for column in single if column is not None)]:
+        if not positions_of(column, names):
+            close = _nearest(column, names)
+            hint = f"did you mean {close!r}?" if close else f"the file has {', '.join(map(repr, names[:12]))}."
+            findings.add(NOTE, ABSENT, f"No column is named {column!r}: {hint}", column=column)
+
+
+def _nearest(column: str, names: Sequence[str]) -> str | None:
+    """Return the cell that is called so but for capitals, signs or its unit, else the one that looks most like it."""
+    wanted = squash(parse_header(column).base)
+    alike = [name for name in names if wanted and squash(parse_header(name).base) == wanted]
+    return alike[0] if alike else nearest(column, names)
+
+
+_T = TypeVar("_T")
+
+
+def declared_to_json(declared: Declarations) -> dict[str, Any]:
+    """Return what `json.dumps` takes: objects, lists, texts, numbers and None."""
+    return {field.name: _plain(getattr(declared, field.name)) for field in dataclasses.fields(declared)}
+
+
+def declared_from_json(record: Mapping[str, Any]) -> Declarations:
+    """Return the declarations that `declared_to_json` wrote; fields that this labbook does not know are left out."""
+    return _dataclass(Declarations, record)
+
+
+def _plain(value: Any) -> Any:
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(name): _plain(item) for name, item in value.items()}
+    if isinstance(value, list | tuple | frozenset):
+        return [_plain(item) for item in value]
+    return value
+
+
+def _dataclass(kind: type[_T], record: Mapping[str, Any]) -> _T:
+    hints = typing.get_type_hints(kind)
+    return kind(**{name: _typed(hints[name], value) for name, value in record.items() if name in hints})
+
+
+def _typed(hint: Any, value: Any) -> Any:
+    """Return a value of JSON as the type that a field is declared with."""
+    if value is None:
+        return None
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if origin in (typing.Union, types.UnionType):
+        return _typed(next(part for part in inner if part is not type(None)), value)
+    if dataclasses.is_dataclass(hint):
+        assert isinstance(hint, type)  # noqa: S101 - an instance is no annotation
+        return _dataclass(hint, value)
+    if origin is tuple:
+        items = inner[:1] * len(value) if inner[1:] == (...,) else inner
+        return tuple(_typed(part, item) for part, item in zip(items, value, strict=True))
+    if origin is not None and issubclass(origin, Mapping):
+        return {name: _typed(inner[1], item) for name, item in value.items()}
+    if origin is not None and issubclass(origin, Sequence | frozenset):
+        return origin(_typed(inner[0], item) for item in value)
+    return hint(value) if isinstance(hint, type) and not isinstance(value, hint) else value

@@ -1,1 +1,0 @@
-"""Large data outside memory: bytes and columns in temporary files without a name, mapped and read in blocks."""
