@@ -20,7 +20,7 @@ from data_schema.vocabulary import Severity
 from ingest.channels.names import clean_name
 from ingest.declared import ABSENT
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.model import ChargeRow, Declarations, Finding, Limits, ReadFile, Reading, SignalPart
 from ingest.signals import combine
 
@@ -155,8 +155,8 @@ def _expanded(data: bytes, limits: Limits) -> bytes:
     return b"".join(pieces)
 
 
-ZIP = Format("zip", 2, _recognise_zip, _read_zip, container=True)
-GZIP = Format("gzip", 2, _recognise_gzip, _read_gzip, container=True)
+ZIP = Format("zip", 2, _recognise_zip, _read_zip, container=True, clue=Clue(begins=(b"PK\3\4", b"PK\5\6")))
+GZIP = Format("gzip", 2, _recognise_gzip, _read_gzip, container=True, clue=Clue(begins=(b"\x1f\x8b",)))
 
 
 def read_members(

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ingest.declared import with_profile
 from ingest.findings import NOTE, FindingCollector
 from ingest.model import Declarations, Reading
-from ingest.text.source import DEFAULT_PAGE, TextSource, as_declared, is_text, open_text
+from ingest.text.source import DEFAULT_PAGE, HEAD_BYTES, TextSource, as_declared, is_text, open_text
 
 HEAD_LINES = 60
 """Lines from which a format is recognised, those that a quoted cell spans counted as one."""
@@ -19,12 +19,14 @@ class Head:
     """All bytes of a file, and what can be told from the first of them.
 
     `source` is None when the file is not text; `lines` are its first lines, decoded; `declared` what was said about it.
+    `beginning` is what clues are looked for in: the first bytes and lines, in lower case and without NULs.
     """
 
     data: bytes
     declared: Declarations
     source: TextSource | None
     lines: tuple[str, ...]
+    beginning: bytes
 
     def first_line(self) -> str:
         """Return the first line that is not blank, without NULs, or an empty text."""
@@ -37,7 +39,7 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> He
     Raises `UsageError` for an unknown encoding.
     """
     if not is_text(data):
-        return Head(data, with_profile(declared, None, findings), None, ())
+        return Head(data, with_profile(declared, None, findings), None, (), _beginning(data, ()))
     source = open_text(data, declared.encoding or DEFAULT_PAGE, findings, declared.limits.longest_line_bytes)
     declared = with_profile(declared, source, findings)
     source = as_declared(source, declared, findings)
@@ -45,7 +47,11 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> He
         message = f"The text is not UTF-8; names are read as {source.encoding}, the page declared for such files."
         findings.add(NOTE, "encoding_declared", message)
     lines = tuple(source.decode(line.content) for line in source.head_lines(HEAD_LINES))
-    return Head(data, declared, source, lines)
+    return Head(data, declared, source, lines, _beginning(data, lines))
+
+
+def _beginning(data: bytes, lines: Sequence[str]) -> bytes:
+    return b"\n".join([data[:HEAD_BYTES], *(line.encode() for line in lines)]).replace(b"\0", b"").lower()
 
 
 UNKNOWN = "unknown"
@@ -72,12 +78,36 @@ class Recognition:
 
 
 @dataclass(frozen=True, slots=True)
+class Clue:
+    """What every file of a format holds, at least one of it: cheap to look for, and no proof.
+
+    `begins` are its first bytes, `says` bytes in its beginning, in lower case; `binary` is a file that is no text, and
+    `instrument` the one that is declared.
+    """
+
+    begins: tuple[bytes, ...] = ()
+    says: tuple[bytes, ...] = ()
+    binary: bool = False
+    instrument: str | None = None
+
+    def is_in(self, head: Head) -> bool:
+        """Whether a file holds any of it."""
+        return (
+            head.data.startswith(self.begins)
+            or (self.binary and head.source is None)
+            or (self.instrument is not None and self.instrument == head.declared.instrument)
+            or any(words in head.beginning for words in self.says)
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Format:
     """One file format. `version` rises with every change of what its reader gives for the same bytes.
 
-    `recognise` returns None for a file that is not of this format; of several formats the one with the highest score
-    reads. `what` says what its files are, for lists. `plugin` names the distribution and version that a format of
-    somebody else's comes from. A `container` holds files that are read as what is declared.
+    `recognise` returns None for a file that is not of this format; one without the `clue` is not even shown to it. Of
+    several formats the one with the highest score reads. `what` says what its files are, for lists. `plugin` names the
+    distribution and version that a format of somebody else's comes from. A `container` holds files that are read as
+    what is declared.
     """
 
     name: str
@@ -87,3 +117,4 @@ class Format:
     what: str | None = None
     plugin: str | None = None
     container: bool = False
+    clue: Clue | None = None

@@ -16,7 +16,7 @@ import numpy as np
 
 from ingest.findings import FindingCollector
 from ingest.formats.chargers.sheet_columns import LIMITS, STORED_UNIT
-from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Recognition
 from ingest.model import ChargeRow, Finding, Reading, SignalPart
 
 _NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,63}")
@@ -32,6 +32,7 @@ def check_format(found: Format) -> None:
     if not 1 <= found.version <= _LARGEST_VERSION:
         raise ValueError(f"its version {found.version} is not from 1 to {_LARGEST_VERSION}")
     _check_type(found.what, str | None, "its what")
+    _check_type(found.clue, Clue | None, "its clue")
     for name in ("recognise", "read"):
         if not callable(getattr(found, name)):
             raise TypeError(f"its {name} is no function")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.model import Reading
 
 _TEXT = "export its data as delimited text with a header, units and time"
@@ -18,11 +18,8 @@ class _Signature:
     name: str
     what: str
     instead: str
-    matches: Callable[[Head], bool]
-
-
-def _magic(*beginnings: bytes) -> Callable[[Head], bool]:
-    return lambda head: head.data.startswith(beginnings)
+    clue: Clue
+    matches: Callable[[Head], bool] = lambda _head: True
 
 
 def _first_line(pattern: str) -> Callable[[Head], bool]:
@@ -33,11 +30,23 @@ def _first_line(pattern: str) -> Callable[[Head], bool]:
 _RUN_SHEET = r"run[,;\t]date[,;\t]position[,;\t]kind\b"
 
 _SIGNATURES = (
-    _Signature("pdf", "a PDF document", "give the data it was made from", _magic(b"%PDF-")),
-    _Signature("image", "an image", _TEXT, _magic(b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*")),
-    _Signature("video", "a video", "keep it beside the book", lambda head: head.data[4:8] == b"ftyp"),
-    _Signature("run_sheet", "a run sheet", "state its runs with `labbook runs import FILE`", _first_line(_RUN_SHEET)),
-)  # fmt: skip
+    _Signature("pdf", "a PDF document", "give the data it was made from", Clue(begins=(b"%PDF-",))),
+    _Signature("image", "an image", _TEXT, Clue(begins=(b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"))),
+    _Signature(
+        "video",
+        "a video",
+        "keep it beside the book",
+        Clue(says=(b"ftyp",)),
+        lambda head: head.data[4:8] == b"ftyp",
+    ),
+    _Signature(
+        "run_sheet",
+        "a run sheet",
+        "state its runs with `labbook runs import FILE`",
+        Clue(says=(b"position",)),
+        _first_line(_RUN_SHEET),
+    ),
+)
 
 
 def _format(signature: _Signature) -> Format:
@@ -47,7 +56,8 @@ def _format(signature: _Signature) -> Format:
 
     def recognise(head: Head) -> Recognition | None:
         """Its first bytes or lines."""
-        return Recognition(SIGNATURE, f"it begins as {signature.what}") if signature.matches(head) else None
+        known = signature.clue.is_in(head) and signature.matches(head)
+        return Recognition(SIGNATURE, f"it begins as {signature.what}") if known else None
 
     return Format(
         signature.name,
@@ -55,6 +65,7 @@ def _format(signature: _Signature) -> Format:
         recognise,
         refuse,
         f"{signature.what[0].upper()}{signature.what[1:]}: not read; {signature.instead}.",
+        clue=signature.clue,
     )
 
 

@@ -28,7 +28,7 @@ from ingest.formats.chargers.records import (
     reject_record,
     usual_fields,
 )
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
 from ingest.model import Reading
 
 # Clock, measurements, resistances of cells, pack and leads, checksum; newer firmware adds percent and remaining time.
@@ -115,4 +115,4 @@ def _is_measurement(fields: list[bytes]) -> bool:
     return clock and all(map(_INTEGER.fullmatch, fields[:_TIME] + fields[_TIME + 1 :]))
 
 
-FORMAT = Format("cheali_log", 2, _recognise, _read)
+FORMAT = Format("cheali_log", 2, _recognise, _read, clue=Clue(says=(b"$",)))

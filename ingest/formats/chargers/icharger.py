@@ -24,7 +24,7 @@ from ingest.formats.chargers.records import (
     reject_record,
     usual_fields,
 )
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
 from ingest.model import Reading
 
 _FIELDS = (22, 20)  # DUO with 10 cells, X8 with 8
@@ -106,4 +106,4 @@ def _row(record: Record, findings: FindingCollector) -> list[float] | None:
     return row
 
 
-FORMAT = Format("icharger_log", 3, _recognise, _read)
+FORMAT = Format("icharger_log", 3, _recognise, _read, clue=Clue(says=(b"$",)))

@@ -30,7 +30,7 @@ from ingest.formats.chargers.records import (
     reject_record,
     usual_fields,
 )
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
 from ingest.model import Reading
 
 _CELLS_OF_WIDTH = {16: 6, 18: 8, 20: 10}
@@ -104,4 +104,4 @@ def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
     return Sequel.BEGINS if turned or abs(row[-1]) <= COUNTER_ANEW * abs(before[-1]) else Sequel.OUT_OF_ORDER
 
 
-FORMAT = Format("icharger_serial", 2, _recognise, _read)
+FORMAT = Format("icharger_serial", 2, _recognise, _read, clue=Clue(says=(b"$",)))

@@ -23,7 +23,7 @@ from ingest.formats.chargers.records import (
     reject_record,
     usual_fields,
 )
-from ingest.formats.format import NAMES, Format, Head, Recognition
+from ingest.formats.format import NAMES, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
@@ -103,4 +103,4 @@ def joined(readings: Sequence[Reading], rejected: int, findings: FindingCollecto
     )
 
 
-FORMAT = Format("logview_openformat", 2, _recognise, _read)
+FORMAT = Format("logview_openformat", 2, _recognise, _read, clue=Clue(says=(b"$",)))

@@ -16,7 +16,7 @@ import numpy as np
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.logview import joined, parse_number
 from ingest.formats.chargers.records import reject_record
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, FloatArray, Reading
 from ingest.signals import read_signals
@@ -193,4 +193,4 @@ def _zero_signals(
     return read_signals(table, declared, findings, instrument)
 
 
-FORMAT = Format("logview_zero", 2, _recognise, _read)
+FORMAT = Format("logview_zero", 2, _recognise, _read, clue=Clue(says=(b"$",)))

@@ -10,7 +10,7 @@ import re
 
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, plate_channel, positive, read_fixed, refuse_layout
-from ingest.formats.format import HEAD_LINES, SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import HEAD_LINES, SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import INSTRUMENTS
 from ingest.model import Reading
 from ingest.tables.table import Preamble
@@ -64,4 +64,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(head.source, header, head.declared, findings, INSTRUMENTS[INSTRUMENT])
 
 
-FORMAT = Format("amti_text", 2, _recognise, _read)
+FORMAT = Format("amti_text", 2, _recognise, _read, clue=Clue(says=(b"offset",), instrument=INSTRUMENT))

@@ -13,7 +13,7 @@ import numpy as np
 from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_DOWN_ACTION
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -91,4 +91,4 @@ def _size_differs(there: int, row: int, length_s: float, rate_hz: int) -> str:
     return f"its header says {samples} samples ({length_s:g} s at {rate_hz} Hz) and it holds {there / row:.6g}"
 
 
-FORMAT = Format("amti_bsf", 2, _recognise, _read)
+FORMAT = Format("amti_bsf", 2, _recognise, _read, clue=Clue(binary=True))

@@ -19,7 +19,7 @@ from itertools import pairwise
 
 from ingest.channels.names import parse_header, squash, strip_comment
 from ingest.findings import FindingCollector
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
 from ingest.instruments import INSTRUMENTS, Instrument, bertec_sdk
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -82,4 +82,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return Reading() if table is None else read_signals(table, head.declared, findings, instrument)
 
 
-FORMAT = Format("bertec_text", 6, _recognise, _read)
+FORMAT = Format("bertec_text", 6, _recognise, _read, clue=Clue(says=(b"fz",)))

@@ -14,7 +14,7 @@ from ingest.channels.columns import Convention
 from ingest.channels.names import squash
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.force_plates.c3d_sections import C3dDamagedError, C3dSections, read_sections
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import FloatArray, Reading
 from ingest.signals import NamedTable, read_several
@@ -127,7 +127,7 @@ def _padded(texts: tuple[str, ...], count: int, word: str) -> list[str]:
     return [text or (f"{word} {number}" if word else "") for number, text in enumerate(given, start=1)]
 
 
-FORMAT = Format("c3d", 2, _recognise, _read)
+FORMAT = Format("c3d", 2, _recognise, _read, clue=Clue(binary=True))
 
 
 CHANNELS_OF_TYPE = {1: 6, 2: 6, 3: 8, 4: 6}

@@ -26,7 +26,7 @@ from ingest.formats.fixed_table import (
     positive,
     refuse_layout,
 )
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -102,4 +102,4 @@ def _frame(block: Block, plates: int, findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("cortex_forces", 2, _recognise, _read)
+FORMAT = Format("cortex_forces", 2, _recognise, _read, clue=Clue(says=(b"[force data]",)))

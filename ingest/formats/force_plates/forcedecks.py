@@ -12,7 +12,7 @@ from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import squash
 from ingest.findings import NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, positive, read_fixed, refuse_layout
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.tables.table import Preamble
@@ -57,4 +57,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(source, header, head.declared, findings, _FORCEDECKS)
 
 
-FORMAT = Format("forcedecks", 2, _recognise, _read)
+FORMAT = Format("forcedecks", 2, _recognise, _read, clue=Clue(says=(b"forcedecks raw data export",)))

@@ -15,7 +15,7 @@ from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import parse_header, squash
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, number, plate_channel, positive, read_fixed, refuse_layout
-from ingest.formats.format import NAMES, SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import NAMES, SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -133,5 +133,5 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
     return read_signals(table, head.declared, findings, Instrument())
 
 
-FORMAT = Format("bioware", 2, _recognise, _read)
-CHANNELS_FORMAT = Format("kistler_channels", 2, _recognise_channels, _read_channels)
+FORMAT = Format("bioware", 2, _recognise, _read, clue=Clue(says=(b"bioware",)))
+CHANNELS_FORMAT = Format("kistler_channels", 2, _recognise_channels, _read_channels, clue=Clue(says=(b"channel",)))

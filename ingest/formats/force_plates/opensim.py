@@ -20,7 +20,7 @@ from ingest.formats.fixed_table import (
     read_fixed,
     refuse_layout,
 )
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
 
@@ -78,4 +78,4 @@ def _channels(names: list[str]) -> list[str | None]:
     return channels
 
 
-FORMAT = Format("opensim", 2, _recognise, _read)
+FORMAT = Format("opensim", 2, _recognise, _read, clue=Clue(says=(b"endheader",)))

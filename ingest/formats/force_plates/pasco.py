@@ -17,7 +17,7 @@ from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import clean_name, parse_header, squash
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table, joined
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -106,4 +106,4 @@ def _run_table(table: Table, block: Block, columns: Sequence[int], first: Sequen
     )
 
 
-FORMAT = Format("pasco", 2, _recognise, _read)
+FORMAT = Format("pasco", 2, _recognise, _read, clue=Clue(says=(b"run #",)))

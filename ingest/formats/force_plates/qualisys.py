@@ -16,7 +16,7 @@ from ingest.channels.columns import Convention
 from ingest.channels.forces import Z_DOWN_ACTION, Z_UP_REACTION
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, number, positive, read_fixed, refuse_layout
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
 from ingest.tables.table import Preamble
@@ -100,4 +100,4 @@ def _frame(entries: Mapping[str, str], findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("qualisys_tsv", 2, _recognise, _read)
+FORMAT = Format("qualisys_tsv", 2, _recognise, _read, clue=Clue(says=(b"no_of_samples",)))

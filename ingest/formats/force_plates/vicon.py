@@ -19,7 +19,7 @@ from ingest.channels.forces import Z_UP_REACTION
 from ingest.channels.names import clean_name
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table, joined, plate_channel, positive, refuse_layout
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -194,4 +194,5 @@ def _compare(spans: Sequence[_Span], findings: FindingCollector) -> None:
             findings.add(FILE, "rate_contradicts", message)
 
 
-FORMAT = Format("vicon_csv", 2, _recognise, _read)
+_SECTIONS = (b"devices", b"joints", b"trajectories", b"model outputs", b"segments", b"events")
+FORMAT = Format("vicon_csv", 2, _recognise, _read, clue=Clue(says=_SECTIONS))

@@ -11,7 +11,7 @@ from collections import Counter
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -147,4 +147,4 @@ class _Turns:
             del self.rows[-1], self.lines[-1], self.ordinals[-1]
 
 
-FORMAT = Format("debug_lines", 2, _recognise, _read)
+FORMAT = Format("debug_lines", 2, _recognise, _read, clue=Clue(says=(b":", b"=")))

@@ -18,7 +18,7 @@ from itertools import pairwise
 from ingest.channels.names import TIME_NAMES, parse_header, squash
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.archive import ArchiveRefusedError, check_zip, is_workbook, read_members
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.model import Declarations, Limits, Reading
 from ingest.text.cells import COMMA_NUMBER, is_number
 
@@ -177,5 +177,5 @@ def _text(cell: Cell) -> str:
     return str(cell)
 
 
-XLSX = Format("xlsx", 2, _recognise_xlsx, _read, container=True)
-XLS = Format("xls", 2, _recognise_xls, _read, container=True)
+XLSX = Format("xlsx", 2, _recognise_xlsx, _read, container=True, clue=Clue(begins=(b"PK",)))
+XLS = Format("xls", 2, _recognise_xls, _read, container=True, clue=Clue(begins=(_XLS,)))

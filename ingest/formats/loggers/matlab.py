@@ -18,7 +18,7 @@ import numpy as np
 
 from ingest.channels.names import clean_name
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Limits, Reading
 from ingest.signals import NamedTable, read_several
@@ -117,7 +117,7 @@ def _column(values: np.ndarray) -> Column:
     return np.ascontiguousarray(values, dtype=np.float64)
 
 
-FORMAT = Format("mat", 2, _recognise, _read)
+FORMAT = Format("mat", 2, _recognise, _read, clue=Clue(begins=(_V5, _V73, _HDF), binary=True))
 
 
 V5_HEADER = 128

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
 from ingest.formats.loggers.framed_records import SYNC, FramedRecords, find_records, spacing
 from ingest.instruments import Instrument
 from ingest.model import ColumnDeclaration, Declarations, Reading, SignalPart
@@ -306,4 +306,4 @@ def _with_states(declared: Declarations, header: _Header) -> Declarations:
     return dataclasses.replace(declared, profile_columns={**states, **declared.profile_columns})
 
 
-FORMAT = Format("minitaur_log", 2, _recognise, _read)
+FORMAT = Format("minitaur_log", 2, _recognise, _read, clue=Clue(begins=(b"/",), says=(SYNC,)))
