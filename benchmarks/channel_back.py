@@ -15,11 +15,10 @@ from benchmarks.timing import Times, Work, in_turns
 from ingest.model import Declarations
 from ingest.read import read_file
 from ingest.samples import write_samples
-from ingest.store import Store
+from ingest.store import Store, raw_path
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.analysis.outcomes.detecting import BODY_HEIGHT
 from labbook.book.opening import opened
-from labbook.statements.ingesting import raw_path
 
 REPEATS = 25
 READ_BACK_MS = 15.0

@@ -32,6 +32,11 @@ STORED = ("raw", "signals")
 """The folders of a store."""
 
 
+def raw_path(sha256: str) -> str:
+    """Return where a store keeps the bytes of a file."""
+    return f"raw/{sha256[:2]}/{sha256}.zst"
+
+
 @dataclass(frozen=True, slots=True)
 class Store:
     """A folder with `raw/` and `signals/` in it."""
@@ -44,7 +49,7 @@ class Store:
 
         from ingest.spool import mapped
 
-        path = f"raw/{sha256[:2]}/{sha256}.zst"
+        path = raw_path(sha256)
         if (self.root / path).exists():
             self._sync_names(path)
             return path
@@ -92,7 +97,7 @@ class Store:
 
     def restore_raw(self, data: bytes, sha256: str) -> bool:
         """Put back a raw copy that is missing or was changed; returns whether it had to be."""
-        path = f"raw/{sha256[:2]}/{sha256}.zst"
+        path = raw_path(sha256)
         try:
             self.raw(path, sha256)
         except BookDamaged:

@@ -21,9 +21,8 @@ from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
-from ingest.store import Store
+from ingest.store import Store, raw_path
 from labbook.config.model import Configuration
-from labbook.statements.ingesting import raw_path
 
 Counted = Callable[[int], AbstractContextManager[Callable[[str], None]]]
 """Shows that so many steps will be made, and takes each."""

@@ -187,7 +187,7 @@ def _listen(asked: queue.SimpleQueue[_Asked | None], ended: threading.Event) -> 
 
 
 def _answer(root: Path, seq: int, sha256: str, settings: dict[str, Any]) -> bytes:
-    from labbook.statements.ingesting import raw_path
+    from ingest.store import raw_path
 
     store = Store(root)
     try:

@@ -9,9 +9,7 @@ from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from labbook.statements.apply_context import Apply, ApplyContext
 from labbook.statements.assigning import apply_assign
-from labbook.statements.correcting import apply_correct
-from labbook.statements.deciding import apply_decide
-from labbook.statements.declaring import apply_declare
+from labbook.statements.facts import apply_correct, apply_decide, apply_declare
 
 __all__ = ["APPLY", "ApplyContext"]
 

@@ -15,8 +15,20 @@ from typing import Any, Self
 import numpy as np
 
 from data_schema.errors import unknown_name
+from data_schema.journal import canonical
+from data_schema.vocabulary import FileRole
 from ingest.declared import declared_from_json, declared_to_json
-from ingest.model import ColumnDeclaration, Declarations, FloatArray, Limits, Profile, ReadFile, RobotFacts, SignalPart
+from ingest.model import (
+    ColumnDeclaration,
+    Declarations,
+    Finding,
+    FloatArray,
+    Limits,
+    Profile,
+    ReadFile,
+    RobotFacts,
+    SignalPart,
+)
 from ingest.read import read_file
 from ingest.store import Store
 from labbook.analysis.outcomes.detecting import Detection, detect_part
@@ -73,6 +85,42 @@ class PreparedImport:
     read: ReadFile
     settings: ReadSettings
     parts: tuple[StoredPart, ...]
+
+
+def as_read(done: PreparedImport) -> dict[str, Any]:
+    """Return what the journal keeps of how a file was read: all that it depended on, and what came of it.
+
+    Another reading can be made from the first and compared with the second.
+    """
+    read = done.read
+    members = [row.member for row in read.charges]
+    return {
+        "reader": read.format,
+        "reader_version": read.reader_version,
+        "settings": done.settings.as_json(),
+        "role": str(read.role or FileRole.LOG),
+        "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
+        "plugin": read.plugin,
+        "parts": [part.part for part in read.parts],
+        "signals": [part.sha256 for part in done.parts],
+        "times": [part.time_sha256 for part in done.parts],
+        "charge_lines": [row.line for row in read.charges],
+        **({"charge_members": members} if any(members) else {}),
+    }
+
+
+def finding_values(finding: Finding) -> dict[str, Any]:
+    """Return the columns of a finding's row."""
+    return {
+        "severity": str(finding.severity),
+        "rule": finding.rule,
+        "line": finding.line,
+        "column_name": finding.column,
+        "value": finding.value,
+        "n": finding.count,
+        "more_lines_json": canonical(list(finding.more_lines)),
+        "message": finding.message,
+    }
 
 
 def sample_counts(read: ReadFile) -> list[int]:

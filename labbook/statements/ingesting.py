@@ -1,13 +1,14 @@
-"""A file was ingested, read again, or refused: the rows that it leaves."""
+"""A file was ingested, read again, or refused: the rows that it leaves, of the file and of each of its readings."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
-from data_schema.journal import Entry
+from data_schema.errors import BookBusy, BookDamaged, BookError, InputRefused, UsageError
+from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
+from data_schema.queries.detections import NewDetection, add_detections
 from data_schema.queries.facts import read_fact
 from data_schema.queries.imported_files import links_of_file, parts_named, parts_of_file
 from data_schema.queries.people import config_in_force
@@ -16,17 +17,23 @@ from data_schema.queries.results import mark_stale
 from data_schema.queries.sheet_rows import rows_of_file, said_by_rows
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.formats.format import UNKNOWN
-from ingest.model import Finding, ReadFile
-from labbook.analysis.outcomes.detecting import jumps_found
+from ingest.model import Finding, ReadFile, SignalPart
+from ingest.store import raw_path
+from labbook.analysis.outcomes.detecting import detection_rows, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.apply_context import ApplyContext, around_run, derived_uid, run_named
 from labbook.statements.assigning import assign_file, assign_only_charge, link_parts_again
-from labbook.statements.charge_numbers import charge_numbers, keys_of
-from labbook.statements.findings import finding_values
-from labbook.statements.importing import PreparedImport, ReadSettings, read_and_store, settings_now
-from labbook.statements.reading_rows import add_reading, add_refusal, add_signals
-from labbook.statements.sheet_charges import lose_charges, update_charges
+from labbook.statements.importing import (
+    PreparedImport,
+    ReadSettings,
+    StoredPart,
+    finding_values,
+    read_and_store,
+    settings_now,
+    times_sha256,
+)
+from labbook.statements.sheet_charges import charge_numbers, keys_of, lose_charges, update_charges
 
 _ROLES = {"charger_sheet": FileRole.CHARGE, "icharger_log": FileRole.CHARGE, "bertec_text": FileRole.FORCE}
 """What files were for that earlier labbooks read: their entries do not say."""
@@ -140,38 +147,11 @@ def apply_refuse(context: ApplyContext, entry: Entry, _prepared: object) -> list
     return []
 
 
-def as_read(done: PreparedImport) -> dict[str, Any]:
-    """Return what the journal keeps of how a file was read: all that it depended on, and what came of it.
-
-    Another reading can be made from the first and compared with the second.
-    """
-    read = done.read
-    members = [row.member for row in read.charges]
-    return {
-        "reader": read.format,
-        "reader_version": read.reader_version,
-        "settings": done.settings.as_json(),
-        "role": str(read.role or FileRole.LOG),
-        "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
-        "plugin": read.plugin,
-        "parts": [part.part for part in read.parts],
-        "signals": [part.sha256 for part in done.parts],
-        "times": [part.time_sha256 for part in done.parts],
-        "charge_lines": [row.line for row in read.charges],
-        **({"charge_members": members} if any(members) else {}),
-    }
-
-
 def configuration_in_force(context: ApplyContext) -> Configuration:
     """Return the configuration under which the book stands at this point of its journal."""
     row = config_in_force(context.connection)
     assert row is not None, "a configuration is declared before any file is read"  # noqa: S101
     return parse_configuration(row.text, "the book's configuration")
-
-
-def raw_path(sha256: str) -> str:
-    """Return where the store keeps the bytes of a file."""
-    return f"raw/{sha256[:2]}/{sha256}.zst"
 
 
 def _still_there(context: ApplyContext, prepared: PreparedImport) -> PreparedImport:
@@ -245,3 +225,152 @@ def _jumps_mismatch(run: Mapping[str, Any], of_run: Collection[str], done: Prepa
         return []
     message = f"{sum(found)} jumps were found and run {run['name']} says {run['jumps_made']} were made."
     return [Finding(Severity.NOTE, "jumps_found_not_made", message, None, None, str(sum(found)), 1, ())]
+
+
+def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_key: int, role: FileRole) -> int:
+    """Add how a file was read and what the checks found; returns the key of the reading.
+
+    What is refused now and was not when it was said waits for a declaration.
+    """
+    read, new = done.read, entry.new or {}
+    status = IngestStatus.WAITING if read.refused else IngestStatus.IMPORTED
+    counts = {name: getattr(read, f"rows_{name}") for name in ("read", "kept", "rejected")}
+    key = _add(context, entry, status, file_key, (read.format, read.reader_version), role, counts, new.get("settings"))
+    imports.add_findings(context.connection, key, [finding_values(finding) for finding in read.findings])
+    return key
+
+
+def add_refusal(context: ApplyContext, entry: Entry) -> None:
+    """Add why bytes were refused, as the entry says it."""
+    new = entry.new or {}
+    reader = (new["reader"], new["reader_version"])
+    key = _add(context, entry, IngestStatus.REFUSED, None, reader, None, new["rows"], new.get("settings"))
+    imports.add_findings(context.connection, key, new["findings"])
+
+
+def _add(
+    context: ApplyContext,
+    entry: Entry,
+    status: IngestStatus,
+    file_key: int | None,
+    reader: tuple[str, int],
+    role: FileRole | None,
+    counts: Mapping[str, int],
+    settings: Mapping[str, Any] | None,
+) -> int:
+    new = entry.new or {}
+    return imports.add_ingest(
+        context.connection,
+        person_name=entry.person,
+        values={
+            "uid": entry.entity_uid,
+            "sha256": new["sha256"],
+            "file": file_key,
+            "original_name": new["original_name"],
+            "modified_utc": new["modified_utc"],
+            "status": str(status),
+            "reader": reader[0],
+            "reader_version": reader[1],
+            "options_json": canonical(new["options"]),
+            "role": None if role is None else str(role),
+            "stated_run": new["stated_run"],
+            "at_utc": entry.at_utc,
+            "declared_json": None if settings is None else canonical(settings),
+            **{f"rows_{name}": count for name, count in counts.items()},
+        },
+    )
+
+
+def add_signals(
+    context: ApplyContext,
+    file_key: int,
+    ingest_key: int,
+    done: PreparedImport,
+    new: Mapping[str, Any],
+    reading_uid: str | None,
+) -> None:
+    """Add the parts of a reading; those of a first reading (`reading_uid` None) are named after their file alone."""
+    recorded = _recorded(context, done, new)
+    for part, stored in zip(done.read.parts, done.parts, strict=True):
+        named = (done.sha256, part.part, done.read.reader_version)
+        uid = derived_uid("signal", *(named if reading_uid is None else (reading_uid, part.part)))
+        values = {
+            "uid": uid,
+            "file": file_key,
+            "ingest": ingest_key,
+            "part": part.part,
+            "reader": done.read.format,
+            "reader_version": done.read.reader_version,
+            "start_utc": part.start_utc,
+            "rate_hz": part.rate_hz,
+            "n_samples": len(part.time_s),
+            "sha256": stored.sha256,
+            "store_path": stored.store_path,
+            "time_sha256": stored.time_sha256,
+            "recorded_sha256": recorded.get(part.part),
+        }
+        imports.add_signal(context.connection, values, _channels(part), _gaps(part))
+        if stored.detection is not None:
+            found, jumps = detection_rows(stored.detection, stored.sha256)
+            add_detections(context.connection, [NewDetection(uid, found, jumps)])
+
+
+def _recorded(context: ApplyContext, done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:
+    """Return, by part, the hash that the journal says its samples had, where they are sampled at the same times now.
+
+    Verdicts of people name that hash. Whether the times are the same is asked of the entry. The first labbook did not
+    write that down; then, and only then, a rebuild asks a derived file, the samples of that hash where they are still
+    kept, for a reader that corrects times keeps the number of rows. Without the samples that number decides.
+    """
+    signals = new.get("signals", [])
+    if len(signals) != len(done.parts):
+        return {}
+    pairs = zip(done.parts, signals, strict=True)
+    times = new.get("times") or [_kept_times(context, done.read, stored, sha256, new) for stored, sha256 in pairs]
+    return {
+        part.part: sha256
+        for part, stored, sha256, time_sha256 in zip(done.read.parts, done.parts, signals, times, strict=True)
+        if time_sha256 == stored.time_sha256
+    }
+
+
+def _kept_times(
+    context: ApplyContext, read: ReadFile, stored: StoredPart, sha256: str, new: Mapping[str, Any]
+) -> str | None:
+    if sha256 == stored.sha256:
+        return stored.time_sha256
+    try:
+        kept = context.store.samples(f"signals/{sha256[:2]}/{sha256}.parquet", [])
+    except BookDamaged:
+        return stored.time_sha256 if new.get("rows", {}).get("kept") == read.rows_kept else None
+    return times_sha256(kept["time"])
+
+
+def _channels(part: SignalPart) -> list[dict[str, Any]]:
+    return [
+        {
+            "position": position,
+            "name": channel.name,
+            "unit": channel.unit,
+            "source_name": channel.source_name,
+            "source_unit": channel.source_unit,
+            "scale": channel.scale,
+            "zero_offset": channel.offset,
+            "sign": channel.sign,
+            "assumed_json": canonical(list(channel.assumed)),
+        }
+        for position, channel in enumerate(part.channels)
+    ]
+
+
+def _gaps(part: SignalPart) -> list[dict[str, Any]]:
+    return [
+        {
+            "start_s": gap.start_s,
+            "length_s": gap.length_s,
+            "samples_expected": gap.samples_expected,
+            "samples_missing": gap.samples_missing,
+            "kind": str(gap.kind),
+        }
+        for gap in part.gaps
+    ]

@@ -6,18 +6,22 @@ what people corrected. Which of the charges of a run counts is worked out by `co
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, replace
+from itertools import repeat
 from typing import Any
+
+import sqlalchemy as sa
 
 from data_schema.queries import imports
 from data_schema.queries.facts import find_uid, insert_fact, update_fact
+from data_schema.queries.readings import reading_entries
 from data_schema.queries.sheet_rows import SheetRow, rows_of_file
 from data_schema.vocabulary import ChargeState
 from ingest.model import ChargeRow, ReadFile
 from labbook.statements.apply_context import ApplyContext, derived_uid
-from labbook.statements.charge_numbers import Key, keys_of, numbers_held
-from labbook.statements.counted_charges import Placed, lose, note_on, place
-from labbook.statements.said_by_hand import SaidByHand, said_by_hand
+from labbook.statements.counted_charges import Placed, SaidByHand, lose, note_on, place, said_by_hand
 
 
 def update_charges(
@@ -44,24 +48,23 @@ def update_charges(
     assert len(uids) == len(read.charges), "two charges of a file have one number"  # noqa: S101
     said = said_by_hand(context, list(uids))
     moving, back, changed = [], [], []
-    for uid, (row, number) in uids.items():
+    for uid, (read_row, number) in uids.items():
         old = standing.get(uid)
-        values = _overlaid(_values(context, row), row, old, uid, said[uid], placed)
+        row, battery = _corrected(context, read_row, old, uid, said[uid], placed)
+        values = _columns(row, battery)
         if old is None:
             new = {"file": file_uid, "row_number": number, "run": None}
             insert_fact(context.connection, "charge", uid, {**new, "state": str(ChargeState.GONE), **values})
             moving.append(uid)
             continue
-        same = _says_same(old, values)
-        if _stays(old, row, values, said[uid], placed):
+        same = _says_same(old, row)
+        if _stays(old, read_row, row, said[uid], placed):
             changed += [] if same else [uid]
         else:
             moving.append(uid)
             back += [uid] if old.state is ChargeState.GONE else []
             lose(context, [] if old.state is ChargeState.GONE else [old], placed)
-            values |= (
-                {"run": None} if old.state is not ChargeState.GONE or old.stated_run != values["stated_run"] else {}
-            )
+            values |= {"run": None} if old.state is not ChargeState.GONE or old.stated_run != row.stated_run else {}
             values |= {} if same else {"repeats": None}
         update_fact(context.connection, "charge", uid, values)
     lost = [row for row in standing.values() if row.uid not in uids and row.state is not ChargeState.GONE]
@@ -102,17 +105,17 @@ def regain_charges(
     return placed.runs
 
 
-def _stays(old: SheetRow, row: ChargeRow, values: Mapping[str, Any], said: SaidByHand, placed: Placed) -> bool:
-    """Tell whether a charge stays where it is: dismissed, with the run it has, or known."""
-    same, same_run = _says_same(old, values), values["stated_run"] == old.stated_run
+def _stays(old: SheetRow, read_row: ChargeRow, row: ChargeRow, said: SaidByHand, placed: Placed) -> bool:
+    """Tell whether a charge stays where it is: dismissed, with the run it has, or known; `row` is what counts of it."""
+    same, same_run = _says_same(old, row), row.stated_run == old.stated_run
     if old.state is ChargeState.KNOWN and same:
         placed.known.append(old)
     if old.state is ChargeState.COUNTED and said.assigned and not same_run:
         message = (
-            f"{_row(old, row)} names run {row.stated_run} now, and a person said where it belongs: that stands; "
-            "`labbook assign` moves it."
+            f"{_row(old, read_row)} names run {read_row.stated_run} now, and a person said where it belongs: that "
+            "stands; `labbook assign` moves it."
         )
-        placed.findings.append(note_on("assignment_stands", row.charge_mah, row.line, message))
+        placed.findings.append(note_on("assignment_stands", read_row.charge_mah, read_row.line, message))
     stays = {
         ChargeState.DISMISSED: True,
         ChargeState.KNOWN: same,
@@ -123,26 +126,33 @@ def _stays(old: SheetRow, row: ChargeRow, values: Mapping[str, Any], said: SaidB
     return stays
 
 
-def _overlaid(
-    values: dict[str, Any], row: ChargeRow, old: SheetRow | None, uid: str, said: SaidByHand, placed: Placed
-) -> dict[str, Any]:
-    """Return what a line says now, but for what a person corrected in it."""
-    for name in sorted(said.corrected.keys() & values.keys()):
-        says = values[name]
-        before, now = said.corrected[name]
-        values[name] = now
-        if says not in (before, now):
+_IN_TABLE = tuple(each.name for each in fields(ChargeRow) if each.name not in ("row_number", "member"))
+"""What a line says that is stored as it stands; its number is given once, and its pack has a row of its own too."""
+
+
+def _corrected(
+    context: ApplyContext, read_row: ChargeRow, old: SheetRow | None, uid: str, said: SaidByHand, placed: Placed
+) -> tuple[ChargeRow, str | None]:
+    """Return what a line says now, but for what a person corrected in it, and the uid of its pack, likewise."""
+    pack = read_row.stated_pack
+    says = {name: getattr(read_row, name) for name in _IN_TABLE}
+    says["battery"] = find_uid(context.connection, "battery", name=pack) if pack else None
+    stands = {name: said.corrected[name][1] for name in sorted(said.corrected.keys() & says.keys())}
+    for name, now in stands.items():
+        before = said.corrected[name][0]
+        if says[name] not in (before, now):
             message = (
-                f"{_row(old, row)} says {name}={says}, where {before} stood, and a person corrected that to {now}: the "
-                f"correction stands; correct charge:{uid} again if the sheet is right."
+                f"{_row(old, read_row)} says {name}={says[name]}, where {before} stood, and a person corrected that to "
+                f"{now}: the correction stands; correct charge:{uid} again if the sheet is right."
             )
-            placed.findings.append(note_on("correction_stands", row.charge_mah, row.line, message))
-    return values
+            placed.findings.append(note_on("correction_stands", read_row.charge_mah, read_row.line, message))
+    battery = stands.pop("battery", says["battery"])
+    return replace(read_row, **stands), battery
 
 
-def _says_same(old: SheetRow, values: Mapping[str, Any]) -> bool:
+def _says_same(old: SheetRow, row: ChargeRow) -> bool:
     names = ("charge_mah", "end_voltage_v", "mode", "stated_run")
-    return all(getattr(old, name) == values[name] for name in names)
+    return all(getattr(old, name) == getattr(row, name) for name in names)
 
 
 def _uid(file_uid: str, number: int) -> str:
@@ -155,17 +165,90 @@ def _row(old: SheetRow | None, row: ChargeRow) -> str:
     return f"Line {row.line}" if row.member is None else f"Line {row.line} of {row.member}"
 
 
-def _values(context: ApplyContext, row: ChargeRow) -> dict[str, Any]:
-    return {
-        "line": row.line,
-        "stated_run": row.stated_run,
-        "battery": find_uid(context.connection, "battery", name=row.stated_pack) if row.stated_pack else None,
-        "stated_pack": row.stated_pack,
-        "charge_mah": row.charge_mah,
-        "resolution_mah": row.resolution_mah,
-        "duration_s": row.duration_s,
-        "end_voltage_v": row.end_voltage_v,
-        "mode": str(row.mode),
-        "ended_utc": row.ended_utc,
-        "ended_original": row.ended_original,
-    }
+def _columns(row: ChargeRow, battery: str | None) -> dict[str, Any]:
+    """Return a charge as its table takes it."""
+    return {**{name: getattr(row, name) for name in _IN_TABLE}, "mode": str(row.mode), "battery": battery}
+
+
+Key = tuple[str, int, int]
+"""Where a charge stands: its member, its line (minus its place where it has none), and its place among those there."""
+
+
+def keys_of(charges: Sequence[ChargeRow]) -> list[Key]:
+    """Return where the charges of a reading stand, no two of them at one place."""
+    return _keys((row.line for row in charges), (row.member for row in charges))
+
+
+def keys_in(said: Mapping[str, Any]) -> list[Key]:
+    """Return where the charges stand that the entry of a reading names."""
+    return _keys(said.get("charge_lines") or [], said.get("charge_members") or repeat(None))
+
+
+def charge_numbers(
+    connection: sa.Connection, file_uid: str, new: Mapping[str, Any], keys: Sequence[Key]
+) -> dict[Key, int]:
+    """Return the row numbers of a file's charges, no two of them the same.
+
+    A charge keeps the number that it had first: what an entry says comes before what the book holds, and that before
+    what follows from the order of readings, for an earlier labbook did not write numbers down; those of a first reading
+    are the places of its charges. `new` is the entry of the reading that gave `keys`.
+    """
+    members = dict(zip(_without_members(keys), keys, strict=True))  # earlier labbooks named no members
+    numbers: dict[Key, int] = {}
+    taken: set[int] = set()
+
+    def give(key: Key, number: int) -> None:
+        if key not in numbers and number not in taken:
+            numbers[key] = number
+            taken.add(number)
+
+    unsaid: list[Key] = []
+    for earlier, said in enumerate([*reading_entries(connection, new["sha256"]), new]):
+        stated = keys_in(said)
+        if "charge_members" not in said:
+            stated = [members.get(key, key) for key in stated]
+        given = said.get("charge_numbers") or (range(1, len(stated) + 1) if earlier == 0 else None)
+        unsaid += stated
+        for key, number in zip(stated, given or (), strict=given is not None):
+            give(key, number)
+    rows = rows_of_file(connection, file_uid)
+    standing = _keys((row.line for row in rows), repeat(None), [row.row_number for row in rows])
+    for key, row in zip(standing, rows, strict=True):
+        give(members.get(key, key), row.row_number)
+    following = 1 + max(taken, default=0)
+    for key in (*unsaid, *keys):
+        if key not in numbers:
+            give(key, following)
+            following += 1
+    return numbers
+
+
+def numbers_held(said: Mapping[str, Any], *, first: bool) -> set[int] | None:
+    """Return the numbers of the charges that a reading holds by its entry; None where an earlier labbook made it and
+    did not write them down, or gave one number to several charges.
+    """
+    lines = said.get("charge_lines")
+    numbers = said.get("charge_numbers") or (range(1, len(lines) + 1) if first and lines is not None else None)
+    return None if numbers is None or len(set(numbers)) < len(numbers) else set(numbers)
+
+
+def _without_members(keys: Sequence[Key]) -> list[Key]:
+    return _numbered([("", line) for _, line, _ in keys])
+
+
+def _keys(lines: Iterable[int | None], members: Iterable[str | None], places: Sequence[int] | None = None) -> list[Key]:
+    listed = list(lines)
+    return _numbered(
+        (member or "", -place if line is None else line)
+        for line, member, place in zip(listed, members, places or range(1, len(listed) + 1), strict=False)
+    )
+
+
+def _numbered(stands: Iterable[tuple[str, int]]) -> list[Key]:
+    """Tell those apart that stand at one place, by their order."""
+    seen: Counter[tuple[str, int]] = Counter()
+    keys: list[Key] = []
+    for stand in stands:
+        seen[stand] += 1
+        keys.append((*stand, seen[stand]))
+    return keys

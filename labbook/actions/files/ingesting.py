@@ -31,8 +31,14 @@ from labbook.actions.files.known_files import take_known
 from labbook.actions.files.rereading import state_refusal, with_findings_of_book
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
-from labbook.statements.importing import PreparedImport, read_and_store, sample_counts, settings_now, with_counts
-from labbook.statements.ingesting import as_read
+from labbook.statements.importing import (
+    PreparedImport,
+    as_read,
+    read_and_store,
+    sample_counts,
+    settings_now,
+    with_counts,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,24 +19,25 @@ from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.vocabulary import Action, IngestStatus, Severity
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
+from ingest.store import raw_path
 from labbook.actions.files.absent_columns import refused_without_columns
 from labbook.actions.files.day_of_run import with_day_of_run
 from labbook.actions.files.reading_changes import Gave, changes
 from labbook.book.opening import Book
 from labbook.book.write_session import DryRun, Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration, parse_configuration
-from labbook.statements.charge_numbers import charge_numbers, keys_in
-from labbook.statements.findings import finding_values
 from labbook.statements.importing import (
     PreparedImport,
     ReadSettings,
+    as_read,
+    finding_values,
     read_and_store,
     read_only,
     resolved,
     settings_now,
     without_name,
 )
-from labbook.statements.ingesting import as_read, raw_path
+from labbook.statements.sheet_charges import charge_numbers, keys_in
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,7 +26,7 @@ from data_schema.queries.integrity import KeptFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.verdicts import verdicts_waiting
 from data_schema.row_hashes import altered_rows, has_hashes
-from ingest.store import Store
+from ingest.store import Store, raw_path
 from labbook.book.altered import MOST_NAMED, compared, differing
 from labbook.book.copying import Counted
 from labbook.book.differing import differences
@@ -34,7 +34,6 @@ from labbook.book.opening import check_revision, engine_of, journal_path, read_c
 from labbook.book.replaying import replayed
 from labbook.book.suspected import needless_entries
 from labbook.config.parsing import Configuration
-from labbook.statements.ingesting import raw_path
 
 NO_HASHES = (
     "the rows of the database have no hashes: `labbook db check --deep` compares them all the same, `labbook rebuild` "

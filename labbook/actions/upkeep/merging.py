@@ -26,7 +26,7 @@ from data_schema.queries.facts import read_fact
 from data_schema.queries.imported_files import logs_by_run
 from data_schema.queries.people import config_in_force
 from data_schema.vocabulary import Action
-from ingest.store import Store
+from ingest.store import Store, raw_path
 from labbook.actions.upkeep.merge_agreement import second_charges, second_logs, verdicts_that_differ
 from labbook.actions.upkeep.merge_rules import (
     CHANGES,
@@ -41,7 +41,6 @@ from labbook.book.backing_up import MARKER as OF_BACKUP
 from labbook.book.opening import CONFIGURATION, Book, open_book
 from labbook.book.write_session import DryRun, Statement, WriteSession, apply, new_uid
 from labbook.statements.apply_context import derived_uid
-from labbook.statements.ingesting import raw_path
 
 _T = TypeVar("_T")
 

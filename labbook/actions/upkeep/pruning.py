@@ -21,12 +21,12 @@ from data_schema.errors import BookDamaged, unknown_name
 from data_schema.queries.integrity import raw_copies, signal_files
 from data_schema.queries.unshown_results import remove_results, unshown_results
 from data_schema.vocabulary import Action
+from ingest.store import raw_path
 from labbook.actions.upkeep.health import check_book
 from labbook.book.copying import Counted, raw_of
 from labbook.book.opening import DATABASE, JOURNAL, Book
 from labbook.book.rebuilding import REBUILDING
 from labbook.book.replacing_postgres import drop_old, old_schemas
-from labbook.statements.ingesting import raw_path
 
 QUIET_S = 3600.0
 """A file that was written to less long ago may belong to a command that is at work."""

@@ -19,7 +19,7 @@ from labbook.actions.runs.correcting import correct
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.statements.apply_context import derived_uid
-from labbook.statements.charge_numbers import charge_numbers, keys_in
+from labbook.statements.sheet_charges import charge_numbers, keys_in
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.ingest.formats.test_excel import workbook
 from tests.labbook.actions.test_sheets_read_again import charges, rebuilt_alike

@@ -19,7 +19,7 @@ from labbook.analysis.results.facts import run_input
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import DryRun, WriteSession
-from labbook.statements.correcting import NUMBERS_REST_ON
+from labbook.statements.facts import NUMBERS_REST_ON
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
 
 Stale = dict[str, set[str]]

@@ -16,13 +16,13 @@ import pytest
 from data_schema.engine import sqlite_engine
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
+from ingest.store import raw_path
 from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.restoring import MARKER
 from labbook.book.copying import raw_of
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
 from labbook.cli.common import progress
-from labbook.statements.ingesting import raw_path
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows_by_name

@@ -18,10 +18,9 @@ import pytest
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
-from ingest.store import Store
+from ingest.store import Store, raw_path
 from labbook.book.copying import raw_of
 from labbook.book.opening import opened
-from labbook.statements.ingesting import raw_path
 from tests.helpers import power
 from tests.helpers.books import ADA, small_book
 from tests.helpers.commands import KILLED, Commands, running_commands

@@ -16,6 +16,7 @@ from data_schema.queries.readings import last_reading
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, PlanMethod
+from ingest.store import raw_path
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.kept_files import dismiss, list_files, restore, restore_item, show_file, withdraw
@@ -35,7 +36,6 @@ from labbook.analysis.outcomes.detections import Detections
 from labbook.book.making import make_book
 from labbook.book.opening import Book, opened
 from labbook.book.rebuilding import rebuild_database
-from labbook.statements.ingesting import raw_path
 from tests.cli.shell import contents
 from tests.helpers.books import ADA, BEN, SmallBook, instrument_files, small_book, small_toml
 from tests.helpers.databases import all_rows_by_name

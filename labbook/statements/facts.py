@@ -1,0 +1,146 @@
+"""Facts that people state: a thing exists (a person, a study, a level, a run, a note), was wrong, or is judged.
+
+What was wrong, or is void, changes its row; the journal keeps what it was. A verdict on a jump, run, charge or
+condition adds a row. Results that rest on either are stale.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from data_schema.journal import Entry
+from data_schema.queries.charges import charges_of_run
+from data_schema.queries.conditions import add_condition_levels, add_planned_run
+from data_schema.queries.facts import fact_exists, insert_fact, read_fact, update_fact
+from data_schema.queries.results import mark_stale
+from data_schema.queries.waiting import waiting_for_run
+from data_schema.vocabulary import FileRole
+from labbook.statements.apply_context import ApplyContext, around, around_run, derived_uid, no_such_row, spoken
+from labbook.statements.assigning import assign_charge, assign_file, assign_only_charge, links_meant
+
+
+def apply_declare(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+    """Add the row, and what follows from a thing of its kind being there."""
+    values = dict(entry.new or {})
+    beside = {name: values.pop(name) for name in _BESIDE.get(entry.entity_kind, ())}
+    if entry.entity_kind in _SIGNED:
+        values = spoken(context, entry, values)
+    insert_fact(context.connection, entry.entity_kind, entry.entity_uid, values)
+    follow = _FOLLOW.get(entry.entity_kind)
+    if follow:
+        follow(context, entry.entity_uid, {**values, **beside})
+    if entry.entity_kind == "run":
+        return mark_stale(context.connection, around(entry.entity_uid, values))
+    return mark_stale(context.connection, around_run(context, values["run"])) if values.get("run") else []
+
+
+def _condition_levels(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
+    add_condition_levels(context.connection, uid, values["levels"])
+
+
+def _planned_runs(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
+    for position, planned in enumerate(values["runs"], start=1):
+        add_planned_run(
+            context.connection,
+            uid=derived_uid("planned_run", uid, position),
+            plan_uid=uid,
+            position=position,
+            **planned,
+        )
+
+
+def _link_what_waited(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
+    """Files and charges that came before their run, and said its name, now belong to it."""
+    files, charges = waiting_for_run(context.connection, values["name"])
+    for file_uid, role in files:
+        assign_file(context, file_uid, uid, FileRole(role))
+        if not charges_of_run(context.connection, uid):
+            assign_only_charge(context, file_uid, uid, FileRole(role))
+    for charge_uid, may_be_second in charges:
+        if may_be_second or not charges_of_run(context.connection, uid):
+            assign_charge(context, charge_uid, uid)
+
+
+_SIGNED = ("note", "day_check")
+"""Kinds whose rows keep who said it and when."""
+
+_BESIDE: dict[str, tuple[str, ...]] = {"condition": ("levels",), "plan": ("runs",)}
+"""Parts of a declaration that are rows of other tables."""
+
+_FOLLOW: dict[str, Callable[[ApplyContext, str, Mapping[str, Any]], None]] = {
+    "condition": _condition_levels,
+    "plan": _planned_runs,
+    "run": _link_what_waited,
+}
+
+
+NUMBERS_REST_ON: Mapping[str, frozenset[str]] = {
+    "run": frozenset(
+        # what `labbook.analysis.results.facts.run_input` hashes, how many logs may be used, and the name, day and pack
+        # under which results are stored
+        {"kind", "state", "duration_s", "jumps_made", "condition", "robot", "starts", "name", "day", "battery"}
+    ),
+    "charge": frozenset({"run", "charge_mah", "resolution_mah", "mode"}),
+    "study": frozenset({"reference_voltage_v"}),
+    "robot": frozenset({"name", "rest_length_m"}),
+}
+"""The columns whose correction makes results stale; of a kind that is not here, every column does."""
+
+
+SCENES_REST_ON = frozenset({"name", "body_mass_kg", "foot_mass_kg", "link_1_m", "link_2_m", "rest_length_m"})
+"""The columns of a robot that its simulated scenes are made of."""
+
+
+def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+    """Change the row; what rests on it, on the condition it leaves and on the one it joins becomes stale.
+
+    A plan that is void changes no row: that it was withdrawn is read from the journal.
+    """
+    new = dict(entry.new or {})
+    if not new:
+        return []
+    kind, uid = entry.entity_kind, entry.entity_uid
+    if kind in ("charge", "run_file") and not fact_exists(context.connection, kind, uid):
+        uids = links_meant(context, uid, (entry.old or {}).get("run")) if kind == "run_file" else []
+        if not uids:
+            no_such_row(context, entry)
+            return []
+    else:
+        uids = [uid]
+    for each in uids:
+        update_fact(context.connection, kind, each, new)
+    if kind == "charge" and new.get("run"):
+        assign_charge(context, uid, new["run"])
+    changed = [("robot_body", uid)] if kind == "robot" and SCENES_REST_ON & new.keys() else []
+    if NUMBERS_REST_ON.get(kind, new.keys()) & new.keys():
+        changed += [(kind, uid), *_rests_around(context, kind, uid, new)]
+        for values in (entry.old or {}, new):
+            changed += _touched(context, values)
+    return mark_stale(context.connection, list(dict.fromkeys(changed)))
+
+
+def _rests_around(context: ApplyContext, kind: str, uid: str, new: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What may rest on the row as it is now, though nothing rested on it before."""
+    if kind == "run":
+        return around_run(context, uid)
+    if kind == "charge" and "mode" in new:
+        run_uid = read_fact(context.connection, "charge", uid, ["run"])["run"]
+        return around_run(context, run_uid) if run_uid else []
+    return [("idle_runs", uid)] if kind == "robot" and "name" in new else []
+
+
+def _touched(context: ApplyContext, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What the row belonged to, or belongs to now."""
+    found = [("condition", values["condition"])] if values.get("condition") else []
+    found += [("idle_runs", values["robot"])] if values.get("robot") else []
+    return found + (around_run(context, values["run"]) if values.get("run") else [])
+
+
+def apply_decide(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+    """Add the decision; results on its target become stale."""
+    values = entry.new or {}
+    insert_fact(context.connection, "decision", entry.entity_uid, spoken(context, entry, values))
+    if values["target_kind"] == "jump":
+        return mark_stale(context.connection, [("signal", values["signal_sha256"])])
+    return mark_stale(context.connection, [(values["target_kind"], values["target_uid"])])
